@@ -1,0 +1,21 @@
+# One interface target carries what every part of the project is compiled with.
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+add_library(glowworm_options INTERFACE)
+target_compile_options(glowworm_options INTERFACE -Wall -Wextra -Werror)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  target_compile_options(glowworm_options INTERFACE -Wno-restrict)  # false alarms on std::string, GCC bug 105651
+endif()
+# Fused multiply-add only where a kernel asks for it by name: the same bits from every compiler.
+target_compile_options(glowworm_options INTERFACE -ffp-contract=off)
+target_include_directories(glowworm_options INTERFACE ${CMAKE_SOURCE_DIR}/src)
+if(GLOWWORM_SCALAR_ONLY)
+  target_compile_definitions(glowworm_options INTERFACE HWY_COMPILE_ONLY_SCALAR)
+endif()
+if(GLOWWORM_SANITIZE)
+  target_compile_options(glowworm_options INTERFACE -fsanitize=${GLOWWORM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(glowworm_options INTERFACE -fsanitize=${GLOWWORM_SANITIZE})
+endif()

@@ -1,0 +1,23 @@
+// All threading goes through here; parallel.cc is the only file that includes TBB.
+#pragma once
+#include <cstddef>
+#include <functional>
+
+namespace glowworm {
+
+/// Sets how many threads parallel work uses from now on; 0 means one for each core.
+void set_thread_count(int threads);
+/// How many threads parallel work uses.
+int thread_count();
+
+/// Calls body(first, last) for consecutive pieces of [begin, end), each of exactly `grain` items but for the last.
+/// The cut depends on begin, end and grain alone, never on threads: what a piece computes may be joined in index
+/// order for the same bits from any number of threads. An exception of one piece is thrown on, after all others
+/// ended. Nested calls are allowed.
+void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
+                  const std::function<void(std::size_t first, std::size_t last)>& body);
+
+/// Runs both functions, possibly at once, and returns when both are done.
+void parallel_invoke(const std::function<void()>& a, const std::function<void()>& b);
+
+}  // namespace glowworm

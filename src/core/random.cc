@@ -1,0 +1,66 @@
+#include "core/random.h"
+
+#include <array>
+
+namespace glowworm {
+
+namespace {
+
+std::uint32_t reverse_bits(std::uint32_t x) {
+  x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+  return __builtin_bswap32(x);
+}
+
+/// Second Sobol' dimension: column k of its generator matrix, from the primitive polynomial x + 1 (Pascal's triangle
+/// mod 2). Four tables of a byte each make a point four look-ups.
+struct SobolTables {
+  std::array<std::array<std::uint32_t, 256>, 4> y{};
+  constexpr SobolTables() {
+    std::array<std::uint32_t, 32> column{};
+    column[0] = 1u << 31;
+    for (int k = 1; k < 32; ++k) column[k] = column[k - 1] ^ (column[k - 1] >> 1);
+    for (int byte = 0; byte < 4; ++byte)
+      for (int value = 0; value < 256; ++value) {
+        std::uint32_t sum = 0;
+        for (int bit = 0; bit < 8; ++bit)
+          if (value >> bit & 1) sum ^= column[byte * 8 + bit];
+        y[byte][value] = sum;
+      }
+  }
+};
+constexpr SobolTables tables;
+
+}  // namespace
+
+std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed) {
+  x = reverse_bits(x);
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return reverse_bits(x);
+}
+
+SobolPoint sobol2(std::uint32_t index) {
+  return {reverse_bits(index), tables.y[0][index & 255] ^ tables.y[1][index >> 8 & 255] ^
+                                   tables.y[2][index >> 16 & 255] ^ tables.y[3][index >> 24]};
+}
+
+Vec2 Sampler::next2() {
+  const std::uint32_t key = hash_combine(key_, dimension_++);
+  if (kind_ == SamplerKind::independent) {
+    const std::uint32_t x = hash_combine(key, index_);
+    return {to_unit_float(x), to_unit_float(hash32(x ^ 0xa511e9b3u))};
+  }
+  // Shuffling the index by a scramble of its own decorrelates the dimension pairs but keeps every power-of-two
+  // block of samples a (0,2)-sequence block.
+  const std::uint32_t shuffled = nested_uniform_scramble(index_, key);
+  const SobolPoint p = sobol2(shuffled);
+  return {to_unit_float(nested_uniform_scramble(p.x, hash32(key ^ 0x68bc21ebu))),
+          to_unit_float(nested_uniform_scramble(p.y, hash32(key ^ 0x02e5be93u)))};
+}
+
+}  // namespace glowworm

@@ -1,0 +1,61 @@
+// Random and low-discrepancy numbers that belong to an index, never to a thread.
+#pragma once
+#include <cstdint>
+
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// A 32-bit hash whose every input bit reaches every output bit (the "lowbias32" finaliser, C. Wellons, "Prospecting
+/// for Hash Functions", 2018).
+inline std::uint32_t hash32(std::uint32_t x) {
+  x ^= x >> 16;
+  x *= 0x7feb352du;
+  x ^= x >> 15;
+  x *= 0x846ca68bu;
+  x ^= x >> 16;
+  return x;
+}
+inline std::uint32_t hash_combine(std::uint32_t seed, std::uint32_t value) {
+  return hash32(seed ^ (value + 0x9e3779b9u + (seed << 6) + (seed >> 2)));
+}
+
+/// The upper 24 bits of x as a float in [0, 1).
+inline float to_unit_float(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
+
+/// Owen-scrambles the bits of x, reversed on entry and exit (Burley, "Practical Hash-based Owen Scrambling", JCGT
+/// 9(4), 2020, with the hash of Laine and Karras as improved there).
+std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed);
+
+/// Point `index` of the first two Sobol' dimensions as 32-bit fractions.
+struct SobolPoint {
+  std::uint32_t x, y;
+};
+SobolPoint sobol2(std::uint32_t index);
+
+enum class SamplerKind : std::uint8_t {
+  sobol,        ///< Owen-scrambled Sobol' pairs, padded and shuffled: the default
+  independent,  ///< hashed random numbers; for tests of the other
+};
+
+/// The numbers of one sample of one sequence: sample `index` of the point set that belongs to (seed, sequence), for
+/// example camera sample 3 of pixel 1234, or photon 99 of the photon pass. Each next1/next2 is one more dimension
+/// pair; two samplers made alike give the same numbers.
+class Sampler {
+ public:
+  Sampler(SamplerKind kind, std::uint32_t seed, std::uint32_t sequence, std::uint32_t index)
+      : kind_(kind), key_(hash_combine(hash_combine(0x6c6f7721u, seed), sequence)), index_(index) {}
+
+  /// A number in [0, 1).
+  float next1() { return next2().x; }
+  /// A point of [0, 1)^2.
+  Vec2 next2();
+
+ private:
+  SamplerKind kind_;
+  std::uint32_t key_;
+  std::uint32_t index_;
+  std::uint32_t dimension_ = 0;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,74 @@
+// The density engine: radiance that leaves query points, from the photons around them.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/statistics.h"
+#include "gather/query_points.h"
+#include "photon/photon_batch.h"
+
+namespace glowworm {
+
+/// Kernels K over the unit disc, normalised so that their integral over it is 1 (d: distance over radius).
+enum class KernelShape : std::uint8_t {
+  box,           ///< 1 / pi
+  cone,          ///< 3 / pi (1 - d)
+  epanechnikov,  ///< 2 / pi (1 - d^2)
+  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
+};
+
+enum class RadiusKind : std::uint8_t {
+  nearest,     ///< every query takes its k nearest photons (normal photon mapping; knn and brute alone)
+  fixed,       ///< one radius for all photons
+  per_photon,  ///< a radius for each photon: the sample-point estimator of [HHS05] eq. 3
+};
+
+/// Over which radius photons are counted; an argument of the engine, not its habit.
+struct RadiusPolicy {
+  RadiusKind kind = RadiusKind::per_photon;
+  std::uint32_t k = 50;        ///< nearest
+  float max_radius = 0;        ///< nearest: photons further away are not counted, metres; 0: no limit
+  float radius = 0;            ///< fixed: metres
+  std::vector<float> radii;    ///< per_photon: metres, one for each photon of the batch
+  KernelShape kernel = KernelShape::epanechnikov;
+  /// A photon counts at a query point where the dot product of their normals is above this: it keeps photons on the
+  /// back of a thin wall, and beyond a corner, out.
+  float min_normal_cosine = 0.7f;
+};
+
+/// What an engine would need for a task.
+struct EnginePlan {
+  std::uint64_t bytes = 0;   ///< that it holds at once beside photons, query points and radiances
+  std::uint32_t passes = 1;  ///< how often it would go over the query points within the budget
+};
+
+/// An engine holds an index of one batch of photons and answers any number of batches of query points; query state never
+/// lives in it. All engines that are given the same radii agree with the brute-force sum to rounding.
+class DensityEngine {
+ public:
+  virtual ~DensityEngine() = default;
+  virtual std::string name() const = 0;
+
+  /// What estimate() would need for so many points and photons within `budget_bytes` (0: without limit).
+  virtual EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t budget_bytes) const = 0;
+
+  /// Takes a batch of photons and builds the index over it, on all threads (Phase::build_photon_map). Replaces the one
+  /// before. Throws Error where the policy is of a kind that the engine does not do.
+  virtual void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) = 0;
+
+  /// Adds to radiance[i] (W sr^-1 m^-2) what leaves point i from the photons of the index, on all threads
+  /// (Phase::reorder and Phase::density; counts query_points, pairs_tested, shader_operations). The same bits for any
+  /// number of threads. Several batches of photons add up: build, estimate, build, estimate.
+  virtual void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const = 0;
+};
+
+/// Names that make_engine() knows, in order of preference.
+std::vector<std::string> engine_names();
+/// Makes an engine by name. Throws Error, listing the names there are, for another.
+std::unique_ptr<DensityEngine> make_engine(const std::string& name);
+
+}  // namespace glowworm

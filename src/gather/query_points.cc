@@ -1,0 +1,34 @@
+#include "gather/query_points.h"
+
+namespace glowworm {
+
+void QueryPoints::clear() { *this = QueryPoints(); }
+
+void QueryPoints::push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target) {
+  position.push_back(p);
+  normal.push_back(n);
+  reflectance.push_back(albedo);
+  bsdf.push_back(kLambertianQuery);
+  weight.push_back(w);
+  gather_point.push_back(target);
+}
+
+void QueryPoints::push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target) {
+  push_back(p, n, RGB(0.0f), w, target);
+  bsdf.back() = static_cast<std::uint32_t>(bsdfs.size());
+  bsdfs.push_back(b);
+}
+
+void QueryPoints::append(const QueryPoints& other) {
+  const auto offset = static_cast<std::uint32_t>(bsdfs.size());
+  position.insert(position.end(), other.position.begin(), other.position.end());
+  normal.insert(normal.end(), other.normal.begin(), other.normal.end());
+  reflectance.insert(reflectance.end(), other.reflectance.begin(), other.reflectance.end());
+  weight.insert(weight.end(), other.weight.begin(), other.weight.end());
+  gather_point.insert(gather_point.end(), other.gather_point.begin(), other.gather_point.end());
+  bsdfs.insert(bsdfs.end(), other.bsdfs.begin(), other.bsdfs.end());
+  bsdf.reserve(position.size());
+  for (const std::uint32_t index : other.bsdf) bsdf.push_back(index == kLambertianQuery ? index : index + offset);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,41 @@
+// Query points (the "reverse photons" of [HHS05]): where the photon map is asked for radiance.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+#include "scene/bsdf.h"
+
+namespace glowworm {
+
+/// Index into QueryPoints::bsdfs of a point that is Lambertian.
+inline constexpr std::uint32_t kLambertianQuery = 0xffffffffu;
+
+/// A BSDF with its shading frame, for query points that are not Lambertian.
+struct QueryBsdf {
+  Bsdf bsdf;
+  Vec3 s, t, n;  ///< shading frame in world space
+  Vec3 wo;       ///< unit, world space, towards the gather point
+};
+
+/// Points at which outgoing radiance is wanted. Arrays of one length, index i one point; `weight` and `gather_point`
+/// are for completion, the engines read the others.
+struct QueryPoints {
+  std::vector<Vec3> position;               ///< metres
+  std::vector<Vec3> normal;                 ///< unit, geometric, on the side that is seen
+  std::vector<RGB> reflectance;             ///< Lambertian: albedo; others: unused
+  std::vector<std::uint32_t> bsdf;          ///< index into bsdfs, or kLambertianQuery
+  std::vector<QueryBsdf> bsdfs;             ///< one for each point that is not Lambertian
+  std::vector<RGB> weight;                  ///< f_r cos / (pdf N) at the gather point: factor on the radiance
+  std::vector<std::uint32_t> gather_point;  ///< the gather point (or any target index) this one belongs to
+
+  std::size_t size() const { return position.size(); }
+  void clear();
+  void push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target);
+  void push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target);
+  void append(const QueryPoints& other);
+  static constexpr std::size_t kBytesEach = 2 * sizeof(Vec3) + 2 * sizeof(RGB) + 2 * sizeof(std::uint32_t);
+};
+
+}  // namespace glowworm

@@ -1,0 +1,43 @@
+// Photons, in structure-of-arrays form.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/box.h"
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// Flux that arrived at surfaces. All arrays have the same length; index i is one photon.
+struct PhotonBatch {
+  std::vector<Vec3> position;   ///< metres
+  std::vector<Vec3> direction;  ///< unit, back along the way it came (w_j of the estimators)
+  std::vector<RGB> flux;        ///< W: dPhi_j
+  std::vector<Vec3> normal;     ///< unit, geometric, on the side that the photon arrived at
+
+  std::size_t size() const { return position.size(); }
+  void resize(std::size_t n) {
+    position.resize(n);
+    direction.resize(n);
+    flux.resize(n);
+    normal.resize(n);
+  }
+  void clear() { resize(0); }
+  void push_back(Vec3 p, Vec3 d, RGB f, Vec3 n) {
+    position.push_back(p);
+    direction.push_back(d);
+    flux.push_back(f);
+    normal.push_back(n);
+  }
+  void append(const PhotonBatch& other);
+  /// Photon i of the result is photon order[i] of this batch.
+  PhotonBatch permuted(std::span<const std::uint32_t> order) const;
+  Box3 bounds() const;
+  /// Sum of all flux, in W, added up in double precision.
+  RGB total_flux() const;
+  static constexpr std::size_t kBytesEach = 3 * sizeof(Vec3) + sizeof(RGB);
+};
+
+}  // namespace glowworm

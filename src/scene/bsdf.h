@@ -1,0 +1,94 @@
+// BSDFs: how a surface scatters light at one point. One set of functions serves every kind; there is no virtual call.
+//
+// Directions are unit vectors in shading coordinates: +z is the shading normal on the outside of the surface; wo and wi
+// both point away from the surface. Reflecting surfaces act alike on both sides; dielectrics tell inside (z < 0) from
+// outside.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// Sets of lobes, as bits. "Sharp" is what no density estimate and no gathering can resolve: perfectly smooth
+/// surfaces, and rough ones whose GGX alpha is under kSharpAlpha; paths are followed through it. The broad lobes are
+/// what photon maps are asked for.
+using Lobes = std::uint8_t;
+inline constexpr Lobes kDiffuseReflection = 1;
+inline constexpr Lobes kDiffuseTransmission = 2;
+inline constexpr Lobes kGlossy = 4;      ///< GGX reflection and transmission with alpha >= kSharpAlpha
+inline constexpr Lobes kSharp = 8;       ///< smooth, or GGX with alpha < kSharpAlpha
+inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
+inline constexpr Lobes kAllLobes = kBroad | kSharp;
+
+/// GGX alpha below which a lobe counts as sharp.
+inline constexpr float kSharpAlpha = 0.08f;
+/// GGX alpha below which a lobe is treated as perfectly smooth (a Dirac delta).
+inline constexpr float kSmoothAlpha = 1e-3f;
+
+enum class BsdfKind : std::uint8_t {
+  lambertian,  ///< diffuse reflection and transmission
+  conductor,
+  dielectric,
+  thin_dielectric,
+  coated_diffuse,
+  coated_conductor,
+  metallic_roughness,
+};
+
+/// A material resolved at a point: numbers only, so that arrays of it can be evaluated in batches.
+struct Bsdf {
+  BsdfKind kind = BsdfKind::lambertian;
+  bool thin = false;
+  RGB diffuse{0.0f};          ///< diffuse reflectance
+  RGB transmission{0.0f};     ///< diffuse transmittance, or tint of specular transmission
+  RGB specular{0.0f};         ///< F0 of a conductor by reflectance, tint of a dielectric's reflection
+  RGB eta{1.5f}, k{0.0f};     ///< complex index of a conductor; eta.r also of dielectrics and coats
+  bool use_reflectance = false;
+  float alpha_x = 0, alpha_y = 0;  ///< GGX alpha
+  float coat_alpha = 0, coat = 0, coat_eta = 1.5f;
+  float metallic = 0, transmission_weight = 0;
+};
+
+/// Which lobes the BSDF has.
+Lobes lobes(const Bsdf& bsdf);
+
+/// True where the BSDF is diffuse reflection alone, which the engines treat inline.
+inline bool is_lambertian(const Bsdf& bsdf) {
+  return bsdf.kind == BsdfKind::lambertian && bsdf.transmission.r == 0 && bsdf.transmission.g == 0 &&
+         bsdf.transmission.b == 0;
+}
+
+/// f_r (or f_t) in sr^-1 of the lobes asked for, without the cosine; Dirac deltas count as zero.
+RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
+
+/// The density per steradian with which sample() gives wi, for the lobes asked for; deltas count as zero.
+float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
+
+/// Whether what is carried is radiance (paths from the eye) or flux (photons): refraction scales radiance by the
+/// square of the relative index (Veach 1997, section 5.2).
+enum class Transport : std::uint8_t { radiance, flux };
+
+struct BsdfSample {
+  Vec3 wi;
+  RGB weight;          ///< f |cos(wi)| / pdf; for a delta, its coefficient over the probability of choosing it
+  float pdf = 0;       ///< per steradian of all lobes asked for; for a delta, the probability of choosing it
+  Lobes lobe = 0;      ///< the lobe that was chosen: one bit
+  bool delta = false;
+  bool valid = false;  ///< false where nothing is scattered: the path ends
+};
+
+/// Chooses a direction in proportion to the BSDF times the cosine, as near as may be.
+/// @param u_lobe chooses the lobe; @param u the direction in it; all in [0, 1)
+BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, Transport transport);
+
+/// Share of the light from wo that the lobes asked for scatter (directional albedo), exact or near: it chooses between
+/// lobes and decides Russian roulette, so it need not be exact, but must be > 0 wherever the lobes are not black.
+RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
+
+/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the lobes asked for.
+void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out);
+
+}  // namespace glowworm

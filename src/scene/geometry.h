@@ -1,0 +1,55 @@
+// The triangles of a scene: one indexed mesh in world space, in structure-of-arrays form.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/box.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// All triangles of a scene. Instances are resolved by the importers: everything is in world space, metres.
+struct Geometry {
+  std::vector<Vec3> positions;                          ///< one a vertex
+  std::vector<Vec3> normals;                            ///< one a vertex, unit; (0,0,0): use the triangle's own
+  std::vector<Vec2> uvs;                                ///< one a vertex; (0,0) where the file has none
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< vertex indices, counter-clockwise seen from outside
+  std::vector<std::uint32_t> material;                  ///< one a triangle: index into the materials
+  std::vector<std::uint32_t> emission;                  ///< one a triangle: index into the emissions, or kNone
+
+  std::size_t triangle_count() const { return triangles.size(); }
+  /// Twice the area times the unit normal (m^2), by the winding.
+  Vec3 scaled_normal(std::uint32_t triangle) const {
+    const auto& [a, b, c] = triangles[triangle];
+    return cross(positions[b] - positions[a], positions[c] - positions[a]);
+  }
+  /// Area in m^2.
+  float area(std::uint32_t triangle) const { return 0.5f * length(scaled_normal(triangle)); }
+  /// Unit normal by the winding; (0,0,0) for a triangle without area.
+  Vec3 normal(std::uint32_t triangle) const {
+    const Vec3 n = scaled_normal(triangle);
+    const float l = length(n);
+    return l > 0 ? n / l : Vec3{0, 0, 0};
+  }
+  Box3 bounds() const {
+    Box3 box;
+    for (const Vec3& p : positions) box.grow(p);
+    return box;
+  }
+};
+
+/// Adds a mesh to a scene's geometry. Drops triangles without area and those with a vertex that is not finite, and
+/// counts them; throws Error naming `name` where an index is out of range.
+/// @param mesh triangles of one shape; its material and emission arrays may be empty, then the two last arguments
+///             hold for all its triangles
+struct AppendResult {
+  std::size_t degenerate = 0;  ///< triangles dropped for having no area
+  std::size_t not_finite = 0;  ///< triangles dropped for a NaN or infinite vertex
+};
+AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* name, std::uint32_t material,
+                         std::uint32_t emission);
+
+}  // namespace glowworm

@@ -1,0 +1,53 @@
+// Lights and the environment, as tables.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/transform.h"
+#include "core/vec.h"
+#include "scene/texture.h"
+
+namespace glowworm {
+
+/// What an emissive triangle sends out: the same radiance in every direction of its front (and back).
+struct Emission {
+  std::string name;
+  ColorInput radiance{RGB(1.0f)};  ///< W sr^-1 m^-2
+  bool two_sided = false;
+};
+
+enum class LightKind : std::uint8_t { point, spot, directional };
+
+/// A light without extent.
+struct Light {
+  std::string name;
+  LightKind kind = LightKind::point;
+  RGB intensity{1.0f};       ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2
+  Vec3 position{0, 0, 0};    ///< point, spot: metres
+  Vec3 direction{0, 0, -1};  ///< spot, directional: the way the light travels, unit
+  float cos_inner = 1;       ///< spot: full intensity within this angle of the direction,
+  float cos_outer = 0;       ///< none outside this one, between them as `smooth_falloff` says
+  bool gltf_falloff = false; ///< spot between the cones: true: KHR_lights_punctual's quadratic; false: smoothstep
+};
+
+enum class EnvironmentMapping : std::uint8_t {
+  lat_long,    ///< u around, v from up to down
+  equal_area,  ///< Clarberg's octahedral equal-area map, as pbrt-v4 uses it (u, v of the file, first row v = 0)
+};
+
+/// Light from all around, from infinitely far. Radiance is `scale` times the image, or `scale` where there is none.
+struct Environment {
+  std::string name;
+  RGB scale{1.0f};           ///< W sr^-1 m^-2
+  int width = 0, height = 0;
+  std::vector<RGB> pixels;   ///< row-major, first row on top
+  EnvironmentMapping mapping = EnvironmentMapping::lat_long;
+  /// To world space from the space in which lat_long has y up (u = 0.5 looks along -z, as OpenEXR's envmaps) and
+  /// equal_area has z up.
+  Transform to_world;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,53 @@
+// Materials: what a surface is made of, as the scene file says it. bsdf.h holds what becomes of one at a point.
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "core/rgb.h"
+#include "scene/texture.h"
+
+namespace glowworm {
+
+enum class MaterialKind : std::uint8_t {
+  diffuse,               ///< Lambertian reflection: reflectance; and transmission where transmittance is not black
+  conductor,             ///< metal: eta + ik, or Schlick's F0 = reflectance where use_reflectance
+  dielectric,            ///< glass: eta, roughness; reflectance and transmittance tint the two
+  thin_dielectric,       ///< a pane without thickness: eta
+  coated_diffuse,        ///< a diffuse base under a dielectric coat of eta and roughness
+  coated_conductor,      ///< a conductor under a dielectric coat
+  metallic_roughness,    ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
+  mix,                   ///< one of two other materials, chosen by amount
+};
+
+/// A material of the scene. Inputs that a kind does not name are not read.
+struct Material {
+  std::string name;
+  MaterialKind kind = MaterialKind::diffuse;
+
+  ColorInput reflectance{RGB(0.5f)};    ///< diffuse albedo, base colour, or reflectance at normal incidence
+  ColorInput transmittance{RGB(0.0f)};  ///< diffuse transmission, or the tint of what a dielectric transmits
+  RGB eta{1.5f}, k{0.0f};               ///< conductor's complex index of refraction, relative to the outside
+  bool use_reflectance = false;         ///< conductor by reflectance (F0) instead of eta and k
+  float ior = 1.5f;                     ///< dielectrics and coats: index inside over index outside
+  FloatInput roughness_u{0.0f}, roughness_v{0.0f};  ///< GGX alpha along and across the tangent; 0 is smooth
+  FloatInput coat_roughness{0.0f};      ///< GGX alpha of the coat (coated_conductor, clearcoat)
+  float coat_thickness = 0.01f;         ///< pbrt-v4 coated materials: thickness in scene units
+  FloatInput metallic{0.0f};            ///< metallic_roughness
+  FloatInput specular{1.0f};            ///< KHR_materials_specular factor
+  ColorInput specular_color{RGB(1.0f)};
+  FloatInput clearcoat{0.0f};           ///< KHR_materials_clearcoat factor
+  FloatInput transmission{0.0f};        ///< KHR_materials_transmission factor
+  bool thin = false;                    ///< transmission does not bend rays (glTF without volume)
+
+  std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
+  FloatInput mix_amount{0.5f};
+
+  FloatInput alpha{1.0f};         ///< presence of the surface: 0 lets every ray pass
+  float alpha_cutoff = -1;        ///< >= 0: present where alpha >= cutoff, else with probability alpha
+  ColorInput normal_map;          ///< tangent-space normals, stored as (n + 1) / 2, where texture is not kNone
+  float normal_scale = 1;
+  FloatInput bump;                ///< displacement in metres along the normal, where texture is not kNone
+  bool two_sided_emission = false;
+};
+
+}  // namespace glowworm

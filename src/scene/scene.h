@@ -1,0 +1,91 @@
+// The scene: immutable tables that every room reads.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/box.h"
+#include "core/distribution.h"
+#include "scene/camera.h"
+#include "scene/geometry.h"
+#include "scene/light.h"
+#include "scene/material.h"
+#include "scene/texture.h"
+
+namespace glowworm {
+
+/// What a file asks of the picture; 0 or empty where it does not say.
+struct FilmRequest {
+  int width = 0, height = 0;
+  float crop[4] = {0, 1, 0, 1};  ///< x0, x1, y0, y1 as fractions of the whole picture
+  float scale = 1;               ///< factor on radiance (a sensor's imaging ratio)
+};
+
+/// What importers and the built-in scenes fill in.
+struct SceneDescription {
+  std::string name;
+  Geometry geometry;
+  std::vector<Material> materials;
+  std::vector<TextureNode> textures;
+  std::vector<Emission> emissions;
+  std::vector<Light> lights;
+  std::optional<Environment> environment;
+  std::vector<Camera> cameras;
+  FilmRequest film;
+  /// One line each: what the file asks for and this program does not do, or had to guess.
+  std::vector<std::string> notes;
+};
+
+/// An immutable scene with the tables derived from its description.
+class Scene {
+ public:
+  /// Checks all indices, adds a camera that frames the scene where it has none, and a sky where it has no light (and
+  /// says so in the notes). Throws Error for a scene without triangles.
+  explicit Scene(SceneDescription description);
+
+  const std::string& name() const { return d_.name; }
+  const Geometry& geometry() const { return d_.geometry; }
+  const std::vector<Material>& materials() const { return d_.materials; }
+  const std::vector<TextureNode>& textures() const { return d_.textures; }
+  const std::vector<Emission>& emissions() const { return d_.emissions; }
+  const std::vector<Light>& lights() const { return d_.lights; }
+  const std::optional<Environment>& environment() const { return d_.environment; }
+  const std::vector<Camera>& cameras() const { return d_.cameras; }
+  const FilmRequest& film() const { return d_.film; }
+  const std::vector<std::string>& notes() const { return d_.notes; }
+
+  /// The camera of that name; an empty name is the first. Throws Error that lists the names there are.
+  const Camera& camera(const std::string& name) const;
+
+  Box3 bounds() const { return bounds_; }
+  Vec3 center() const { return center_; }
+  /// Radius of a sphere around center() that holds the scene, metres.
+  float radius() const { return radius_; }
+  /// Triangles that emit, in order.
+  const std::vector<std::uint32_t>& emissive_triangles() const { return emissive_triangles_; }
+  /// Place of a triangle in emissive_triangles(), or kNone.
+  std::uint32_t emissive_index(std::uint32_t triangle) const {
+    return emissive_index_.empty() ? kNone : emissive_index_[triangle];
+  }
+  /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then the
+  /// environment. Its total is the power of all light, in W (luminance).
+  const Distribution1D& light_power() const { return light_power_; }
+  std::size_t light_source_count() const {
+    return emissive_triangles_.size() + d_.lights.size() + (d_.environment ? 1 : 0);
+  }
+  const Distribution2D& environment_distribution() const { return environment_distribution_; }
+  /// True where a material has an alpha that rays must be tested against.
+  bool has_alpha(std::uint32_t material) const { return material_has_alpha_[material]; }
+
+ private:
+  SceneDescription d_;
+  Box3 bounds_;
+  Vec3 center_;
+  float radius_ = 0;
+  std::vector<std::uint32_t> emissive_triangles_, emissive_index_;
+  Distribution1D light_power_;
+  Distribution2D environment_distribution_;
+  std::vector<bool> material_has_alpha_;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,37 @@
+// From a triangle and barycentric coordinates to everything that shading needs.
+#pragma once
+#include "core/frame.h"
+#include "scene/bsdf.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// A point of a surface.
+struct SurfacePoint {
+  Vec3 position;          ///< metres
+  Vec3 geometric_normal;  ///< unit, by the winding
+  Frame frame;            ///< shading frame: its n on the side of geometric_normal, s along the texture's u
+  Vec2 uv;
+  std::uint32_t triangle = kNone;
+  std::uint32_t material = kNone;
+};
+
+/// @param barycentric weights of the second and third vertex
+SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
+
+/// The material at a point, its textures evaluated. Applies normal and bump maps to point.frame, turned back so that a
+/// viewer at direction `wo` (world space, away from the surface) stays on the side of the geometric normal he is on.
+/// Mixed materials are chosen by a hash of the position.
+Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo);
+
+/// Radiance (W sr^-1 m^-2) that the surface itself emits towards wo; black where it is no emitter or seen from behind.
+RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
+
+/// Whether an alpha-tested surface is there for the ray: by the cut-off, or by chance that depends on the ray alone.
+bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);
+
+/// An origin for rays that leave a surface at p on the side of n: far enough that they don't hit it again, by steps in
+/// the last bits of p (Waechter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019).
+Vec3 offset_origin(Vec3 p, Vec3 n);
+
+}  // namespace glowworm

@@ -1,0 +1,59 @@
+// Textures: a table of nodes that are evaluated at texture coordinates.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+#include "scene/geometry.h"
+
+namespace glowworm {
+
+/// An image that textures read. The importers give one that decodes files through the image room; tests give their own.
+class TextureImage {
+ public:
+  virtual ~TextureImage() = default;
+  /// Linear colour at (u, v), filtered bilinearly, wrapped as the image says; v runs upwards (v = 0 is the last row).
+  virtual RGB color(Vec2 uv) const = 0;
+  /// The alpha channel at (u, v) in [0, 1]; 1 where the image has none.
+  virtual float alpha(Vec2 uv) const = 0;
+  virtual bool has_alpha() const = 0;
+  virtual int width() const = 0;
+  virtual int height() const = 0;
+};
+
+enum class TextureKind : std::uint8_t { constant, image, scale, mix, checkerboard };
+
+/// One node. Texture coordinates of a node are uv_scale * rotate(uv, uv_rotation) + uv_offset.
+struct TextureNode {
+  TextureKind kind = TextureKind::constant;
+  RGB value{1.0f};                       ///< constant: the value; image: factor on it
+  bool invert = false;                   ///< image: 1 - colour, before the factor
+  std::shared_ptr<const TextureImage> image;
+  Vec2 uv_scale{1, 1}, uv_offset{0, 0};
+  float uv_rotation = 0;                 ///< radians, counter-clockwise
+  std::uint32_t child_a = kNone;         ///< scale: factor; mix: value at amount 0; checkerboard: even cells
+  std::uint32_t child_b = kNone;         ///< scale: factor; mix: value at amount 1; checkerboard: odd cells
+  std::uint32_t child_amount = kNone;    ///< mix: amount (its mean)
+};
+
+/// A colour or a number of a material: a constant times, where given, a texture.
+struct ColorInput {
+  RGB value{1.0f};
+  std::uint32_t texture = kNone;
+};
+enum class Channel : std::uint8_t { mean, red, green, blue, alpha };
+struct FloatInput {
+  float value = 1;
+  std::uint32_t texture = kNone;
+  Channel channel = Channel::mean;
+};
+
+/// Evaluates node `id` of a table; nodes refer only to nodes before themselves.
+RGB evaluate(const std::vector<TextureNode>& textures, std::uint32_t id, Vec2 uv);
+RGB evaluate(const std::vector<TextureNode>& textures, const ColorInput& input, Vec2 uv);
+float evaluate(const std::vector<TextureNode>& textures, const FloatInput& input, Vec2 uv);
+
+}  // namespace glowworm

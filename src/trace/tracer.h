@@ -1,0 +1,60 @@
+// Ray tracing: closest hits and occlusion for batches of rays. Only this room includes Embree.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/vec.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// A ray; direction need not be unit, distances are in its lengths.
+struct Ray {
+  Vec3 origin;
+  float t_min = 0;
+  Vec3 direction;
+  float t_max = 0;
+};
+
+/// The closest hit of a ray: triangle is kNone where there is none.
+struct Hit {
+  float distance = 0;
+  std::uint32_t triangle = kNone;
+  Vec2 barycentric;  ///< weights of the second and third vertex
+};
+
+/// How a batch is traced; the answers are the same.
+enum class RayOrder : std::uint8_t {
+  incoherent,  ///< neighbours in the batch have nothing in common
+  coherent,    ///< neighbours start close together and point the same way
+};
+
+/// The scene in the form that rays are traced against. Immutable after it is made; all calls are thread-safe.
+class Tracer {
+ public:
+  /// Builds the acceleration structure, on all threads. The scene must outlive the tracer.
+  explicit Tracer(const Scene& scene);
+  ~Tracer();
+  Tracer(const Tracer&) = delete;
+  Tracer& operator=(const Tracer&) = delete;
+
+  const Scene& scene() const;
+  /// Bytes that the acceleration structure holds.
+  std::uint64_t bytes() const;
+
+  Hit intersect(const Ray& ray) const;
+  bool occluded(const Ray& ray) const;
+
+  /// Traces a batch on the calling thread. hits.size() == rays.size().
+  void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;
+  /// out[i] is 1 where something lies between t_min and t_max of ray i, else 0.
+  void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace glowworm
