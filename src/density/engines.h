@@ -1,0 +1,13 @@
+// The engines that make_engine() knows; each is made by a function of its own file.
+#pragma once
+#include <memory>
+
+#include "density/engine.h"
+
+namespace glowworm {
+
+/// Every photon against every query point in double precision: the truth that the others are held against. Does every
+/// RadiusKind.
+std::unique_ptr<DensityEngine> make_brute_engine();
+
+}  // namespace glowworm

@@ -1,0 +1,51 @@
+// A kd-tree over points by the sliding-midpoint rule.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/box.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// A node of 8 bytes. Nodes stand in depth-first preorder: the left child of an inner node follows it.
+struct KdNode {
+  static constexpr std::uint32_t kLeaf = 3;
+
+  union {
+    float split;          ///< inner: points with a coordinate <= split are on the left
+    std::uint32_t count;  ///< leaf: number of points
+  };
+  std::uint32_t bits;  ///< low 2: axis or kLeaf; others: inner: distance to the right child, leaf: first point
+
+  bool is_leaf() const { return (bits & 3) == kLeaf; }
+  int axis() const { return static_cast<int>(bits & 3); }
+  std::uint32_t right_offset() const { return bits >> 2; }
+  std::uint32_t first() const { return bits >> 2; }
+};
+static_assert(sizeof(KdNode) == 8);
+
+/// A point with its place in the array that the tree was built from.
+struct KdPoint {
+  Vec3 position;
+  std::uint32_t index;
+};
+
+/// The tree: its points in leaf order, so that every leaf, and every subtree, is a run of them.
+struct KdTree {
+  /// No way from the root to a leaf is longer than this; stacks may have this size.
+  static constexpr int kMaxDepth = 96;
+
+  std::vector<KdPoint> points;
+  std::vector<KdNode> nodes;  ///< empty where there are no points
+  Box3 bounds;                ///< of the points
+};
+
+/// Builds a tree on all threads; the same tree for any number of them. A cell is split at the middle of its longest
+/// side; if one side would be empty the plane slides to the nearest point (Maneewongvatana and Mount, "It's Okay to Be
+/// Skinny, If Your Friends Are Fat", 1999). Leaves hold at most `leaf_size` points, or more that all coincide.
+/// @param positions fewer than 2^30, finite
+KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size);
+
+}  // namespace glowworm
