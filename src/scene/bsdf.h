@@ -18,8 +18,8 @@ namespace glowworm {
 using Lobes = std::uint8_t;
 inline constexpr Lobes kDiffuseReflection = 1;
 inline constexpr Lobes kDiffuseTransmission = 2;
-inline constexpr Lobes kGlossy = 4;      ///< GGX reflection and transmission with alpha >= kSharpAlpha
-inline constexpr Lobes kSharp = 8;       ///< smooth, or GGX with alpha < kSharpAlpha
+inline constexpr Lobes kGlossy = 4;  ///< GGX reflection and transmission with alpha >= kSharpAlpha
+inline constexpr Lobes kSharp = 8;   ///< smooth, or GGX with alpha < kSharpAlpha
 inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
 inline constexpr Lobes kAllLobes = kBroad | kSharp;
 
@@ -38,18 +38,39 @@ enum class BsdfKind : std::uint8_t {
   metallic_roughness,
 };
 
-/// A material resolved at a point: numbers only, so that arrays of it can be evaluated in batches.
+/// A material resolved at a point: numbers only, so that arrays of it can be evaluated in batches. Every index of
+/// refraction is that of the inside (z < 0) over that of the outside. Colours lie in [0, 1]. GGX alphas are alphas, not
+/// "roughness" (glTF's alpha is roughness squared; pbrt's is remapped or not, as the file says). A field that a kind
+/// does not name is not read:
+/// - lambertian: diffuse, transmission.
+/// - conductor: alpha_x, alpha_y; use_reflectance: specular (F0 of Schlick's approximation), else eta, k. pbrt-v4 makes
+///   eta = 1, k = 2 sqrt(r / (1 - r)) of a "reflectance" r; for its images do so too, with use_reflectance false.
+/// - dielectric: eta.r, alpha_x, alpha_y, specular and transmission (tints of the two; 1 for plain glass).
+/// - thin_dielectric: eta.r (of the pane over both sides), specular, transmission (tints). Always smooth.
+/// - coated_diffuse: diffuse (the base's own albedo), coat_eta, alpha_x, alpha_y (of the coat), coat_thickness.
+/// - coated_conductor: coat_eta, coat_alpha, coat_thickness; of the base alpha_x, alpha_y and use_reflectance,
+/// specular,
+///   eta, k as of a conductor, relative to the OUTSIDE, not to the coat.
+/// - metallic_roughness: diffuse (base colour, of which metallic takes no share off), metallic, alpha_x, alpha_y,
+/// eta.r,
+///   specular (KHR specular colour), specular_weight (KHR specular factor), coat (clearcoat factor), coat_alpha,
+///   coat_eta, transmission_weight, thin. The base colour tints what is transmitted.
 struct Bsdf {
   BsdfKind kind = BsdfKind::lambertian;
-  bool thin = false;
-  RGB diffuse{0.0f};          ///< diffuse reflectance
-  RGB transmission{0.0f};     ///< diffuse transmittance, or tint of specular transmission
-  RGB specular{0.0f};         ///< F0 of a conductor by reflectance, tint of a dielectric's reflection
-  RGB eta{1.5f}, k{0.0f};     ///< complex index of a conductor; eta.r also of dielectrics and coats
-  bool use_reflectance = false;
-  float alpha_x = 0, alpha_y = 0;  ///< GGX alpha
-  float coat_alpha = 0, coat = 0, coat_eta = 1.5f;
+  bool thin = false;               ///< transmission does not bend rays
+  RGB diffuse{0.0f};               ///< diffuse reflectance, or base colour
+  RGB transmission{0.0f};          ///< diffuse transmittance, or tint of specular transmission
+  RGB specular{0.0f};              ///< F0 of a conductor by reflectance, or tint of a dielectric's reflection
+  RGB eta{1.5f}, k{0.0f};          ///< complex index of a conductor; eta.r: index of a dielectric
+  bool use_reflectance = false;    ///< a conductor's Fresnel term is Schlick's of specular
+  float alpha_x = 0, alpha_y = 0;  ///< GGX alpha along the shading frame's s and t; both < kSmoothAlpha: smooth
+  float coat_alpha = 0;            ///< GGX alpha of the coat
+  float coat = 0;                  ///< share of the surface that has the coat
+  float coat_eta = 1.5f;           ///< index of the coat over that of the outside
+  float coat_thickness = 0;        ///< optical depth of the coat along the normal: what pbrt-v4 calls thickness (0.01
+                                   ///< unless said), by which it absorbs as exp(-thickness / cos) at each passage
   float metallic = 0, transmission_weight = 0;
+  float specular_weight = 1;
 };
 
 /// Which lobes the BSDF has.
@@ -61,7 +82,9 @@ inline bool is_lambertian(const Bsdf& bsdf) {
          bsdf.transmission.b == 0;
 }
 
-/// f_r (or f_t) in sr^-1 of the lobes asked for, without the cosine; Dirac deltas count as zero.
+/// f_r (or f_t) in sr^-1 of the lobes asked for, without the cosine; Dirac deltas count as zero. It is that of radiance
+/// scattered from wi to wo: radiance refracted is scaled by the square of the index of wo's side over that of wi's.
+/// Elsewhere, and with wo and wi exchanged after division by the squared index of wo's side, f is symmetric.
 RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
 
 /// The density per steradian with which sample() gives wi, for the lobes asked for; deltas count as zero.
@@ -73,9 +96,9 @@ enum class Transport : std::uint8_t { radiance, flux };
 
 struct BsdfSample {
   Vec3 wi;
-  RGB weight;          ///< f |cos(wi)| / pdf; for a delta, its coefficient over the probability of choosing it
-  float pdf = 0;       ///< per steradian of all lobes asked for; for a delta, the probability of choosing it
-  Lobes lobe = 0;      ///< the lobe that was chosen: one bit
+  RGB weight;      ///< f |cos(wi)| / pdf; for a delta, its coefficient over the probability of choosing it
+  float pdf = 0;   ///< per steradian of all lobes asked for; for a delta, the probability of choosing it
+  Lobes lobe = 0;  ///< the lobe that was chosen: one bit
   bool delta = false;
   bool valid = false;  ///< false where nothing is scattered: the path ends
 };

@@ -1,0 +1,111 @@
+#include "core/hilbert.h"
+
+#include <bit>
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+constexpr unsigned rotate_left3(unsigned v, unsigned by) {
+  by %= 3;
+  return ((v << by) | (v >> (3 - by))) & 7u;
+}
+constexpr unsigned gray_code(unsigned i) { return i ^ (i >> 1); }
+
+}  // namespace
+
+// Hamilton, "Compact Hilbert Indices" (Dalhousie University, technical report CS-2006-07): an orientation is the corner
+// `entry` where the curve enters the cube and the axis `direction` along which it leaves. Place w on the curve is
+// octant T^-1(gray(w)) with T as in section 2.1.3; the orientation of the child follows from the entry points of
+// theorem 2.10 and the directions of lemma 2.8.
+constexpr HilbertTables::HilbertTables() {
+  for (unsigned entry = 0; entry < 8; ++entry)
+    for (unsigned direction = 0; direction < 3; ++direction) {
+      const unsigned orientation = entry * 3 + direction;
+      for (unsigned w = 0; w < 8; ++w) {
+        const unsigned cell = rotate_left3(gray_code(w), direction + 1) ^ entry;
+        const unsigned child_entry = w == 0 ? 0 : gray_code(2 * ((w - 1) / 2));
+        const unsigned turn = w == 0       ? 0
+                              : w % 2 == 0 ? static_cast<unsigned>(std::countr_one(w - 1)) % 3
+                                           : static_cast<unsigned>(std::countr_one(w)) % 3;
+        const unsigned next_entry = entry ^ rotate_left3(child_entry, direction + 1);
+        const unsigned next = next_entry * 3 + (direction + turn + 1) % 3;
+        octant[orientation][w] = static_cast<std::uint8_t>(cell);
+        place[orientation][cell] = static_cast<std::uint8_t>(w + 8 * next);
+      }
+    }
+  for (std::size_t orientation = 0; orientation < kOrientations; ++orientation)
+    for (std::size_t octants = 0; octants < 64; ++octants) {
+      const unsigned first = place[orientation][octants >> 3];
+      const unsigned second = place[first >> 3][octants & 7];
+      place2[orientation][octants] = static_cast<std::uint16_t>((first & 7) * 8 + (second & 7) + 64 * (second >> 3));
+    }
+}
+
+constinit const HilbertTables kHilbert;
+
+namespace {
+
+/// Bit i of v to bit 3i, for the low 21 bits.
+std::uint64_t spread(std::uint64_t v) {
+  v &= 0x1fffffu;
+  v = (v | v << 32) & 0x001f00000000ffffull;
+  v = (v | v << 16) & 0x001f0000ff0000ffull;
+  v = (v | v << 8) & 0x100f00f00f00f00full;
+  v = (v | v << 4) & 0x10c30c30c30c30c3ull;
+  v = (v | v << 2) & 0x1249249249249249ull;
+  return v;
+}
+
+}  // namespace
+
+std::uint64_t morton_code(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  return spread(x) | spread(y) << 1 | spread(z) << 2;
+}
+
+std::uint64_t hilbert_key_of_morton(std::uint64_t morton, int bits) {
+  unsigned orientation = 0;
+  std::uint64_t key = 0;
+  if (bits & 1) {
+    const unsigned step = kHilbert.place[0][morton >> (3 * (bits - 1)) & 7];
+    key = step & 7;
+    orientation = step >> 3;
+    --bits;
+  }
+  for (int shift = 3 * bits - 6; shift >= 0; shift -= 6) {
+    const unsigned step = kHilbert.place2[orientation][morton >> shift & 63];
+    key = key << 6 | (step & 63);
+    orientation = step >> 6;
+  }
+  return key;
+}
+
+std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits) {
+  return hilbert_key_of_morton(morton_code(x, y, z), bits);
+}
+
+GridCell hilbert_cell(std::uint64_t key, int bits) {
+  GridCell cell{0, 0, 0};
+  unsigned orientation = 0;
+  for (int level = bits - 1; level >= 0; --level) {
+    const unsigned octant = kHilbert.octant[orientation][key >> (3 * level) & 7];
+    cell.x = cell.x << 1 | (octant & 1);
+    cell.y = cell.y << 1 | (octant >> 1 & 1);
+    cell.z = cell.z << 1 | (octant >> 2 & 1);
+    orientation = kHilbert.place[orientation][octant] >> 3;
+  }
+  return cell;
+}
+
+CubeGrid::CubeGrid(const Box3& box, int bits) {
+  const float cells = static_cast<float>(1u << bits);
+  last_ = cells - 1;
+  if (box.empty()) return;
+  origin_ = box.min;
+  const Vec3 d = box.diagonal();
+  const float scale = cells / std::max(d.x, std::max(d.y, d.z));
+  cells_per_metre_ = std::isfinite(scale) ? scale : 0;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,100 @@
+#include "scene/bsdf_component.h"
+
+#include "core/warp.h"
+#include "scene/bsdf_fresnel.h"
+
+namespace glowworm::bsdf_detail {
+namespace {
+
+float reflection_pdf(const Microfacet& m, Vec3 wo, Vec3 wi) {
+  const Vec3 h = reflection_half(wo, wi);
+  const float o = dot(wo, h);
+  return o > 0 ? m.visible_normal_pdf(wo, h) / (4 * o) : 0.0f;
+}
+
+/// Walter et al. 2007, eq. 17 for the Jacobian.
+float refraction_pdf(const Component& c, Vec3 wo, Vec3 wi, Vec3 h) {
+  const float o = dot(wo, h), i = dot(wi, h), denominator = c.eta * i + o;
+  if (denominator == 0) return 0;
+  return c.microfacet.visible_normal_pdf(wo, h) * c.eta * c.eta * std::abs(i) / (denominator * denominator);
+}
+
+/// Probability of reflecting at a facet that wo meets at this cosine.
+float reflection_probability(const Component& c, float cosine) {
+  const float f = fresnel_dielectric(cosine, c.eta);
+  const float r = f * c.reflect, t = (1 - f) * c.transmit;
+  return r + t > 0 ? r / (r + t) : 1.0f;
+}
+
+}  // namespace
+
+float component_pdf(const Component& c, Vec3 wo, Vec3 wi) {
+  switch (c.shape) {
+    case Shape::cosine_reflection:
+      return cosine_hemisphere_pdf(wi.z);
+    case Shape::cosine_transmission:
+      return cosine_hemisphere_pdf(-wi.z);
+    case Shape::rough_reflection:
+      return wi.z > 0 ? reflection_pdf(c.microfacet, wo, wi) : 0.0f;
+    case Shape::rough_straight:
+      return wi.z < 0 ? reflection_pdf(c.microfacet, wo, {wi.x, wi.y, -wi.z}) : 0.0f;
+    case Shape::rough_refraction: {
+      if (wi.z >= 0) return 0;
+      const Vec3 h = refraction_half(wo, wi, c.eta);
+      return h.z > 0 ? refraction_pdf(c, wo, wi, h) : 0.0f;
+    }
+    case Shape::rough_dielectric: {
+      if (wi.z > 0) {
+        const float o = dot(wo, reflection_half(wo, wi));
+        return reflection_pdf(c.microfacet, wo, wi) * reflection_probability(c, o);
+      }
+      if (wi.z == 0) return 0;
+      const Vec3 h = refraction_half(wo, wi, c.eta);
+      return h.z > 0 ? refraction_pdf(c, wo, wi, h) * (1 - reflection_probability(c, dot(wo, h))) : 0.0f;
+    }
+    case Shape::mirror:
+    case Shape::refraction:
+    case Shape::straight:
+      break;
+  }
+  return 0;
+}
+
+bool component_sample(const Component& c, Vec3 wo, float u_side, Vec2 u, Vec3& wi) {
+  switch (c.shape) {
+    case Shape::cosine_reflection:
+      wi = square_to_cosine_hemisphere(u);
+      return wi.z > 0;
+    case Shape::cosine_transmission:
+      wi = -square_to_cosine_hemisphere(u);
+      return wi.z < 0;
+    case Shape::rough_reflection:
+      wi = normalize(reflect(wo, c.microfacet.sample_visible_normal(wo, u)));
+      return wi.z > 0;
+    case Shape::rough_straight:
+      wi = normalize(reflect(wo, c.microfacet.sample_visible_normal(wo, u)));
+      wi.z = -wi.z;
+      return wi.z < 0;
+    case Shape::rough_refraction:
+      return refract(wo, c.microfacet.sample_visible_normal(wo, u), c.eta, wi) && wi.z < 0;
+    case Shape::rough_dielectric: {
+      const Vec3 h = c.microfacet.sample_visible_normal(wo, u);
+      if (u_side < reflection_probability(c, dot(wo, h))) {
+        wi = normalize(reflect(wo, h));
+        return wi.z > 0;
+      }
+      return refract(wo, h, c.eta, wi) && wi.z < 0;
+    }
+    case Shape::mirror:
+      wi = {-wo.x, -wo.y, wo.z};
+      return true;
+    case Shape::straight:
+      wi = -wo;
+      return true;
+    case Shape::refraction:
+      return refract(wo, {0, 0, 1}, c.eta, wi) && wi.z < 0;
+  }
+  return false;
+}
+
+}  // namespace glowworm::bsdf_detail

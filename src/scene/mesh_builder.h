@@ -1,0 +1,84 @@
+// Building meshes from simple solids, for the built-in scenes and tests.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/transform.h"
+#include "scene/geometry.h"
+
+namespace glowworm {
+
+/// Adds shapes to a Geometry. Lengths are in metres; y points up. Every shape is placed by the current transform, which
+/// must not mirror. Triangles are wound counter-clockwise seen from the side that the shape's description calls its
+/// front or outside. Flat faces get zero normals (use the triangle's own), curved ones smooth normals.
+class MeshBuilder {
+ public:
+  explicit MeshBuilder(Geometry& geometry) : geometry_(geometry) {}
+
+  /// The material of what is added from now on, and its emission where it has one.
+  void set_material(std::uint32_t material, std::uint32_t emission = kNone) {
+    material_ = material;
+    emission_ = emission;
+  }
+  /// Where what is added from now on is placed.
+  void set_transform(const Transform& transform) { transform_ = transform; }
+  const Transform& transform() const { return transform_; }
+
+  /// A flat triangle, and a flat quadrilateral cut along a-c, whose front is where a, b, c, d run counter-clockwise.
+  void triangle(Vec3 a, Vec3 b, Vec3 c);
+  void quad(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
+  /// A flat convex polygon, counter-clockwise seen from its front.
+  void polygon(std::span<const Vec3> points);
+
+  /// Faces of a box, to leave out where another solid covers them.
+  enum Face : unsigned { kMinX = 1, kMaxX = 2, kMinY = 4, kMaxY = 8, kMinZ = 16, kMaxZ = 32, kAllFaces = 63 };
+  /// A box seen from outside.
+  void box(Vec3 min, Vec3 max, unsigned faces = kAllFaces);
+  /// A box seen from inside: a closed room.
+  void room(Vec3 min, Vec3 max);
+
+  /// A sphere of 2 * segments * (rings - 1) triangles, seen from outside (or from inside). The vertices lie on it.
+  void sphere(Vec3 center, float radius, int segments, int rings, bool inside = false);
+
+  /// A point of the outline of a solid of revolution around the y axis.
+  struct ProfilePoint {
+    float radius;  ///< distance from the axis, >= 0; 0 only at the two ends
+    float y;
+    bool crease = false;  ///< an edge: normals do not run smoothly across it
+  };
+  /// A solid of revolution around the y axis through the transform's origin. The outside is on the right of the way
+  /// from first to last point in the (radius, y) half-plane, so that an outline that goes upwards faces away from the
+  /// axis.
+  /// @param arc_begin, arc_end part of the turn in radians, from +x towards -z; a whole turn closes without a seam
+  void lathe(std::span<const ProfilePoint> profile, int segments, float arc_begin = 0, float arc_end = 2 * kPi);
+
+  /// A solid whose ground plan is a simple polygon of points (x, z) = (p.x, -p.y), counter-clockwise seen from above,
+  /// between the heights y0 < y1.
+  /// @param convex_caps adds top and bottom; the polygon must be convex for them
+  void prism(std::span<const Vec2> plan, float y0, float y1, bool convex_caps = true);
+
+  /// A smooth patch of nu x nv cells over the unit square with the front where d/du x d/dv points. Normals are found by
+  /// central differences. Opposite borders that coincide do so exactly only if `surface` gives the same bits there.
+  void patch(const std::function<Vec3(float u, float v)>& surface, int nu, int nv);
+
+  /// Adds a mesh that was built before, under the current transform and material; its emission is not copied.
+  void instance(const Geometry& mesh);
+
+  Geometry& geometry() { return geometry_; }
+
+ private:
+  std::uint32_t vertex(Vec3 position, Vec3 normal, Vec2 uv);
+  void face(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+
+  Geometry& geometry_;
+  Transform transform_;
+  std::uint32_t material_ = 0;
+  std::uint32_t emission_ = kNone;
+};
+
+/// A map that turns by `angle` radians around the y axis (from +z towards +x) and then moves by `offset` metres.
+Transform place(Vec3 offset, float angle = 0);
+
+}  // namespace glowworm
