@@ -1,0 +1,149 @@
+#include "core/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+std::string remedy_for(int error_number, const std::string& folder) {
+  switch (error_number) {
+    case ENOENT:
+    case ENOTDIR:
+      return fmt::format("Create the folder \"{}\" or choose another output path.", folder);
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return fmt::format("Make \"{}\" writable for this user or choose another output path.", folder);
+    case ENOSPC:
+    case EDQUOT:
+      return fmt::format("Free space on the disk that holds \"{}\" or choose another output path.", folder);
+    case EFBIG:
+      return "Raise the file size limit (ulimit -f) or choose a smaller image.";
+    case ENAMETOOLONG:
+      return "Choose a shorter path.";
+    default:
+      return "Choose another output path.";
+  }
+}
+
+std::string folder_of(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// A name in the target's own folder, since a rename cannot cross file systems; new for every process and call.
+std::string temporary_name(const std::string& target) {
+  static std::atomic<std::uint32_t> calls{0};
+  const auto now = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+  const std::size_t slash = target.rfind('/');
+  const std::size_t start = slash == std::string::npos ? 0 : slash + 1;
+  // Cut, so that the longest name that the file system takes has a temporary one too.
+  const std::string name = target.substr(start, 200);
+  return fmt::format("{}.{}.{:x}-{:x}-{:x}.tmp", target.substr(0, start), name, getpid(), now & 0xffffffffu, calls++);
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(path) {
+  if (path.empty()) throw Error("the output path is empty", "Give a file name.");
+  struct stat info {};
+  const bool exists = stat(path.c_str(), &info) == 0;
+  if (exists && S_ISDIR(info.st_mode)) fail("the output path is a folder", EISDIR);
+  if (exists && !S_ISREG(info.st_mode)) {
+    descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor_ < 0) fail("cannot write", errno);
+    return;
+  }
+  if (exists) {
+    if (access(path.c_str(), W_OK) != 0) fail("the existing file cannot be written over", errno);
+    if (char* real = realpath(path.c_str(), nullptr)) {
+      target_ = real;
+      std::free(real);
+    }
+  }
+  temporary_ = temporary_name(target_);
+  registered_ = std::make_unique<TemporaryName>(temporary_);
+  descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail("cannot create the file", errno);
+  if (exists && fchmod(descriptor_, info.st_mode & 07777) != 0) fail("cannot keep the old file's mode", errno);
+}
+
+AtomicFile::~AtomicFile() { discard(); }
+
+void AtomicFile::discard() noexcept {
+  if (descriptor_ < 0) return;
+  close(descriptor_);
+  descriptor_ = -1;
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+  registered_.reset();
+}
+
+void AtomicFile::fail(const std::string& what, int error_number) {
+  discard();
+  registered_.reset();
+  throw Error({path_}, fmt::format("{}: {}", what, std::strerror(error_number)),
+              remedy_for(error_number, folder_of(target_)));
+}
+
+void AtomicFile::write(const void* data, std::size_t bytes) {
+  if (descriptor_ < 0) throw Error({path_}, "nothing can be written after the file was closed");
+  const char* next = static_cast<const char*>(data);
+  while (bytes > 0) {
+    // At most 1 GiB at a time: Linux itself writes no more than 2 GiB by one call.
+    const ssize_t written = ::write(descriptor_, next, std::min<std::size_t>(bytes, std::size_t{1} << 30));
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      fail("cannot write", errno);
+    }
+    next += written;
+    bytes -= static_cast<std::size_t>(written);
+  }
+}
+
+void AtomicFile::commit() {
+  if (descriptor_ < 0) throw Error({path_}, "the file was closed already");
+  const bool direct = temporary_.empty();
+  if (!direct && fsync(descriptor_) != 0) fail("cannot write to the disk", errno);
+  const int closed = close(descriptor_);
+  const int close_error = errno;
+  descriptor_ = -1;
+  if (direct) {
+    if (closed != 0) fail("cannot write", close_error);
+    return;
+  }
+  if (closed != 0 || rename(temporary_.c_str(), target_.c_str()) != 0) {
+    const int error_number = closed != 0 ? close_error : errno;
+    unlink(temporary_.c_str());
+    fail("cannot give the finished file its name", error_number);
+  }
+  registered_.reset();
+  // The name is on the disk only once its folder is; a file system that cannot do that has still renamed the file.
+  const int folder = open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder >= 0) {
+    fsync(folder);
+    close(folder);
+  }
+}
+
+void write_file(const std::string& path, std::string_view content) {
+  AtomicFile file(path);
+  file.write(content);
+  file.commit();
+}
+
+}  // namespace glowworm

@@ -1,0 +1,55 @@
+// What an image file holds, as plain data: the one place where pixels come out of OpenImageIO.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace glowworm {
+
+/// How a number of a file becomes a linear one.
+struct TransferFunction {
+  enum class Kind : std::uint8_t { linear, srgb, power };
+  Kind kind = Kind::linear;
+  float exponent = 1;  ///< power: linear = encoded^exponent
+
+  float decode(float encoded) const;
+};
+
+/// The type of a sample in memory.
+enum class SampleType : std::uint8_t { uint8, uint16, half, single };
+std::size_t size_of(SampleType type);
+
+/// Everything that a file says before its pixels.
+struct ImageFileHeader {
+  int width = 0, height = 0;
+  int channels = 0;
+  int alpha_channel = -1;  ///< -1: none
+  SampleType type = SampleType::single;
+  TransferFunction transfer;  ///< of the colour channels; alpha is linear always
+  std::vector<std::string> channel_names;
+  std::map<std::string, std::string> metadata;  ///< attributes that are text
+};
+
+/// Pixels as stored: channels interleaved, row-major, first row on top, alpha not multiplied into colour where the
+/// format keeps them apart.
+struct ImageFileData {
+  ImageFileHeader header;
+  std::vector<std::byte> samples;
+};
+
+/// Reads the header of the first picture of a file; throws Error as read_image_file does.
+ImageFileHeader read_image_header(const std::string& path);
+
+/// Reads the first picture of a file.
+/// @param convert_to_single 32-bit floats whatever the file holds (integers become 0…1); otherwise the smallest type
+/// of SampleType that keeps the file's numbers (32-bit integers and doubles become single)
+/// Throws Error with a remedy where the file is missing, not an image, truncated, empty, or larger than half of the
+/// machine's memory.
+ImageFileData read_image_file(const std::string& path, bool convert_to_single);
+
+/// Fixes OpenImageIO's own threads at none: pictures are decoded by the thread that asks. Called by all that use it.
+void configure_openimageio();
+
+}  // namespace glowworm

@@ -1,0 +1,56 @@
+// How far a picture is from its reference.
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "core/rgb.h"
+#include "image/image.h"
+
+namespace glowworm {
+
+/// What compare_images finds. I: the picture, R: the reference; a mean is one over pixels and the three channels.
+struct ImageComparison {
+  double mse = 0;                     ///< mean of (I - R)^2
+  double relative_mse = 0;            ///< mean of (I - R)^2 / (R^2 + 0.01)
+  double relative_rmse = 0;           ///< its square root
+  double mean_ratio[3] = {};          ///< mean of I over mean of R, for red, green and blue
+  double luminance_ratio = 0;         ///< the same of the luminance
+  double largest_difference = 0;      ///< greatest |I - R|
+  std::size_t pixels = 0;             ///< that were compared, with those left out as the worst
+  std::size_t non_finite_pixels = 0;  ///< in either picture; they are in none of the above
+};
+
+/// Compares the beauty of two pictures of one size; throws Error where the sizes differ or a picture has no R, G, B.
+/// A ratio of two zeros is 1; one over zero is infinite.
+/// @param left_out_share share in [0, 1) of the pixels, those of greatest error, that mse and relative_mse (each by
+/// its own order) leave out, so that a few fireflies of a noisy reference do not decide
+ImageComparison compare_images(const Image& image, const Image& reference, double left_out_share = 0);
+
+/// Signed relative error of the luminance, (I - R) / (|R| + 0.1), in false colour: grey where both agree, red where
+/// the picture is too bright and blue where it is too dark, full at an error of `full_scale`; green where a number is
+/// not finite. The values are linear, meant for write_png with ToneCurve::srgb.
+Image difference_picture(const Image& image, const Image& reference, float full_scale = 0.5f);
+
+/// A picture of estimates: for each entry (pixel and channel) the mean and the variance of that mean.
+struct EstimateSpan {
+  std::span<const float> mean;
+  std::span<const float> variance_of_mean;
+};
+
+/// The outcome of z_test.
+struct ZTest {
+  std::size_t entries = 0;
+  std::size_t rejected = 0;  ///< entries whose p-value is below `threshold`
+  double smallest_p = 1;
+  double threshold = 0;  ///< for one entry, so that all together keep the significance
+  bool passed() const { return rejected == 0; }
+};
+
+/// Tests entry by entry whether two unbiased estimates have one mean: two-sided, the difference of means over the
+/// root of the summed variances taken as standard normal. `significance` is the chance of a false alarm over all
+/// entries together (Sidak's correction; tests of rendered pictures: Subr and Arvo,
+/// "Statistical Hypothesis Testing for Assessing Monte Carlo Estimators", Pacific Graphics 2007). Entries with no
+/// variance must agree to 1e-5 relative. Throws Error where the spans differ in size.
+ZTest z_test(const EstimateSpan& a, const EstimateSpan& b, double significance = 0.01);
+
+}  // namespace glowworm

@@ -1,0 +1,34 @@
+// From linear radiance to the numbers of a display.
+#pragma once
+#include <cstdint>
+
+#include "core/rgb.h"
+
+namespace glowworm {
+
+/// The curve that radiance goes through before it is stored in 8 bits.
+enum class ToneCurve : std::uint8_t {
+  srgb,   ///< clipped at 1: numbers can be read off the picture
+  filmic  ///< toe and shoulder: highlights keep their detail
+};
+
+/// The sRGB transfer function (IEC 61966-2-1, 5.2): linear [0, 1] to encoded [0, 1]. Values outside go on along the
+/// same curve, negative ones mirrored.
+float srgb_encode(float linear);
+/// Its inverse.
+float srgb_decode(float encoded);
+/// srgb_decode of an 8-bit code (code / 255), from a table.
+float srgb_decode(std::uint8_t code);
+
+/// Filmic curve: linear scene value (>= 0) to linear display value in [0, 1]. The rational fit to the ACES reference
+/// transform by K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015: x(2.51x + 0.03) / (x(2.43x + 0.59) + 0.14).
+float filmic_curve(float linear);
+
+/// Linear radiance to encoded display values in [0, 1]; what is not a number becomes 0.
+/// @param exposure in stops: multiplied by 2^exposure first
+RGB tone_map(RGB linear, ToneCurve curve, float exposure);
+
+/// [0, 1] to the nearest of 0…255; values outside are clipped.
+std::uint8_t to_byte(float value);
+
+}  // namespace glowworm

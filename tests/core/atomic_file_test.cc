@@ -1,0 +1,204 @@
+// Files appear whole or not at all, whichever way the program ends.
+#include "core/atomic_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <vector>
+
+#include "core/error.h"
+
+namespace glowworm {
+namespace {
+
+namespace fs = std::filesystem;
+
+class AtomicFileTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "glowworm-atomic-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override {
+    fs::permissions(folder_, fs::perms::owner_all);
+    fs::remove_all(folder_);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::vector<std::string> names() const {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder_)) found.push_back(entry.path().filename().string());
+    return found;
+  }
+  static std::string content(const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+  }
+  // What writing throws, or "" where nothing is thrown.
+  static std::string message_of(const std::function<void()>& work) {
+    try {
+      work();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  fs::path folder_;
+};
+
+TEST_F(AtomicFileTest, AppearsWithItsContentAtCommitOnly) {
+  AtomicFile file(path("a.json"));
+  file.write("{\"a\":");
+  file.write(" 1}");
+  EXPECT_FALSE(fs::exists(path("a.json")));
+  file.commit();
+  EXPECT_EQ(content(path("a.json")), "{\"a\": 1}");
+  EXPECT_THAT(names(), testing::ElementsAre("a.json"));
+}
+
+TEST_F(AtomicFileTest, WithoutCommitTheOldFileStays) {
+  write_file(path("a"), "old");
+  {
+    AtomicFile file(path("a"));
+    file.write("new");
+  }
+  EXPECT_EQ(content(path("a")), "old");
+  EXPECT_THAT(names(), testing::ElementsAre("a"));
+}
+
+TEST_F(AtomicFileTest, ReplacesAndKeepsTheMode) {
+  write_file(path("a"), "old");
+  fs::permissions(path("a"), fs::perms::owner_read | fs::perms::owner_write);
+  write_file(path("a"), "new");
+  EXPECT_EQ(content(path("a")), "new");
+  EXPECT_EQ(fs::status(path("a")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(AtomicFileTest, NewFileHasTheModeOfTheUmask) {
+  const mode_t old = umask(027);
+  write_file(path("a"), "x");
+  umask(old);
+  struct stat info {};
+  ASSERT_EQ(stat(path("a").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 07777, 0640u);
+}
+
+TEST_F(AtomicFileTest, FollowsASymbolicLink) {
+  write_file(path("real"), "old");
+  fs::create_symlink("real", path("link"));
+  write_file(path("link"), "new");
+  EXPECT_TRUE(fs::is_symlink(path("link")));
+  EXPECT_EQ(content(path("real")), "new");
+}
+
+TEST_F(AtomicFileTest, TakesTheLongestName) {
+  const std::string name(255, 'n');
+  write_file(path(name), "x");
+  EXPECT_THAT(names(), testing::ElementsAre(name));
+  EXPECT_THAT(message_of([&] { write_file(path(name + "n"), "x"); }), testing::HasSubstr("shorter"));
+}
+
+TEST_F(AtomicFileTest, MissingFolderIsNamedWithItsRemedy) {
+  const std::string message = message_of([&] { write_file(path("no/such/a.json"), "x"); });
+  EXPECT_THAT(message, testing::HasSubstr(path("no/such/a.json")));
+  EXPECT_THAT(message, testing::HasSubstr("Create the folder \"" + path("no/such") + "\""));
+  EXPECT_TRUE(names().empty());
+}
+
+TEST_F(AtomicFileTest, AFolderIsNoFile) {
+  EXPECT_THAT(message_of([&] { write_file(folder_.string(), "x"); }), testing::HasSubstr("folder"));
+  EXPECT_THAT(message_of([&] { write_file("", "x"); }), testing::HasSubstr("empty"));
+}
+
+TEST_F(AtomicFileTest, DevicesAreWrittenToAndNeverReplaced) {
+  write_file("/dev/null", "x");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_THAT(message_of([] { write_file("/dev/full", "x"); }), testing::HasSubstr("Free space"));
+}
+
+// Runs `work` in a child process; returns its wait status.
+int status_of_child(const std::function<void()>& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    work();
+    _exit(99);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status;
+}
+
+TEST_F(AtomicFileTest, UnwritableFolderIsAnError) {
+  fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+  const int status = status_of_child([&] {
+    // Rights do not bind the superuser; the child becomes nobody.
+    if (getuid() == 0 && setuid(65534) != 0) _exit(2);
+    const std::string message = message_of([&] { write_file(path("a"), "x"); });
+    _exit(message.find("writable") != std::string::npos ? 0 : 1);
+  });
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_TRUE(names().empty());
+}
+
+TEST_F(AtomicFileTest, AFullDiskLeavesTheOldFileAndNothingElse) {
+  write_file(path("a"), "old");
+  const int status = status_of_child([&] {
+    remove_temporary_files_at_signals();  // ignores SIGXFSZ, so that the limit below acts as a disk that fills up
+    const rlimit limit{4096, 4096};
+    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(2);
+    const std::string message = message_of([&] { write_file(path("a"), std::string(100000, 'x')); });
+    _exit(message.find("ulimit") != std::string::npos ? 0 : 1);
+  });
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(content(path("a")), "old");
+  EXPECT_THAT(names(), testing::ElementsAre("a"));
+}
+
+TEST_F(AtomicFileTest, SignalsRemoveTheTemporaryAndKeepTheirStatus) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    const int status = status_of_child([&] {
+      signal(number, SIG_DFL);
+      remove_temporary_files_at_signals();
+      AtomicFile first(path("a")), second(path("b"));
+      first.write("x");
+      if (names().size() != 2) _exit(2);
+      raise(number);
+    });
+    EXPECT_TRUE(WIFSIGNALED(status)) << number;
+    EXPECT_EQ(WTERMSIG(status), number);
+    EXPECT_TRUE(names().empty()) << number;
+  }
+}
+
+TEST_F(AtomicFileTest, AChildDoesNotRemoveWhatItsParentWrites) {
+  AtomicFile file(path("a"));
+  status_of_child([] {
+    remove_temporary_files();
+    _exit(0);
+  });
+  file.write("x");
+  file.commit();
+  EXPECT_EQ(content(path("a")), "x");
+}
+
+TEST_F(AtomicFileTest, RegisterIsUsedAgain) {
+  for (int i = 0; i < 1000; ++i) write_file(path("a"), std::to_string(i));
+  EXPECT_EQ(content(path("a")), "999");
+  remove_temporary_files();
+  EXPECT_THAT(names(), testing::ElementsAre("a"));
+}
+
+}  // namespace
+}  // namespace glowworm
