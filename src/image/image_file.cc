@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/memory_budget.h"
 #include "image/tone_map.h"
 
@@ -130,6 +131,8 @@ void check_header(const std::string& path, const OIIO::ImageSpec& spec) {
   }
 }
 
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
 std::unique_ptr<OIIO::ImageInput> open_input(const std::string& path) {
   configure_openimageio();
   std::error_code error;
@@ -145,7 +148,7 @@ std::unique_ptr<OIIO::ImageInput> open_input(const std::string& path) {
   config.attribute("oiio:UnassociatedAlpha", 1);
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
   if (!input) {
-    throw Error({path}, fmt::format("cannot be read as an image ({})", OIIO::geterror()),
+    throw Error({path}, fmt::format("cannot be read as an image ({})", first_line(OIIO::geterror())),
                 "Use a whole PNG, JPEG, EXR, HDR, TIFF, TGA, BMP or other image file.");
   }
   check_header(path, input->spec());
@@ -164,9 +167,16 @@ ImageFileData read_image_file(const std::string& path, bool convert_to_single) {
   const ImageFileHeader& header = data.header;
   data.samples.resize(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) *
                       static_cast<std::size_t>(header.channels) * size_of(header.type));
-  if (!input->read_image(0, 0, 0, header.channels, type_desc(header.type), data.samples.data())) {
-    throw Error({path}, fmt::format("truncated or damaged ({})", input->geterror()), "Save or copy the file again.");
+  const bool complete = input->read_image(0, 0, 0, header.channels, type_desc(header.type), data.samples.data());
+  const std::string report = first_line(input->geterror());
+  // Readers of TIFF and JPEG say that they succeeded and yet report what is missing; libjpeg's other reports are of
+  // blemishes that any viewer passes over.
+  const bool blemish =
+      complete && std::string_view(input->format_name()) == "jpeg" && report.find("Premature end") == std::string::npos;
+  if (!complete || (!report.empty() && !blemish)) {
+    throw Error({path}, fmt::format("truncated or damaged ({})", report), "Save or copy the file again.");
   }
+  if (!report.empty()) warn(fmt::format("{}: {}", path, report));
   return data;
 }
 

@@ -1,0 +1,255 @@
+// Round trips of picture files, and files that are none.
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "core/random.h"
+#include "image/image.h"
+#include "image/temporary_folder.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+class ImageIo : public TemporaryFolder {
+ protected:
+  // 37 x 23: no side is a multiple of a block of any codec.
+  static constexpr int kWidth = 37, kHeight = 23;
+  static Image make_image() {
+    Image image(kWidth, kHeight);
+    Sampler sampler(SamplerKind::independent, 1, 2, 3);
+    std::vector<RGB> beauty(image.pixel_count());
+    std::vector<Vec3> normal(image.pixel_count());
+    std::vector<float> depth(image.pixel_count());
+    for (std::size_t i = 0; i < beauty.size(); ++i) {
+      beauty[i] = {sampler.next1() * 10, sampler.next1(), sampler.next1() * 1e-3f};
+      normal[i] = {sampler.next1() - 0.5f, sampler.next1() - 0.5f, sampler.next1() - 0.5f};
+      depth[i] = 1e5f * (1 + sampler.next1());
+    }
+    image.add_rgb("", beauty);
+    image.add_rgb("albedo", beauty);
+    image.add_vec3("normal", normal);
+    image.add_scalar("depth.Z", depth);
+    image.metadata["glowworm:seed"] = "42";
+    image.metadata["Software"] = "glowworm test";
+    return image;
+  }
+  void write_bytes(const std::string& name, const std::string& bytes) const {
+    std::ofstream(path(name), std::ios::binary) << bytes;
+  }
+  std::string read_bytes(const std::string& name) const {
+    std::ifstream file(path(name), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  // Writes an 8-bit file of any format through the library itself.
+  void write_foreign(const std::string& name, int width, int height, int channels,
+                     const std::vector<std::uint8_t>& samples) const {
+    const auto output = OIIO::ImageOutput::create(name);
+    ASSERT_TRUE(output);
+    ASSERT_TRUE(output->open(path(name), OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::UINT8)));
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::UINT8, samples.data()));
+    ASSERT_TRUE(output->close());
+  }
+};
+
+TEST_F(ImageIo, SingleExrKeepsEveryBitOfEveryLayer) {
+  const Image image = make_image();
+  write_exr(path("a.exr"), image, ExrPrecision::single);
+  const Image read = read_image(path("a.exr"));
+  ASSERT_EQ(read.width(), kWidth);
+  ASSERT_EQ(read.height(), kHeight);
+  ASSERT_EQ(read.channels().size(), 10u);
+  for (const ImageChannel& channel : image.channels()) {
+    EXPECT_THAT(read.channel(channel.name), testing::ElementsAreArray(channel.samples)) << channel.name;
+  }
+  EXPECT_EQ(read.metadata.at("glowworm:seed"), "42");
+  EXPECT_EQ(read.metadata.at("Software"), "glowworm test");
+  EXPECT_THAT(names(), testing::ElementsAre("a.exr"));
+}
+
+TEST_F(ImageIo, HalfExrKeepsElevenBitsAndDepthWhole) {
+  const Image image = make_image();
+  write_exr(path("a.exr"), image, ExrPrecision::half);
+  const Image read = read_image(path("a.exr"));
+  for (const ImageChannel& channel : image.channels()) {
+    const std::span<const float> samples = read.channel(channel.name);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const float value = channel.samples[i];
+      // Half a unit of the last of 11 bits; of the fixed spacing 2^-24 below the least normal number.
+      const float bound = channel.name == "depth.Z" ? 0 : std::max(std::abs(value) * 0x1p-11f, 0x1p-25f);
+      ASSERT_LE(std::abs(samples[i] - value), bound) << channel.name << " " << i;
+    }
+  }
+  const auto input = OIIO::ImageInput::open(path("a.exr"));
+  ASSERT_TRUE(input);
+  const OIIO::ImageSpec& spec = input->spec();
+  EXPECT_EQ(spec.channelformat(spec.channelindex("R")), OIIO::TypeDesc::HALF);
+  EXPECT_EQ(spec.channelformat(spec.channelindex("depth.Z")), OIIO::TypeDesc::FLOAT);
+}
+
+TEST_F(ImageIo, WhatIsTooLargeForHalfStaysFinite) {
+  Image image(2, 1);
+  image.add_rgb("", std::vector<RGB>{{1e9f, -1e9f, std::numeric_limits<float>::infinity()}, {65504, 1, 2}});
+  write_exr(path("a.exr"), image);
+  const std::vector<RGB> read = read_image(path("a.exr")).rgb();
+  EXPECT_EQ(read[0], RGB(65504, -65504, 65504));
+  EXPECT_EQ(read[1], RGB(65504, 1, 2));
+}
+
+TEST_F(ImageIo, PngIsTheToneMappedPicture) {
+  const Image image = make_image();
+  for (const ToneCurve curve : {ToneCurve::srgb, ToneCurve::filmic}) {
+    write_png(path("a.png"), image, curve, -1);
+    const Image read = read_image(path("a.png"));
+    EXPECT_EQ(read.metadata.at("glowworm:seed"), "42");
+    const std::vector<RGB> linear = image.rgb(), decoded = read.rgb();
+    for (std::size_t i = 0; i < linear.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        const std::uint8_t code = to_byte(tone_map(linear[i], curve, -1)[c]);
+        ASSERT_NEAR(decoded[i][c], srgb_decode(code), 1e-6f);
+      }
+    }
+  }
+}
+
+TEST_F(ImageIo, PngOfNumbersThatAreNoneIsBlackOrWhite) {
+  Image image(3, 1);
+  const float nan = std::nanf(""), infinite = std::numeric_limits<float>::infinity();
+  image.add_rgb("", std::vector<RGB>{{nan, nan, nan}, {infinite, infinite, infinite}, {-1, -infinite, -0.0f}});
+  for (const ToneCurve curve : {ToneCurve::srgb, ToneCurve::filmic}) {
+    write_png(path("a.png"), image, curve, 0);
+    const std::vector<RGB> read = read_image(path("a.png")).rgb();
+    EXPECT_EQ(read[0], RGB(0, 0, 0));
+    EXPECT_EQ(read[1], RGB(1, 1, 1));
+    EXPECT_EQ(read[2], RGB(0, 0, 0));
+  }
+}
+
+TEST_F(ImageIo, GreyAndAlphaFilesAreRead) {
+  write_foreign("grey.png", 2, 1, 1, {0, 188});
+  const std::vector<RGB> grey = read_image(path("grey.png")).rgb();
+  EXPECT_EQ(grey[0], RGB(0, 0, 0));
+  EXPECT_EQ(grey[1], RGB(srgb_decode(std::uint8_t{188})));
+
+  write_foreign("rgba.tga", 1, 1, 4, {200, 100, 50, 51});
+  const Image rgba = read_image(path("rgba.tga"));
+  EXPECT_FLOAT_EQ(rgba.channel("A")[0], 0.2f);
+}
+
+TEST_F(ImageIo, EndingChoosesTheFormat) {
+  const Image image = make_image();
+  write_image(path("a.EXR"), image);
+  write_image(path("a.png"), image);
+  EXPECT_EQ(read_bytes("a.EXR").substr(0, 4), "\x76\x2f\x31\x01");
+  EXPECT_EQ(read_bytes("a.png").substr(1, 3), "PNG");
+  EXPECT_THAT(message_of([&] { write_image(path("a.gif"), image); }), HasSubstr(".exr"));
+  EXPECT_EQ(names().size(), 2u);
+}
+
+TEST_F(ImageIo, WrongFilesAreNamedWithARemedy) {
+  write_bytes("text.png", "this is no picture");
+  write_bytes("empty.exr", "");
+  for (const char* name : {"missing.png", "text.png", "empty.exr", "."}) {
+    const std::string message = message_of([&] { read_image(path(name)); });
+    EXPECT_THAT(message, HasSubstr(path(name)));
+    EXPECT_THAT(message, HasSubstr("\n  ")) << "no remedy";
+  }
+}
+
+TEST_F(ImageIo, TruncatedFilesAreErrors) {
+  const Image image = make_image();
+  write_exr(path("a.exr"), image);
+  write_png(path("a.png"), image);
+  std::vector<std::uint8_t> noise(64 * 64 * 3);
+  for (std::size_t i = 0; i < noise.size(); ++i)
+    noise[i] = static_cast<std::uint8_t>(hash32(static_cast<std::uint32_t>(i)));
+  for (const char* name : {"a.jpg", "a.tif", "a.tga", "a.hdr", "a.bmp"}) write_foreign(name, 64, 64, 3, noise);
+  for (const char* name : {"a.exr", "a.png", "a.jpg", "a.tif", "a.tga", "a.hdr", "a.bmp"}) {
+    const std::string whole = read_bytes(name);
+    EXPECT_EQ(message_of([&] { read_image(path(name)); }), "") << name;
+    for (const double share : {0.02, 0.3, 0.7}) {
+      const std::string cut = std::string("cut-") + name;
+      write_bytes(cut, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+      EXPECT_THAT(message_of([&] { read_image(path(cut)); }), HasSubstr(cut)) << share;
+    }
+  }
+}
+
+TEST_F(ImageIo, DamagedFilesNeverCrash) {
+  write_exr(path("a.exr"), make_image());
+  write_png(path("a.png"), make_image());
+  for (const char* name : {"a.exr", "a.png"}) {
+    const std::string whole = read_bytes(name);
+    int errors = 0;
+    for (std::uint32_t trial = 0; trial < 40; ++trial) {
+      std::string damaged = whole;
+      for (std::uint32_t k = 0; k < 8; ++k) {
+        const std::uint32_t h = hash_combine(trial, k);
+        damaged[h % (k < 4 ? std::min<std::size_t>(600, whole.size()) : whole.size())] = static_cast<char>(h >> 24);
+      }
+      write_bytes(std::string("damaged-") + name, damaged);
+      if (!message_of([&] { read_image(path(std::string("damaged-") + name)); }).empty()) ++errors;
+    }
+    EXPECT_GT(errors, 10) << name;
+  }
+}
+
+TEST_F(ImageIo, HeadersThatClaimTooMuchOrNothingAreErrors) {
+  write_bytes("huge.ppm", "P6\n100000 100000\n255\nabc");
+  EXPECT_THAT(message_of([&] { read_image(path("huge.ppm")); }), HasSubstr("100000 x 100000"));
+  write_bytes("none.ppm", "P6\n0 0\n255\n");
+  EXPECT_THAT(message_of([&] { read_image(path("none.ppm")); }), HasSubstr("none.ppm"));
+  EXPECT_THAT(message_of([] { Image(0, 0); }), HasSubstr("0 x 0"));
+  EXPECT_THAT(message_of([] { Image(5, -1); }), HasSubstr("5 x -1"));
+}
+
+TEST_F(ImageIo, UnwritableOutputLeavesNothing) {
+  const Image image = make_image();
+  EXPECT_THAT(message_of([&] { write_exr(path("none/a.exr"), image); }), HasSubstr("Create the folder"));
+  EXPECT_THAT(message_of([&] { write_png("/dev/full", image); }), HasSubstr("Free space"));
+  EXPECT_THAT(message_of([&] { write_png(path("a.png"), Image(2, 2)); }), HasSubstr("no channels"));
+  EXPECT_TRUE(names().empty());
+}
+
+TEST_F(ImageIo, AFullDiskLeavesNothing) {
+  const Image image = make_image();
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1000, 1000};
+    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(2);
+    for (const char* name : {"a.exr", "a.png"}) {
+      if (message_of([&] { write_image(path(name), image); }).empty()) _exit(1);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_TRUE(names().empty());
+}
+
+TEST_F(ImageIo, SamePictureSameBytes) {
+  write_exr(path("a.exr"), make_image());
+  write_exr(path("b.exr"), make_image());
+  EXPECT_EQ(read_bytes("a.exr"), read_bytes("b.exr"));
+}
+
+TEST_F(ImageIo, UnknownChannelIsNamed) {
+  EXPECT_THAT(message_of([] { make_image().channel("Q"); }), HasSubstr("albedo.G"));
+  EXPECT_THAT(message_of([] { make_image().rgb("caustic"); }), HasSubstr("caustic.R"));
+  Image image(2, 2);
+  EXPECT_THAT(message_of([&] { image.add_rgb("x", std::vector<RGB>(3)); }), HasSubstr("3 pixels"));
+}
+
+}  // namespace
+}  // namespace glowworm
