@@ -70,6 +70,8 @@ class Scene {
   /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then the
   /// environment. Its total is the power of all light, in W (luminance).
   const Distribution1D& light_power() const { return light_power_; }
+  /// Power of each light source in W, counted as in light_power(); of a textured emission, an estimate.
+  const std::vector<RGB>& source_powers() const { return source_powers_; }
   std::size_t light_source_count() const {
     return emissive_triangles_.size() + d_.lights.size() + (d_.environment ? 1 : 0);
   }
@@ -78,11 +80,14 @@ class Scene {
   bool has_alpha(std::uint32_t material) const { return material_has_alpha_[material]; }
 
  private:
+  void find_light_sources();
+
   SceneDescription d_;
   Box3 bounds_;
   Vec3 center_;
   float radius_ = 0;
   std::vector<std::uint32_t> emissive_triangles_, emissive_index_;
+  std::vector<RGB> source_powers_;
   Distribution1D light_power_;
   Distribution2D environment_distribution_;
   std::vector<bool> material_has_alpha_;

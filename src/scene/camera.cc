@@ -1,0 +1,66 @@
+#include "scene/camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/frame.h"
+#include "core/warp.h"
+
+namespace glowworm {
+
+namespace {
+
+/// The point of the picture plane under `film`, in units of half_extent.
+Vec2 screen_point(const Camera& camera, Vec2 film, int width, int height) {
+  const float w = static_cast<float>(std::max(width, 1)), h = static_cast<float>(std::max(height, 1));
+  const float* window = camera.window;
+  float left = window[0], right = window[1], bottom = window[2], top = window[3];
+  if (left == 0 && right == 0 && bottom == 0 && top == 0) {
+    const float shorter = std::min(w, h);
+    right = w / shorter;
+    left = -right;
+    top = h / shorter;
+    bottom = -top;
+  }
+  return {left + (right - left) * (film.x / w), top + (bottom - top) * (film.y / h)};
+}
+
+}  // namespace
+
+CameraRay generate_ray(const Camera& camera, Vec2 film, int width, int height, Vec2 lens) {
+  const Transform& m = camera.to_world;
+  const Vec2 p = screen_point(camera, film, width, height) * camera.half_extent;
+  // Lengths are metres in the world, so the axes count by their directions where to_world scales.
+  Vec3 origin = m.translation, direction;
+  float axial_speed;  // metres along the axis for each length of `direction`
+  if (camera.kind == CameraKind::orthographic) {
+    origin += normalize(m.x) * p.x + normalize(m.y) * p.y;
+    direction = normalize(m.z);
+    axial_speed = 1;
+  } else {
+    direction = m.vector({p.x, p.y, 1});
+    axial_speed = length(m.z);
+  }
+  if (camera.lens_radius > 0) {
+    const Vec3 focus = origin + direction * (camera.focal_distance / axial_speed);
+    const Vec2 disk = square_to_disk(lens) * camera.lens_radius;
+    origin += normalize(m.x) * disk.x + normalize(m.y) * disk.y;
+    direction = focus - origin;
+  }
+  return {origin, normalize(direction)};
+}
+
+Camera look_at(Vec3 eye, Vec3 target, Vec3 up, float field_of_view_degrees) {
+  const Vec3 towards = target - eye;
+  const Vec3 forward = length_squared(towards) > 0 ? normalize(towards) : Vec3{0, 0, -1};
+  Vec3 right = cross(forward, up);
+  // Looking along `up`, any roll is as good as another.
+  if (length_squared(right) <= 1e-12f * length_squared(up)) right = Frame::from_normal(forward).s;
+  right = normalize(right);
+  Camera camera;
+  camera.to_world = {right, cross(right, forward), forward, eye};
+  camera.half_extent = std::tan(field_of_view_degrees * (kPi / 360));
+  return camera;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,27 @@
+// Directions in and out of the image of an environment.
+#pragma once
+#include "core/distribution.h"
+#include "scene/light.h"
+
+namespace glowworm {
+
+/// Radiance (W sr^-1 m^-2) from a unit direction of world space, towards the environment: the texel that it falls in.
+RGB radiance(const Environment& environment, Vec3 direction);
+
+/// The direction (world space, unit) that a point of the image stands for; u to the right, v downwards, both in [0, 1].
+/// Equal area: P. Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", JGT 13(3), 2008.
+Vec3 environment_direction(const Environment& environment, Vec2 uv);
+
+/// The point of the image that stands for a unit direction of world space: the inverse of environment_direction().
+Vec2 environment_coordinates(const Environment& environment, Vec3 direction);
+
+/// Steradians for each unit of area of the image (u, v in [0, 1]) at uv.
+float environment_solid_angle(const Environment& environment, Vec2 uv);
+
+/// Luminance times solid angle of each texel as a distribution over the image; empty where there is no image.
+Distribution2D environment_distribution(const Environment& environment);
+
+/// Integral of the radiance over all directions, W m^-2.
+RGB environment_integral(const Environment& environment);
+
+}  // namespace glowworm

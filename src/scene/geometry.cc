@@ -1,0 +1,81 @@
+#include "scene/geometry.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+void check_array(std::size_t size, std::size_t wanted, const char* name, const char* what) {
+  if (size != 0 && size != wanted)
+    throw Error(std::string(name) + ": the mesh has " + std::to_string(size) + " " + what + " where " +
+                    std::to_string(wanted) + " or none were expected",
+                "Export the mesh again, or leave these values out.");
+}
+
+void check_mesh(const Geometry& mesh, const char* name) {
+  check_array(mesh.normals.size(), mesh.positions.size(), name, "normals");
+  check_array(mesh.uvs.size(), mesh.positions.size(), name, "texture coordinates");
+  check_array(mesh.material.size(), mesh.triangles.size(), name, "material indices");
+  check_array(mesh.emission.size(), mesh.triangles.size(), name, "emission indices");
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const std::uint32_t vertex : mesh.triangles[t])
+      if (vertex >= mesh.positions.size())
+        throw Error(std::string(name) + ": triangle " + std::to_string(t) + " refers to vertex " +
+                        std::to_string(vertex) + ", but there are only " + std::to_string(mesh.positions.size()),
+                    "The file is damaged or was cut short; export the mesh again.");
+}
+
+Vec3 unit_or_zero(Vec3 n) {
+  const float l = length(n);
+  return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
+}
+
+}  // namespace
+
+AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* name, std::uint32_t material,
+                         std::uint32_t emission) {
+  check_mesh(mesh, name);
+  AppendResult result;
+  // Only vertices of triangles that stay are taken over, so that a stray NaN never reaches the bounds of the scene.
+  std::vector<std::uint32_t> moved(mesh.positions.size(), kNone);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& corners = mesh.triangles[t];
+    const float doubled_area = length(mesh.scaled_normal(static_cast<std::uint32_t>(t)));
+    bool finite = true;
+    for (const std::uint32_t vertex : corners) finite = finite && is_finite(mesh.positions[vertex]);
+    // An area beyond the range of float has no normal either.
+    if (!finite || !std::isfinite(doubled_area)) {
+      ++result.not_finite;
+      continue;
+    }
+    if (doubled_area == 0) {
+      ++result.degenerate;
+      continue;
+    }
+    std::array<std::uint32_t, 3> kept{};
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t vertex = corners[corner];
+      if (moved[vertex] == kNone) {
+        if (geometry.positions.size() >= kNone)
+          throw Error(std::string(name) + ": the scene has more vertices than 32 bits can count",
+                      "Simplify its meshes, or leave some of them out.");
+        moved[vertex] = static_cast<std::uint32_t>(geometry.positions.size());
+        geometry.positions.push_back(mesh.positions[vertex]);
+        geometry.normals.push_back(mesh.normals.empty() ? Vec3{0, 0, 0} : unit_or_zero(mesh.normals[vertex]));
+        const Vec2 uv = mesh.uvs.empty() ? Vec2{0, 0} : mesh.uvs[vertex];
+        geometry.uvs.push_back(std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : Vec2{0, 0});
+      }
+      kept[corner] = moved[vertex];
+    }
+    geometry.triangles.push_back(kept);
+    geometry.material.push_back(mesh.material.empty() ? material : mesh.material[t]);
+    geometry.emission.push_back(mesh.emission.empty() ? emission : mesh.emission[t]);
+  }
+  return result;
+}
+
+}  // namespace glowworm

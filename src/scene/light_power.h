@@ -1,0 +1,24 @@
+// How much flux each light source sends out.
+#pragma once
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// Radiance of an emission averaged over a triangle, W sr^-1 m^-2: exact where it is constant, the mean of a grid of
+/// points where it is textured.
+RGB mean_radiance(const SceneDescription& scene, std::uint32_t triangle);
+
+/// Flux of an emissive triangle, W: pi A L, twice where it is two-sided.
+RGB triangle_power(const SceneDescription& scene, std::uint32_t triangle);
+
+/// Flux of a light, W. A directional light's is what passes a disc of the scene's radius (metres).
+RGB light_power(const Light& light, float scene_radius);
+
+/// Share (0 to 1) of its intensity that a spot sends at an angle whose cosine to its direction is cos_theta:
+/// Khronos' KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as pbrt-v4's spot.
+float spot_falloff(const Light& light, float cos_theta);
+
+/// Mean of spot_falloff() over the cosines between the two cones.
+inline float mean_spot_falloff(const Light& light) { return light.gltf_falloff ? 1.0f / 3 : 0.5f; }
+
+}  // namespace glowworm

@@ -1,0 +1,263 @@
+#include "scene/light_sampling.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/warp.h"
+#include "scene/environment.h"
+#include "scene/light_power.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// A light source (counted as in Scene::light_power()) chosen for a point.
+struct Choice {
+  std::uint32_t source;
+  float probability;
+  float remapped;
+};
+
+Choice choose_source(const Scene& scene, float u) {
+  const auto sample = scene.light_power().sample(u);
+  return {sample.index, sample.probability, sample.remapped};
+}
+
+float source_probability(const Scene& scene, std::uint32_t source) { return scene.light_power().probability(source); }
+
+bool behind(Vec3 normal, Vec3 direction) {
+  return !(normal.x == 0 && normal.y == 0 && normal.z == 0) && dot(normal, direction) <= 0;
+}
+
+std::uint32_t environment_source(const Scene& scene) {
+  return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
+}
+
+/// Position, normal and texture coordinates on a triangle: what sampling needs of surface_point().
+struct TrianglePoint {
+  Vec3 position;
+  Vec3 scaled_normal;  // twice the area long
+  Vec2 uv;
+};
+
+TrianglePoint triangle_point(const Geometry& g, std::uint32_t triangle, Vec2 w) {
+  const auto& [a, b, c] = g.triangles[triangle];
+  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
+  return {g.positions[a] + e1 * w.x + e2 * w.y, cross(e1, e2),
+          g.uvs[a] * (1 - w.x - w.y) + g.uvs[b] * w.x + g.uvs[c] * w.y};
+}
+
+const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
+  return scene.emissions()[scene.geometry().emission[triangle]];
+}
+
+/// Density per steradian at `position` of a uniform choice by area; 0 from behind. offset: from there to the light.
+float triangle_solid_angle_pdf(Vec3 scaled_normal, bool two_sided, Vec3 offset) {
+  // 1/A * d^2 / cos = 2 d^3 / |scaled . offset|, with |scaled| = 2 A.
+  const float facing = -dot(scaled_normal, offset);
+  if (facing == 0 || (facing < 0 && !two_sided)) return 0;
+  const float squared = length_squared(offset);
+  const float density = 2 * squared * std::sqrt(squared) / std::abs(facing);
+  return std::isfinite(density) ? density : 0.0f;
+}
+
+LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 position, Vec2 u) {
+  LightSample out;
+  const TrianglePoint point = triangle_point(scene.geometry(), triangle, square_to_triangle(u));
+  const Emission& emission = emission_of(scene, triangle);
+  const Vec3 offset = point.position - position;
+  out.pdf = triangle_solid_angle_pdf(point.scaled_normal, emission.two_sided, offset);
+  if (out.pdf == 0) return out;
+  out.distance = length(offset);
+  out.direction = offset / out.distance;
+  out.radiance = evaluate(scene.textures(), emission.radiance, point.uv);
+  return out;
+}
+
+LightSample sample_delta(const Light& light, Vec3 position) {
+  LightSample out;
+  out.delta = true;
+  out.pdf = 1;
+  if (light.kind == LightKind::directional) {
+    out.direction = -light.direction;
+    out.distance = kInfinity;
+    out.radiance = light.intensity;
+    return out;
+  }
+  const Vec3 offset = light.position - position;
+  const float squared = length_squared(offset);
+  if (!(squared > 0)) return {};
+  out.distance = std::sqrt(squared);
+  out.direction = offset / out.distance;
+  const float share = light.kind == LightKind::spot ? spot_falloff(light, -dot(out.direction, light.direction)) : 1.0f;
+  if (share == 0) return {};
+  out.radiance = light.intensity * (share / squared);
+  return out;
+}
+
+/// A direction towards the environment with its density per steradian.
+struct EnvironmentSample {
+  Vec3 direction;
+  float pdf = 0;
+};
+
+EnvironmentSample sample_environment(const Scene& scene, Vec2 u) {
+  if (scene.environment_distribution().empty()) return {square_to_sphere(u), kUniformSpherePdf};
+  const auto sample = scene.environment_distribution().sample(u);
+  const float solid_angle = environment_solid_angle(*scene.environment(), sample.point);
+  if (!(solid_angle > 0)) return {};
+  return {environment_direction(*scene.environment(), sample.point), sample.pdf / solid_angle};
+}
+
+float environment_density(const Scene& scene, Vec3 direction) {
+  if (scene.environment_distribution().empty()) return kUniformSpherePdf;
+  const Vec2 uv = environment_coordinates(*scene.environment(), direction);
+  const float solid_angle = environment_solid_angle(*scene.environment(), uv);
+  return solid_angle > 0 ? scene.environment_distribution().pdf(uv) / solid_angle : 0.0f;
+}
+
+EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
+  const TrianglePoint point = triangle_point(scene.geometry(), triangle, square_to_triangle(u_position));
+  const Emission& emission = emission_of(scene, triangle);
+  const float doubled_area = length(point.scaled_normal);
+  Vec3 n = point.scaled_normal / doubled_area;
+  float sides = 1;
+  if (emission.two_sided) {
+    sides = 2;
+    const bool back = u_direction.x >= 0.5f;
+    if (back) n = -n;
+    u_direction.x = 2 * u_direction.x - (back ? 1.0f : 0.0f);
+  }
+  EmittedPhoton out;
+  out.origin = offset_origin(point.position, n);
+  out.direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(u_direction));
+  out.flux = evaluate(scene.textures(), emission.radiance, point.uv) * (kPi * 0.5f * doubled_area * sides);
+  return out;
+}
+
+/// A direction of a spot in proportion to its falloff, or nearly; the flux makes up for the difference.
+EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
+  const float core = 1 - light.cos_inner, edge = (light.cos_inner - light.cos_outer) * mean_spot_falloff(light);
+  const float core_share = core + edge > 0 ? core / (core + edge) : 1.0f;
+  float weight = 1, cosine;
+  if (u.x < core_share) {
+    cosine = 1 - core * (u.x / core_share);
+  } else {
+    const float inside = (u.x - core_share) / (1 - core_share);
+    // Quadratic: its own inverse. Smoothstep t^2 (3 - 2t), normalised twice of that: by density 2t.
+    const float t = light.gltf_falloff ? std::cbrt(inside) : std::sqrt(inside);
+    if (!light.gltf_falloff) weight = t * (3 - 2 * t);
+    cosine = light.cos_outer + (light.cos_inner - light.cos_outer) * t;
+  }
+  const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine)), phi = 2 * kPi * u.y;
+  EmittedPhoton out;
+  out.origin = light.position;
+  out.direction = Frame::from_normal(light.direction).to_world({sine * std::cos(phi), sine * std::sin(phi), cosine});
+  out.flux = light_power(light, 0) * weight;
+  return out;
+}
+
+/// A place on the disc across `direction` before the scene, whose flux is `irradiance` times the disc's area.
+EmittedPhoton emit_from_afar(const Scene& scene, Vec3 direction, RGB irradiance, Vec2 u) {
+  const Vec2 disk = square_to_disk(u) * scene.radius();
+  EmittedPhoton out;
+  out.origin = scene.center() + Frame::from_normal(direction).to_world({disk.x, disk.y, -scene.radius()});
+  out.direction = direction;
+  out.flux = irradiance * (kPi * scene.radius() * scene.radius());
+  return out;
+}
+
+EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_position, Vec2 u_direction) {
+  if (light.kind == LightKind::directional) return emit_from_afar(scene, light.direction, light.intensity, u_position);
+  if (light.kind == LightKind::spot) return emit_from_spot(light, u_direction);
+  EmittedPhoton out;
+  out.origin = light.position;
+  out.direction = square_to_sphere(u_direction);
+  out.flux = light_power(light, 0);
+  return out;
+}
+
+EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_direction) {
+  const EnvironmentSample sample = sample_environment(scene, u_direction);
+  if (sample.pdf == 0) return {};
+  const RGB value = radiance(*scene.environment(), sample.direction);
+  return emit_from_afar(scene, -sample.direction, value / sample.pdf, u_position);
+}
+
+}  // namespace
+
+LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
+  const Choice choice = choose_source(scene, u_light);
+  const std::size_t triangles = scene.emissive_triangles().size();
+  LightSample out;
+  if (choice.source < triangles) {
+    out = sample_triangle(scene, scene.emissive_triangles()[choice.source], position, u);
+  } else if (choice.source < triangles + scene.lights().size()) {
+    out = sample_delta(scene.lights()[choice.source - triangles], position);
+  } else {
+    const EnvironmentSample sample = sample_environment(scene, u);
+    out.direction = sample.direction;
+    out.pdf = sample.pdf;
+    out.distance = kInfinity;
+    if (sample.pdf > 0) out.radiance = radiance(*scene.environment(), sample.direction);
+  }
+  out.pdf *= choice.probability;
+  if (behind(normal, out.direction)) return {};
+  return out;
+}
+
+float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoint& on_light) {
+  const std::uint32_t source = scene.emissive_index(on_light.triangle);
+  if (source == kNone) return 0;
+  const Vec3 offset = on_light.position - position;
+  if (behind(normal, offset)) return 0;
+  return source_probability(scene, source) * triangle_solid_angle_pdf(scene.geometry().scaled_normal(on_light.triangle),
+                                                                      emission_of(scene, on_light.triangle).two_sided,
+                                                                      offset);
+}
+
+float environment_pdf(const Scene& scene, [[maybe_unused]] Vec3 position, Vec3 normal, Vec3 direction) {
+  if (!scene.environment() || behind(normal, direction)) return 0;
+  return source_probability(scene, environment_source(scene)) * environment_density(scene, direction);
+}
+
+RGB environment_radiance(const Scene& scene, Vec3 direction) {
+  return scene.environment() ? radiance(*scene.environment(), direction) : RGB(0.0f);
+}
+
+EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position, Vec2 u_direction) {
+  const Choice choice = choose_source(scene, u_light);
+  const std::size_t triangles = scene.emissive_triangles().size();
+  EmittedPhoton out;
+  if (choice.source < triangles)
+    out = emit_from_triangle(scene, scene.emissive_triangles()[choice.source], u_position, u_direction);
+  else if (choice.source < triangles + scene.lights().size())
+    out = emit_from_light(scene, scene.lights()[choice.source - triangles], u_position, u_direction);
+  else
+    out = emit_from_environment(scene, u_position, u_direction);
+  out.flux *= 1 / choice.probability;
+  out.light = choice.source;
+  return out;
+}
+
+RGB light_source_power(const Scene& scene, std::uint32_t source) { return scene.source_powers()[source]; }
+
+std::string light_source_name(const Scene& scene, std::uint32_t source) {
+  const std::size_t triangles = scene.emissive_triangles().size();
+  if (source < triangles) {
+    const Emission& emission = emission_of(scene, scene.emissive_triangles()[source]);
+    return emission.name.empty() ? "area light" : emission.name;
+  }
+  if (source < triangles + scene.lights().size()) {
+    const Light& light = scene.lights()[source - triangles];
+    if (!light.name.empty()) return light.name;
+    return light.kind == LightKind::point  ? "point light"
+           : light.kind == LightKind::spot ? "spot"
+                                           : "directional light";
+  }
+  return scene.environment()->name.empty() ? "environment" : scene.environment()->name;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,126 @@
+#include "scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "scene/environment.h"
+#include "scene/light_power.h"
+#include "scene/scene_checks.h"
+
+namespace glowworm {
+
+namespace {
+
+/// A camera that sees the whole sphere around the scene, from the front, a little from above and from the right.
+Camera framing_camera(Vec3 center, float radius) {
+  constexpr float field_of_view = 45;
+  const float distance = radius / std::sin(field_of_view / 2 * (kPi / 180));
+  Camera camera = look_at(center + normalize(Vec3{0.4f, 0.3f, 1}) * distance, center, {0, 1, 0}, field_of_view);
+  camera.name = "default";
+  return camera;
+}
+
+/// True where an alpha test could ever let a ray pass.
+bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) {
+  if (m.alpha.texture == kNone) return m.alpha_cutoff >= 0 ? m.alpha.value < m.alpha_cutoff : m.alpha.value < 1;
+  const TextureNode& node = textures[m.alpha.texture];
+  const bool opaque_image = node.kind == TextureKind::image && m.alpha.channel == Channel::alpha &&
+                            !node.image->has_alpha() && m.alpha.value >= 1;
+  return !opaque_image;
+}
+
+/// Makes the axes of an environment orthonormal: a direction has no length, and shear would bend the sky.
+void straighten(Environment& environment, std::vector<std::string>& notes) {
+  Transform& m = environment.to_world;
+  const Vec3 x = normalize(m.x), y = normalize(m.y - x * dot(x, m.y));
+  Vec3 z = cross(x, y);
+  if (dot(z, m.z) < 0) z = -z;
+  if (dot(y, normalize(m.y)) < 0.999f || dot(z, normalize(m.z)) < 0.999f)
+    notes.push_back(
+        fmt::format("environment \"{}\": its transform is sheared; only its turning is used", environment.name));
+  m = {x, y, z, {0, 0, 0}};
+}
+
+/// Mends what a description says loosely where the meaning is plain.
+void normalize_lights(SceneDescription& d) {
+  for (Light& light : d.lights) {
+    if (length_squared(light.direction) > 0) light.direction = normalize(light.direction);
+    light.cos_outer = std::clamp(light.cos_outer, -1.0f, 1.0f);
+    light.cos_inner = std::clamp(light.cos_inner, light.cos_outer, 1.0f);
+  }
+  if (!d.environment) return;
+  straighten(*d.environment, d.notes);
+  std::size_t mended = 0;
+  for (RGB& texel : d.environment->pixels) {
+    if (is_finite(texel) && texel.r >= 0 && texel.g >= 0 && texel.b >= 0) continue;
+    for (int c = 0; c < 3; ++c) texel[c] = std::isfinite(texel[c]) ? std::max(texel[c], 0.0f) : 0.0f;
+    ++mended;
+  }
+  if (mended > 0)
+    d.notes.push_back(
+        fmt::format("environment \"{}\": {} texels are negative or not finite; set to 0", d.environment->name, mended));
+}
+
+float power_weight(RGB power) {
+  const float weight = luminance(power);
+  return std::isfinite(weight) ? std::max(weight, 0.0f) : 0.0f;
+}
+
+}  // namespace
+
+Scene::Scene(SceneDescription description) : d_(std::move(description)) {
+  check_description(d_);
+  normalize_lights(d_);
+  bounds_ = d_.geometry.bounds();
+  center_ = bounds_.center();
+  for (const Vec3& p : d_.geometry.positions) radius_ = std::max(radius_, length(p - center_));
+  if (d_.cameras.empty()) {
+    d_.cameras.push_back(framing_camera(center_, radius_));
+    d_.notes.push_back("the scene has no camera; one was placed that sees all of it");
+  }
+  for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
+  find_light_sources();
+  if (light_power_.total() > 0) return;
+  d_.environment = Environment{};
+  d_.environment->name = "default sky";
+  d_.notes.push_back("the scene has no light; a uniform sky of radiance 1 was added");
+  find_light_sources();
+}
+
+void Scene::find_light_sources() {
+  const Geometry& g = d_.geometry;
+  const float disc = kPi * radius_ * radius_;
+  emissive_triangles_.clear();
+  emissive_index_.assign(g.triangle_count(), kNone);
+  source_powers_.clear();
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
+    if (g.emission[t] == kNone || is_black(d_.emissions[g.emission[t]].radiance.value)) continue;
+    emissive_index_[t] = static_cast<std::uint32_t>(emissive_triangles_.size());
+    emissive_triangles_.push_back(t);
+    source_powers_.push_back(triangle_power(d_, t));
+  }
+  for (const Light& light : d_.lights) source_powers_.push_back(glowworm::light_power(light, radius_));
+  if (d_.environment) {
+    source_powers_.push_back(environment_integral(*d_.environment) * disc);
+    environment_distribution_ = glowworm::environment_distribution(*d_.environment);
+  }
+  if (emissive_triangles_.empty()) emissive_index_.clear();
+  std::vector<float> weights;
+  for (const RGB& power : source_powers_) weights.push_back(power_weight(power));
+  light_power_ = Distribution1D(weights);
+}
+
+const Camera& Scene::camera(const std::string& name) const {
+  if (name.empty()) return d_.cameras.front();
+  std::string names;
+  for (const Camera& camera : d_.cameras) {
+    if (camera.name == name) return camera;
+    names += (names.empty() ? "\"" : ", \"") + camera.name + "\"";
+  }
+  throw Error(fmt::format("the scene has no camera \"{}\"", name), fmt::format("It has {}.", names));
+}
+
+}  // namespace glowworm

@@ -1,0 +1,140 @@
+#include "scene/scene_checks.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr const char* kImporterRemedy = "The scene file is inconsistent; export it again.";
+/// What evaluating one texture may cost, in nodes; far above what any picture needs, far below what hangs.
+constexpr double kMaximalTextureCost = 4096;
+constexpr int kMaximalTextureDepth = 256;
+
+void check_size(std::size_t size, std::size_t wanted, const char* what) {
+  if (size != wanted) throw Error(fmt::format("the scene has {} {}, but {} were expected", size, what, wanted));
+}
+
+void check_geometry(const SceneDescription& d) {
+  const Geometry& g = d.geometry;
+  if (g.triangles.empty())
+    throw Error(fmt::format("the scene{} has no triangles", d.name.empty() ? "" : " \"" + d.name + "\""),
+                "Check that the file holds meshes, and that they are not all of a kind that is not supported.");
+  check_size(g.normals.size(), g.positions.size(), "normals");
+  check_size(g.uvs.size(), g.positions.size(), "texture coordinates");
+  check_size(g.material.size(), g.triangles.size(), "material indices");
+  check_size(g.emission.size(), g.triangles.size(), "emission indices");
+  for (std::size_t v = 0; v < g.positions.size(); ++v)
+    if (!is_finite(g.positions[v])) throw Error(fmt::format("vertex {} is not finite", v), kImporterRemedy);
+  for (std::size_t t = 0; t < g.triangles.size(); ++t) {
+    for (const std::uint32_t vertex : g.triangles[t])
+      if (vertex >= g.positions.size())
+        throw Error(fmt::format("triangle {} refers to vertex {} of {}", t, vertex, g.positions.size()),
+                    kImporterRemedy);
+    if (g.material[t] >= d.materials.size())
+      throw Error(fmt::format("triangle {} refers to material {} of {}", t, g.material[t], d.materials.size()),
+                  kImporterRemedy);
+    if (g.emission[t] != kNone && g.emission[t] >= d.emissions.size())
+      throw Error(fmt::format("triangle {} refers to emission {} of {}", t, g.emission[t], d.emissions.size()),
+                  kImporterRemedy);
+  }
+}
+
+void check_textures(const std::vector<TextureNode>& textures) {
+  std::vector<double> cost(textures.size(), 1);
+  std::vector<int> depth(textures.size(), 1);
+  for (std::size_t i = 0; i < textures.size(); ++i) {
+    const TextureNode& node = textures[i];
+    if (node.kind == TextureKind::image && !node.image)
+      throw Error(fmt::format("texture {} has no image", i), kImporterRemedy);
+    for (const std::uint32_t child : {node.child_a, node.child_b, node.child_amount}) {
+      if (child == kNone) continue;
+      if (child >= i)
+        throw Error(fmt::format("texture {} refers to texture {}, which does not stand before it", i, child),
+                    "Textures must not refer to themselves.");
+      cost[i] += cost[child];
+      depth[i] = std::max(depth[i], depth[child] + 1);
+    }
+    if (cost[i] > kMaximalTextureCost || depth[i] > kMaximalTextureDepth)
+      throw Error(fmt::format("texture {} is nested too deeply: {} levels, {} nodes", i, depth[i], cost[i]),
+                  "Combine its parts into an image.");
+  }
+}
+
+void check_texture_index(const SceneDescription& d, std::uint32_t texture, const std::string& owner) {
+  if (texture != kNone && texture >= d.textures.size())
+    throw Error(fmt::format("{} refers to texture {} of {}", owner, texture, d.textures.size()), kImporterRemedy);
+}
+
+/// Follows mixes from `material`; `state`: 0 not seen, 1 on the way, 2 done.
+void check_mix(const SceneDescription& d, std::uint32_t material, std::vector<char>& state, int depth) {
+  const Material& m = d.materials[material];
+  if (m.kind != MaterialKind::mix || state[material] == 2) return;
+  if (state[material] == 1 || depth > kMaximalTextureDepth)
+    throw Error(fmt::format("material \"{}\" is mixed with itself or nested too deeply", m.name),
+                "Mix only materials that are defined before.");
+  state[material] = 1;
+  for (const std::uint32_t part : {m.mix_a, m.mix_b}) {
+    if (part >= d.materials.size())
+      throw Error(fmt::format("material \"{}\" mixes material {} of {}", m.name, part, d.materials.size()),
+                  kImporterRemedy);
+    check_mix(d, part, state, depth + 1);
+  }
+  state[material] = 2;
+}
+
+void check_materials(const SceneDescription& d) {
+  std::vector<char> state(d.materials.size(), 0);
+  for (std::size_t i = 0; i < d.materials.size(); ++i) {
+    const Material& m = d.materials[i];
+    for (const ColorInput* input : {&m.reflectance, &m.transmittance, &m.specular_color, &m.normal_map})
+      check_texture_index(d, input->texture, fmt::format("material \"{}\"", m.name));
+    for (const FloatInput* input : {&m.roughness_u, &m.roughness_v, &m.coat_roughness, &m.metallic, &m.specular,
+                                    &m.clearcoat, &m.transmission, &m.mix_amount, &m.alpha, &m.bump})
+      check_texture_index(d, input->texture, fmt::format("material \"{}\"", m.name));
+    check_mix(d, static_cast<std::uint32_t>(i), state, 0);
+  }
+  for (const Emission& e : d.emissions)
+    check_texture_index(d, e.radiance.texture, fmt::format("emission \"{}\"", e.name));
+}
+
+void check_lights(const SceneDescription& d) {
+  for (const Light& light : d.lights) {
+    if (!is_finite(light.intensity) || !is_finite(light.position) || !is_finite(light.direction))
+      throw Error(fmt::format("light \"{}\" has values that are not finite", light.name), kImporterRemedy);
+    if (light.kind != LightKind::point && length_squared(light.direction) == 0)
+      throw Error(fmt::format("light \"{}\" has no direction", light.name), kImporterRemedy);
+  }
+  if (!d.environment) return;
+  const Environment& e = *d.environment;
+  if (e.width < 0 || e.height < 0 ||
+      e.pixels.size() != static_cast<std::size_t>(e.width) * static_cast<std::size_t>(e.height))
+    throw Error(fmt::format("environment \"{}\" has {} pixels, but {} x {} were expected", e.name, e.pixels.size(),
+                            e.width, e.height));
+  if (!(std::abs(e.to_world.determinant()) > 0) || !std::isfinite(e.to_world.determinant()))
+    throw Error(fmt::format("environment \"{}\" has a transform without an inverse", e.name), kImporterRemedy);
+}
+
+void check_cameras(const SceneDescription& d) {
+  for (const Camera& camera : d.cameras) {
+    const float determinant = camera.to_world.determinant();
+    if (!(std::abs(determinant) > 0) || !std::isfinite(determinant) || !is_finite(camera.to_world.translation))
+      throw Error(fmt::format("camera \"{}\" has a transform without an inverse", camera.name), kImporterRemedy);
+    if (!(camera.half_extent > 0) || !std::isfinite(camera.half_extent))
+      throw Error(fmt::format("camera \"{}\" has no field of view", camera.name), kImporterRemedy);
+  }
+}
+
+}  // namespace
+
+void check_description(const SceneDescription& description) {
+  check_geometry(description);
+  check_textures(description.textures);
+  check_materials(description);
+  check_lights(description);
+  check_cameras(description);
+}
+
+}  // namespace glowworm

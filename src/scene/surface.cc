@@ -1,0 +1,232 @@
+#include "scene/surface.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/random.h"
+
+namespace glowworm {
+
+namespace {
+
+std::uint32_t hash_point(std::uint32_t seed, Vec3 p) {
+  seed = hash_combine(seed, std::bit_cast<std::uint32_t>(p.x));
+  seed = hash_combine(seed, std::bit_cast<std::uint32_t>(p.y));
+  return hash_combine(seed, std::bit_cast<std::uint32_t>(p.z));
+}
+
+/// Derivatives of the position by the texture coordinates; `valid` is false where these do not span the triangle.
+struct TextureTangents {
+  Vec3 du, dv;
+  bool valid = false;
+};
+
+TextureTangents texture_tangents(const Geometry& g, std::uint32_t triangle) {
+  const auto& [a, b, c] = g.triangles[triangle];
+  const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
+  const float determinant = ab.x * ac.y - ab.y * ac.x;
+  if (determinant == 0) return {};
+  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
+  const float scale = 1 / determinant;
+  TextureTangents out{(e1 * ac.y - e2 * ab.y) * scale, (e2 * ab.x - e1 * ac.x) * scale, true};
+  out.valid = is_finite(out.du) && is_finite(out.dv);
+  return out;
+}
+
+/// The frame around the unit vector n whose s is the part of `tangent` across n; any frame where that part is nothing.
+Frame frame_along(Vec3 n, Vec3 tangent) {
+  const Vec3 across = tangent - n * dot(n, tangent);
+  const float squared = length_squared(across);
+  if (!(squared > 1e-12f * length_squared(tangent)) || !std::isfinite(squared)) return Frame::from_normal(n);
+  const Vec3 s = across / std::sqrt(squared);
+  return {s, cross(n, s), n};
+}
+
+/// Gives the frame a new normal, keeping its s as near as may be. A normal that left the geometric side is refused.
+void turn_to(SurfacePoint& point, Vec3 n) {
+  const float squared = length_squared(n);
+  if (!(squared > 0) || !std::isfinite(squared) || dot(n, point.geometric_normal) <= 0) return;
+  point.frame = frame_along(n / std::sqrt(squared), point.frame.s);
+}
+
+void apply_normal_map(const Scene& scene, const Material& m, SurfacePoint& point) {
+  const TextureTangents tangents = texture_tangents(scene.geometry(), point.triangle);
+  const RGB c = evaluate(scene.textures(), m.normal_map, point.uv);
+  const Vec3 n = {(2 * c.r - 1) * m.normal_scale, (2 * c.g - 1) * m.normal_scale, 2 * c.b - 1};
+  // Mirrored texture coordinates turn the green axis of the map, but not the frame's, which stays right-handed.
+  const float side = tangents.valid && dot(tangents.dv, point.frame.t) < 0 ? -1.0f : 1.0f;
+  turn_to(point, point.frame.to_world({n.x, n.y * side, n.z}));
+}
+
+/// Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978, with forward differences in texture space.
+void apply_bump(const Scene& scene, const Material& m, SurfacePoint& point) {
+  const TextureTangents tangents = texture_tangents(scene.geometry(), point.triangle);
+  if (!tangents.valid) return;
+  constexpr float step = 0.0005f;
+  const float here = evaluate(scene.textures(), m.bump, point.uv);
+  const float by_u = (evaluate(scene.textures(), m.bump, point.uv + Vec2{step, 0}) - here) / step;
+  const float by_v = (evaluate(scene.textures(), m.bump, point.uv + Vec2{0, step}) - here) / step;
+  const Vec3 n = point.frame.n;
+  const Vec3 du = tangents.du - n * dot(n, tangents.du), dv = tangents.dv - n * dot(n, tangents.dv);
+  turn_to(point, face_forward(cross(du + n * by_u, dv + n * by_v), n));
+}
+
+/// Turns the shading normal so that wo sees the side of it that it sees of the surface.
+void keep_side(SurfacePoint& point, Vec3 wo) {
+  constexpr float least_cosine = 1e-3f;
+  const Vec3 seen = dot(point.geometric_normal, wo) < 0 ? -wo : wo;
+  const float cosine = dot(point.frame.n, seen);
+  if (cosine >= least_cosine || dot(point.geometric_normal, seen) < least_cosine) {
+    if (cosine <= 0) point.frame = frame_along(point.geometric_normal, point.frame.s);
+    return;
+  }
+  // Adding some of `seen` cannot leave the geometric side, since both vectors lie on it.
+  turn_to(point, point.frame.n + seen * (2 * least_cosine - cosine));
+}
+
+/// Follows mixed materials to one that is not mixed, by a number that belongs to the place.
+std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfacePoint& point) {
+  while (scene.materials()[material].kind == MaterialKind::mix) {
+    const Material& m = scene.materials()[material];
+    const float amount = evaluate(scene.textures(), m.mix_amount, point.uv);
+    material = to_unit_float(hash_point(material, point.position)) < amount ? m.mix_b : m.mix_a;
+  }
+  return material;
+}
+
+float unit(float x) { return std::clamp(x, 0.0f, 1.0f); }
+
+/// The numbers of the material; `m` is not a mix.
+Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 uv) {
+  Bsdf out;
+  const RGB reflectance = clamp(evaluate(textures, m.reflectance, uv), 0, 1);
+  if (m.kind == MaterialKind::diffuse) {
+    out.diffuse = reflectance;
+    out.transmission = clamp(evaluate(textures, m.transmittance, uv), 0, 1);
+    return out;
+  }
+  out.alpha_x = unit(evaluate(textures, m.roughness_u, uv));
+  out.alpha_y = unit(evaluate(textures, m.roughness_v, uv));
+  out.use_reflectance = m.use_reflectance;
+  out.thin = m.thin;
+  switch (m.kind) {
+    case MaterialKind::conductor:
+    case MaterialKind::coated_conductor:
+      out.kind = m.kind == MaterialKind::conductor ? BsdfKind::conductor : BsdfKind::coated_conductor;
+      out.eta = m.eta;
+      out.k = m.k;
+      out.specular = reflectance;
+      if (m.kind == MaterialKind::conductor) break;
+      out.coat = 1;
+      out.coat_eta = m.ior;
+      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, uv));
+      break;
+    case MaterialKind::dielectric:
+    case MaterialKind::thin_dielectric:
+      out.kind = m.kind == MaterialKind::dielectric ? BsdfKind::dielectric : BsdfKind::thin_dielectric;
+      out.eta = RGB(m.ior);
+      out.specular = reflectance;
+      out.transmission = clamp(evaluate(textures, m.transmittance, uv), 0, 1);
+      break;
+    case MaterialKind::coated_diffuse:
+      out.kind = BsdfKind::coated_diffuse;
+      out.diffuse = reflectance;
+      out.specular = RGB(1.0f);
+      out.eta = RGB(m.ior);
+      out.coat = 1;
+      out.coat_eta = m.ior;
+      out.coat_alpha = std::sqrt(out.alpha_x * out.alpha_y);
+      break;
+    case MaterialKind::metallic_roughness:
+      out.kind = BsdfKind::metallic_roughness;
+      out.diffuse = reflectance;
+      out.transmission = reflectance;
+      out.specular = evaluate(textures, m.specular_color, uv) * evaluate(textures, m.specular, uv);
+      out.eta = RGB(m.ior);
+      out.metallic = unit(evaluate(textures, m.metallic, uv));
+      out.transmission_weight = unit(evaluate(textures, m.transmission, uv));
+      out.coat = unit(evaluate(textures, m.clearcoat, uv));
+      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, uv));
+      break;
+    case MaterialKind::diffuse:
+    case MaterialKind::mix:
+      break;
+  }
+  return out;
+}
+
+}  // namespace
+
+SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
+  const Geometry& g = scene.geometry();
+  const auto& [a, b, c] = g.triangles[triangle];
+  const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
+  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
+  SurfacePoint point;
+  point.position = g.positions[a] + e1 * u + e2 * v;
+  const Vec3 scaled = cross(e1, e2);
+  const float doubled_area = length(scaled);
+  point.geometric_normal = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  point.uv = g.uvs[a] * w + g.uvs[b] * u + g.uvs[c] * v;
+  point.triangle = triangle;
+  point.material = g.material[triangle];
+
+  Vec3 n = g.normals[a] * w + g.normals[b] * u + g.normals[c] * v;
+  const float squared = length_squared(n);
+  n = squared > 1e-12f ? face_forward(n / std::sqrt(squared), point.geometric_normal) : point.geometric_normal;
+
+  const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
+  const float determinant = ab.x * ac.y - ab.y * ac.x;
+  const Vec3 along_u = (e1 * ac.y - e2 * ab.y) * std::copysign(1.0f, determinant);
+  point.frame = determinant == 0 ? Frame::from_normal(n) : frame_along(n, along_u);
+  return point;
+}
+
+Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo) {
+  if (scene.materials()[point.material].kind == MaterialKind::mix)
+    point.material = unmixed(scene, point.material, point);
+  const Material& m = scene.materials()[point.material];
+  if (m.normal_map.texture != kNone) apply_normal_map(scene, m, point);
+  if (m.bump.texture != kNone) apply_bump(scene, m, point);
+  keep_side(point, wo);
+  return bsdf_of(scene.textures(), m, point.uv);
+}
+
+RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
+  const std::uint32_t index = scene.geometry().emission[point.triangle];
+  if (index == kNone) return RGB(0.0f);
+  const Emission& emission = scene.emissions()[index];
+  if (!emission.two_sided && dot(point.geometric_normal, wo) <= 0) return RGB(0.0f);
+  return evaluate(scene.textures(), emission.radiance, point.uv);
+}
+
+bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction) {
+  const Geometry& g = scene.geometry();
+  const Material& m = scene.materials()[g.material[triangle]];
+  const auto& [a, b, c] = g.triangles[triangle];
+  const Vec2 uv = g.uvs[a] * (1 - barycentric.x - barycentric.y) + g.uvs[b] * barycentric.x + g.uvs[c] * barycentric.y;
+  const float alpha = evaluate(scene.textures(), m.alpha, uv);
+  if (m.alpha_cutoff >= 0) return alpha >= m.alpha_cutoff;
+  if (alpha >= 1) return true;
+  if (!(alpha > 0)) return false;
+  return to_unit_float(hash_point(hash_point(hash32(triangle), ray_origin), ray_direction)) < alpha;
+}
+
+Vec3 offset_origin(Vec3 p, Vec3 n) {
+  // Steps in the last place scale with the rounding error of p; near zero that would be too little, so a fixed step.
+  constexpr float near_zero = 1.0f / 32, fixed_step = 1.0f / 65536, last_places = 256;
+  Vec3 out;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(p[axis]) < near_zero) {
+      out[axis] = p[axis] + fixed_step * n[axis];
+    } else {
+      const auto steps = static_cast<std::int32_t>(last_places * n[axis]);
+      const auto bits = std::bit_cast<std::int32_t>(p[axis]);
+      out[axis] = std::bit_cast<float>(bits + (p[axis] < 0 ? -steps : steps));
+    }
+  }
+  return out;
+}
+
+}  // namespace glowworm
