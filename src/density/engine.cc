@@ -17,6 +17,7 @@ struct Entry {
 
 // In order of preference.
 constexpr Entry kEngines[] = {
+    {"knn", make_knn_engine},
     {"brute", make_brute_engine},
 };
 

@@ -30,10 +30,10 @@ enum class RadiusKind : std::uint8_t {
 /// Over which radius photons are counted; an argument of the engine, not its habit.
 struct RadiusPolicy {
   RadiusKind kind = RadiusKind::per_photon;
-  std::uint32_t k = 50;        ///< nearest
-  float max_radius = 0;        ///< nearest: photons further away are not counted, metres; 0: no limit
-  float radius = 0;            ///< fixed: metres
-  std::vector<float> radii;    ///< per_photon: metres, one for each photon of the batch
+  std::uint32_t k = 50;      ///< nearest
+  float max_radius = 0;      ///< nearest: photons further away are not counted, metres; 0: no limit
+  float radius = 0;          ///< fixed: metres
+  std::vector<float> radii;  ///< per_photon: metres, one for each photon of the batch
   KernelShape kernel = KernelShape::epanechnikov;
   /// A photon counts at a query point where the dot product of their normals is above this: it keeps photons on the
   /// back of a thin wall, and beyond a corner, out.
@@ -46,8 +46,8 @@ struct EnginePlan {
   std::uint32_t passes = 1;  ///< how often it would go over the query points within the budget
 };
 
-/// An engine holds an index of one batch of photons and answers any number of batches of query points; query state never
-/// lives in it. All engines that are given the same radii agree with the brute-force sum to rounding.
+/// An engine holds an index of one batch of photons and answers any number of batches of query points; query state
+/// never lives in it. All engines that are given the same radii agree with the brute-force sum to rounding.
 class DensityEngine {
  public:
   virtual ~DensityEngine() = default;

@@ -6,6 +6,9 @@
 
 namespace glowworm {
 
+/// Normal photon mapping, the baseline of [SF07] and [HHS05]: each query point on its own searches a kd-tree for its k
+/// nearest photons. Does every RadiusKind.
+std::unique_ptr<DensityEngine> make_knn_engine();
 /// Every photon against every query point in double precision: the truth that the others are held against. Does every
 /// RadiusKind.
 std::unique_ptr<DensityEngine> make_brute_engine();

@@ -12,7 +12,8 @@ namespace {
 
 // Below this many points a subtree is built by one thread.
 constexpr std::size_t kParallelCount = 16384;
-// Below this depth cells are halved by count, which bounds the depth for points at ever smaller distances.
+// Below this depth cells are halved by count, which bounds the depth for points at ever smaller distances: two levels
+// a halving where coordinates are equal, and one an axis in which all are.
 constexpr int kMidpointDepth = 64;
 constexpr std::size_t kMaxPoints = std::size_t{1} << 30;
 

@@ -35,7 +35,7 @@ struct KdPoint {
 /// The tree: its points in leaf order, so that every leaf, and every subtree, is a run of them.
 struct KdTree {
   /// No way from the root to a leaf is longer than this; stacks may have this size.
-  static constexpr int kMaxDepth = 96;
+  static constexpr int kMaxDepth = 128;
 
   std::vector<KdPoint> points;
   std::vector<KdNode> nodes;  ///< empty where there are no points

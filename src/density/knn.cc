@@ -1,0 +1,193 @@
+#include "density/knn.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+// Found by measurement: bench/density_bench.cc.
+constexpr std::uint32_t kLeafSize = 8;
+constexpr std::size_t kGrain = 8192;
+
+/// A subtree that is still to be searched, and how far its cell is away: squared, and by axis. Differences, squares and
+/// sums are rounded monotonically and taken in the order of length_squared(), so that no photon of the cell comes out
+/// nearer than the cell.
+struct Pending {
+  std::uint32_t node;
+  float distance_squared;
+  Vec3 offset;
+};
+
+/// Distances that are not negative order as their bits do; in one integer with the place, ties are broken by place.
+std::uint64_t pack(float distance_squared, std::uint32_t place) {
+  return std::uint64_t{std::bit_cast<std::uint32_t>(distance_squared)} << 32 | place;
+}
+
+/// Puts `value` in the place of the top of a max-heap and lets it sink.
+void replace_top(std::uint64_t* heap, std::size_t size, std::uint64_t value) {
+  std::size_t hole = 0;
+  for (;;) {
+    std::size_t child = 2 * hole + 1;
+    if (child >= size) break;
+    if (child + 1 < size) child += heap[child + 1] > heap[child];
+    if (heap[child] <= value) break;
+    heap[hole] = heap[child];
+    hole = child;
+  }
+  heap[hole] = value;
+}
+
+/// How far x lies outside the box, by axis.
+Vec3 outside(const Box3& box, Vec3 x) {
+  Vec3 offset;
+  for (int axis = 0; axis < 3; ++axis) {
+    offset[axis] = std::max({box.min[axis] - x[axis], x[axis] - box.max[axis], 0.0f});
+  }
+  return offset;
+}
+
+}  // namespace
+
+void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) {
+  tree_ = build_kd_tree(photons.position, kLeafSize);
+  const std::size_t count = photons.size();
+  normal_.resize(count);
+  direction_.resize(count);
+  flux_.resize(count);
+  radius_squared_.resize(radii.empty() ? 0 : count);
+  parallel_for(0, count, kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t index = tree_.points[i].index;
+      normal_[i] = photons.normal[index];
+      direction_[i] = photons.direction[index];
+      flux_[i] = photons.flux[index];
+      if (!radii.empty()) radius_squared_[i] = radii[index] * radii[index];
+    }
+  });
+  find_node_radii();
+}
+
+void PhotonMap::find_node_radii() {
+  node_radius_squared_.resize(radius_squared_.empty() ? 0 : tree_.nodes.size());
+  if (radius_squared_.empty()) return;
+  // Children stand behind their parents.
+  for (std::size_t i = tree_.nodes.size(); i-- > 0;) {
+    const KdNode& node = tree_.nodes[i];
+    float largest = 0;
+    if (node.is_leaf()) {
+      for (std::uint32_t p = 0; p < node.count; ++p) largest = std::max(largest, radius_squared_[node.first() + p]);
+    } else {
+      largest = std::max(node_radius_squared_[i + 1], node_radius_squared_[i + node.right_offset()]);
+    }
+    node_radius_squared_[i] = largest;
+  }
+}
+
+FoundPhoton PhotonMap::unpack(std::uint64_t packed) {
+  return {std::bit_cast<float>(static_cast<std::uint32_t>(packed >> 32)), static_cast<std::uint32_t>(packed)};
+}
+
+std::size_t PhotonMap::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_t k, float limit_squared,
+                               std::span<std::uint64_t> found, std::uint64_t& tested) const {
+  if (tree_.nodes.empty() || k == 0) return 0;
+  std::uint64_t* const heap = found.data();
+  std::size_t size = 0;
+  // A photon is taken where its packed distance is below this: first the limit, then the top of the full heap.
+  std::uint64_t bound = pack(limit_squared, 0);
+  Pending stack[KdTree::kMaxDepth];
+  int depth = 0;
+  Pending at{0, 0, outside(tree_.bounds, x)};
+  at.distance_squared = length_squared(at.offset);
+  for (;;) {
+    // Down to the leaf whose cell is nearest; the siblings wait.
+    const KdNode* node = &tree_.nodes[at.node];
+    while (!node->is_leaf()) {
+      const int axis = node->axis();
+      const float distance = x[axis] - node->split;
+      const std::uint32_t left = at.node + 1, right = at.node + node->right_offset();
+      const bool on_left = distance <= 0;
+      Vec3 far_offset = at.offset;
+      far_offset[axis] = std::abs(distance);
+      const float far_squared = length_squared(far_offset);
+      if (pack(far_squared, 0) <= bound) {
+        stack[depth++] = {on_left ? right : left, far_squared, far_offset};
+      }
+      at.node = on_left ? left : right;
+      node = &tree_.nodes[at.node];
+    }
+    tested += node->count;
+    for (std::uint32_t place = node->first(); place < node->first() + node->count; ++place) {
+      const std::uint64_t candidate = pack(length_squared(tree_.points[place].position - x), place);
+      if (candidate >= bound || !(dot(normal_[place], normal) > min_cosine)) continue;
+      if (size < k) {
+        heap[size++] = candidate;
+        if (size < k) continue;
+        std::make_heap(heap, heap + k);
+      } else {
+        replace_top(heap, k, candidate);
+      }
+      bound = heap[0];
+    }
+    do {
+      if (depth == 0) return size;
+      at = stack[--depth];
+    } while (pack(at.distance_squared, 0) > bound);
+  }
+}
+
+template <class NodeRadiusSquared, class PhotonRadiusSquared>
+void PhotonMap::search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSquared& node_radius_squared,
+                       const PhotonRadiusSquared& photon_radius_squared, std::vector<FoundPhoton>& found,
+                       std::uint64_t& tested) const {
+  found.clear();
+  if (tree_.nodes.empty()) return;
+  Pending stack[KdTree::kMaxDepth];
+  int depth = 0;
+  Pending at{0, 0, outside(tree_.bounds, x)};
+  at.distance_squared = length_squared(at.offset);
+  for (;;) {
+    const KdNode* node = &tree_.nodes[at.node];
+    while (!node->is_leaf()) {
+      const int axis = node->axis();
+      const float distance = x[axis] - node->split;
+      const std::uint32_t left = at.node + 1, right = at.node + node->right_offset();
+      const bool on_left = distance <= 0;
+      Vec3 far_offset = at.offset;
+      far_offset[axis] = std::abs(distance);
+      const float far_squared = length_squared(far_offset);
+      const std::uint32_t far_node = on_left ? right : left;
+      if (far_squared <= node_radius_squared(far_node)) {
+        stack[depth++] = {far_node, far_squared, far_offset};
+      }
+      at.node = on_left ? left : right;
+      node = &tree_.nodes[at.node];
+    }
+    tested += node->count;
+    for (std::uint32_t place = node->first(); place < node->first() + node->count; ++place) {
+      const float d2 = length_squared(tree_.points[place].position - x);
+      if (d2 < photon_radius_squared(place) && dot(normal_[place], normal) > min_cosine) found.push_back({d2, place});
+    }
+    if (depth == 0) return;
+    at = stack[--depth];
+  }
+}
+
+void PhotonMap::within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
+                       std::uint64_t& tested) const {
+  const float r2 = radius * radius;
+  search(
+      x, normal, min_cosine, [r2](std::uint32_t) { return r2; }, [r2](std::uint32_t) { return r2; }, found, tested);
+}
+
+void PhotonMap::within_own_radius(Vec3 x, Vec3 normal, float min_cosine, std::vector<FoundPhoton>& found,
+                                  std::uint64_t& tested) const {
+  search(
+      x, normal, min_cosine, [this](std::uint32_t node) { return node_radius_squared_[node]; },
+      [this](std::uint32_t place) { return radius_squared_[place]; }, found, tested);
+}
+
+}  // namespace glowworm

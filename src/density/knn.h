@@ -1,0 +1,69 @@
+// A photon map that is searched one query point at a time: normal photon mapping.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "density/kd_tree.h"
+#include "density/radius.h"
+#include "photon/photon_batch.h"
+
+namespace glowworm {
+
+/// A photon that a search found. `place` is its place in the map's order.
+struct FoundPhoton {
+  float distance_squared;
+  std::uint32_t place;
+};
+
+/// Photons in the order of the leaves of a kd-tree.
+class PhotonMap {
+ public:
+  /// Builds the map on all threads.
+  /// @param radii one for each photon where searches within the photons' own radii are wanted, else empty
+  void build(const PhotonBatch& photons, std::span<const float> radii);
+
+  std::size_t size() const { return tree_.points.size(); }
+  const KdTree& tree() const { return tree_; }
+  /// Index in the batch of the photon at a place.
+  std::uint32_t index(std::uint32_t place) const { return tree_.points[place].index; }
+  Vec3 normal(std::uint32_t place) const { return normal_[place]; }
+  Vec3 direction(std::uint32_t place) const { return direction_[place]; }
+  RGB flux(std::uint32_t place) const { return flux_[place]; }
+  float radius_squared(std::uint32_t place) const { return radius_squared_[place]; }
+
+  /// The k photons nearest to x whose normals have a dot product with `normal` above min_cosine; fewer where there are
+  /// fewer within the limit. In no particular order, except that the farthest comes first where k were found.
+  /// Photons at one distance are chosen by their places.
+  /// @param limit_squared photons must be nearer than the root of this, m^2
+  /// @param found         k elements of scratch at least; receives the photons
+  /// @param tested        grows by the number of photons whose distance was looked at
+  /// @returns how many were found
+  std::size_t nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_t k, float limit_squared,
+                      std::span<std::uint64_t> found, std::uint64_t& tested) const;
+
+  /// Unpacks what nearest() found.
+  static FoundPhoton unpack(std::uint64_t packed);
+
+  /// All photons of matching normal that are nearer to x than `radius`.
+  void within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
+              std::uint64_t& tested) const;
+  /// All photons of matching normal that are nearer to x than their own radius.
+  void within_own_radius(Vec3 x, Vec3 normal, float min_cosine, std::vector<FoundPhoton>& found,
+                         std::uint64_t& tested) const;
+
+ private:
+  template <class NodeRadiusSquared, class PhotonRadiusSquared>
+  void search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSquared& node_radius_squared,
+              const PhotonRadiusSquared& photon_radius_squared, std::vector<FoundPhoton>& found,
+              std::uint64_t& tested) const;
+  void find_node_radii();
+
+  KdTree tree_;
+  std::vector<Vec3> normal_, direction_;
+  std::vector<RGB> flux_;
+  std::vector<float> radius_squared_;       // by place; empty without radii
+  std::vector<float> node_radius_squared_;  // by node: the largest below it
+};
+
+}  // namespace glowworm

@@ -1,0 +1,153 @@
+// Normal photon mapping: each query point searches the photon map on its own.
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "density/engines.h"
+#include "density/kernel.h"
+#include "density/knn.h"
+#include "density/reorder.h"
+#include "density/shading.h"
+
+namespace glowworm {
+
+namespace {
+
+// Neighbours on the Hilbert curve that one thread looks up in turn.
+constexpr std::size_t kGrain = 512;
+
+/// What one piece of query points needs while it is looked up.
+struct Scratch {
+  std::vector<std::uint64_t> heap;
+  std::vector<FoundPhoton> found;
+  GatheredPhotons gathered;
+  BatchShader shader;
+  std::uint64_t tested = 0, operations = 0;
+
+  // The last query point: its k nearest photons also bound those of a neighbour of the same normal.
+  Vec3 last_position, last_normal;
+  float last_radius = std::numeric_limits<float>::infinity();
+};
+
+class KnnEngine final : public DensityEngine {
+ public:
+  std::string name() const override { return "knn"; }
+
+  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
+    const std::uint64_t map = photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 4 * sizeof(float));
+    return {map + points * 3 * sizeof(std::uint64_t), 1};
+  }
+
+  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+    PhaseTimer timer(statistics, Phase::build_photon_map);
+    check_policy(photons, policy);
+    policy_ = policy;
+    map_.build(photons,
+               policy.kind == RadiusKind::per_photon ? std::span<const float>(policy.radii) : std::span<const float>());
+    policy_.radii = {};
+  }
+
+  void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
+    std::vector<std::uint32_t> order;
+    {
+      PhaseTimer timer(statistics, Phase::reorder);
+      order = hilbert_order(points.position, map_.tree().bounds, map_.size(), ReorderSettings());
+    }
+    PhaseTimer timer(statistics, Phase::density);
+    parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      Scratch scratch;
+      scratch.heap.resize(std::min<std::size_t>(policy_.k, map_.size()));
+      for (std::size_t i = first; i < last; ++i) {
+        const std::uint32_t point = order[i];
+        const float scale = find(points.position[point], points.normal[point], scratch);
+        scratch.operations += scratch.found.size();
+        radiance[point] += points.bsdf[point] == kLambertianQuery
+                               ? lambertian(points.reflectance[point], scale, scratch)
+                               : other(points.bsdfs[points.bsdf[point]], scale, scratch);
+      }
+      statistics.add(Counter::pairs_tested, scratch.tested);
+      statistics.add(Counter::shader_operations, scratch.operations);
+    });
+    statistics.add(Counter::query_points, points.size());
+  }
+
+ private:
+  /// Finds the photons of a query point. Returns the 1 / r^2 that they share, or 0 where each has its own.
+  float find(Vec3 x, Vec3 normal, Scratch& scratch) const {
+    switch (policy_.kind) {
+      case RadiusKind::nearest:
+        return find_nearest(x, normal, scratch);
+      case RadiusKind::fixed:
+        map_.within(x, normal, policy_.min_normal_cosine, policy_.radius, scratch.found, scratch.tested);
+        return 1 / (policy_.radius * policy_.radius);
+      case RadiusKind::per_photon:
+        map_.within_own_radius(x, normal, policy_.min_normal_cosine, scratch.found, scratch.tested);
+        return 0;
+    }
+    return 0;
+  }
+
+  float find_nearest(Vec3 x, Vec3 normal, Scratch& scratch) const {
+    scratch.found.clear();
+    const bool limited = policy_.max_radius > 0;
+    const float limit = limited ? policy_.max_radius * policy_.max_radius : std::numeric_limits<float>::infinity();
+    float first_limit = limit;
+    if (normal == scratch.last_normal) {
+      // The sphere around the last point's photons, seen from here; a little more, against rounding.
+      const float reach = (scratch.last_radius + length(x - scratch.last_position)) * 1.0001f;
+      first_limit = std::min(limit, reach * reach);
+    }
+    const std::size_t count =
+        map_.nearest(x, normal, policy_.min_normal_cosine, policy_.k, first_limit, scratch.heap, scratch.tested);
+    for (std::size_t i = 0; i < count; ++i) scratch.found.push_back(PhotonMap::unpack(scratch.heap[i]));
+    scratch.last_radius = std::numeric_limits<float>::infinity();
+    if (count == 0) return 0;
+    float r2 = scratch.found[0].distance_squared;
+    if (count == policy_.k) {
+      scratch.last_position = x;
+      scratch.last_normal = normal;
+      scratch.last_radius = std::sqrt(r2);
+    } else {
+      for (const FoundPhoton& photon : scratch.found) r2 = std::max(r2, photon.distance_squared);
+      if (limited) r2 = limit;
+    }
+    // Photons all at the point itself: a density without bound, nothing sensible can be added.
+    if (r2 == 0) scratch.found.clear();
+    return r2 > 0 ? 1 / r2 : 0;
+  }
+
+  /// 1 / r^2 K(|x - y| / r) of a photon.
+  float weight(const FoundPhoton& photon, float scale) const {
+    if (scale == 0) scale = 1 / map_.radius_squared(photon.place);
+    return scale * kernel(policy_.kernel, std::min(photon.distance_squared * scale, 1.0f));
+  }
+
+  RGB lambertian(RGB reflectance, float scale, const Scratch& scratch) const {
+    double r = 0, g = 0, b = 0;
+    for (const FoundPhoton& photon : scratch.found) {
+      const float w = weight(photon, scale);
+      const RGB flux = map_.flux(photon.place);
+      r += double(w * flux.r);
+      g += double(w * flux.g);
+      b += double(w * flux.b);
+    }
+    return reflectance * RGB(float(r), float(g), float(b)) * kInversePi;
+  }
+
+  RGB other(const QueryBsdf& query, float scale, Scratch& scratch) const {
+    scratch.gathered.clear();
+    for (const FoundPhoton& photon : scratch.found) {
+      scratch.gathered.push_back(map_.direction(photon.place), map_.flux(photon.place) * weight(photon, scale));
+    }
+    return scratch.shader.shade(query, scratch.gathered);
+  }
+
+  RadiusPolicy policy_;
+  PhotonMap map_;
+};
+
+}  // namespace
+
+std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(); }
+
+}  // namespace glowworm
