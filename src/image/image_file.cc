@@ -3,6 +3,7 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <mutex>
@@ -51,6 +52,8 @@ namespace {
 
 // No codec of still images packs more than this many bytes into one; a header that claims more is damaged.
 constexpr std::uint64_t kLargestCompression = 5000;
+// Rows that scan_image_file holds at once of files that are not tiled.
+constexpr int kBandRows = 64;
 
 SampleType sample_type(const OIIO::ImageSpec& spec) {
   switch (spec.format.basetype) {
@@ -155,6 +158,19 @@ std::unique_ptr<OIIO::ImageInput> open_input(const std::string& path) {
   return input;
 }
 
+// Throws where a reading of pixels was not complete.
+void check_report(const std::string& path, OIIO::ImageInput& input, bool complete) {
+  const std::string report = first_line(input.geterror());
+  // Readers of TIFF and JPEG say that they succeeded and yet report what is missing; libjpeg's other reports are of
+  // blemishes that any viewer passes over.
+  const bool blemish =
+      complete && std::string_view(input.format_name()) == "jpeg" && report.find("Premature end") == std::string::npos;
+  if (!complete || (!report.empty() && !blemish)) {
+    throw Error({path}, fmt::format("truncated or damaged ({})", report), "Save or copy the file again.");
+  }
+  if (!report.empty()) warn(fmt::format("{}: {}", path, report));
+}
+
 }  // namespace
 
 ImageFileHeader read_image_header(const std::string& path) { return header_of(open_input(path)->spec()); }
@@ -168,16 +184,30 @@ ImageFileData read_image_file(const std::string& path, bool convert_to_single) {
   data.samples.resize(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) *
                       static_cast<std::size_t>(header.channels) * size_of(header.type));
   const bool complete = input->read_image(0, 0, 0, header.channels, type_desc(header.type), data.samples.data());
-  const std::string report = first_line(input->geterror());
-  // Readers of TIFF and JPEG say that they succeeded and yet report what is missing; libjpeg's other reports are of
-  // blemishes that any viewer passes over.
-  const bool blemish =
-      complete && std::string_view(input->format_name()) == "jpeg" && report.find("Premature end") == std::string::npos;
-  if (!complete || (!report.empty() && !blemish)) {
-    throw Error({path}, fmt::format("truncated or damaged ({})", report), "Save or copy the file again.");
-  }
-  if (!report.empty()) warn(fmt::format("{}: {}", path, report));
+  check_report(path, *input, complete);
   return data;
+}
+
+ImageFileHeader scan_image_file(
+    const std::string& path, const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_input(path);
+  const OIIO::ImageSpec& spec = input->spec();
+  const ImageFileHeader header = header_of(spec);
+  const int rows = spec.tile_height > 0 ? spec.tile_height : kBandRows;
+  const OIIO::TypeDesc type = type_desc(header.type);
+  bool complete = true;
+  for (int row = 0; row < header.height && complete; row += rows) {
+    const int first = spec.y + row, last = spec.y + std::min(row + rows, header.height);
+    std::vector<std::byte> samples(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(last - first) *
+                                   static_cast<std::size_t>(header.channels) * size_of(header.type));
+    complete = spec.tile_width > 0
+                   ? input->read_tiles(0, 0, spec.x, spec.x + spec.width, first, last, spec.z, spec.z + 1, 0,
+                                       header.channels, type, samples.data())
+                   : input->read_scanlines(0, 0, first, last, 0, 0, header.channels, type, samples.data());
+    check_report(path, *input, complete);
+    band(header, samples);
+  }
+  return header;
 }
 
 }  // namespace glowworm

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -48,6 +49,11 @@ ImageFileHeader read_image_header(const std::string& path);
 /// Throws Error with a remedy where the file is missing, not an image, truncated, empty, or larger than half of the
 /// machine's memory.
 ImageFileData read_image_file(const std::string& path, bool convert_to_single);
+
+/// Reads the first picture of a file by bands of rows, so that little of it is in memory at once, and calls `band`
+/// with the samples of each, as stored, from the top down. Throws Error as read_image_file does.
+ImageFileHeader scan_image_file(const std::string& path,
+                                const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band);
 
 /// Fixes OpenImageIO's own threads at none: pictures are decoded by the thread that asks. Called by all that use it.
 void configure_openimageio();

@@ -1,0 +1,89 @@
+#include "image/texel_decoder.h"
+
+#include <bit>
+#include <cstring>
+
+namespace glowworm {
+
+namespace {
+// IEEE 754 binary16 to binary32, exact, without arithmetic on subnormal floats, which a thread may have set to zero.
+float half_to_float(std::uint16_t bits) {
+  const std::uint32_t sign = (bits & 0x8000u) << 16, exponent = (bits >> 10) & 31u, fraction = bits & 0x3ffu;
+  if (exponent == 0) {
+    const float magnitude = static_cast<float>(fraction) * 0x1p-24f;
+    return sign ? -magnitude : magnitude;
+  }
+  const std::uint32_t widened = exponent == 31 ? 255 : exponent + (127 - 15);
+  return std::bit_cast<float>(sign | (widened << 23) | (fraction << 13));
+}
+}  // namespace
+
+TransferFunction resolve_encoding(const TextureOptions& options, const TransferFunction& of_file) {
+  using Kind = TransferFunction::Kind;
+  switch (options.encoding) {
+    case TextureEncoding::srgb:
+      return {Kind::srgb, 1};
+    case TextureEncoding::linear:
+      return {};
+    case TextureEncoding::power:
+      return {Kind::power, options.exponent};
+    case TextureEncoding::automatic:
+      break;
+  }
+  return of_file;
+}
+
+TexelDecoder::TexelDecoder(SampleType type, const TransferFunction& transfer) : type_(type), transfer_(transfer) {
+  const bool is_integer = type == SampleType::uint8 || type == SampleType::uint16;
+  if (!is_integer || transfer.kind == TransferFunction::Kind::linear) return;
+  table_.resize(type == SampleType::uint8 ? 256 : 65536);
+  const float largest = static_cast<float>(table_.size() - 1);
+  for (std::size_t code = 0; code < table_.size(); ++code) {
+    table_[code] = transfer.decode(static_cast<float>(code) / largest);
+  }
+}
+
+float TexelDecoder::plain(const std::byte* samples, std::size_t index) const {
+  switch (type_) {
+    case SampleType::uint8:
+      return static_cast<float>(std::to_integer<std::uint8_t>(samples[index])) / 255.0f;
+    case SampleType::uint16: {
+      std::uint16_t code;
+      std::memcpy(&code, samples + index * sizeof code, sizeof code);
+      return static_cast<float>(code) / 65535.0f;
+    }
+    case SampleType::half: {
+      std::uint16_t bits;
+      std::memcpy(&bits, samples + index * sizeof bits, sizeof bits);
+      return half_to_float(bits);
+    }
+    case SampleType::single:
+      break;
+  }
+  float value;
+  std::memcpy(&value, samples + index * sizeof value, sizeof value);
+  return value;
+}
+
+float TexelDecoder::color(const std::byte* samples, std::size_t index) const {
+  if (table_.empty()) return transfer_.decode(plain(samples, index));
+  if (type_ == SampleType::uint8) return table_[std::to_integer<std::uint8_t>(samples[index])];
+  std::uint16_t code;
+  std::memcpy(&code, samples + index * sizeof code, sizeof code);
+  return table_[code];
+}
+
+float TexelDecoder::alpha(const std::byte* samples, std::size_t index) const { return plain(samples, index); }
+
+bool is_opaque(const ImageFileHeader& header, const std::vector<std::byte>& samples) {
+  if (header.alpha_channel < 0) return true;
+  const TexelDecoder decoder(header.type, {});
+  const std::size_t count = samples.size() / size_of(header.type);
+  for (auto i = static_cast<std::size_t>(header.alpha_channel); i < count;
+       i += static_cast<std::size_t>(header.channels)) {
+    if (decoder.alpha(samples.data(), i) != 1) return false;
+  }
+  return true;
+}
+
+}  // namespace glowworm

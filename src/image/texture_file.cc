@@ -1,0 +1,159 @@
+#include "image/texture_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "image/texel_decoder.h"
+
+namespace glowworm {
+
+namespace {
+
+// The two texels of one axis that a look-up mixes, and their weights.
+struct Taps {
+  int index[2];
+  float weight[2];
+};
+
+// Brings a coordinate into the first copy of the texture, for the wraps that have copies, and near it for the
+// others, so that no later arithmetic loses its integer part.
+float fold(float t, TextureWrap wrap) {
+  if (!std::isfinite(t)) return 0;
+  switch (wrap) {
+    case TextureWrap::repeat:
+      return t - std::floor(t);
+    case TextureWrap::mirror: {
+      const float in_period = t - 2 * std::floor(t / 2);
+      return in_period > 1 ? 2 - in_period : in_period;
+    }
+    case TextureWrap::clamp:
+      return std::clamp(t, 0.0f, 1.0f);
+    case TextureWrap::black:
+      break;
+  }
+  return std::clamp(t, -1.0f, 2.0f);
+}
+
+Taps taps_of(float t, int size, TextureWrap wrap, TextureFilter filter) {
+  const float position = t * static_cast<float>(size);
+  Taps taps;
+  if (filter == TextureFilter::nearest) {
+    // In a folded coordinate 1 is the far edge, which belongs to the last texel.
+    const int texel = static_cast<int>(std::floor(position));
+    const int inside = wrap == TextureWrap::black ? texel : std::clamp(texel, 0, size - 1);
+    taps = {{inside, inside}, {1, 0}};
+  } else {
+    const float first = std::floor(position - 0.5f);
+    const float fraction = position - 0.5f - first;
+    taps = {{static_cast<int>(first), static_cast<int>(first) + 1}, {1 - fraction, fraction}};
+  }
+  for (int i = 0; i < 2; ++i) {
+    int& texel = taps.index[i];
+    if (texel >= 0 && texel < size) continue;
+    if (wrap == TextureWrap::repeat) {
+      texel = texel < 0 ? size - 1 : 0;
+    } else {
+      if (wrap == TextureWrap::black) taps.weight[i] = 0;
+      texel = std::clamp(texel, 0, size - 1);
+    }
+  }
+  return taps;
+}
+
+class DecodedTexture final : public TextureFile {
+ public:
+  DecodedTexture(std::shared_ptr<const TexelArray> texels, const TextureOptions& options)
+      : TextureFile(texels->width, texels->height, texels->has_alpha, options),
+        texels_(std::move(texels)),
+        decoder_(texels_->type, resolve_encoding(options, texels_->transfer)),
+        channels_(static_cast<std::size_t>(texels_->color_channels) + (texels_->has_alpha ? 1 : 0)) {}
+
+  std::uint64_t memory_bytes() const override { return texels_->samples.size(); }
+
+ protected:
+  void fetch(const int x[2], const int y[2], Texel out[4]) const override {
+    for (int i = 0; i < 4; ++i) {
+      const std::size_t texel =
+          static_cast<std::size_t>(y[i / 2]) * static_cast<std::size_t>(width()) + static_cast<std::size_t>(x[i % 2]);
+      const std::byte* samples = texels_->samples.data();
+      const std::size_t first = texel * channels_;
+      if (texels_->color_channels == 1) {
+        out[i].color = RGB(decoder_.color(samples, first));
+      } else {
+        out[i].color = {decoder_.color(samples, first), decoder_.color(samples, first + 1),
+                        decoder_.color(samples, first + 2)};
+      }
+      out[i].alpha = texels_->has_alpha ? decoder_.alpha(samples, first + channels_ - 1) : 1;
+    }
+  }
+
+ private:
+  std::shared_ptr<const TexelArray> texels_;
+  TexelDecoder decoder_;
+  std::size_t channels_;
+};
+
+}  // namespace
+
+TextureFile::Texel TextureFile::look_up(Vec2 uv) const {
+  const float u = fold(uv.x, options_.wrap_u), v = fold(uv.y, options_.wrap_v);
+  const Taps across = taps_of(u, width_, options_.wrap_u, options_.filter);
+  const Taps down = taps_of(1 - v, height_, options_.wrap_v, options_.filter);
+  Texel texels[4];
+  fetch(across.index, down.index, texels);
+  Texel sum{RGB(0.0f), 0};
+  for (int i = 0; i < 4; ++i) {
+    const float weight = across.weight[i % 2] * down.weight[i / 2];
+    if (weight == 0) continue;  // an infinite texel has no say where its weight is zero
+    sum.color += texels[i].color * weight;
+    sum.alpha += texels[i].alpha * weight;
+  }
+  return sum;
+}
+
+RGB TextureFile::color(Vec2 uv) const { return look_up(uv).color; }
+
+float TextureFile::alpha(Vec2 uv) const { return has_alpha_ ? look_up(uv).alpha : 1; }
+
+std::shared_ptr<const TexelArray> read_texels(const std::string& path) {
+  ImageFileData data = read_image_file(path, false);
+  const ImageFileHeader& header = data.header;
+  auto texels = std::make_shared<TexelArray>();
+  texels->width = header.width;
+  texels->height = header.height;
+  texels->type = header.type;
+  texels->transfer = header.transfer;
+  texels->color_channels = header.channels >= 3 ? 3 : 1;
+  texels->has_alpha = header.alpha_channel >= 0 && !is_opaque(header, data.samples);
+  const int kept = texels->color_channels + (texels->has_alpha ? 1 : 0);
+  if (kept == header.channels && (!texels->has_alpha || header.alpha_channel == kept - 1)) {
+    texels->samples = std::move(data.samples);
+    return texels;
+  }
+  const std::size_t bytes = size_of(header.type), pixel_bytes = bytes * static_cast<std::size_t>(header.channels);
+  const std::size_t color_bytes = bytes * static_cast<std::size_t>(texels->color_channels);
+  const std::size_t pixels = data.samples.size() / pixel_bytes;
+  texels->samples.resize(pixels * bytes * static_cast<std::size_t>(kept));
+  std::byte* to = texels->samples.data();
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const std::byte* from = data.samples.data() + i * pixel_bytes;
+    std::memcpy(to, from, color_bytes);
+    to += color_bytes;
+    if (!texels->has_alpha) continue;
+    std::memcpy(to, from + bytes * static_cast<std::size_t>(header.alpha_channel), bytes);
+    to += bytes;
+  }
+  return texels;
+}
+
+std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const TexelArray> texels,
+                                                const TextureOptions& options) {
+  return std::make_shared<DecodedTexture>(std::move(texels), options);
+}
+
+std::shared_ptr<const TextureFile> open_texture(const std::string& path, const TextureOptions& options) {
+  return make_texture(read_texels(path), options);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,121 @@
+// Image files as textures: texels kept as the file has them, decoded and filtered at each look-up.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+#include "image/image_file.h"
+
+namespace glowworm {
+
+/// What a texture is outside the unit square.
+enum class TextureWrap : std::uint8_t {
+  repeat,
+  clamp,
+  mirror,  ///< every other copy is turned over
+  black    ///< zero; alpha zero too where the file has alpha
+};
+
+enum class TextureFilter : std::uint8_t { bilinear, nearest };
+
+/// How the colour channels of a file are meant. Alpha is linear always.
+enum class TextureEncoding : std::uint8_t {
+  automatic,  ///< as the file says; sRGB for integers and linear for floats where it says nothing
+  srgb,
+  linear,  ///< for data: normals, roughness
+  power    ///< linear = encoded^exponent
+};
+
+struct TextureOptions {
+  TextureWrap wrap_u = TextureWrap::repeat, wrap_v = TextureWrap::repeat;
+  TextureFilter filter = TextureFilter::bilinear;
+  TextureEncoding encoding = TextureEncoding::automatic;
+  float exponent = 2.2f;  ///< of TextureEncoding::power
+};
+
+/// A texture made of a file. Look-ups are thread-safe and give the same bits whichever way the texels are held.
+class TextureFile {
+ public:
+  virtual ~TextureFile() = default;
+
+  /// Linear colour at (u, v); a grey file has r, g and b alike. v runs upwards: v = 0 is the lower edge of the last
+  /// row. Texel centres lie at (i + 0.5) / width. Coordinates that are not finite count as 0.
+  RGB color(Vec2 uv) const;
+  /// The alpha channel at (u, v); 1 where the file has none, or one that is opaque everywhere.
+  float alpha(Vec2 uv) const;
+  bool has_alpha() const { return has_alpha_; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  /// Bytes that the texels hold in memory for this texture and others of the same file; 0 where they are in a cache
+  /// that is accounted for elsewhere.
+  virtual std::uint64_t memory_bytes() const = 0;
+
+ protected:
+  /// A decoded texel: linear colour and alpha.
+  struct Texel {
+    RGB color;
+    float alpha = 1;
+  };
+  TextureFile(int width, int height, bool has_alpha, const TextureOptions& options)
+      : width_(width), height_(height), has_alpha_(has_alpha), options_(options) {}
+
+  /// Texels (x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1]); all indices are inside.
+  virtual void fetch(const int x[2], const int y[2], Texel out[4]) const = 0;
+
+ private:
+  Texel look_up(Vec2 uv) const;
+
+  int width_, height_;
+  bool has_alpha_;
+  TextureOptions options_;
+};
+
+/// Texels as a file has them: 1 or 3 colour channels and, last, alpha where it is not 1 everywhere; interleaved.
+struct TexelArray {
+  int width = 0, height = 0;
+  int color_channels = 3;
+  bool has_alpha = false;
+  SampleType type = SampleType::uint8;
+  TransferFunction transfer;  ///< that the file itself names
+  std::vector<std::byte> samples;
+};
+
+/// Reads a file's texels; throws Error as read_image_file does. Channels that no texture reads are dropped.
+std::shared_ptr<const TexelArray> read_texels(const std::string& path);
+
+/// A texture of texels in memory, which several textures may share.
+std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const TexelArray> texels,
+                                                const TextureOptions& options);
+
+/// Reads a file into a texture; throws Error as read_image_file does.
+std::shared_ptr<const TextureFile> open_texture(const std::string& path, const TextureOptions& options = {});
+
+/// All textures of a scene: each file is read once, and the memory that texels hold is bounded. Thread-safe.
+class TextureLibrary {
+ public:
+  /// @param limit_bytes of memory for texels; 0 means without limit. Three quarters of it hold whole files; when they
+  /// are full, further files are read tile by tile through OpenImageIO's image cache, which gets the last quarter.
+  explicit TextureLibrary(std::uint64_t limit_bytes = 0);
+  ~TextureLibrary();
+  TextureLibrary(const TextureLibrary&) = delete;
+  TextureLibrary& operator=(const TextureLibrary&) = delete;
+
+  /// A texture of a file; it may outlive the library. Throws Error as read_image_file does, for a file that will be
+  /// read by tiles too. Where such a file is damaged later on, the texture becomes magenta, with one warning.
+  std::shared_ptr<const TextureFile> open(const std::string& path, const TextureOptions& options = {});
+
+  /// Bytes held by whole files.
+  std::uint64_t resident_bytes() const;
+  /// Files that are read by tiles.
+  std::size_t cached_files() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace glowworm
