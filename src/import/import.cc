@@ -7,6 +7,8 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "import/assimp_import.h"
+#include "import/gltf_import.h"
 #include "scene/builtin.h"
 
 namespace glowworm {
@@ -43,7 +45,8 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
   const std::string& path = path_or_builtin;
   check_is_file(path);
   const std::string extension = lower_extension(path);
-  static_cast<void>(options);
+  if (extension == ".gltf" || extension == ".glb") return load_gltf(path, options);
+  if (assimp_reads(extension)) return load_assimp(path, options);
   throw Error({path}, "files of type '" + extension + "' are not supported",
               "Supported: .pbrt, .gltf, .glb, .obj and what Assimp reads (.ply, .fbx, .dae, .stl, ...).");
 }

@@ -1,0 +1,93 @@
+#include "import/mesh_tools.h"
+
+#include <array>
+#include <cstring>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace glowworm {
+
+namespace {
+
+using VertexBits = std::array<std::uint32_t, 8>;
+
+struct VertexBitsHash {
+  std::size_t operator()(const VertexBits& bits) const {
+    std::uint64_t hash = 0xcbf29ce484222325ull;  // FNV-1a, a word at a time
+    for (const std::uint32_t word : bits) {
+      hash = (hash ^ word) * 0x100000001b3ull;
+      hash ^= hash >> 29;
+    }
+    return static_cast<std::size_t>(hash);
+  }
+};
+
+VertexBits vertex_bits(const Geometry& mesh, std::size_t i) {
+  const float values[8] = {mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z, mesh.normals[i].x,
+                           mesh.normals[i].y,   mesh.normals[i].z,   mesh.uvs[i].x,       mesh.uvs[i].y};
+  VertexBits bits;
+  std::memcpy(bits.data(), values, sizeof values);
+  return bits;
+}
+
+}  // namespace
+
+void transform_mesh(Geometry& mesh, const Transform& to_world) {
+  for (Vec3& p : mesh.positions) p = to_world.point(p);
+  for (Vec3& n : mesh.normals) {
+    const Vec3 mapped = to_world.normal(n);
+    const float l = length(mapped);
+    n = l > 0 && std::isfinite(l) ? mapped / l : Vec3{0, 0, 0};
+  }
+  if (to_world.determinant() < 0) {
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  }
+}
+
+void merge_identical_vertices(Geometry& mesh) {
+  std::unordered_map<VertexBits, std::uint32_t, VertexBitsHash> seen;
+  seen.reserve(mesh.positions.size() / 2);
+  std::vector<std::uint32_t> target(mesh.positions.size());
+  std::uint32_t kept = 0;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const auto [place, fresh] = seen.try_emplace(vertex_bits(mesh, i), kept);
+    if (fresh) {
+      mesh.positions[kept] = mesh.positions[i];
+      mesh.normals[kept] = mesh.normals[i];
+      mesh.uvs[kept] = mesh.uvs[i];
+      ++kept;
+    }
+    target[i] = place->second;
+  }
+  mesh.positions.resize(kept);
+  mesh.normals.resize(kept);
+  mesh.uvs.resize(kept);
+  for (auto& triangle : mesh.triangles) {
+    for (std::uint32_t& vertex : triangle) vertex = target[vertex];
+  }
+}
+
+std::size_t wind_by_normals(Geometry& mesh) {
+  std::size_t turned = 0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    auto& triangle = mesh.triangles[i];
+    const Vec3 face = mesh.scaled_normal(i);
+    bool against = true;
+    for (const std::uint32_t vertex : triangle) against = against && dot(face, mesh.normals[vertex]) < 0;
+    if (against) {
+      std::swap(triangle[1], triangle[2]);
+      ++turned;
+    }
+  }
+  return turned;
+}
+
+void append_counted(Geometry& geometry, const Geometry& mesh, const std::string& name, std::uint32_t material,
+                    std::uint32_t emission, NoteCounter& notes) {
+  const AppendResult dropped = append_mesh(geometry, mesh, name.c_str(), material, emission);
+  notes.add("triangle without area, left out", dropped.degenerate);
+  notes.add("triangle with a vertex that is not finite, left out", dropped.not_finite);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,27 @@
+// What every importer does to a mesh before it joins the scene.
+#pragma once
+#include <cstddef>
+#include <string>
+
+#include "core/transform.h"
+#include "import/notes.h"
+#include "scene/geometry.h"
+
+namespace glowworm {
+
+/// Moves a mesh to world space. Normals stay unit; where the map mirrors, triangles are wound the other way round, so
+/// that their outside stays outside (glTF 2.0, section 3.7.4).
+void transform_mesh(Geometry& mesh, const Transform& to_world);
+
+/// Joins vertices whose position, normal and texture coordinates have the same bits.
+void merge_identical_vertices(Geometry& mesh);
+
+/// Winds triangles so that they agree with their vertex normals, which say where the outside is; returns how many were
+/// turned round. Triangles whose vertices have no normals, or normals on both sides, stay as they are.
+std::size_t wind_by_normals(Geometry& mesh);
+
+/// append_mesh() with what was dropped counted in the notes.
+void append_counted(Geometry& geometry, const Geometry& mesh, const std::string& name, std::uint32_t material,
+                    std::uint32_t emission, NoteCounter& notes);
+
+}  // namespace glowworm

@@ -1,0 +1,183 @@
+// OBJ files with their materials.
+#include <cmath>
+
+#include "test_files.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+class ObjTest : public FileTest {
+ protected:
+  /// A triangle of one material, which the MTL text after "newmtl m" describes.
+  SceneDescription with_material(const std::string& mtl) {
+    write("m.mtl", "newmtl m\n" + mtl);
+    return load_scene(write("m.obj", std::string("mtllib m.mtl\n") + kTriangle + "usemtl m\nf 1 2 3\n"));
+  }
+  static const Material& material_of(const SceneDescription& d) { return d.materials.at(d.geometry.material.at(0)); }
+};
+
+TEST_F(ObjTest, QuadsBecomeTwoTrianglesWoundAsWritten) {
+  const auto d = load_scene(write("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"));
+  ASSERT_EQ(d.geometry.triangle_count(), 2u);
+  EXPECT_EQ(d.geometry.positions.size(), 4u);
+  for (std::uint32_t t = 0; t < 2; ++t) {
+    EXPECT_EQ(d.geometry.normal(t), (Vec3{0, 0, 1}));
+    EXPECT_EQ(d.geometry.emission[t], kNone);
+  }
+  EXPECT_EQ(d.name, "a");
+}
+
+TEST_F(ObjTest, NegativeIndicesNormalsAndTextureCoordinates) {
+  const auto d = load_scene(write(
+      "a.obj", std::string(kTriangle) + "vt 0 0\nvt 1 0\nvt 0.25 0.75\nvn 0 0 2\nf -3/-3/-1 -2/-2/-1 -1/-1/-1\n"));
+  ASSERT_EQ(d.geometry.triangle_count(), 1u);
+  const auto [a, b, c] = d.geometry.triangles[0];
+  EXPECT_EQ(d.geometry.normals[a], (Vec3{0, 0, 1}));
+  EXPECT_EQ(d.geometry.uvs[c].x, 0.25f);
+  EXPECT_EQ(d.geometry.uvs[c].y, 0.75f);
+}
+
+TEST_F(ObjTest, NormalsDecideWhereTheOutsideIs) {
+  const auto d = load_scene(write("a.obj", std::string(kTriangle) + "vn 0 0 -1\nf 1//1 2//1 3//1\n"));
+  EXPECT_EQ(d.geometry.normal(0), (Vec3{0, 0, -1}));
+  EXPECT_THAT(d.notes, HasNote("wound against its normals"));
+}
+
+TEST_F(ObjTest, SmoothingGroupsGiveSmoothNormalsOverFlatEdgesOnly) {
+  // Three quads in a row: the first edge bends by 11 degrees, the second by 90.
+  const std::string obj =
+      "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 2 0 -0.2\nv 2 1 -0.2\nv 2 0 -2\nv 2 1 -2\ns 1\n"
+      "f 1 3 4 2\nf 3 5 6 4\nf 5 7 8 6\n";
+  const auto d = load_scene(write("a.obj", obj));
+  ASSERT_EQ(d.geometry.triangle_count(), 6u);
+  const float bent = 0.2f / std::hypot(1.0f, 0.2f);
+  for (std::size_t i = 0; i < d.geometry.positions.size(); ++i) {
+    if (d.geometry.positions[i].x != 1) continue;
+    EXPECT_GT(d.geometry.normals[i].x, 0.1f * bent);
+    EXPECT_LT(d.geometry.normals[i].x, 0.9f * bent);
+  }
+  for (std::size_t i = 0; i < d.geometry.positions.size(); ++i) {
+    if (d.geometry.positions[i].z == -2) {
+      EXPECT_GT(d.geometry.normals[i].x, 0.999f);
+    }
+  }
+}
+
+TEST_F(ObjTest, DiffuseAndEmissiveColours) {
+  const auto d = with_material("Kd 0.1 0.2 0.3\nKe 17 12 4\n");
+  EXPECT_EQ(material_of(d).kind, MaterialKind::diffuse);
+  EXPECT_EQ(material_of(d).reflectance.value, RGB(0.1f, 0.2f, 0.3f));
+  ASSERT_EQ(d.emissions.size(), 1u);
+  ASSERT_EQ(d.geometry.emission[0], 0u);
+  EXPECT_EQ(d.emissions[0].radiance.value, RGB(17, 12, 4));
+  EXPECT_FALSE(d.emissions[0].two_sided);
+}
+
+TEST_F(ObjTest, IlluminationModelsBecomeMirrorGlassAndGloss) {
+  const Material mirror = material_of(with_material("Kd 0.01 0.01 0.01\nKs 0.95 0.9 0.85\nNs 1000\nillum 5\n"));
+  EXPECT_EQ(mirror.kind, MaterialKind::conductor);
+  EXPECT_TRUE(mirror.use_reflectance);
+  EXPECT_EQ(mirror.reflectance.value, RGB(0.95f, 0.9f, 0.85f));
+  EXPECT_EQ(mirror.roughness_u.value, 0);
+
+  const Material metal = material_of(with_material("Kd 0 0 0\nKs 0.9 0.9 0.9\nNs 48\nillum 3\n"));
+  EXPECT_EQ(metal.kind, MaterialKind::conductor);
+  EXPECT_FLOAT_EQ(metal.roughness_u.value, 0.2f);
+  EXPECT_FLOAT_EQ(metal.roughness_v.value, 0.2f);
+
+  const Material glass = material_of(with_material("Kd 0 0 0\nKs 0.3 0.3 0.3\nTf 0.25 0.36 1\nNi 1.33\nillum 7\n"));
+  EXPECT_EQ(glass.kind, MaterialKind::dielectric);
+  EXPECT_FLOAT_EQ(glass.ior, 1.33f);
+  EXPECT_FLOAT_EQ(glass.transmittance.value.r, 0.5f);
+  EXPECT_FLOAT_EQ(glass.transmittance.value.g, 0.6f);
+  EXPECT_EQ(glass.reflectance.value, RGB(1.0f));
+
+  const Material gloss = material_of(with_material("Kd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 198\nillum 2\n"));
+  EXPECT_EQ(gloss.kind, MaterialKind::metallic_roughness);
+  EXPECT_EQ(gloss.metallic.value, 0);
+  EXPECT_FLOAT_EQ(gloss.specular_color.value.r, 1.0f);  // 0.08 * 0.5 is the 0.04 that it scales
+  EXPECT_FLOAT_EQ(gloss.roughness_u.value, 0.1f);
+
+  // Model 4 as exporters write it for what is opaque, and highlights that model 1 does not have.
+  EXPECT_EQ(material_of(with_material("Kd 0.5 0.5 0.5\nNi 1.5\nillum 4\n")).kind, MaterialKind::diffuse);
+  EXPECT_EQ(material_of(with_material("Kd 0.5 0.5 0.5\nKs 1 1 1\nNs 9\nillum 1\n")).kind, MaterialKind::diffuse);
+}
+
+TEST_F(ObjTest, OpacityByNumberAndTransparency) {
+  EXPECT_FLOAT_EQ(material_of(with_material("Kd 1 1 1\nd 0.25\n")).alpha.value, 0.25f);
+  EXPECT_FLOAT_EQ(material_of(with_material("Kd 1 1 1\nTr 0.25\n")).alpha.value, 0.75f);
+}
+
+TEST_F(ObjTest, TexturesWithAlphaWhateverTheCapitalsAndSlashes) {
+  write("Maps/Leaf.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
+  const auto d = with_material("Kd 1 1 1\nmap_Kd maps\\leaf.TGA\n");
+  EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
+}
+
+TEST_F(ObjTest, TextureColourAndAlphaAreRead) {
+  write("leaf.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
+  const auto d = with_material("Kd 0.5 0.5 0.5\nmap_Kd leaf.tga\n");
+  const Material& m = material_of(d);
+  ASSERT_NE(m.reflectance.texture, kNone);
+  const RGB red = evaluate(d.textures, m.reflectance, {0.25f, 0.5f});
+  EXPECT_NEAR(red.r, 0.5f, 1e-5);
+  EXPECT_NEAR(red.g, 0, 1e-5);
+  EXPECT_EQ(m.alpha.channel, Channel::alpha);
+  EXPECT_NEAR(evaluate(d.textures, m.alpha, {0.25f, 0.5f}), 1, 1e-5);
+  EXPECT_NEAR(evaluate(d.textures, m.alpha, {0.75f, 0.5f}), 0, 1e-5);
+}
+
+TEST_F(ObjTest, OpacityMapsAreReadAsNumbers) {
+  write("mask.tga", tga_row({{128, 128, 128, 255}, {0, 0, 0, 255}}));
+  const auto d = with_material("Kd 1 1 1\nd 0.5\nmap_d mask.tga\n");
+  EXPECT_NEAR(evaluate(d.textures, material_of(d).alpha, {0.25f, 0.5f}), 0.5f * 128 / 255, 1e-5);
+}
+
+TEST_F(ObjTest, MissingAndBrokenTexturesAreMagentaWithANote) {
+  const auto missing = with_material("Kd 1 1 1\nmap_Kd nowhere.png\n");
+  EXPECT_EQ(evaluate(missing.textures, material_of(missing).reflectance, {0.5f, 0.5f}), RGB(1, 0, 1));
+  EXPECT_THAT(missing.notes, HasNote("nowhere.png' is magenta"));
+  write("not.png", "this is no image");
+  const auto broken = with_material("Kd 1 1 1\nmap_Kd not.png\n");
+  EXPECT_EQ(evaluate(broken.textures, material_of(broken).reflectance, {0.5f, 0.5f}), RGB(1, 0, 1));
+  EXPECT_THAT(broken.notes, HasNote("not.png' is magenta"));
+}
+
+TEST_F(ObjTest, NotesCountWhatIsLeftOut) {
+  write("m.mtl", "newmtl m\nKd 1 1 1\nmap_bump b.png\n");
+  const auto d = load_scene(write("a.obj", std::string("mtllib m.mtl\nmtllib gone.mtl\n") + kTriangle +
+                                               "v nan 0 0\nl 1 2\nl 2 3\nusemtl other\nf 1 2 3\nf 1 2 2\nf 1 2 4\n"));
+  EXPECT_EQ(d.geometry.triangle_count(), 1u);
+  EXPECT_THAT(d.notes, HasNote("line element (l), left out (2 times)"));
+  EXPECT_THAT(d.notes, HasNote("triangle without area, left out"));
+  EXPECT_THAT(d.notes, HasNote("not finite, left out"));
+  EXPECT_THAT(d.notes, HasNote("'gone.mtl' cannot be opened"));
+  EXPECT_THAT(d.notes, HasNote("'other' is used but not defined"));
+  EXPECT_THAT(d.notes, HasNote("'map_bump' is not supported"));
+}
+
+TEST_F(ObjTest, BadFilesAreRefusedWithTheirLine) {
+  const auto refused = [&](const std::string& text) { return message_of(write("bad.obj", text)); };
+  const std::string v = kTriangle;
+  EXPECT_THAT(refused(v + "f 1 2 9\n"), HasSubstr("bad.obj:4: vertex index 9 is out of range: 3 defined so far"));
+  EXPECT_THAT(refused(v + "# a comment\nf 1 2 \\\n-4\n"), HasSubstr("bad.obj:6: vertex index -4 is out of range"));
+  EXPECT_THAT(refused(v + "f 1 2 0\n"), HasSubstr("bad.obj:4: vertex index 0 is out of range"));
+  EXPECT_THAT(refused(v + "f 1 2 99999999999999999999\n"), HasSubstr("is out of range"));
+  EXPECT_THAT(refused(v + "f 1/1 2/1 3/1\n"), HasSubstr("bad.obj:4: texture vertex index 1 is out of range"));
+  EXPECT_THAT(refused(v + "f 1//1 2//1 3//1\n"), HasSubstr("bad.obj:4: normal index 1 is out of range"));
+  EXPECT_THAT(refused(v + "f 1 x 3\n"), HasSubstr("bad.obj:4: 'x' is not an index"));
+  EXPECT_THAT(refused(v + "f 1 2\n"), HasSubstr("bad.obj:4: face with 2 corners"));
+  EXPECT_THAT(refused("v 0 zero 0\n" + v + "f 1 2 3\n"), HasSubstr("bad.obj:1: 'zero' is not a number"));
+  EXPECT_THAT(refused("v 0 0\n" + v + "f 1 2 3\n"), HasSubstr("bad.obj:1: vertex with 2 coordinates"));
+  EXPECT_THAT(refused(v), HasSubstr("has no faces"));
+  EXPECT_THAT(refused(""), HasSubstr("has no faces"));
+  EXPECT_THAT(refused("v nan nan nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("has no triangles"));
+  EXPECT_THAT(refused(std::string(3000, '\xff')), HasSubstr("has no faces"));
+}
+
+}  // namespace
+}  // namespace glowworm
