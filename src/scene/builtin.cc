@@ -14,6 +14,8 @@ struct Entry {
 
 constexpr Entry kScenes[] = {
     {"cornell", builtin_cornell},
+    {"atrium", builtin_atrium},
+    {"atrium-large", builtin_atrium_large},
     {"furnace-box", builtin_furnace_box},
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/warp.h"
+
 namespace glowworm {
 
 namespace {
@@ -49,6 +51,12 @@ double texel_solid_angle(const Environment& e, int y) {
   return (std::cos(M_PI * y / e.height) - std::cos(M_PI * (y + 1) / e.height)) * 2 * M_PI / e.width;
 }
 
+RGB texel(const Environment& e, Vec2 uv) {
+  const int x = std::clamp(static_cast<int>(uv.x * e.width), 0, e.width - 1);
+  const int y = std::clamp(static_cast<int>(uv.y * e.height), 0, e.height - 1);
+  return e.pixels[static_cast<std::size_t>(y) * e.width + x];
+}
+
 }  // namespace
 
 Vec3 environment_direction(const Environment& environment, Vec2 uv) {
@@ -72,10 +80,14 @@ float environment_solid_angle(const Environment& environment, Vec2 uv) {
 
 RGB radiance(const Environment& environment, Vec3 direction) {
   if (environment.pixels.empty()) return environment.scale;
+  return environment.scale * texel(environment, environment_coordinates(environment, direction));
+}
+
+EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction) {
+  if (environment.pixels.empty()) return {environment.scale, kUniformSpherePdf};
   const Vec2 uv = environment_coordinates(environment, direction);
-  const int x = std::clamp(static_cast<int>(uv.x * environment.width), 0, environment.width - 1);
-  const int y = std::clamp(static_cast<int>(uv.y * environment.height), 0, environment.height - 1);
-  return environment.scale * environment.pixels[static_cast<std::size_t>(y) * environment.width + x];
+  const float solid_angle = environment_solid_angle(environment, uv);
+  return {environment.scale * texel(environment, uv), solid_angle > 0 ? distribution.pdf(uv) / solid_angle : 0.0f};
 }
 
 Distribution2D environment_distribution(const Environment& environment) {

@@ -18,6 +18,14 @@ Vec2 environment_coordinates(const Environment& environment, Vec3 direction);
 /// Steradians for each unit of area of the image (u, v in [0, 1]) at uv.
 float environment_solid_angle(const Environment& environment, Vec2 uv);
 
+/// Radiance from a direction together with the density per steradian with which `distribution`, made by
+/// environment_distribution(), gives that direction.
+struct EnvironmentValue {
+  RGB radiance;
+  float pdf;
+};
+EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction);
+
 /// Luminance times solid angle of each texel as a distribution over the image; empty where there is no image.
 Distribution2D environment_distribution(const Environment& environment);
 

@@ -97,25 +97,20 @@ LightSample sample_delta(const Light& light, Vec3 position) {
   return out;
 }
 
-/// A direction towards the environment with its density per steradian.
+/// A direction towards the environment, what comes from there and the density per steradian of the choice.
 struct EnvironmentSample {
   Vec3 direction;
-  float pdf = 0;
+  EnvironmentValue value{RGB(0.0f), 0.0f};
 };
 
 EnvironmentSample sample_environment(const Scene& scene, Vec2 u) {
-  if (scene.environment_distribution().empty()) return {square_to_sphere(u), kUniformSpherePdf};
-  const auto sample = scene.environment_distribution().sample(u);
-  const float solid_angle = environment_solid_angle(*scene.environment(), sample.point);
-  if (!(solid_angle > 0)) return {};
-  return {environment_direction(*scene.environment(), sample.point), sample.pdf / solid_angle};
-}
-
-float environment_density(const Scene& scene, Vec3 direction) {
-  if (scene.environment_distribution().empty()) return kUniformSpherePdf;
-  const Vec2 uv = environment_coordinates(*scene.environment(), direction);
-  const float solid_angle = environment_solid_angle(*scene.environment(), uv);
-  return solid_angle > 0 ? scene.environment_distribution().pdf(uv) / solid_angle : 0.0f;
+  const Environment& environment = *scene.environment();
+  const Distribution2D& distribution = scene.environment_distribution();
+  const Vec3 direction =
+      distribution.empty() ? square_to_sphere(u) : environment_direction(environment, distribution.sample(u).point);
+  // Radiance and density are both read back from the direction. The density of the chosen texel would do but for
+  // rounding, which now and then moves a point over into the texel beside: the sun over the density of blue sky.
+  return {direction, radiance_and_pdf(environment, distribution, direction)};
 }
 
 EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
@@ -181,9 +176,8 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
 
 EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_direction) {
   const EnvironmentSample sample = sample_environment(scene, u_direction);
-  if (sample.pdf == 0) return {};
-  const RGB value = radiance(*scene.environment(), sample.direction);
-  return emit_from_afar(scene, -sample.direction, value / sample.pdf, u_position);
+  if (sample.value.pdf == 0) return {};
+  return emit_from_afar(scene, -sample.direction, sample.value.radiance / sample.value.pdf, u_position);
 }
 
 }  // namespace
@@ -199,9 +193,9 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
   } else {
     const EnvironmentSample sample = sample_environment(scene, u);
     out.direction = sample.direction;
-    out.pdf = sample.pdf;
+    out.pdf = sample.value.pdf;
+    out.radiance = sample.value.radiance;
     out.distance = kInfinity;
-    if (sample.pdf > 0) out.radiance = radiance(*scene.environment(), sample.direction);
   }
   out.pdf *= choice.probability;
   if (behind(normal, out.direction)) return {};
@@ -220,7 +214,8 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
 
 float environment_pdf(const Scene& scene, [[maybe_unused]] Vec3 position, Vec3 normal, Vec3 direction) {
   if (!scene.environment() || behind(normal, direction)) return 0;
-  return source_probability(scene, environment_source(scene)) * environment_density(scene, direction);
+  return source_probability(scene, environment_source(scene)) *
+         radiance_and_pdf(*scene.environment(), scene.environment_distribution(), direction).pdf;
 }
 
 RGB environment_radiance(const Scene& scene, Vec3 direction) {

@@ -148,15 +148,21 @@ void MeshBuilder::patch(const std::function<Vec3(float, float)>& surface, int nu
   for (int j = 0; j <= nv; ++j)
     for (int i = 0; i <= nu; ++i) {
       const float u = static_cast<float>(i) * du, v = static_cast<float>(j) * dv;
-      const Vec3 along_u = surface(std::min(u + du / 2, 1.0f), v) - surface(std::max(u - du / 2, 0.0f), v);
-      const Vec3 along_v = surface(u, std::min(v + dv / 2, 1.0f)) - surface(u, std::max(v - dv / 2, 0.0f));
-      vertex(surface(u, v), cross(along_u, along_v), {u, v});
+      // A border may shrink to a point, so tangents are taken a little inside it.
+      const float iu = std::clamp(u, du / 100, 1 - du / 100), iv = std::clamp(v, dv / 100, 1 - dv / 100);
+      const Vec3 along_u = surface(std::min(iu + du / 2, 1.0f), iv) - surface(std::max(iu - du / 2, 0.0f), iv);
+      const Vec3 along_v = surface(iu, std::min(iv + dv / 2, 1.0f)) - surface(iu, std::max(iv - dv / 2, 0.0f));
+      const Vec3 normal = cross(along_u, along_v);
+      vertex(surface(u, v), length_squared(normal) > 0 ? normalize(normal) : normal, {u, v});
     }
   for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(nv); ++j)
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(nu); ++i) {
       const std::uint32_t a = first + j * stride + i;
-      face(a, a + 1, a + stride + 1);
-      face(a, a + stride + 1, a + stride);
+      const auto same = [&](std::uint32_t p, std::uint32_t q) {
+        return geometry_.positions[p] == geometry_.positions[q];
+      };
+      if (!same(a, a + 1)) face(a, a + 1, a + stride + 1);
+      if (!same(a + stride + 1, a + stride)) face(a, a + stride + 1, a + stride);
     }
 }
 

@@ -60,7 +60,8 @@ class MeshBuilder {
   void prism(std::span<const Vec2> plan, float y0, float y1, bool convex_caps = true);
 
   /// A smooth patch of nu x nv cells over the unit square with the front where d/du x d/dv points. Normals are found by
-  /// central differences. Opposite borders that coincide do so exactly only if `surface` gives the same bits there.
+  /// central differences. The borders v = 0 and v = 1 may shrink to a
+  /// point. Opposite borders that coincide do so exactly only if `surface` gives the same bits there.
   void patch(const std::function<Vec3(float u, float v)>& surface, int nu, int nv);
 
   /// Adds a mesh that was built before, under the current transform and material; its emission is not copied.

@@ -1,0 +1,74 @@
+#include "core/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+namespace glowworm {
+namespace {
+
+class Parallel : public ::testing::TestWithParam<int> {
+ protected:
+  void SetUp() override { set_thread_count(GetParam()); }
+  void TearDown() override { set_thread_count(0); }
+};
+
+TEST_P(Parallel, ReportsItsThreads) { EXPECT_EQ(thread_count(), GetParam()); }
+
+TEST_P(Parallel, VisitsEveryIndexOnce) {
+  std::vector<int> visits(1003, 0);
+  parallel_for(3, 1003, 7, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) ++visits[i];
+  });
+  for (std::size_t i = 0; i < visits.size(); ++i) EXPECT_EQ(visits[i], i >= 3 ? 1 : 0) << i;
+}
+
+TEST_P(Parallel, CutsByGrainAlone) {
+  std::mutex mutex;
+  std::set<std::pair<std::size_t, std::size_t>> pieces;
+  parallel_for(10, 35, 10, [&](std::size_t first, std::size_t last) {
+    const std::lock_guard lock(mutex);
+    pieces.insert({first, last});
+  });
+  EXPECT_EQ(pieces, (std::set<std::pair<std::size_t, std::size_t>>{{10, 20}, {20, 30}, {30, 35}}));
+}
+
+TEST_P(Parallel, EmptyRangesDoNothing) {
+  std::atomic<int> calls = 0;
+  parallel_for(5, 5, 1, [&](std::size_t, std::size_t) { ++calls; });
+  parallel_for(5, 3, 1, [&](std::size_t, std::size_t) { ++calls; });
+  EXPECT_EQ(calls, 0);
+  parallel_for(0, 3, 0, [&](std::size_t, std::size_t) { ++calls; });
+  EXPECT_EQ(calls, 3);
+}
+
+TEST_P(Parallel, ThrowsOnWhatAPieceThrew) {
+  EXPECT_THROW(parallel_for(0, 100, 1,
+                            [](std::size_t first, std::size_t) {
+                              if (first == 42) throw std::runtime_error("piece");
+                            }),
+               std::runtime_error);
+}
+
+TEST_P(Parallel, Nests) {
+  std::atomic<int> sum = 0;
+  parallel_for(0, 10, 1, [&](std::size_t, std::size_t) {
+    parallel_for(0, 10, 3, [&](std::size_t first, std::size_t last) { sum += static_cast<int>(last - first); });
+  });
+  EXPECT_EQ(sum, 100);
+}
+
+TEST_P(Parallel, InvokeRunsBoth) {
+  std::atomic<int> a = 0, b = 0;
+  parallel_invoke([&] { a = 1; }, [&] { b = 2; });
+  EXPECT_EQ(a + b, 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, Parallel, ::testing::Values(1, 2, 5));
+
+}  // namespace
+}  // namespace glowworm
