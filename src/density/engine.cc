@@ -17,6 +17,7 @@ struct Entry {
 
 // In order of preference.
 constexpr Entry kEngines[] = {
+    {"blocked", make_blocked_engine},
     {"knn", make_knn_engine},
     {"brute", make_brute_engine},
 };

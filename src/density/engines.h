@@ -13,4 +13,7 @@ std::unique_ptr<DensityEngine> make_knn_engine();
 /// RadiusKind.
 std::unique_ptr<DensityEngine> make_brute_engine();
 
+/// Blocks of query points against blocks of photons, both sorted in space. Does fixed and per_photon.
+std::unique_ptr<DensityEngine> make_blocked_engine();
+
 }  // namespace glowworm

@@ -1,0 +1,181 @@
+// The blocked engine: runs of query points that lie together against blocks of photons that lie together, so that what
+// it costs to find photons is shared by many points, and the rest is straight-line vector code (kernels/blocked.h).
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/blocked_index.h"
+#include "density/blocked_queries.h"
+#include "density/engines.h"
+#include "density/shading.h"
+
+namespace glowworm {
+
+namespace {
+
+// Query points that are worked off at once: the more, the closer they lie; the fewer, the less memory they take.
+constexpr std::size_t kPartPoints = std::size_t{12} << 20;
+
+using Clock = std::chrono::steady_clock;
+
+std::size_t parts_of(std::size_t points) { return (points + kPartPoints - 1) / kPartPoints; }
+
+/// Works off one bucket after another; what one thread needs for that.
+class BucketWorker {
+ public:
+  BucketWorker(const BlockedIndex& index, const QueryPoints& points, std::span<RGB> radiance)
+      : index_(index), tree_(index.tree()), points_(points), radiance_(radiance) {}
+
+  void work(std::span<const BucketPoint> bucket) {
+    const Clock::time_point start = Clock::now();
+    order_.sort(bucket);
+    const Clock::time_point sorted = Clock::now();
+    for (std::size_t g = 0; g < BucketOrder::kGroups; ++g) {
+      std::span<const std::uint32_t> places = order_.group(g);
+      if (g == BucketOrder::kNotLambertian) {
+        for (const std::uint32_t place : places) shade(bucket[place]);
+        continue;
+      }
+      while (!places.empty()) {
+        const std::size_t count = std::min<std::size_t>(places.size(), kRunPoints);
+        sum(bucket, places.first(count));
+        places = places.subspan(count);
+      }
+    }
+    sort_time += sorted - start;
+    other_time += Clock::now() - sorted;
+  }
+
+  BlockedCounts counts;
+  Clock::duration sort_time{}, other_time{};
+
+ private:
+  /// A run of Lambertian points.
+  void sum(std::span<const BucketPoint> bucket, std::span<const std::uint32_t> places) {
+    for (const std::uint32_t place : places) {
+      __builtin_prefetch(&radiance_[bucket[place].index], 1, 2);
+      __builtin_prefetch(&points_.reflectance[bucket[place].index], 0, 2);
+    }
+    QueryRun run;
+    run.count = places.size();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      run.position[axis] = in_[axis];
+      run.normal[axis] = in_[axis + 3];
+      run.sum[axis] = out_[axis];
+    }
+    const std::size_t padded = (run.count + kTileWidth - 1) / kTileWidth * kTileWidth;
+    for (std::size_t i = 0; i < padded; ++i) {
+      const BucketPoint& p = bucket[places[std::min(i, run.count - 1)]];
+      in_[0][i] = p.position.x;
+      in_[1][i] = p.position.y;
+      in_[2][i] = p.position.z;
+      in_[3][i] = p.normal.x;
+      in_[4][i] = p.normal.y;
+      in_[5][i] = p.normal.z;
+    }
+    blocked_sum(tree_, run, scratch_, counts);
+    for (std::size_t i = 0; i < run.count; ++i) {
+      const std::uint32_t q = bucket[places[i]].index;
+      radiance_[q] += points_.reflectance[q] * RGB(out_[0][i], out_[1][i], out_[2][i]);
+    }
+  }
+
+  /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
+  void shade(const BucketPoint& point) {
+    const float position[3] = {point.position.x, point.position.y, point.position.z};
+    const float normal[3] = {point.normal.x, point.normal.y, point.normal.z};
+    blocked_find(tree_, position, normal, scratch_, found_, counts);
+    gathered_.clear();
+    for (const FoundPhoton& found : found_) {
+      const PhotonBlock& block = tree_.blocks[found.place / kBlockWidth];
+      const std::size_t lane = found.place % kBlockWidth;
+      // The blocks hold flux for Lambertian surfaces, divided by pi.
+      gathered_.push_back(index_.directions()[found.place],
+                          RGB(block.r[lane], block.g[lane], block.b[lane]) * (found.profile * kPi));
+    }
+    radiance_[point.index] += shader_.shade(points_.bsdfs[points_.bsdf[point.index]], gathered_);
+  }
+
+  const BlockedIndex& index_;
+  BlockTree tree_;
+  const QueryPoints& points_;
+  std::span<RGB> radiance_;
+  BucketOrder order_;
+  BlockedScratch scratch_;
+  std::vector<FoundPhoton> found_;
+  GatheredPhotons gathered_;
+  BatchShader shader_;
+  alignas(64) float in_[6][kRunPoints];
+  alignas(64) float out_[3][kRunPoints];
+};
+
+class BlockedEngine final : public DensityEngine {
+ public:
+  std::string name() const override { return "blocked"; }
+
+  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
+    const std::size_t parts = std::max<std::size_t>(parts_of(points), 1);
+    return {BlockedIndex::bytes(photons) + QueryBuckets::bytes((points + parts - 1) / parts),
+            static_cast<std::uint32_t>(parts)};
+  }
+
+  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+    PhaseTimer timer(statistics, Phase::build_photon_map);
+    if (policy.kind == RadiusKind::nearest)
+      throw Error("the blocked density engine cannot take the k nearest photons",
+                  "Use --engine knn, or a radius for each photon.");
+    check_policy(photons, policy);
+    index_ = BlockedIndex();
+    index_ = BlockedIndex(photons, policy);
+  }
+
+  void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
+    statistics.add(Counter::query_points, points.size());
+    if (index_.size() == 0) return;
+    const std::size_t parts = parts_of(points.size());
+    for (std::size_t part = 0; part < parts; ++part)
+      estimate_part(points, points.size() * part / parts, points.size() * (part + 1) / parts, radiance, statistics);
+  }
+
+ private:
+  void estimate_part(const QueryPoints& points, std::size_t first, std::size_t last, std::span<RGB> radiance,
+                     Statistics& statistics) const {
+    const Clock::time_point start = Clock::now();
+    const QueryBuckets buckets(points, first, last);
+    const Clock::time_point brought_together = Clock::now();
+    std::atomic<Clock::rep> sort_time{0}, other_time{0};
+    parallel_for(0, buckets.buckets().size(), kBucketGrain, [&](std::size_t begin, std::size_t end) {
+      const auto worker = std::make_unique<BucketWorker>(index_, points, radiance);
+      for (std::size_t i = begin; i < end; ++i) worker->work(buckets.points(buckets.buckets()[i]));
+      statistics.add(Counter::shader_operations, worker->counts.evaluated);
+      statistics.add(Counter::pairs_tested, worker->counts.tested);
+      statistics.add(Counter::packet_steps, worker->counts.steps);
+      statistics.add(Counter::packet_active_lanes, worker->counts.evaluated);
+      sort_time += worker->sort_time.count();
+      other_time += worker->other_time.count();
+    });
+    // Sorting within buckets goes on beside the sums of other buckets: its share of the wall time is its share of the
+    // threads' time.
+    using Seconds = std::chrono::duration<double>;
+    const double wall = Seconds(Clock::now() - brought_together).count();
+    const double all = static_cast<double>(sort_time + other_time);
+    const double sorting = all > 0 ? wall * static_cast<double>(sort_time) / all : 0;
+    statistics.add_time(Phase::reorder, Seconds(brought_together - start).count() + sorting);
+    statistics.add_time(Phase::density, wall - sorting);
+  }
+
+  // Buckets of one piece of parallel work.
+  static constexpr std::size_t kBucketGrain = 4;
+
+  BlockedIndex index_;
+};
+
+}  // namespace
+
+std::unique_ptr<DensityEngine> make_blocked_engine() { return std::make_unique<BlockedEngine>(); }
+
+}  // namespace glowworm

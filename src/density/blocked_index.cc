@@ -1,0 +1,254 @@
+#include "density/blocked_index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/kernel.h"
+#include "density/reorder.h"
+
+namespace glowworm {
+
+namespace {
+
+// Photons that are sorted together by a kd-tree after the Hilbert curve has brought them near each other.
+constexpr std::size_t kSortedRun = 4096;
+constexpr std::size_t kGrain = 1024;
+// Room for rounding in tests against the largest radius, which must not lose a photon.
+constexpr float kRadiusMargin = 1 + 1e-5f;
+// How much a difference of normals counts against a distance of one radius when photons are sorted into blocks.
+constexpr float kNormalWeight = 0.5f;
+
+/// What sorting looks at.
+struct SortedPhoton {
+  Vec3 position, normal;
+  float radius;
+  std::uint32_t index;
+  float coordinate(int axis) const { return axis < 3 ? position[axis] : normal[axis - 3]; }
+};
+
+/// The axis along which the photons are spread most: 0 to 2 position, 3 to 5 normal.
+int widest_axis(std::span<const SortedPhoton> photons) {
+  Box3 positions, normals;
+  float radius = 0;
+  for (const SortedPhoton& p : photons) {
+    positions.grow(p.position);
+    normals.grow(p.normal);
+    radius += p.radius;
+  }
+  radius *= kNormalWeight / static_cast<float>(photons.size());
+  const int position_axis = positions.longest_axis(), normal_axis = normals.longest_axis();
+  return normals.diagonal()[normal_axis] * radius > positions.diagonal()[position_axis] ? 3 + normal_axis
+                                                                                        : position_axis;
+}
+
+/// Sorts so that every aligned run of a block, of a node's photons, and so on, is compact.
+void sort_compact(std::span<SortedPhoton> photons) {
+  if (photons.size() <= kBlockWidth) return;
+  // Halves of a power of two of blocks, so that blocks and nodes are never cut.
+  std::size_t half = kBlockWidth;
+  while (2 * half < photons.size()) half *= 2;
+  const int axis = widest_axis(photons);
+  std::nth_element(photons.begin(), photons.begin() + static_cast<std::ptrdiff_t>(half), photons.end(),
+                   [axis](const SortedPhoton& a, const SortedPhoton& b) {
+                     const float x = a.coordinate(axis), y = b.coordinate(axis);
+                     return x != y ? x < y : a.index < b.index;
+                   });
+  sort_compact(photons.first(half));
+  sort_compact(photons.subspan(half));
+}
+
+float radius_of(const RadiusPolicy& policy, std::size_t i) {
+  return policy.kind == RadiusKind::fixed ? policy.radius : policy.radii[i];
+}
+
+/// Not less than a radius can be whose square has no inverse in single precision; every photon is in such a kernel.
+float inverse_square(float radius) {
+  return static_cast<float>(std::max(1e-37, 1 / (static_cast<double>(radius) * radius)));
+}
+
+bool counts(const PhotonBatch& photons, std::size_t i, float radius) {
+  return inverse_square(radius) <= std::numeric_limits<float>::max() && is_finite(photons.position[i]) &&
+         is_finite(photons.normal[i]);
+}
+
+/// The photons that count, in the order of their blocks.
+std::vector<SortedPhoton> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy) {
+  const ReorderSettings settings{ReorderMethod::radix, 0,
+                                 std::min(10, automatic_depth(8 * photons.size(), photons.size()))};
+  const auto order = hilbert_order(photons.position, bounds_of(photons.position), photons.size(), settings);
+  std::vector<SortedPhoton> sorted;
+  sorted.reserve(photons.size());
+  for (const std::uint32_t i : order) {
+    const float radius = radius_of(policy, i);
+    if (counts(photons, i, radius)) sorted.push_back({photons.position[i], photons.normal[i], radius, i});
+  }
+  parallel_for(0, sorted.size(), kSortedRun, [&](std::size_t first, std::size_t last) {
+    sort_compact(std::span(sorted).subspan(first, last - first));
+  });
+  return sorted;
+}
+
+BlockedProfile profile_of(KernelShape shape) {
+  switch (shape) {
+    case KernelShape::box:
+      return BlockedProfile::box;
+    case KernelShape::cone:
+      return BlockedProfile::cone;
+    case KernelShape::epanechnikov:
+      return BlockedProfile::epanechnikov;
+    case KernelShape::gaussian:
+      return BlockedProfile::gaussian;
+  }
+  return BlockedProfile::box;
+}
+
+/// A child that holds nothing.
+void clear_child(BlockNode& node, int child) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  node.min_x[child] = node.min_y[child] = node.min_z[child] = kInfinity;
+  node.max_x[child] = node.max_y[child] = node.max_z[child] = -kInfinity;
+  node.radius_squared[child] = 0;
+  node.normal_x[child] = node.normal_y[child] = node.normal_z[child] = node.normal_spread[child] = 0;
+}
+
+/// Bounds of a child as they are added up.
+struct ChildBounds {
+  Box3 box;
+  float radius_squared = 0;
+  Vec3 normal;  // mean
+  float spread = 0;
+};
+
+void set_child(BlockNode& node, int child, const ChildBounds& bounds) {
+  node.min_x[child] = bounds.box.min.x;
+  node.min_y[child] = bounds.box.min.y;
+  node.min_z[child] = bounds.box.min.z;
+  node.max_x[child] = bounds.box.max.x;
+  node.max_y[child] = bounds.box.max.y;
+  node.max_z[child] = bounds.box.max.z;
+  node.radius_squared[child] = bounds.radius_squared;
+  node.normal_x[child] = bounds.normal.x;
+  node.normal_y[child] = bounds.normal.y;
+  node.normal_z[child] = bounds.normal.z;
+  node.normal_spread[child] = bounds.spread;
+}
+
+ChildBounds bounds_of_block(const PhotonBlock& block) {
+  ChildBounds bounds;
+  int count = 0;
+  const auto normal = [&](int lane) { return Vec3{block.nx[lane], block.ny[lane], block.nz[lane]}; };
+  for (; count < kBlockWidth && std::isfinite(block.inverse_radius_squared[count]); ++count) {
+    bounds.box.grow(Vec3{block.x[count], block.y[count], block.z[count]});
+    bounds.radius_squared = std::max(bounds.radius_squared, kRadiusMargin / block.inverse_radius_squared[count]);
+    bounds.normal += normal(count);
+  }
+  bounds.normal *= 1.0f / static_cast<float>(count);
+  for (int lane = 0; lane < count; ++lane)
+    bounds.spread = std::max(bounds.spread, length(normal(lane) - bounds.normal));
+  return bounds;
+}
+
+ChildBounds bounds_of_node(const BlockNode& node) {
+  ChildBounds bounds;
+  int count = 0;
+  const auto normal = [&](int child) { return Vec3{node.normal_x[child], node.normal_y[child], node.normal_z[child]}; };
+  for (; count < kBlockWidth && node.radius_squared[count] > 0; ++count) {
+    bounds.box.grow(Vec3{node.min_x[count], node.min_y[count], node.min_z[count]});
+    bounds.box.grow(Vec3{node.max_x[count], node.max_y[count], node.max_z[count]});
+    bounds.radius_squared = std::max(bounds.radius_squared, node.radius_squared[count]);
+    bounds.normal += normal(count);
+  }
+  bounds.normal *= 1.0f / static_cast<float>(count);
+  for (int child = 0; child < count; ++child)
+    bounds.spread = std::max(bounds.spread, node.normal_spread[child] + length(normal(child) - bounds.normal));
+  return bounds;
+}
+
+}  // namespace
+
+BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy)
+    : profile_(profile_of(policy.kernel)), min_normal_cosine_(policy.min_normal_cosine) {
+  // A place in a list is a 32-bit index of a float of the blocks.
+  constexpr std::size_t kMostPhotons =
+      std::numeric_limits<std::uint32_t>::max() / (sizeof(PhotonBlock) / sizeof(float)) * kBlockWidth;
+  if (photons.size() > kMostPhotons)
+    throw Error("the blocked density engine holds no more than " + std::to_string(kMostPhotons) + " photons at once",
+                "Trace the photons in several passes.");
+  const std::vector<SortedPhoton> sorted = sorted_photons(photons, policy);
+  size_ = sorted.size();
+  blocks_.resize((size_ + kBlockWidth - 1) / kBlockWidth);
+  directions_.resize(blocks_.size() * kBlockWidth);
+  const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
+  parallel_for(0, blocks_.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t place = first * kBlockWidth; place < last * kBlockWidth; ++place) {
+      PhotonBlock& block = blocks_[place / kBlockWidth];
+      const std::size_t lane = place % kBlockWidth;
+      if (place >= size_) {
+        block.inverse_radius_squared[lane] = std::numeric_limits<float>::infinity();
+        continue;
+      }
+      const SortedPhoton& p = sorted[place];
+      block.x[lane] = p.position.x;
+      block.y[lane] = p.position.y;
+      block.z[lane] = p.position.z;
+      block.inverse_radius_squared[lane] = inverse_square(p.radius);
+      block.nx[lane] = p.normal.x;
+      block.ny[lane] = p.normal.y;
+      block.nz[lane] = p.normal.z;
+      const float scale = static_cast<float>(norm / (static_cast<double>(p.radius) * p.radius));
+      const RGB flux = photons.flux[p.index] * scale;
+      block.r[lane] = flux.r;
+      block.g[lane] = flux.g;
+      block.b[lane] = flux.b;
+      directions_[place] = photons.direction[p.index];
+    }
+  });
+  build_nodes();
+}
+
+void BlockedIndex::build_nodes() {
+  if (blocks_.empty()) return;
+  std::size_t children = blocks_.size(), first_child = 0;
+  do {
+    const std::size_t first = nodes_.size(), count = (children + kBlockWidth - 1) / kBlockWidth;
+    const bool lowest = level_first_.empty();
+    level_first_.push_back(first);
+    nodes_.resize(first + count);
+    parallel_for(0, count, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (int c = 0; c < kBlockWidth; ++c) {
+          const std::size_t child = i * kBlockWidth + static_cast<std::size_t>(c);
+          if (child >= children)
+            clear_child(nodes_[first + i], c);
+          else
+            set_child(nodes_[first + i], c,
+                      lowest ? bounds_of_block(blocks_[child]) : bounds_of_node(nodes_[first_child + child]));
+        }
+    });
+    first_child = first;
+    children = count;
+  } while (children > 1);
+}
+
+BlockTree BlockedIndex::tree() const {
+  BlockTree tree;
+  tree.blocks = blocks_.data();
+  tree.levels = static_cast<int>(level_first_.size());
+  for (std::size_t level = 0; level < level_first_.size(); ++level)
+    tree.level[level] = nodes_.data() + level_first_[level];
+  tree.profile = profile_;
+  tree.min_normal_cosine = min_normal_cosine_;
+  return tree;
+}
+
+std::uint64_t BlockedIndex::bytes(std::size_t photons) {
+  const std::uint64_t blocks = (photons + kBlockWidth - 1) / kBlockWidth;
+  // Levels of nodes add up to less than 1/7 of a node for each block, and one more at the root of each.
+  return blocks * (sizeof(PhotonBlock) + kBlockWidth * sizeof(Vec3)) + (blocks / 7 + 12) * sizeof(BlockNode);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,356 @@
+// The blocked engine's loops over vectors; compiled once for every instruction set.
+#if defined(GLOWWORM_KERNELS_BLOCKED_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef GLOWWORM_KERNELS_BLOCKED_INL_H_
+#undef GLOWWORM_KERNELS_BLOCKED_INL_H_
+#else
+#define GLOWWORM_KERNELS_BLOCKED_INL_H_
+#endif
+
+#include <hwy/contrib/math/math-inl.h>
+#include <hwy/highway.h>
+
+#include "kernels/blocked.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace glowworm {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Lanes across the eight photons of a block, or the eight children of a node.
+using BlockTag = hn::CappedTag<float, kBlockWidth>;
+/// Lanes across query points.
+using TileTag = hn::CappedTag<float, kTileWidth>;
+using BlockVector = hn::Vec<BlockTag>;
+using BlockMask = hn::Mask<BlockTag>;
+using TileVector = hn::Vec<TileTag>;
+
+constexpr int kTileLanes = static_cast<int>(hn::MaxLanes(TileTag()));
+/// Vectors that go through the photons at once: more would not fit the registers of most instruction sets.
+constexpr int kTileVectors = kTileWidth / kTileLanes < 2 ? kTileWidth / kTileLanes : 2;
+constexpr int kGroupWidth = kTileVectors * kTileLanes;
+
+/// Room for rounding in tests that must not lose a pair: the exact test follows.
+constexpr float kRimMargin = 1 + 1e-5f;
+constexpr float kNormalMargin = 1e-5f;
+
+/// Photons that a list holds before it is worked off.
+constexpr std::size_t kListLength = 4096;
+
+/// The box around some query points, and a vector with all their normals within `spread` of it.
+struct QueryBounds {
+  float min[3], max[3], normal[3], spread;
+};
+
+HWY_INLINE QueryBounds bounds_of(const QueryRun& run, std::size_t first, std::size_t width) {
+  const TileTag d;
+  QueryBounds bounds;
+  TileVector mean[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    TileVector low = hn::LoadU(d, run.position[axis] + first), high = low, sum = hn::LoadU(d, run.normal[axis] + first);
+    for (std::size_t i = kTileLanes; i < width; i += kTileLanes) {
+      const TileVector p = hn::LoadU(d, run.position[axis] + first + i);
+      low = hn::Min(low, p);
+      high = hn::Max(high, p);
+      sum = hn::Add(sum, hn::LoadU(d, run.normal[axis] + first + i));
+    }
+    bounds.min[axis] = hn::GetLane(hn::MinOfLanes(d, low));
+    bounds.max[axis] = hn::GetLane(hn::MaxOfLanes(d, high));
+    mean[axis] = hn::Mul(hn::SumOfLanes(d, sum), hn::Set(d, 1.0f / static_cast<float>(width)));
+    bounds.normal[axis] = hn::GetLane(mean[axis]);
+  }
+  TileVector spread = hn::Zero(d);
+  for (std::size_t i = 0; i < width; i += kTileLanes) {
+    TileVector square = hn::Zero(d);
+    for (int axis = 0; axis < 3; ++axis) {
+      const TileVector away = hn::Sub(hn::LoadU(d, run.normal[axis] + first + i), mean[axis]);
+      square = hn::MulAdd(away, away, square);
+    }
+    spread = hn::Max(spread, square);
+  }
+  bounds.spread = hn::GetLane(hn::Sqrt(hn::MaxOfLanes(d, spread)));
+  return bounds;
+}
+
+/// QueryBounds spread over the lanes of a block vector.
+struct SpreadBounds {
+  BlockVector min[3], max[3], normal[3], lowest_cosine;
+  HWY_INLINE SpreadBounds(const QueryBounds& bounds, float min_normal_cosine) {
+    const BlockTag d;
+    for (int axis = 0; axis < 3; ++axis) {
+      min[axis] = hn::Set(d, bounds.min[axis]);
+      max[axis] = hn::Set(d, bounds.max[axis]);
+      normal[axis] = hn::Set(d, bounds.normal[axis]);
+    }
+    // n_q . n_p <= mean . n_p + spread, as |n_p| is 1.
+    lowest_cosine = hn::Set(d, min_normal_cosine - bounds.spread - kNormalMargin);
+  }
+};
+
+/// Appends to `list`, of which `length` elements are set, first + i for every child i that may hold photons in support
+/// of a point in the bounds. `list` must have room for eight more. Returns the new length.
+HWY_INLINE std::size_t append_children(const BlockNode& node, const SpreadBounds& q, std::uint32_t first,
+                                       std::uint32_t* list, std::size_t length) {
+  const BlockTag d;
+  const hn::RebindToUnsigned<BlockTag> du;
+  const BlockVector zero = hn::Zero(d);
+  for (std::size_t i = 0; i < kBlockWidth; i += hn::Lanes(d)) {
+    const auto gap = [&](const float* low, const float* high, int axis) HWY_ATTR {
+      return hn::Max(hn::Max(hn::Sub(hn::Load(d, low + i), q.max[axis]), hn::Sub(q.min[axis], hn::Load(d, high + i))),
+                     zero);
+    };
+    const BlockVector x = gap(node.min_x, node.max_x, 0), y = gap(node.min_y, node.max_y, 1),
+                      z = gap(node.min_z, node.max_z, 2);
+    const BlockVector distance = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
+    // n_q . n_p <= n_q . m + |n_p - m|, and n_q . m <= mean . m + spread |m| with |m| <= 1.
+    const BlockVector cosine = hn::MulAdd(
+        hn::Load(d, node.normal_x + i), q.normal[0],
+        hn::MulAdd(hn::Load(d, node.normal_y + i), q.normal[1],
+                   hn::MulAdd(hn::Load(d, node.normal_z + i), q.normal[2], hn::Load(d, node.normal_spread + i))));
+    const BlockMask near =
+        hn::And(hn::Lt(distance, hn::Load(d, node.radius_squared + i)), hn::Gt(cosine, q.lowest_cosine));
+    const auto child = hn::Iota(du, first + static_cast<std::uint32_t>(i));
+    length += hn::CompressStore(child, hn::RebindMask(du, near), du, list + length);
+  }
+  return length;
+}
+
+/// Appends to scratch.nodes the nodes of level 0 that may hold photons in support of a point in the bounds.
+inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, BlockedScratch& scratch) {
+  scratch.nodes.clear();
+  if (tree.levels == 0) return;
+  const SpreadBounds q(bounds, tree.min_normal_cosine);
+  // Level by level: the nodes that are left of one level stand in one list, in order.
+  std::vector<std::uint32_t>&above = scratch.blocks, &below = scratch.nodes;
+  below.assign(1, 0);
+  for (int level = tree.levels - 1; level > 0; --level) {
+    above.swap(below);
+    below.resize(above.size() * kBlockWidth + kBlockWidth);
+    std::size_t length = 0;
+    for (const std::uint32_t node : above)
+      length = append_children(tree.level[level][node], q, node * kBlockWidth, below.data(), length);
+    below.resize(length);
+  }
+}
+
+/// The kernel over its norm, at t = (distance over radius)^2 < 1; zero in lanes outside the mask.
+template <BlockedProfile profile, class D>
+HWY_INLINE hn::Vec<D> profile_at(D d, hn::Mask<D> inside, hn::Vec<D> t) {
+  const auto one = hn::Set(d, 1.0f);
+  if constexpr (profile == BlockedProfile::box) return hn::IfThenElseZero(inside, one);
+  if constexpr (profile == BlockedProfile::cone) return hn::IfThenElseZero(inside, hn::Sub(one, hn::Sqrt(t)));
+  if constexpr (profile == BlockedProfile::epanechnikov) return hn::IfThenElseZero(inside, hn::Sub(one, t));
+  if constexpr (profile == BlockedProfile::gaussian)
+    return hn::IfThenElseZero(inside, hn::Exp(d, hn::Mul(hn::Set(d, -4.5f), t)));
+}
+
+/// Sums the photons of lists at a group of query points, all in registers.
+template <BlockedProfile profile>
+class Group {
+ public:
+  HWY_INLINE Group(const QueryRun& run, std::size_t first) : run_(run), first_(first) {}
+
+  /// Adds the photons that begin at floats list[0 .. length) behind `photons`.
+  template <bool compare_normals>
+  HWY_INLINE void add(const float* photons, const std::uint32_t* list, std::size_t length, float min_normal_cosine) {
+    const TileTag d;
+    const hn::RebindToSigned<TileTag> di;
+    TileVector q[kTileVectors][3], n[kTileVectors][3], sum[kTileVectors][3];
+    hn::Vec<decltype(di)> inside_count[kTileVectors];
+    for (int v = 0; v < kTileVectors; ++v) {
+      const std::size_t at = static_cast<std::size_t>(v) * kTileLanes;
+      for (int axis = 0; axis < 3; ++axis) {
+        q[v][axis] = hn::LoadU(d, run_.position[axis] + first_ + at);
+        n[v][axis] = hn::LoadU(d, run_.normal[axis] + first_ + at);
+        sum[v][axis] = hn::Load(d, sums_[axis] + at);
+      }
+      inside_count[v] = hn::Load(di, counts_ + at);
+    }
+    for (std::size_t i = 0; i < length; ++i) {
+      const float* p = photons + list[i];
+      const TileVector x = hn::Set(d, p[0]), y = hn::Set(d, p[kBlockWidth]), z = hn::Set(d, p[2 * kBlockWidth]);
+      const TileVector scale = hn::Set(d, p[3 * kBlockWidth]);
+      const TileVector r = hn::Set(d, p[7 * kBlockWidth]), g = hn::Set(d, p[8 * kBlockWidth]),
+                       b = hn::Set(d, p[9 * kBlockWidth]);
+      for (int v = 0; v < kTileVectors; ++v) {
+        const TileVector dx = hn::Sub(q[v][0], x), dy = hn::Sub(q[v][1], y), dz = hn::Sub(q[v][2], z);
+        const TileVector t = hn::Mul(hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, hn::Mul(dz, dz))), scale);
+        hn::Mask<TileTag> inside = hn::Lt(t, hn::Set(d, 1.0f));
+        if constexpr (compare_normals) {
+          // Without fused operations: the same bits as the dot product of two Vec3.
+          const TileVector cosine = hn::Add(hn::Add(hn::Mul(n[v][0], hn::Set(d, p[4 * kBlockWidth])),
+                                                    hn::Mul(n[v][1], hn::Set(d, p[5 * kBlockWidth]))),
+                                            hn::Mul(n[v][2], hn::Set(d, p[6 * kBlockWidth])));
+          inside = hn::And(inside, hn::Gt(cosine, hn::Set(d, min_normal_cosine)));
+        }
+        const TileVector w = profile_at<profile>(d, inside, t);
+        sum[v][0] = hn::MulAdd(w, r, sum[v][0]);
+        sum[v][1] = hn::MulAdd(w, g, sum[v][1]);
+        sum[v][2] = hn::MulAdd(w, b, sum[v][2]);
+        // A mask is -1 where it is set.
+        inside_count[v] = hn::Sub(inside_count[v], hn::VecFromMask(di, hn::RebindMask(di, inside)));
+      }
+    }
+    for (int v = 0; v < kTileVectors; ++v) {
+      const std::size_t at = static_cast<std::size_t>(v) * kTileLanes;
+      for (int axis = 0; axis < 3; ++axis) hn::Store(sum[v][axis], d, sums_[axis] + at);
+      hn::Store(inside_count[v], di, counts_ + at);
+    }
+  }
+
+  /// Writes the sums to the run; returns how many pairs were inside.
+  HWY_INLINE std::uint64_t finish() {
+    std::uint64_t inside = 0;
+    for (std::size_t i = 0; i < kGroupWidth; ++i) {
+      for (int c = 0; c < 3; ++c) run_.sum[c][first_ + i] = sums_[c][i];
+      inside += first_ + i < run_.count ? static_cast<std::uint64_t>(counts_[i]) : 0;
+    }
+    return inside;
+  }
+
+ private:
+  const QueryRun& run_;
+  std::size_t first_;
+  alignas(64) float sums_[3][kGroupWidth] = {};
+  alignas(64) std::int32_t counts_[kGroupWidth] = {};
+};
+
+/// Sums the photons at the points of a run.
+template <BlockedProfile profile>
+class RunSummer {
+ public:
+  RunSummer(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts)
+      : tree_(tree), run_(run), scratch_(scratch), counts_(counts) {}
+
+  void run() {
+    const std::size_t padded = (run_.count + kTileWidth - 1) / kTileWidth * kTileWidth;
+    if (padded == 0) return;
+    find_nodes(tree_, bounds_of(run_, 0, padded), scratch_);
+    scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
+    scratch_.accepted.resize(kListLength + 2 * kBlockWidth);
+    scratch_.ambiguous.resize(kListLength + 2 * kBlockWidth);
+    for (std::size_t first = 0; first < padded; first += kGroupWidth) sum_group(first);
+  }
+
+ private:
+  void sum_group(std::size_t first) {
+    Group<profile> group(run_, first);
+    if (first < run_.count) {
+      const QueryBounds bounds = bounds_of(run_, first, kGroupWidth);
+      const SpreadBounds q(bounds, tree_.min_normal_cosine);
+      std::size_t blocks = 0;
+      for (const std::uint32_t node : scratch_.nodes)
+        blocks = append_children(tree_.level[0][node], q, node * kBlockWidth, scratch_.blocks.data(), blocks);
+      valid_ = std::min<std::size_t>(run_.count - first, kGroupWidth);
+      sum_blocks(bounds, q, blocks, group);
+    }
+    counts_.evaluated += group.finish();
+  }
+
+  /// Tests the photons of the listed blocks against the bounds of the group, and adds those that may be in support.
+  /// Where the normals leave no doubt for any point of the group, its points need not compare them.
+  void sum_blocks(const QueryBounds& bounds, const SpreadBounds& q, std::size_t blocks, Group<profile>& group) {
+    const BlockTag d;
+    const hn::RebindToUnsigned<BlockTag> du;
+    const BlockVector sure_cosine = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
+    const BlockVector rim = hn::Set(d, kRimMargin);
+    std::uint32_t* accepted = scratch_.accepted.data();
+    std::uint32_t* ambiguous = scratch_.ambiguous.data();
+    std::size_t accepted_length = 0, ambiguous_length = 0;
+    for (std::size_t i = 0; i < blocks; ++i) {
+      const std::uint32_t index = scratch_.blocks[i];
+      const PhotonBlock& block = tree_.blocks[index];
+      for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
+        const auto gap = [&](const float* p, int axis) HWY_ATTR {
+          const BlockVector v = hn::Load(d, p + lane);
+          return hn::Sub(v, hn::Min(hn::Max(v, q.min[axis]), q.max[axis]));
+        };
+        const BlockVector x = gap(block.x, 0), y = gap(block.y, 1), z = gap(block.z, 2);
+        const BlockVector t = hn::Mul(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))),
+                                      hn::Load(d, block.inverse_radius_squared + lane));
+        const BlockVector cosine = hn::MulAdd(
+            hn::Load(d, block.nx + lane), q.normal[0],
+            hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1], hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
+        const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
+        const BlockMask sure = hn::Gt(cosine, sure_cosine);
+        const auto place = hn::Iota(du, index * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) +
+                                            static_cast<std::uint32_t>(lane));
+        accepted_length +=
+            hn::CompressStore(place, hn::RebindMask(du, hn::And(near, sure)), du, accepted + accepted_length);
+        ambiguous_length +=
+            hn::CompressStore(place, hn::RebindMask(du, hn::AndNot(sure, near)), du, ambiguous + ambiguous_length);
+      }
+      if (accepted_length > kListLength || ambiguous_length > kListLength) {
+        add(group, accepted_length, ambiguous_length);
+        accepted_length = ambiguous_length = 0;
+      }
+    }
+    add(group, accepted_length, ambiguous_length);
+  }
+
+  HWY_INLINE void add(Group<profile>& group, std::size_t accepted, std::size_t ambiguous) {
+    const auto* photons = reinterpret_cast<const float*>(tree_.blocks);
+    group.template add<false>(photons, scratch_.accepted.data(), accepted, tree_.min_normal_cosine);
+    if (ambiguous > 0) group.template add<true>(photons, scratch_.ambiguous.data(), ambiguous, tree_.min_normal_cosine);
+    counts_.tested += (accepted + ambiguous) * valid_;
+    counts_.steps += (accepted + ambiguous) * kTileVectors;
+  }
+
+  const BlockTree& tree_;
+  const QueryRun& run_;
+  BlockedScratch& scratch_;
+  BlockedCounts& counts_;
+  std::size_t valid_ = 0;  // points of the group that are not padding
+};
+
+/// blocked_find().
+template <BlockedProfile profile>
+void find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
+          std::vector<FoundPhoton>& found, BlockedCounts& counts) {
+  QueryBounds bounds;
+  for (int axis = 0; axis < 3; ++axis) {
+    bounds.min[axis] = bounds.max[axis] = position[axis];
+    bounds.normal[axis] = normal[axis];
+  }
+  bounds.spread = 0;
+  found.clear();
+  find_nodes(tree, bounds, scratch);
+  const SpreadBounds q(bounds, tree.min_normal_cosine);
+  scratch.blocks.resize(scratch.nodes.size() * kBlockWidth + kBlockWidth);
+  std::size_t blocks = 0;
+  for (const std::uint32_t node : scratch.nodes)
+    blocks = append_children(tree.level[0][node], q, node * kBlockWidth, scratch.blocks.data(), blocks);
+  counts.tested += blocks * kBlockWidth;
+  const BlockTag d;
+  alignas(64) float profiles[kBlockWidth];
+  for (std::size_t i = 0; i < blocks; ++i) {
+    const PhotonBlock& block = tree.blocks[scratch.blocks[i]];
+    for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
+      const BlockVector x = hn::Sub(q.min[0], hn::Load(d, block.x + lane)),
+                        y = hn::Sub(q.min[1], hn::Load(d, block.y + lane)),
+                        z = hn::Sub(q.min[2], hn::Load(d, block.z + lane));
+      const BlockVector t =
+          hn::Mul(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))), hn::Load(d, block.inverse_radius_squared + lane));
+      const BlockVector cosine = hn::Add(hn::Add(hn::Mul(q.normal[0], hn::Load(d, block.nx + lane)),
+                                                 hn::Mul(q.normal[1], hn::Load(d, block.ny + lane))),
+                                         hn::Mul(q.normal[2], hn::Load(d, block.nz + lane)));
+      const BlockMask inside = hn::And(hn::Lt(t, hn::Set(d, 1.0f)), hn::Gt(cosine, hn::Set(d, tree.min_normal_cosine)));
+      if (hn::AllFalse(d, inside)) continue;
+      hn::Store(profile_at<profile>(d, inside, t), d, profiles);
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, inside, bits);
+      for (std::size_t j = 0; j < hn::Lanes(d); ++j)
+        if (bits[0] >> j & 1)
+          found.push_back({static_cast<std::uint32_t>(scratch.blocks[i] * kBlockWidth + lane + j), profiles[j]});
+    }
+  }
+  counts.evaluated += found.size();
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace glowworm
+HWY_AFTER_NAMESPACE();
+
+#endif
