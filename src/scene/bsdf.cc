@@ -7,31 +7,45 @@ namespace {
 
 using namespace bsdf_detail;
 
-Vec3 flipped(Vec3 w, bool flip) { return flip ? Vec3{w.x, w.y, -w.z} : w; }
+Vec3 mirrored(Vec3 w, bool below) { return below ? Vec3{w.x, w.y, -w.z} : w; }
 
-/// The components among `lobes` for wo.z > 0, with their probabilities, which add up to 1.
-Components components_of(const Bsdf& bsdf, bool inside, Vec3 wo, Lobes lobes) {
+View view_of(const Bsdf& bsdf, Vec3 wo, Lobes lobes) { return {bsdf, wo.z < 0, mirrored(wo, wo.z < 0), lobes}; }
+
+Components all_components(const View& view) {
   Components all;
-  switch (bsdf.kind) {
+  switch (view.bsdf.kind) {
     case BsdfKind::lambertian:
-      lambertian_components(bsdf, all);
+      lambertian_components(view, all);
       break;
     case BsdfKind::conductor:
-      conductor_components(bsdf, wo, all);
+      conductor_components(view, all);
       break;
     case BsdfKind::dielectric:
-      dielectric_components(bsdf, inside, wo, all);
+      dielectric_components(view, all);
       break;
     case BsdfKind::thin_dielectric:
-      thin_dielectric_components(bsdf, wo, all);
+      thin_dielectric_components(view, all);
       break;
-    default:
+    case BsdfKind::coated_diffuse:
+      coated_diffuse_components(view, all);
+      break;
+    case BsdfKind::coated_conductor:
+      coated_conductor_components(view, all);
+      break;
+    case BsdfKind::metallic_roughness:
+      metallic_roughness_components(view, all);
       break;
   }
+  return all;
+}
+
+/// The components among the lobes asked for, with their probabilities, which add up to 1.
+Components chosen_components(const View& view) {
+  const Components all = all_components(view);
   Components chosen;
   float total = 0;
   for (int i = 0; i < all.count; ++i) {
-    if (!(all.list[i].lobe & lobes)) continue;
+    if (!(all.list[i].lobe & view.lobes)) continue;
     Component& c = chosen.list[chosen.count++] = all.list[i];
     c.probability = mean(c.albedo);
     total += c.probability;
@@ -40,17 +54,22 @@ Components components_of(const Bsdf& bsdf, bool inside, Vec3 wo, Lobes lobes) {
   return chosen;
 }
 
-/// f for wo.z > 0.
-RGB evaluate_above(const Bsdf& bsdf, bool inside, Vec3 wo, Vec3 wi, Lobes lobes) {
-  switch (bsdf.kind) {
+void evaluate_view(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
+  switch (view.bsdf.kind) {
     case BsdfKind::lambertian:
-      return evaluate_lambertian(bsdf, wo, wi, lobes);
+      return evaluate_lambertian(view, wi, out);
     case BsdfKind::conductor:
-      return lobes & lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y) ? evaluate_conductor(bsdf, wo, wi) : RGB(0.0f);
+      return evaluate_conductor(view, wi, out);
     case BsdfKind::dielectric:
-      return lobes & lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y) ? evaluate_dielectric(bsdf, inside, wo, wi) : RGB(0.0f);
-    default:
-      return RGB(0.0f);
+      return evaluate_dielectric(view, wi, out);
+    case BsdfKind::thin_dielectric:
+      return fill_black(out);
+    case BsdfKind::coated_diffuse:
+      return evaluate_coated_diffuse(view, wi, out);
+    case BsdfKind::coated_conductor:
+      return evaluate_coated_conductor(view, wi, out);
+    case BsdfKind::metallic_roughness:
+      return evaluate_metallic_roughness(view, wi, out);
   }
 }
 
@@ -61,81 +80,81 @@ float mixed_pdf(const Components& components, Vec3 wo, Vec3 wi) {
   return sum;
 }
 
+/// Refraction scales radiance, as the components' own numbers and flux are not.
+bool bends(Shape shape) {
+  return shape == Shape::rough_dielectric || shape == Shape::rough_refraction || shape == Shape::refraction;
+}
+
 }  // namespace
 
 Lobes lobes(const Bsdf& bsdf) {
-  switch (bsdf.kind) {
-    case BsdfKind::lambertian:
-      return static_cast<Lobes>((is_black(bsdf.diffuse) ? 0 : kDiffuseReflection) |
-                                (is_black(bsdf.transmission) ? 0 : kDiffuseTransmission));
-    case BsdfKind::conductor:
-    case BsdfKind::dielectric:
-      return lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
-    case BsdfKind::thin_dielectric:
-      return kSharp;
-    default:
-      return 0;
+  // At a slanted direction every component that there is has a share.
+  Lobes all = 0;
+  for (const float z : {0.6f, -0.6f}) {
+    const Components components = all_components(view_of(bsdf, {0.8f, 0, z}, kAllLobes));
+    for (int i = 0; i < components.count; ++i) all |= components.list[i].lobe;
   }
+  return all;
 }
 
 RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
-  const bool inside = wo.z < 0;
-  if (wo.z == 0 || wi.z == 0) return RGB(0.0f);
-  return evaluate_above(bsdf, inside, flipped(wo, inside), flipped(wi, inside), lobes);
+  RGB f;
+  evaluate_batch(bsdf, wo, {&wi, 1}, lobes, {&f, 1});
+  return f;
+}
+
+void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out) {
+  if (wo.z == 0) return fill_black(out);
+  evaluate_view(view_of(bsdf, wo, lobes), wi, out);
 }
 
 float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
-  const bool inside = wo.z < 0;
   if (wo.z == 0 || wi.z == 0) return 0;
-  wo = flipped(wo, inside);
-  return mixed_pdf(components_of(bsdf, inside, wo, lobes), wo, flipped(wi, inside));
+  const View view = view_of(bsdf, wo, lobes);
+  return mixed_pdf(chosen_components(view), view.wo, mirrored(wi, view.inside));
 }
 
 BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, Transport transport) {
   BsdfSample out;
-  const bool inside = wo.z < 0;
   if (wo.z == 0) return out;
-  wo = flipped(wo, inside);
-  const Components components = components_of(bsdf, inside, wo, lobes);
+  const View view = view_of(bsdf, wo, lobes);
+  const Components components = chosen_components(view);
   if (components.count == 0) return out;
 
   int chosen = 0;
   while (chosen + 1 < components.count && u_lobe >= components.list[chosen].probability)
     u_lobe -= components.list[chosen++].probability;
   const Component& c = components.list[chosen];
-  u_lobe = std::min(u_lobe / c.probability, 1 - 0x1p-24f);
+  u_lobe = std::clamp(u_lobe / c.probability, 0.0f, 1 - 0x1p-24f);
   Vec3 wi;
-  if (!component_sample(c, wo, u_lobe, u, wi)) return out;
+  if (!component_sample(c, view.wo, u_lobe, u, wi)) return out;
 
+  out.wi = mirrored(wi, view.inside);
+  out.lobe = c.lobe;
   out.delta = is_delta(c.shape);
   if (out.delta) {
     out.pdf = c.probability;
     out.weight = c.albedo / c.probability;
-    if (c.shape == Shape::refraction && transport == Transport::radiance) out.weight *= 1 / (c.eta * c.eta);
+    if (bends(c.shape) && transport == Transport::radiance) out.weight *= 1 / (c.eta * c.eta);
   } else {
-    out.pdf = mixed_pdf(components, wo, wi);
+    out.pdf = mixed_pdf(components, view.wo, wi);
     if (!(out.pdf > 0) || !std::isfinite(out.pdf)) return out;
-    out.weight = evaluate_above(bsdf, inside, wo, wi, lobes) * (std::abs(wi.z) / out.pdf);
-    // evaluate() scales as radiance does; flux is not scaled at a refraction.
-    const bool bends = c.shape == Shape::rough_dielectric || c.shape == Shape::rough_refraction;
-    if (bends && wi.z < 0 && transport == Transport::flux) out.weight *= c.eta * c.eta;
+    RGB f;
+    evaluate_view(view, {&out.wi, 1}, {&f, 1});
+    out.weight = f * (std::abs(wi.z) / out.pdf);
+    if (bends(c.shape) && wi.z < 0 && transport == Transport::flux) out.weight *= c.eta * c.eta;
   }
-  out.lobe = c.lobe;
-  out.wi = flipped(wi, inside);
   out.valid = is_finite(out.weight);
   return out;
 }
 
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
-  const bool inside = wo.z < 0;
-  const Components components = components_of(bsdf, inside, flipped(wo, inside), lobes);
+  const View view = view_of(bsdf, wo, lobes);
+  const Components components = all_components(view);
   RGB sum;
-  for (int i = 0; i < components.count; ++i) sum += components.list[i].albedo;
+  for (int i = 0; i < components.count; ++i)
+    if (components.list[i].lobe & lobes) sum += components.list[i].albedo;
   return sum;
-}
-
-void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out) {
-  for (std::size_t i = 0; i < wi.size(); ++i) out[i] = evaluate(bsdf, wo, wi[i], lobes);
 }
 
 }  // namespace glowworm

@@ -47,9 +47,10 @@ enum class BsdfKind : std::uint8_t {
 ///   eta = 1, k = 2 sqrt(r / (1 - r)) of a "reflectance" r; for its images do so too, with use_reflectance false.
 /// - dielectric: eta.r, alpha_x, alpha_y, specular and transmission (tints of the two; 1 for plain glass).
 /// - thin_dielectric: eta.r (of the pane over both sides), specular, transmission (tints). Always smooth.
-/// - coated_diffuse: diffuse (the base's own albedo), coat_eta, alpha_x, alpha_y (of the coat), coat_thickness.
-/// - coated_conductor: coat_eta, coat_alpha, coat_thickness; of the base alpha_x, alpha_y and use_reflectance,
-/// specular,
+/// - coated_diffuse: diffuse (the base's own albedo), coat_eta, alpha_x, alpha_y (of the coat), coat_thickness,
+///   coat_bounces.
+/// - coated_conductor: coat_eta, coat_alpha, coat_thickness, coat_bounces; of the base alpha_x, alpha_y and
+/// use_reflectance, specular,
 ///   eta, k as of a conductor, relative to the OUTSIDE, not to the coat.
 /// - metallic_roughness: diffuse (base colour, of which metallic takes no share off), metallic, alpha_x, alpha_y,
 /// eta.r,
@@ -69,6 +70,8 @@ struct Bsdf {
   float coat_eta = 1.5f;           ///< index of the coat over that of the outside
   float coat_thickness = 0;        ///< optical depth of the coat along the normal: what pbrt-v4 calls thickness (0.01
                                    ///< unless said), by which it absorbs as exp(-thickness / cos) at each passage
+  std::uint8_t coat_bounces = 0;   ///< most reflections at the base under a coat, 0: without end. pbrt-v4's random walk
+                                   ///< of "maxdepth" steps has (maxdepth + 1) / 2 of them: 5 unless said
   float metallic = 0, transmission_weight = 0;
   float specular_weight = 1;
 };

@@ -12,6 +12,12 @@ float reflection_pdf(const Microfacet& m, Vec3 wo, Vec3 wi) {
   return o > 0 ? m.visible_normal_pdf(wo, h) / (4 * o) : 0.0f;
 }
 
+/// A direction above the boundary as it runs below it, mirrored back to z > 0.
+Vec3 under_boundary(Vec3 w, float eta) {
+  const float x = w.x / eta, y = w.y / eta;
+  return {x, y, std::sqrt(std::max(0.0f, 1 - x * x - y * y))};
+}
+
 /// Walter et al. 2007, eq. 17 for the Jacobian.
 float refraction_pdf(const Component& c, Vec3 wo, Vec3 wi, Vec3 h) {
   const float o = dot(wo, h), i = dot(wi, h), denominator = c.eta * i + o;
@@ -36,6 +42,12 @@ float component_pdf(const Component& c, Vec3 wo, Vec3 wi) {
       return cosine_hemisphere_pdf(-wi.z);
     case Shape::rough_reflection:
       return wi.z > 0 ? reflection_pdf(c.microfacet, wo, wi) : 0.0f;
+    case Shape::coated_reflection: {
+      if (wi.z <= 0) return 0;
+      // dw' / dw = cos / (eta^2 cos'), from Snell's law.
+      const Vec3 o = under_boundary(wo, c.eta), i = under_boundary(wi, c.eta);
+      return reflection_pdf(c.microfacet, o, i) * wi.z / (c.eta * c.eta * i.z);
+    }
     case Shape::rough_straight:
       return wi.z < 0 ? reflection_pdf(c.microfacet, wo, {wi.x, wi.y, -wi.z}) : 0.0f;
     case Shape::rough_refraction: {
@@ -71,6 +83,15 @@ bool component_sample(const Component& c, Vec3 wo, float u_side, Vec2 u, Vec3& w
     case Shape::rough_reflection:
       wi = normalize(reflect(wo, c.microfacet.sample_visible_normal(wo, u)));
       return wi.z > 0;
+    case Shape::coated_reflection: {
+      const Vec3 o = under_boundary(wo, c.eta);
+      const Vec3 i = normalize(reflect(o, c.microfacet.sample_visible_normal(o, u)));
+      if (i.z <= 0) return false;
+      const float x = i.x * c.eta, y = i.y * c.eta, z2 = 1 - x * x - y * y;
+      if (z2 <= 0) return false;  // reflected inwards by the boundary
+      wi = normalize({x, y, std::sqrt(z2)});
+      return wi.z > 0;
+    }
     case Shape::rough_straight:
       wi = normalize(reflect(wo, c.microfacet.sample_visible_normal(wo, u)));
       wi.z = -wi.z;

@@ -1,10 +1,30 @@
 // What the kinds of BSDF have in common: each is a sum of components, each of one lobe and one way of sampling.
 // Internal to the BSDFs. Here wo.z > 0 always: bsdf.cc mirrors both directions for a viewer below the surface.
 #pragma once
+#include <algorithm>
+#include <span>
+
 #include "scene/bsdf.h"
 #include "scene/bsdf_microfacet.h"
 
 namespace glowworm::bsdf_detail {
+
+/// One question to a BSDF. All kinds but the dielectrics, which `inside` is for, are alike on both sides.
+struct View {
+  const Bsdf& bsdf;
+  bool inside;  ///< the viewer was below
+  Vec3 wo;      ///< above
+  Lobes lobes;  ///< those asked for
+};
+
+/// out[i] = f(wi[i]), with wi mirrored as wo was; black in the plane of the surface.
+template <class F>
+void for_each_direction(const View& view, std::span<const Vec3> wi, std::span<RGB> out, F f) {
+  const float side = view.inside ? -1.0f : 1.0f;
+  for (std::size_t i = 0; i < wi.size(); ++i)
+    out[i] = wi[i].z != 0 ? f(Vec3{wi[i].x, wi[i].y, side * wi[i].z}) : RGB(0.0f);
+}
+inline void fill_black(std::span<RGB> out) { std::fill(out.begin(), out.end(), RGB(0.0f)); }
 
 /// How a component's directions are sampled.
 enum class Shape : std::uint8_t {
@@ -13,6 +33,7 @@ enum class Shape : std::uint8_t {
   rough_reflection,     ///< reflection at a visible microfacet normal
   rough_dielectric,     ///< reflection or refraction at a visible normal, by the Fresnel reflectance there
   rough_refraction,     ///< refraction at a visible normal
+  coated_reflection,    ///< rough_reflection under a smooth boundary: refracted in and out
   rough_straight,       ///< rough_reflection mirrored to the other side
   mirror,               ///< delta
   refraction,           ///< delta
@@ -48,6 +69,15 @@ inline bool is_smooth(float alpha_x, float alpha_y) { return std::max(alpha_x, a
 /// A microfacet distribution of alphas that are not both smooth.
 inline Microfacet rough(float alpha_x, float alpha_y) { return {std::max(alpha_x, 1e-4f), std::max(alpha_y, 1e-4f)}; }
 
+/// The isotropic alpha whose tables stand for a pair.
+inline float table_alpha(float alpha_x, float alpha_y) { return std::sqrt(alpha_x * alpha_y); }
+/// A dielectric's index on the far side over that on the viewer's. One of almost exactly 1 is moved by so little that
+/// nothing is seen of it, since facet normals of unbent transmission are not defined.
+inline float relative_eta(const Bsdf& bsdf, bool inside) {
+  const float eta = std::abs(bsdf.eta.r - 1) < 1e-3f ? 1.001f : bsdf.eta.r;
+  return inside ? 1 / eta : eta;
+}
+
 /// The half vector of reflection from wi to wo, on the side of wo; zero where there is none.
 inline Vec3 reflection_half(Vec3 wo, Vec3 wi) {
   const Vec3 sum = wo + wi;
@@ -82,13 +112,19 @@ float component_pdf(const Component& component, Vec3 wo, Vec3 wi);
 /// @param u_side in [0, 1), chooses between reflection and refraction
 bool component_sample(const Component& component, Vec3 wo, float u_side, Vec2 u, Vec3& wi);
 
-// One pair of functions for each kind. `inside`: the viewer is where z < 0 was.
-RGB evaluate_lambertian(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
-void lambertian_components(const Bsdf& bsdf, Components& out);
-RGB evaluate_conductor(const Bsdf& bsdf, Vec3 wo, Vec3 wi);
-void conductor_components(const Bsdf& bsdf, Vec3 wo, Components& out);
-RGB evaluate_dielectric(const Bsdf& bsdf, bool inside, Vec3 wo, Vec3 wi);
-void dielectric_components(const Bsdf& bsdf, bool inside, Vec3 wo, Components& out);
-void thin_dielectric_components(const Bsdf& bsdf, Vec3 wo, Components& out);
+// Two functions for each kind: f for a batch of directions, and what it is made of.
+void evaluate_lambertian(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void lambertian_components(const View& view, Components& out);
+void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void conductor_components(const View& view, Components& out);
+void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void dielectric_components(const View& view, Components& out);
+void thin_dielectric_components(const View& view, Components& out);
+void evaluate_coated_diffuse(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void coated_diffuse_components(const View& view, Components& out);
+void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void coated_conductor_components(const View& view, Components& out);
+void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void metallic_roughness_components(const View& view, Components& out);
 
 }  // namespace glowworm::bsdf_detail

@@ -1,27 +1,38 @@
 #include "scene/bsdf_component.h"
 #include "scene/bsdf_fresnel.h"
+#include "scene/bsdf_tables.h"
 
 namespace glowworm::bsdf_detail {
-namespace {
 
-RGB fresnel(const Bsdf& bsdf, float cosine) {
-  return bsdf.use_reflectance ? fresnel_schlick(cosine, bsdf.specular, 1) : fresnel_conductor(cosine, bsdf.eta, bsdf.k);
+void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
+  const Bsdf& bsdf = view.bsdf;
+  const Vec3 wo = view.wo;
+  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y)))
+    return fill_black(out);
+  const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
+  for_each_direction(view, wi, out, [&](Vec3 w) {
+    if (w.z < 0) return RGB(0.0f);
+    const Vec3 h = reflection_half(wo, w);
+    return fresnel_of_base(bsdf, dot(wo, h), 1) * microfacet_reflection(m, wo, w, h);
+  });
 }
 
-}  // namespace
-
-RGB evaluate_conductor(const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
-  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || wi.z <= 0) return RGB(0.0f);
-  const Vec3 h = reflection_half(wo, wi);
-  return fresnel(bsdf, dot(wo, h)) * microfacet_reflection(rough(bsdf.alpha_x, bsdf.alpha_y), wo, wi, h);
-}
-
-void conductor_components(const Bsdf& bsdf, Vec3 wo, Components& out) {
+void conductor_components(const View& view, Components& out) {
+  const Bsdf& bsdf = view.bsdf;
   Component c;
   c.lobe = lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
-  c.albedo = fresnel(bsdf, wo.z);
-  c.shape = is_smooth(bsdf.alpha_x, bsdf.alpha_y) ? Shape::mirror : Shape::rough_reflection;
-  c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
+  c.albedo = fresnel_of_base(bsdf, view.wo.z, 1);
+  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y)) {
+    c.shape = Shape::mirror;
+  } else {
+    c.shape = Shape::rough_reflection;
+    c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
+    // Facets are seen under less grazing angles than the surface: Schlick's angular term, averaged over them, stands
+    // for that of the exact formula.
+    const SchlickCurves schlick = schlick_curves(table_alpha(bsdf.alpha_x, bsdf.alpha_y));
+    const RGB f0 = fresnel_of_base(bsdf, 1, 1);
+    c.albedo = f0 * schlick.scale(view.wo.z) + RGB(schlick.bias(view.wo.z));
+  }
   out.add(c);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/rgb.h"
+#include "scene/bsdf.h"
 
 namespace glowworm::bsdf_detail {
 
@@ -51,6 +52,13 @@ inline float schlick_term(float cos_i) {
 inline RGB fresnel_schlick(float cos_i, RGB f0, float f90) {
   const float t = schlick_term(cos_i);
   return f0 * (1 - t) + RGB(f90 * t);
+}
+
+/// Reflectance of a BSDF's conductor, seen through a medium whose index over that of the outside is `medium`. Schlick's
+/// F0 is taken as it is.
+inline RGB fresnel_of_base(const Bsdf& bsdf, float cos_i, float medium) {
+  return bsdf.use_reflectance ? fresnel_schlick(cos_i, bsdf.specular, 1)
+                              : fresnel_conductor(cos_i, bsdf.eta / medium, bsdf.k / medium);
 }
 
 }  // namespace glowworm::bsdf_detail

@@ -64,7 +64,7 @@ double integrate_rectangle(const F& f, double x0, double x1, double y0, double y
     if (most_depth <= 0 || std::abs(whole - parts) < tolerance) return parts;
   }
   const auto part = [&](double ax, double bx, double ay, double by) {
-    return integrate_rectangle(f, ax, bx, ay, by, tolerance / 4, least_depth - 1, most_depth - 1);
+    return integrate_rectangle(f, ax, bx, ay, by, tolerance, least_depth - 1, most_depth - 1);
   };
   return part(x0, mx, y0, my) + part(mx, x1, y0, my) + part(x0, mx, my, y1) + part(mx, x1, my, y1);
 }
@@ -99,7 +99,7 @@ ChiSquaredResult chi_squared_sphere(const SampleDirection& sample_direction, con
     for (int j = 0; j < angle_bins; ++j) {
       const double share =
           integrate_rectangle(in_cylinder, 2.0 * i / cosine_bins - 1, 2.0 * (i + 1) / cosine_bins - 1,
-                              2 * pi * j / angle_bins - pi, 2 * pi * (j + 1) / angle_bins - pi, 1e-6, 2, 14);
+                              2 * pi * j / angle_bins - pi, 2 * pi * (j + 1) / angle_bins - pi, 3e-7, 2, 12);
       expected[i * angle_bins + j] = share * samples;
       result.integral += share;
     }

@@ -1,0 +1,64 @@
+// Directional albedos of GGX surfaces, from tables that are integrated at first use. Internal to the BSDFs.
+//
+// All are of single scattering between facets, as the BSDFs are: what GGX loses at high roughness is missing here too.
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "core/vec.h"
+
+namespace glowworm::bsdf_detail {
+
+inline constexpr int kCosineNodes = 32;
+
+/// A function of the cosine in [0, 1] at one roughness and index: four rows of a table, mixed.
+struct Curve {
+  const float* rows[4] = {};
+  float weights[4] = {};
+
+  float operator()(float cosine) const {
+    // Nodes lie at the squares of equal steps: denser towards grazing, where the functions bend.
+    const float x = std::sqrt(std::clamp(cosine, 0.0f, 1.0f)) * (kCosineNodes - 1);
+    const int i = std::min(static_cast<int>(x), kCosineNodes - 2);
+    const float t = (cosine * (kCosineNodes - 1) * (kCosineNodes - 1) - i * i) / (2 * i + 1);
+    float low = 0, high = 0;
+    for (int row = 0; row < 4; ++row) {
+      low += weights[row] * rows[row][i];
+      high += weights[row] * rows[row][i + 1];
+    }
+    return low + (high - low) * t;
+  }
+};
+
+/// What becomes of light that meets the boundary of a rough dielectric from a direction; shares of its flux.
+enum class Boundary {
+  reflect_outside,   ///< comes from the side of lower index, is reflected
+  transmit_outside,  ///< comes from the side of lower index, is transmitted
+  reflect_inside,
+  transmit_inside,
+  trapped,  ///< of light reflected by an ideal GGX mirror under a SMOOTH boundary, seen from inside: what the boundary
+            ///< reflects back
+};
+/// @param eta index of the denser side over that of the other, >= 1 (clamped to 3)
+Curve boundary_curve(Boundary what, float alpha, float eta);
+
+/// Means of such a boundary over directions, weighted by the cosine.
+struct BoundaryMeans {
+  float transmit_outside;
+  float reflect_inside;
+};
+BoundaryMeans boundary_means(float alpha, float eta);
+
+/// exp(-2 depth / cos), averaged over the diffuse light that a smooth boundary reflects inwards: by how much an
+/// absorbing coat of this optical depth weakens it on its way to the boundary and back.
+float internal_transmittance(float eta, float depth);
+
+/// Directional albedo of a GGX reflection with Schlick's Fresnel term is f0 * scale + f90 * bias (Karis, "Real Shading
+/// in Unreal Engine 4", 2013); with means weighted by the cosine.
+struct SchlickCurves {
+  Curve scale, bias;
+  float mean_scale = 0, mean_bias = 0;
+};
+SchlickCurves schlick_curves(float alpha);
+
+}  // namespace glowworm::bsdf_detail
