@@ -1,0 +1,222 @@
+// Photon maps: how fast they are built and searched, beside nanoflann on the same points in the same order.
+#include <benchmark/benchmark.h>
+
+#include <limits>
+#include <memory>
+#include <nanoflann.hpp>
+#include <vector>
+
+#include "core/parallel.h"
+#include "density/engine.h"
+#include "density/kd_tree.h"
+#include "density/knn.h"
+#include "density/radius.h"
+#include "density/reorder.h"
+#include "photon_cloud.h"
+
+namespace glowworm::bench {
+namespace {
+
+constexpr std::size_t kPhotons = 500000, kQueries = 400000;
+constexpr std::uint32_t kNearest = 45;
+
+/// nanoflann's view of an array of points.
+struct Points {
+  const std::vector<Vec3>& positions;
+  std::size_t kdtree_get_point_count() const { return positions.size(); }
+  float kdtree_get_pt(std::size_t index, std::size_t axis) const { return (&positions[index].x)[axis]; }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+using NanoflannTree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>, Points, 3, std::uint32_t>;
+
+/// The cloud, made once; the query points along the Hilbert curve.
+struct Cloud {
+  PhotonBatch photons = cloud_photons(kPhotons);
+  QueryPoints points = cloud_queries(kQueries);
+  std::vector<std::uint32_t> order;
+  std::vector<float> radii = per_photon_radii(photons, kNearest);
+  float radius = fixed_radius(photons, kNearest);
+  Points photon_points{photons.position};
+  std::unique_ptr<NanoflannTree> nanoflann;
+  PhotonMap map;
+
+  Cloud() {
+    ReorderSettings settings;
+    settings.depth = 21;
+    order = hilbert_order(points.position, bounds_of(points.position), photons.size(), settings);
+    nanoflann = std::make_unique<NanoflannTree>(3, photon_points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+    map.build(photons, radii);
+  }
+};
+Cloud& cloud() {
+  static Cloud made;
+  return made;
+}
+
+void set_rate(benchmark::State& state, const char* name, double per_iteration) {
+  state.counters[name] =
+      benchmark::Counter(per_iteration, benchmark::Counter::kIsIterationInvariantRate, benchmark::Counter::kIs1000);
+}
+
+void nanoflann_nearest(benchmark::State& state) {
+  const Cloud& c = cloud();
+  std::vector<std::uint32_t> indices(kNearest);
+  std::vector<float> distances(kNearest);
+  for (auto _ : state) {
+    for (const std::uint32_t i : c.order) {
+      nanoflann::KNNResultSet<float, std::uint32_t> result(kNearest);
+      result.init(indices.data(), distances.data());
+      c.nanoflann->findNeighbors(result, &c.points.position[i].x, nanoflann::SearchParams());
+      benchmark::DoNotOptimize(distances.back());
+    }
+  }
+  set_rate(state, "queries", kQueries);
+}
+
+/// The same question: normals play no part.
+void map_nearest(benchmark::State& state) {
+  const Cloud& c = cloud();
+  std::vector<std::uint64_t> heap(kNearest);
+  std::uint64_t tested = 0;
+  for (auto _ : state) {
+    for (const std::uint32_t i : c.order) {
+      benchmark::DoNotOptimize(c.map.nearest(c.points.position[i], c.points.normal[i], -2, kNearest,
+                                             std::numeric_limits<float>::infinity(), heap, tested));
+    }
+  }
+  set_rate(state, "queries", kQueries);
+}
+
+void nanoflann_radius(benchmark::State& state) {
+  const Cloud& c = cloud();
+  std::vector<std::pair<std::uint32_t, float>> found;
+  nanoflann::SearchParams unsorted;
+  unsorted.sorted = false;
+  std::uint64_t pairs = 0;
+  for (auto _ : state) {
+    for (const std::uint32_t i : c.order) {
+      pairs += c.nanoflann->radiusSearch(&c.points.position[i].x, c.radius * c.radius, found, unsorted);
+    }
+  }
+  set_rate(state, "pairs", static_cast<double>(pairs) / static_cast<double>(state.iterations()));
+}
+
+void map_radius(benchmark::State& state) {
+  const Cloud& c = cloud();
+  std::vector<FoundPhoton> found;
+  std::uint64_t pairs = 0, tested = 0;
+  for (auto _ : state) {
+    for (const std::uint32_t i : c.order) {
+      c.map.within(c.points.position[i], c.points.normal[i], -2, c.radius, found, tested);
+      pairs += found.size();
+    }
+  }
+  set_rate(state, "pairs", static_cast<double>(pairs) / static_cast<double>(state.iterations()));
+}
+
+void nanoflann_build(benchmark::State& state) {
+  const Cloud& c = cloud();
+  for (auto _ : state) {
+    NanoflannTree tree(3, c.photon_points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+    benchmark::DoNotOptimize(tree.root_node);
+  }
+  set_rate(state, "photons", kPhotons);
+}
+
+void tree_build(benchmark::State& state) {
+  const Cloud& c = cloud();
+  set_thread_count(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(build_kd_tree(c.photons.position, 8).nodes.data());
+  set_thread_count(0);
+  set_rate(state, "photons", kPhotons);
+}
+
+void radii(benchmark::State& state) {
+  const Cloud& c = cloud();
+  set_thread_count(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(per_photon_radii(c.photons, kNearest).data());
+  set_thread_count(0);
+  set_rate(state, "photons", kPhotons);
+}
+
+/// Building the map of an engine, radii given.
+void engine_build(benchmark::State& state, const std::string& name, const RadiusPolicy& policy) {
+  const auto engine = make_engine(name);
+  Statistics statistics;
+  set_thread_count(static_cast<int>(state.range(0)));
+  for (auto _ : state) engine->build(cloud().photons, policy, statistics);
+  set_thread_count(0);
+  set_rate(state, "photons", kPhotons);
+}
+
+/// A whole density phase of an engine, reordering included; query points in no order.
+void engine_estimate(benchmark::State& state, const std::string& name, const RadiusPolicy& policy) {
+  const Cloud& c = cloud();
+  const auto engine = make_engine(name);
+  Statistics statistics;
+  engine->build(c.photons, policy, statistics);
+  std::vector<RGB> radiance(c.points.size(), RGB(0.0f));
+  set_thread_count(static_cast<int>(state.range(0)));
+  for (auto _ : state) engine->estimate(c.points, radiance, statistics);
+  set_thread_count(0);
+  const double runs = static_cast<double>(state.iterations());
+  set_rate(state, "queries", kQueries);
+  set_rate(state, "operations", static_cast<double>(statistics.count(Counter::shader_operations)) / runs);
+  state.counters["used"] = static_cast<double>(statistics.count(Counter::shader_operations)) /
+                           static_cast<double>(statistics.count(Counter::pairs_tested));
+  if (const auto steps = statistics.count(Counter::packet_steps)) {
+    state.counters["lanes"] =
+        static_cast<double>(statistics.count(Counter::packet_active_lanes)) / static_cast<double>(steps);
+  }
+  state.counters["reorder_share"] =
+      statistics.seconds(Phase::reorder) / (statistics.seconds(Phase::reorder) + statistics.seconds(Phase::density));
+}
+
+void register_engines() {
+  RadiusPolicy nearest, per_photon, fixed;
+  nearest.kind = RadiusKind::nearest;
+  nearest.k = kNearest;
+  per_photon.radii = cloud().radii;
+  fixed.kind = RadiusKind::fixed;
+  fixed.radius = cloud().radius;
+  const auto add = [](const std::string& engine, const std::string& kind, const RadiusPolicy& policy) {
+    benchmark::RegisterBenchmark(("build/" + engine + "/" + kind).c_str(), engine_build, engine, policy)
+        ->Arg(1)
+        ->Arg(2)
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+    benchmark::RegisterBenchmark(("estimate/" + engine + "/" + kind).c_str(), engine_estimate, engine, policy)
+        ->Arg(1)
+        ->Arg(2)
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+  };
+  for (const std::string& engine : engine_names()) {
+    if (engine == "brute") continue;
+    if (engine == "knn") add(engine, "nearest", nearest);
+    add(engine, "fixed", fixed);
+    add(engine, "per_photon", per_photon);
+  }
+}
+
+BENCHMARK(nanoflann_nearest)->Unit(benchmark::kMillisecond);
+BENCHMARK(map_nearest)->Unit(benchmark::kMillisecond);
+BENCHMARK(nanoflann_radius)->Unit(benchmark::kMillisecond);
+BENCHMARK(map_radius)->Unit(benchmark::kMillisecond);
+BENCHMARK(nanoflann_build)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(tree_build)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(radii)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+}  // namespace glowworm::bench
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  glowworm::bench::register_engines();
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}
