@@ -18,6 +18,7 @@ struct Entry {
 // In order of preference.
 constexpr Entry kEngines[] = {
     {"blocked", make_blocked_engine},
+    {"forward", make_forward_engine},
     {"knn", make_knn_engine},
     {"brute", make_brute_engine},
 };

@@ -6,6 +6,9 @@
 
 namespace glowworm {
 
+/// Forward SIMD photon mapping [SF07]: packets of query points walk a kd-tree of one photon a node. Fixed and
+/// per-photon radii. Options of its own are in forward.h.
+std::unique_ptr<DensityEngine> make_forward_engine();
 /// Normal photon mapping, the baseline of [SF07] and [HHS05]: each query point on its own searches a kd-tree for its k
 /// nearest photons. Does every RadiusKind.
 std::unique_ptr<DensityEngine> make_knn_engine();

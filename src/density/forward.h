@@ -1,0 +1,40 @@
+// Forward SIMD photon mapping: [SF07].
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "density/engine.h"
+#include "density/reorder.h"
+#include "kernels/forward.h"
+
+namespace glowworm {
+
+/// A photon map of [SF07]: a balanced kd-tree with one photon on the split plane of every node, photon data in the
+/// order of the nodes, hot apart from cold.
+struct ForwardMap {
+  std::vector<ForwardNode> nodes;
+  std::vector<ForwardHot> hot;
+  std::vector<ForwardCold> cold;
+  std::vector<Vec3> direction;  ///< unit, back along the photon's way; read by points that are not Lambertian alone
+  std::vector<float> reach;     ///< per-photon radii: as ForwardTree::reach; else empty
+  float fixed_reach = 0;
+  Box3 bounds;
+
+  /// What the kernels read of it. The map must stay while that is used.
+  ForwardTree tree(const RadiusPolicy& policy) const;
+};
+
+/// Builds the map on all threads; the same for any number of them. @param policy fixed or per_photon
+ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& policy);
+
+struct ForwardOptions {
+  /// Query points in a packet: 1, 4, 8 or 16, or 0 for as many as the machine's vectors hold (at least 4).
+  int lanes = 0;
+  /// How query points are ordered before they are looked up; the paper's way by default.
+  ReorderSettings reorder{ReorderMethod::octree, 16, kAutomaticDepth};
+};
+
+/// make_forward_engine() with other options.
+std::unique_ptr<DensityEngine> make_forward_engine(const ForwardOptions& options);
+
+}  // namespace glowworm
