@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "import/assimp_import.h"
 #include "import/gltf_import.h"
+#include "import/pbrt_import.h"
 #include "scene/builtin.h"
 
 namespace glowworm {
@@ -45,6 +46,7 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
   const std::string& path = path_or_builtin;
   check_is_file(path);
   const std::string extension = lower_extension(path);
+  if (extension == ".pbrt") return load_pbrt(path, options);
   if (extension == ".gltf" || extension == ".glb") return load_gltf(path, options);
   if (assimp_reads(extension)) return load_assimp(path, options);
   throw Error({path}, "files of type '" + extension + "' are not supported",

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/rgb.h"
+#include "image/texture_file.h"
 #include "import/pbrt_diagnostics.h"
 #include "import/pbrt_parameters.h"
 #include "scene/scene.h"
@@ -23,10 +24,9 @@ struct PbrtTexture {
   Channel channel = Channel::mean;  ///< of float textures: what a number is taken from
 };
 
-/// Opens an image: path, whether its numbers are colours (else data), whether it repeats in both directions.
-/// Never gives null.
+/// Opens an image file as a texture. Never gives null.
 using PbrtImageLoader =
-    std::function<std::shared_ptr<const TextureImage>(const std::string& path, bool is_color, bool repeats)>;
+    std::function<std::shared_ptr<const TextureImage>(const std::string& path, const TextureOptions& options)>;
 
 /// The scene as it grows, and the names that its file has defined.
 struct PbrtContext {

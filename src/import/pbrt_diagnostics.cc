@@ -50,10 +50,10 @@ void PbrtDiagnostics::throw_if_errors() const {
   throw Error(text);
 }
 
-void PbrtDiagnostics::note(const PbrtPlace& place, const std::string& text) {
+void PbrtDiagnostics::note(const PbrtPlace& place, const std::string& text, std::size_t times) {
   const auto [entry, is_new] = note_index_.try_emplace(text, notes_.size());
   if (is_new) notes_.push_back({text, place, 0});
-  ++notes_[entry->second].count;
+  notes_[entry->second].count += times;
 }
 
 std::vector<std::string> PbrtDiagnostics::notes() const {

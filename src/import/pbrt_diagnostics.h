@@ -37,7 +37,7 @@ class PbrtDiagnostics {
   void throw_if_errors() const;
 
   /// Records something that is left out or guessed; the same text is counted, with its first place.
-  void note(const PbrtPlace& place, const std::string& text);
+  void note(const PbrtPlace& place, const std::string& text, std::size_t times = 1);
   /// One line a note: "text (file:line:column, and 3 more)", in order of first appearance.
   std::vector<std::string> notes() const;
 

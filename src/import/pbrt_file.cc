@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <system_error>
 
@@ -70,6 +71,24 @@ std::string inflate_gzip(const std::string& path, const std::string& packed, std
   return out;
 }
 
+/// A path that goes through files which stand for symbolic links; empty where there is no such way.
+std::filesystem::path follow_link_files(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  constexpr std::uintmax_t kLongestLink = 255;
+  std::error_code error;
+  fs::path resolved;
+  for (const fs::path& part : path) {
+    resolved /= part;
+    if (!fs::is_regular_file(resolved, error) || fs::file_size(resolved, error) > kLongestLink) continue;
+    std::ifstream in(resolved, std::ios::binary);
+    const std::string target{std::istreambuf_iterator<char>(in), {}};
+    if (target.empty() || target.find_first_of(std::string("\n\0", 2)) != std::string::npos) continue;
+    const fs::path folder = resolved.parent_path() / target;
+    if (fs::is_directory(folder, error)) resolved = folder;
+  }
+  return fs::exists(resolved, error) ? resolved : fs::path();
+}
+
 }  // namespace
 
 std::string read_pbrt_file(const std::string& path, std::uint64_t max_inflated_bytes) {
@@ -86,6 +105,10 @@ std::string resolve_pbrt_path(const std::string& name, const std::string& main_f
   if (!std::filesystem::exists(in_main, error)) {
     const std::filesystem::path beside = std::filesystem::path(naming_file).parent_path() / path;
     if (std::filesystem::exists(beside, error)) return beside.string();
+    for (const std::filesystem::path& candidate : {in_main, beside}) {
+      const std::filesystem::path linked = follow_link_files(candidate);
+      if (!linked.empty()) return linked.string();
+    }
   }
   return in_main.string();
 }

@@ -285,7 +285,9 @@ class MaterialBuilder {
   void common() {
     const std::string normal_map = parameters_.string("normalmap", "");
     if (!normal_map.empty()) {
-      material_.normal_map.texture = add_image_texture(context_, parameters_, normal_map, false, true);
+      TextureOptions data;
+      data.encoding = TextureEncoding::linear;
+      material_.normal_map.texture = add_image_texture(context_, parameters_, normal_map, data);
     }
     const char* bump = parameters_.has("displacement") ? "displacement" : "bumpmap";
     if (parameters_.has(bump)) {

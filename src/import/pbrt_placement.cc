@@ -80,10 +80,11 @@ void place_shape(PbrtContext& context, const PbrtShape& shape, const Transform& 
   if (shape.light) world.emission = emissions_of(context, shape, world);
   const AppendResult result = append_mesh(context.scene.geometry, world, shape.kind.c_str(), shape.material, kNone);
   if (result.degenerate > 0) {
-    context.diagnostics.note(shape.place, "left out: triangles without area of a " + shape.kind);
+    context.diagnostics.note(shape.place, "left out: triangles without area of a " + shape.kind, result.degenerate);
   }
   if (result.not_finite > 0) {
-    context.diagnostics.note(shape.place, "left out: triangles with infinite corners of a " + shape.kind);
+    context.diagnostics.note(shape.place, "left out: triangles with infinite corners of a " + shape.kind,
+                             result.not_finite);
   }
 }
 

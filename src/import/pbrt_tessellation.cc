@@ -70,8 +70,8 @@ Vec2 on_circle(float u, float phi_max) {
 }  // namespace
 
 PbrtMesh tessellate_sphere(float radius, float z_min, float z_max, float phi_max, bool fine) {
-  const double theta_min = std::acos(std::clamp(z_min / radius, -1.0f, 1.0f));
-  const double theta_max = std::acos(std::clamp(z_max / radius, -1.0f, 1.0f));
+  const double theta_min = std::acos(std::clamp(static_cast<double>(z_min) / radius, -1.0, 1.0));
+  const double theta_max = std::acos(std::clamp(static_cast<double>(z_max) / radius, -1.0, 1.0));
   const int full = fine ? 128 : 64;
   const int columns = cells_around(phi_max, full);
   const int rows = std::max(2, static_cast<int>(std::ceil(full / 2 * (theta_min - theta_max) / M_PI)));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <utility>
 
 namespace glowworm {
@@ -24,18 +25,6 @@ std::uint32_t as_node(PbrtContext& context, const PbrtTexture& texture) {
   product.child_a = texture.node;
   product.child_b = factor;
   return add_node(context, product);
-}
-
-/// True where an image has an alpha channel that is not 1 everywhere.
-bool has_real_alpha(const TextureImage& image) {
-  if (!image.has_alpha()) return false;
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      const Vec2 uv{(x + 0.5f) / image.width(), (y + 0.5f) / image.height()};
-      if (image.alpha(uv) < 1) return true;
-    }
-  }
-  return false;
 }
 
 /// A texture parameter of a texture: a number, a colour or another texture.
@@ -116,32 +105,49 @@ class TextureBuilder {
                                       "Give \"string filename\".");
       return {};
     }
-    // Filtering is always bilinear.
-    static_cast<void>(parameters_.string("filter", ""));
-    static_cast<void>(parameters_.find("maxanisotropy"));
-    static_cast<void>(parameters_.find("trilinear"));
-    const std::string wrap = parameters_.string("wrap", "repeat");
-    if (wrap == "black") parameters_.diagnostics().note(parameters_.place(), "not supported, clamped: wrap \"black\"");
-    const std::uint32_t id = add_image_texture(context_, parameters_, file, is_color(), wrap == "repeat");
+    const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options());
     TextureNode& node = context_.scene.textures[id];
     node.value = RGB(parameters_.real("scale", 1));
     node.invert = parameters_.boolean("invert", false);
     set_mapping(node);
     PbrtTexture texture{RGB(1.0f), id};
     // A float image with transparency stands for its alpha, as in pbrt-v4.
-    if (is_float_ && has_real_alpha(*node.image)) texture.channel = Channel::alpha;
+    if (is_float_ && node.image->has_alpha()) texture.channel = Channel::alpha;
     return texture;
   }
 
-  /// Whether the image's numbers are sRGB encoded where its format has so few bits.
-  bool is_color() {
+  TextureOptions image_options() {
+    TextureOptions options;
+    // "bilinear", "trilinear" and "ewa" differ by how they blur what is far away, which many samples do as well.
+    if (parameters_.string("filter", "bilinear") == "point") options.filter = TextureFilter::nearest;
+    static_cast<void>(parameters_.find("maxanisotropy"));
+    static_cast<void>(parameters_.find("trilinear"));
+    options.wrap_u = options.wrap_v = wrap();
     const std::string encoding = parameters_.string("encoding", parameters_.boolean("gamma", true) ? "sRGB" : "linear");
-    if (encoding == "linear") return false;
-    if (encoding != "sRGB") {
-      parameters_.diagnostics().note(parameters_.place(),
-                                     fmt::format("not supported, taken as sRGB: encoding {}", in_quotes(encoding)));
+    constexpr std::string_view kGamma = "gamma ";
+    if (encoding == "linear") {
+      options.encoding = TextureEncoding::linear;
+    } else if (encoding.starts_with(kGamma)) {
+      options.encoding = TextureEncoding::power;
+      options.exponent = std::strtof(encoding.c_str() + kGamma.size(), nullptr);
+      if (!(options.exponent > 0 && options.exponent < 100)) bad_value("encoding", encoding);
+    } else if (encoding != "sRGB") {
+      bad_value("encoding", encoding);
     }
-    return true;
+    return options;
+  }
+
+  TextureWrap wrap() {
+    const std::string name = parameters_.string("wrap", "repeat");
+    if (name == "repeat") return TextureWrap::repeat;
+    if (name == "black") return TextureWrap::black;
+    if (name != "clamp") bad_value("wrap", name);
+    return TextureWrap::clamp;
+  }
+
+  void bad_value(const char* parameter, const std::string& value) {
+    parameters_.diagnostics().error(parameters_.place(), fmt::format("{} {}", parameter, in_quotes(value)),
+                                    "wrap is repeat, clamp or black; encoding is sRGB, linear or \"gamma 2.2\".");
   }
 
   void set_mapping(TextureNode& node) {
@@ -185,10 +191,10 @@ const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& para
 }  // namespace
 
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
-                                bool is_color, bool repeats) {
+                                const TextureOptions& options) {
   TextureNode node;
   node.kind = TextureKind::image;
-  node.image = context.load_image(context.resolve(file, parameters.place()), is_color, repeats);
+  node.image = context.load_image(context.resolve(file, parameters.place()), options);
   return add_node(context, node);
 }
 

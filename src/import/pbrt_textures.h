@@ -22,6 +22,6 @@ FloatInput float_input(PbrtContext& context, const PbrtParameters& parameters, s
 
 /// Adds a texture node that shows an image file.
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
-                                bool is_color, bool repeats);
+                                const TextureOptions& options);
 
 }  // namespace glowworm
