@@ -15,8 +15,13 @@ struct Entry {
 constexpr Entry kScenes[] = {
     {"cornell", builtin_cornell},
     {"atrium", builtin_atrium},
-    {"atrium-large", builtin_atrium_large},
+    {"ajar", builtin_ajar},
     {"furnace-box", builtin_furnace_box},
+    {"furnace-sphere", builtin_furnace_sphere},
+    {"glass-sphere", builtin_glass_sphere},
+    {"ring", builtin_ring},
+    {"window-room", builtin_window_room},
+    {"atrium-large", builtin_atrium_large},
 };
 
 }  // namespace

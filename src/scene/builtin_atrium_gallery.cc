@@ -113,7 +113,7 @@ void add_roof_tiles(MeshBuilder& mesh, const Side& side, const Materials& materi
   const float eave = side.z(kEave), ridge = side.z(kOutside);
   const float slope = (kRidge - kEaveTop) / (ridge - eave);
   const float length_per_z = std::sqrt(1 + slope * slope);
-  const Vec3 along = normalize(Vec3{0, slope, 1}), normal = normalize(Vec3{0, 1, -slope});
+  const Vec3 normal = normalize(Vec3{0, 1, -slope});
   const float spacing = 0.27f, row = 0.6f / length_per_z;
   const int columns = static_cast<int>((side.half_length + (kOutside - kColumnLine)) / spacing);
   const int segments = detail.tile_segments;
@@ -121,7 +121,7 @@ void add_roof_tiles(MeshBuilder& mesh, const Side& side, const Materials& materi
     const float x = spacing * static_cast<float>(c);
     // On the hips a column of tiles begins where its plane of the roof does.
     const float hip = side.line + std::abs(x) - side.half_length + 0.15f;
-    for (float z = eave - 0.06f; z < ridge - 0.05f; z += row) {
+    for (float z = eave + 0.005f; z < ridge - 0.05f; z += row) {
       if (z < hip) continue;
       const float z_end = std::min(z + row * 1.15f, ridge);
       const Vec3 low{x, kEaveTop + (z - eave) * slope, z}, high{x, kEaveTop + (z_end - eave) * slope, z_end};
@@ -132,12 +132,12 @@ void add_roof_tiles(MeshBuilder& mesh, const Side& side, const Materials& materi
       mesh.patch(
           [&](float u, float v) {
             const Vec3 center = low * (1 - v) + high * v;
-            return rim(u, center, 0.125f - 0.02f * v, 0.02f - 0.03f * v);
+            return rim(u, center, 0.125f - 0.02f * v, -0.005f - 0.01f * v);
           },
           segments, detail.ornaments ? 4 : 1);
       std::vector<Vec3> cap;
       for (int i = segments; i >= 0; --i)
-        cap.push_back(rim(static_cast<float>(i) / static_cast<float>(segments), low, 0.125f, 0.02f) + along * 0.001f);
+        cap.push_back(rim(static_cast<float>(i) / static_cast<float>(segments), low, 0.125f, -0.005f));
       mesh.polygon(cap);
     }
   }

@@ -13,7 +13,7 @@ Vec3 mm(float x, float y, float z) { return {x / 1000, y / 1000, z / 1000}; }
 void add_ceiling(MeshBuilder& mesh) {
   const Vec3 outer[4] = {mm(556, 548.8f, 0), mm(556, 548.8f, 559.2f), mm(0, 548.8f, 559.2f), mm(0, 548.8f, 0)};
   const Vec3 inner[4] = {mm(343, 548.8f, 227), mm(343, 548.8f, 332), mm(213, 548.8f, 332), mm(213, 548.8f, 227)};
-  for (int k = 0; k < 4; ++k) mesh.quad(outer[k], outer[(k + 1) % 4], inner[(k + 1) % 4], inner[k]);
+  mesh.frame(outer, inner);
 }
 
 // A block without its underside, which stands on the floor. `top` runs counter-clockwise seen from above.

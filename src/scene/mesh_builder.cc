@@ -166,6 +166,23 @@ void MeshBuilder::patch(const std::function<Vec3(float, float)>& surface, int nu
     }
 }
 
+void MeshBuilder::frame(const Vec3 (&outer)[4], const Vec3 (&hole)[4]) {
+  for (int k = 0; k < 4; ++k) quad(outer[k], outer[(k + 1) % 4], hole[(k + 1) % 4], hole[k]);
+}
+
+void MeshBuilder::tube(const std::function<Vec3(float)>& center, const std::function<float(float)>& radius,
+                       Vec3 reference, int around, int along) {
+  patch(
+      [&](float u, float v) {
+        const float t = v;
+        const Vec3 tangent = normalize(center(std::min(t + 0.01f, 1.0f)) - center(std::max(t - 0.01f, 0.0f)));
+        const Vec3 a = normalize(cross(reference, tangent)), b = cross(tangent, a);
+        const float angle = 2 * kPi * (u >= 1 ? 0 : u), r = radius(t);
+        return center(t) + a * (r * std::cos(angle)) + b * (r * std::sin(angle));
+      },
+      around, along);
+}
+
 void MeshBuilder::instance(const Geometry& mesh) {
   const std::uint32_t base = static_cast<std::uint32_t>(geometry_.positions.size());
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) vertex(mesh.positions[v], mesh.normals[v], mesh.uvs[v]);

@@ -64,6 +64,15 @@ class MeshBuilder {
   /// point. Opposite borders that coincide do so exactly only if `surface` gives the same bits there.
   void patch(const std::function<Vec3(float u, float v)>& surface, int nu, int nv);
 
+  /// A quadrilateral with a quadrilateral hole: both counter-clockwise seen from the front, corner by corner.
+  void frame(const Vec3 (&outer)[4], const Vec3 (&hole)[4]);
+
+  /// A tube around a curve, seen from outside: circles of radius(t) around center(t) for t in [0, 1], across the
+  /// curve's direction. A radius of 0 closes an end.
+  /// @param reference unit, a direction that the curve never runs along; the normal of its plane, if it has one
+  void tube(const std::function<Vec3(float t)>& center, const std::function<float(float t)>& radius, Vec3 reference,
+            int around, int along);
+
   /// Adds a mesh that was built before, under the current transform and material; its emission is not copied.
   void instance(const Geometry& mesh);
 
