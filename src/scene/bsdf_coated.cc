@@ -45,7 +45,7 @@ struct Coat {
   Lobes lobe;
   Microfacet microfacet;
   float eta, thickness;
-  Curve reflected, transmitted;
+  Curve reflected, transmitted, transmitted_inside;
 
   Coat(const Bsdf& bsdf, float alpha_x, float alpha_y)
       : smooth(is_smooth(alpha_x, alpha_y)),
@@ -56,11 +56,20 @@ struct Coat {
     if (smooth) return;
     reflected = boundary_curve(Boundary::reflect_outside, table_alpha(alpha_x, alpha_y), eta);
     transmitted = boundary_curve(Boundary::transmit_outside, table_alpha(alpha_x, alpha_y), eta);
+    transmitted_inside = boundary_curve(Boundary::transmit_inside, table_alpha(alpha_x, alpha_y), eta);
   }
   /// A(w) above.
   float passed(float cosine) const {
     const float t = smooth ? 1 - fresnel_dielectric(cosine, eta) : transmitted(cosine);
     return thickness > 0 ? t * std::exp(-thickness / inner_cosine(cosine, eta)) : t;
+  }
+  /// The same for light that comes back in a narrow lobe: the steep facets of a rough boundary reflect from inside what
+  /// they let in from outside, so the mean of the two ways is taken.
+  float passed_narrow(float cosine) const {
+    if (smooth) return passed(cosine);
+    const float inner = inner_cosine(cosine, eta);
+    const float t = std::sqrt(transmitted(cosine) * transmitted_inside(inner));
+    return thickness > 0 ? t * std::exp(-thickness / inner) : t;
   }
   /// f of what the boundary itself reflects.
   float reflection(Vec3 wo, Vec3 wi) const {
@@ -111,9 +120,11 @@ struct ConductorBase {
     smooth = is_smooth(x, y);
     lobe = lobe_of_alpha(x, y);
     once = rough(x, y);
-    again = {std::min(1.0f, once.alpha_x * std::sqrt(2.0f)), std::min(1.0f, once.alpha_y * std::sqrt(2.0f))};
+    again = {widened(once.alpha_x), widened(once.alpha_y)};
     trapped = boundary_curve(Boundary::trapped, smooth ? 0 : table_alpha(x, y), coat.eta);
   }
+  /// Twice the variance, as long as GGX does not lose much more energy between facets for it.
+  static float widened(float alpha) { return std::min(alpha * std::sqrt(2.0f), std::max(alpha, 0.5f)); }
 };
 
 }  // namespace
@@ -150,8 +161,8 @@ void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::
   const bool upper = !coat.smooth && (view.lobes & coat.lobe), lower = !base.smooth && (view.lobes & base.lobe);
   if (!upper && !lower) return fill_black(out);
   const Vec3 o = inner_direction(view.wo, coat.eta);
-  const float passed = coat.passed(view.wo.z) / (coat.eta * coat.eta), trapped = base.trapped(o.z);
-  const float to_and_fro = coat.thickness > 0 ? std::exp(-2 * coat.thickness / o.z) : 1.0f;
+  const float passed = coat.passed_narrow(view.wo.z) / (coat.eta * coat.eta), trapped = base.trapped(o.z);
+  const float fro = coat.thickness > 0 ? std::exp(-coat.thickness / o.z) : 1.0f;
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
     RGB f(0.0f);
@@ -159,9 +170,10 @@ void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::
       const Vec3 i = inner_direction(w, coat.eta), h = reflection_half(o, i);
       const RGB fresnel = fresnel_of_base(bsdf, dot(o, h), coat.eta);
       // The shares returned at either direction are averaged, so that f stays reciprocal.
-      const float returned = std::sqrt(trapped * base.trapped(i.z)) * to_and_fro;
+      const float to = coat.thickness > 0 ? std::exp(-coat.thickness / i.z) : 1.0f;
+      const float returned = std::sqrt(trapped * base.trapped(i.z)) * fro * to;
       const RGB more = geometric_sum(fresnel * returned, bsdf.coat_bounces) - RGB(1.0f);
-      f = fresnel * (passed * coat.passed(w.z)) *
+      f = fresnel * (passed * coat.passed_narrow(w.z)) *
           (RGB(microfacet_reflection(base.once, o, i, h)) + more * microfacet_reflection(base.again, o, i, h));
     }
     if (upper) f += RGB(coat.reflection(view.wo, w));
@@ -174,14 +186,14 @@ void coated_conductor_components(const View& view, Components& out) {
   const Coat coat(bsdf, bsdf.coat_alpha, bsdf.coat_alpha);
   const ConductorBase base(bsdf, coat);
   Component upper = coat.component(view.wo);
-  const float inner = inner_cosine(view.wo.z, coat.eta), passed = coat.passed(view.wo.z);
+  const float inner = inner_cosine(view.wo.z, coat.eta), passed = coat.passed_narrow(view.wo.z);
   const RGB fresnel = fresnel_of_base(bsdf, inner, coat.eta);
   const float to_and_fro = coat.thickness > 0 ? std::exp(-2 * coat.thickness / inner) : 1.0f;
-  const float returned = base.trapped(inner) * to_and_fro;
-  const RGB all = fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * passed;
+  const float trapped = base.smooth ? fresnel_dielectric(inner, 1 / coat.eta) : base.trapped(inner);
+  const float returned = trapped * to_and_fro;
   if (base.smooth) {
     // Everything goes the same way: R + T^2 F / (1 - R F).
-    upper.albedo += all * passed;
+    upper.albedo += fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed);
     out.add(upper);
     return;
   }
@@ -191,7 +203,14 @@ void coated_conductor_components(const View& view, Components& out) {
   c.shape = Shape::coated_reflection;
   c.microfacet = base.once;
   c.eta = coat.eta;
-  c.albedo = all * std::max(0.0f, 1 - base.trapped(inner));
+  // What gets out after one and after two reflections at the base.
+  const float wide = table_alpha(base.again.alpha_x, base.again.alpha_y);
+  const float trapped_again = boundary_curve(Boundary::trapped, wide, coat.eta)(inner);
+  const SchlickCurves narrow_lobe = schlick_curves(table_alpha(base.once.alpha_x, base.once.alpha_y));
+  const SchlickCurves wide_lobe = schlick_curves(wide);
+  const float out_once = std::max(1e-3f, narrow_lobe.scale(inner) + narrow_lobe.bias(inner) - trapped);
+  const float out_again = std::max(0.0f, wide_lobe.scale(inner) + wide_lobe.bias(inner) - trapped_again);
+  c.albedo = fresnel * passed * (RGB(out_once) + fresnel * (returned * out_again));
   out.add(c);
 }
 

@@ -69,8 +69,10 @@ inline bool is_smooth(float alpha_x, float alpha_y) { return std::max(alpha_x, a
 /// A microfacet distribution of alphas that are not both smooth.
 inline Microfacet rough(float alpha_x, float alpha_y) { return {std::max(alpha_x, 1e-4f), std::max(alpha_y, 1e-4f)}; }
 
-/// The isotropic alpha whose tables stand for a pair.
-inline float table_alpha(float alpha_x, float alpha_y) { return std::sqrt(alpha_x * alpha_y); }
+/// The isotropic alpha whose tables stand for a pair: that of the same variance of slope.
+inline float table_alpha(float alpha_x, float alpha_y) {
+  return std::sqrt(0.5f * (alpha_x * alpha_x + alpha_y * alpha_y));
+}
 /// A dielectric's index on the far side over that on the viewer's. One of almost exactly 1 is moved by so little that
 /// nothing is seen of it, since facet normals of unbent transmission are not defined.
 inline float relative_eta(const Bsdf& bsdf, bool inside) {

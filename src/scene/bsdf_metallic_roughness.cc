@@ -41,7 +41,7 @@ struct Layers {
     smooth = is_smooth(bsdf.alpha_x, bsdf.alpha_y);
     lobe = lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
     microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
-    dense = relative_eta(bsdf, false);
+    dense = std::max(relative_eta(bsdf, false), 1.001f);  // glTF knows none below 1
     eta = inside ? 1 / dense : dense;
     const RGB tinted = bsdf.specular * square((dense - 1) / (dense + 1));
     dielectric_f0 = clamp(tinted, 0, 1) * bsdf.specular_weight;
@@ -125,6 +125,29 @@ RGB let_through(const Layers& layers, const View& view, Vec3 wi, float under_o) 
   return layers.passed(dot(wo, h)) * (under * microfacet_refraction(layers.microfacet, wo, wi, h, layers.eta));
 }
 
+/// Directional albedos of the specular reflection and transmission without the coat: exact where smooth. What a rough
+/// surface refracts, and all from inside it, is that of a dielectric's exact Fresnel term, which total reflection
+/// rules.
+void specular_albedos(const Layers& layers, const View& view, RGB& reflected, RGB& passed) {
+  const float cosine = view.wo.z;
+  if (layers.smooth) {
+    reflected = layers.fresnel(cosine);
+    passed = layers.passed(cosine);
+    return;
+  }
+  const float scale = layers.curves.scale(cosine), bias = layers.curves.bias(cosine);
+  reflected = layers.f0 * scale + RGB(layers.f90 * bias);
+  passed = layers.transmitted * (RGB(scale + bias) - layers.layer_albedo(cosine));
+  if (!layers.refracts) return;
+  const float alpha = table_alpha(view.bsdf.alpha_x, view.bsdf.alpha_y);
+  const float t = boundary_curve(layers.inside ? Boundary::transmit_inside : Boundary::transmit_outside, alpha,
+                                 layers.dense)(cosine);
+  passed = layers.transmitted * t;
+  if (!layers.inside) return;
+  const float r = boundary_curve(Boundary::reflect_inside, alpha, layers.dense)(cosine);
+  reflected = RGB(r) + view.bsdf.diffuse * (view.bsdf.metallic * t);
+}
+
 }  // namespace
 
 void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
@@ -150,27 +173,20 @@ void metallic_roughness_components(const View& view, Components& out) {
   c.lobe = layers.lobe;
   c.microfacet = layers.microfacet;
   c.eta = layers.eta;
+  RGB reflected, passed;
+  specular_albedos(layers, view, reflected, passed);
   c.shape = layers.smooth ? Shape::mirror : Shape::rough_reflection;
-  if (layers.smooth || layers.inside)
-    c.albedo = layers.fresnel(cosine) * under;
-  else
-    c.albedo = (layers.f0 * layers.curves.scale(cosine) + RGB(layers.f90 * layers.curves.bias(cosine))) * under;
-  // At the mirrored direction the coat weakens once more.
-  c.albedo *= under;
+  c.albedo = reflected * (under * under);  // the coat weakens again on the way out
   out.add(c);
-
   if (layers.smooth)
     c.shape = layers.refracts ? Shape::refraction : Shape::straight;
   else
     c.shape = layers.refracts ? Shape::rough_refraction : Shape::rough_straight;
-  c.albedo = layers.passed(cosine) * under;
-  if (!layers.refracts) c.albedo *= under;
+  c.albedo = passed * (layers.refracts ? under : under * under);
   if (layers.inside) {
     const float sin2 = (1 - cosine * cosine) / (layers.eta * layers.eta);
     c.albedo *= layers.under_coat(view.bsdf.coat, std::sqrt(std::max(0.0f, 1 - sin2)));
   }
-  // A rough surface may transmit where a smooth one would reflect everything.
-  if (!layers.smooth && layers.inside) c.albedo += layers.transmitted * 1e-3f;
   out.add(c);
 
   c.shape = Shape::cosine_reflection;
