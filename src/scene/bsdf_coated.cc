@@ -210,7 +210,8 @@ void coated_conductor_components(const View& view, Components& out) {
   const SchlickCurves wide_lobe = schlick_curves(wide);
   const float out_once = std::max(1e-3f, narrow_lobe.scale(inner) + narrow_lobe.bias(inner) - trapped);
   const float out_again = std::max(0.0f, wide_lobe.scale(inner) + wide_lobe.bias(inner) - trapped_again);
-  c.albedo = fresnel * passed * (RGB(out_once) + fresnel * (returned * out_again));
+  const RGB estimate = fresnel * passed * (RGB(out_once) + fresnel * (returned * out_again));
+  c.albedo = clamp(estimate, 0, std::max(1e-3f, 1 - upper.albedo.r));
   out.add(c);
 }
 
