@@ -193,8 +193,16 @@ void coated_conductor_components(const View& view, Components& out) {
   const float returned = trapped * to_and_fro;
   if (base.smooth) {
     // Everything goes the same way: R + T^2 F / (1 - R F).
-    upper.albedo += fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed);
+    const RGB mirrored = clamp(fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed), 0,
+                               std::max(0.0f, 1 - upper.albedo.r));
+    if (coat.smooth) upper.albedo += mirrored;
     out.add(upper);
+    if (coat.smooth) return;
+    Component mirror;
+    mirror.lobe = base.lobe;
+    mirror.shape = Shape::mirror;
+    mirror.albedo = mirrored;
+    out.add(mirror);
     return;
   }
   out.add(upper);
