@@ -142,7 +142,8 @@ void specular_albedos(const Layers& layers, const View& view, RGB& reflected, RG
   const float alpha = table_alpha(view.bsdf.alpha_x, view.bsdf.alpha_y);
   const float t = boundary_curve(layers.inside ? Boundary::transmit_inside : Boundary::transmit_outside, alpha,
                                  layers.dense)(cosine);
-  passed = layers.transmitted * t;
+  // Schlick's term reflects more than the exact one at grazing angles.
+  passed = layers.transmitted * (layers.inside ? t : std::min(t, std::max(1e-3f, 1 - max_component(reflected))));
   if (!layers.inside) return;
   const float r = boundary_curve(Boundary::reflect_inside, alpha, layers.dense)(cosine);
   reflected = RGB(r) + view.bsdf.diffuse * (view.bsdf.metallic * t);
