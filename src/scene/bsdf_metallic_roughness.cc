@@ -143,7 +143,8 @@ void specular_albedos(const Layers& layers, const View& view, RGB& reflected, RG
   const float t = boundary_curve(layers.inside ? Boundary::transmit_inside : Boundary::transmit_outside, alpha,
                                  layers.dense)(cosine);
   // Schlick's term reflects more than the exact one at grazing angles.
-  passed = layers.transmitted * (layers.inside ? t : std::min(t, std::max(1e-3f, 1 - max_component(reflected))));
+  passed = layers.transmitted *
+           (layers.inside ? t : std::min(t, std::max(1e-3f, 1 - max_component(layers.layer_albedo(cosine)))));
   if (!layers.inside) return;
   const float r = boundary_curve(Boundary::reflect_inside, alpha, layers.dense)(cosine);
   reflected = RGB(r) + view.bsdf.diffuse * (view.bsdf.metallic * t);
