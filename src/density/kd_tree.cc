@@ -140,10 +140,9 @@ class Builder {
   static std::size_t partition_by(const Run& run, const IsLeft& is_left) {
     std::size_t left = 0, right = run.count - 1;
     for (std::size_t i = 0; i < run.count; ++i) {
-      const KdPoint p = run.from[i];
-      const bool to_left = is_left(p);
-      run.to[left] = p;
-      run.to[right] = p;
+      const bool to_left = is_left(run.from[i]);
+      run.to[left] = run.from[i];
+      run.to[right] = run.from[i];
       left += to_left;
       right -= !to_left;
     }

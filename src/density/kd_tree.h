@@ -26,8 +26,8 @@ struct KdNode {
 };
 static_assert(sizeof(KdNode) == 8);
 
-/// A point with its place in the array that the tree was built from.
-struct KdPoint {
+/// A point with its place in the array that the tree was built from. Aligned so that it moves in one piece.
+struct alignas(16) KdPoint {
   Vec3 position;
   std::uint32_t index;
 };
