@@ -1,8 +1,10 @@
 // Builds the photon map of [SF07].
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -16,6 +18,9 @@ namespace {
 
 // Below this many photons a subtree is built by one thread.
 constexpr std::size_t kParallelCount = 8192;
+// From this many photons on the median is narrowed down by a histogram first.
+constexpr std::size_t kHistogramCount = 512;
+constexpr std::size_t kBins = 256;
 
 class Builder {
  public:
@@ -35,19 +40,26 @@ class Builder {
   float reach_of(float radius) const { return radius * 1.000001f + slack_; }
 
   /// Builds the subtree of the points, whose root becomes node `at`. Returns its largest radius.
-  float subtree(KdPoint* points, std::size_t count, std::size_t at) {
+  /// @param scratch as much room as the points take
+  float subtree(KdPoint* points, KdPoint* scratch, std::size_t count, std::size_t at) {
     if (count == 1) return set_node(at, *points, ForwardNode::kLeaf, 0, 0);
     Box3 box;
     for (std::size_t i = 0; i < count; ++i) box.grow(points[i].position);
     const int axis = box.longest_axis();
     const std::size_t left = count / 2, right = count - left - 1;
-    select(points, left, count, axis);
+    const float low = box.min[axis], scale = static_cast<float>(kBins) / (box.max[axis] - low);
+    if (count >= kHistogramCount && std::isfinite(scale)) {
+      along(axis, [&](auto coordinate) { select_by_histogram(points, scratch, left, count, coordinate, low, scale); });
+      std::swap(points, scratch);
+    } else {
+      along(axis, [&](auto coordinate) { select(points, left, count, coordinate); });
+    }
     const KdPoint median = points[left];
     const std::size_t right_at = right > 0 ? at + 1 + left : 0;
     float left_radius = 0, right_radius = 0;
-    const auto build_left = [&] { left_radius = subtree(points, left, at + 1); };
+    const auto build_left = [&] { left_radius = subtree(points, scratch, left, at + 1); };
     const auto build_right = [&] {
-      if (right > 0) right_radius = subtree(points + left + 1, right, right_at);
+      if (right > 0) right_radius = subtree(points + left + 1, scratch + left + 1, right, right_at);
     };
     if (count > kParallelCount) {
       parallel_invoke(build_left, build_right);
@@ -59,20 +71,47 @@ class Builder {
   }
 
  private:
-  static void select(KdPoint* points, std::size_t nth, std::size_t count, int axis) {
-    const auto by = [&](auto coordinate) {
-      std::nth_element(points, points + nth, points + count, [coordinate](const KdPoint& a, const KdPoint& b) {
-        return coordinate(a.position) < coordinate(b.position);
-      });
-    };
+  /// Calls `use` with a function that reads the coordinate along the axis, known when that is compiled.
+  template <class Use>
+  static void along(int axis, const Use& use) {
     switch (axis) {
       case 0:
-        return by([](const Vec3& p) { return p.x; });
+        return use([](const KdPoint& p) { return p.position.x; });
       case 1:
-        return by([](const Vec3& p) { return p.y; });
+        return use([](const KdPoint& p) { return p.position.y; });
       default:
-        return by([](const Vec3& p) { return p.z; });
+        return use([](const KdPoint& p) { return p.position.z; });
     }
+  }
+
+  template <class Coordinate>
+  static void select(KdPoint* points, std::size_t nth, std::size_t count, const Coordinate& coordinate) {
+    std::nth_element(points, points + nth, points + count,
+                     [coordinate](const KdPoint& a, const KdPoint& b) { return coordinate(a) < coordinate(b); });
+  }
+
+  /// Moves the points to `to` so that the nth stands where sorting along the axis would put it, smaller ones before
+  /// it and greater ones behind. Bins of equal width along the axis tell which few points the nth is among; every
+  /// point is then copied once, without a branch on the data, and only those few are searched.
+  /// @param low, scale bins begin there, and there are so many to the metre
+  template <class Coordinate>
+  static void select_by_histogram(const KdPoint* points, KdPoint* to, std::size_t nth, std::size_t count,
+                                  const Coordinate& coordinate, float low, float scale) {
+    // Rounding is monotone: a greater coordinate never goes to a lower bin.
+    const auto bin = [&](const KdPoint& p) {
+      return std::min(static_cast<std::size_t>((coordinate(p) - low) * scale), kBins - 1);
+    };
+    std::array<std::uint32_t, kBins> counts{};
+    for (std::size_t i = 0; i < count; ++i) ++counts[bin(points[i])];
+    std::size_t before = 0, middle = 0;
+    while (before + counts[middle] <= nth) before += counts[middle++];
+    const std::size_t inside = counts[middle];
+    std::size_t next[3] = {0, before, before + inside};
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t b = bin(points[i]);
+      to[next[(b >= middle) + (b > middle)]++] = points[i];
+    }
+    select(to + before, nth - before, inside, coordinate);
   }
 
   /// Writes a node with its photon's data. Returns the largest radius of its subtree.
@@ -133,7 +172,8 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   for (std::size_t i = 0; i < count; ++i) points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
   Builder builder(photons, policy, map);
   map.fixed_reach = builder.reach_of(policy.radius);
-  builder.subtree(points.data(), count, 0);
+  std::vector<KdPoint> scratch(count);
+  builder.subtree(points.data(), scratch.data(), count, 0);
   return map;
 }
 
