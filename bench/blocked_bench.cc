@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -24,16 +25,18 @@ void run(const std::string& name, const PhotonBatch& photons, const RadiusPolicy
   for (int i = 0; i < repeats; ++i) {
     Statistics s;
     std::vector<RGB> radiance(points.size());
+    const std::clock_t before = std::clock();
     engine->estimate(points, radiance, s);
+    const double processor = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     const double reorder = s.seconds(Phase::reorder), density = s.seconds(Phase::density), all = reorder + density;
     const double operations = static_cast<double>(s.count(Counter::shader_operations));
     fmt::print(
         "{:8} build {:.3f} s, reorder {:.3f} s ({:.1f}%), density {:.3f} s, {:.1f} ns a query, k {:.1f}, used {:.1f}%, "
-        "{:.3f}e9/s, per core {:.3f}e9/s\n",
+        "{:.3f}e9/s, processor {:.3f} s, per core second {:.3f}e9/s\n",
         name, building.seconds(Phase::build_photon_map), reorder, 100 * reorder / all, density,
         1e9 * all / static_cast<double>(points.size()), operations / static_cast<double>(points.size()),
-        100 * operations / static_cast<double>(s.count(Counter::pairs_tested)), operations / all * 1e-9,
-        operations / all * 1e-9 / thread_count());
+        100 * operations / static_cast<double>(s.count(Counter::pairs_tested)), operations / all * 1e-9, processor,
+        operations / processor * 1e-9);
   }
 }
 

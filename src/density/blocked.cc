@@ -27,8 +27,9 @@ std::size_t parts_of(std::size_t points) { return (points + kPartPoints - 1) / k
 /// Works off one bucket after another; what one thread needs for that.
 class BucketWorker {
  public:
-  BucketWorker(const BlockedIndex& index, const QueryPoints& points, std::span<RGB> radiance)
-      : index_(index), tree_(index.tree()), points_(points), radiance_(radiance) {}
+  /// @param answers by BucketPoint::place
+  BucketWorker(const BlockedIndex& index, const QueryPoints& points, std::span<RGB> answers)
+      : index_(index), tree_(index.tree()), points_(points), answers_(answers) {}
 
   void work(std::span<const BucketPoint> bucket) {
     const Clock::time_point start = Clock::now();
@@ -56,10 +57,6 @@ class BucketWorker {
  private:
   /// A run of Lambertian points.
   void sum(std::span<const BucketPoint> bucket, std::span<const std::uint32_t> places) {
-    for (const std::uint32_t place : places) {
-      __builtin_prefetch(&radiance_[bucket[place].index], 1, 2);
-      __builtin_prefetch(&points_.reflectance[bucket[place].index], 0, 2);
-    }
     QueryRun run;
     run.count = places.size();
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -78,10 +75,8 @@ class BucketWorker {
       in_[5][i] = p.normal.z;
     }
     blocked_sum(tree_, run, scratch_, counts);
-    for (std::size_t i = 0; i < run.count; ++i) {
-      const std::uint32_t q = bucket[places[i]].index;
-      radiance_[q] += points_.reflectance[q] * RGB(out_[0][i], out_[1][i], out_[2][i]);
-    }
+    for (std::size_t i = 0; i < run.count; ++i)
+      answers_[bucket[places[i]].place] = RGB(out_[0][i], out_[1][i], out_[2][i]);
   }
 
   /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
@@ -97,13 +92,13 @@ class BucketWorker {
       gathered_.push_back(index_.directions()[found.place],
                           RGB(block.r[lane], block.g[lane], block.b[lane]) * (found.profile * kPi));
     }
-    radiance_[point.index] += shader_.shade(points_.bsdfs[points_.bsdf[point.index]], gathered_);
+    answers_[point.place] = shader_.shade(points_.bsdfs[point.bsdf], gathered_);
   }
 
   const BlockedIndex& index_;
   BlockTree tree_;
   const QueryPoints& points_;
-  std::span<RGB> radiance_;
+  std::span<RGB> answers_;
   BucketOrder order_;
   BlockedScratch scratch_;
   std::vector<FoundPhoton> found_;
@@ -145,11 +140,11 @@ class BlockedEngine final : public DensityEngine {
   void estimate_part(const QueryPoints& points, std::size_t first, std::size_t last, std::span<RGB> radiance,
                      Statistics& statistics) const {
     const Clock::time_point start = Clock::now();
-    const QueryBuckets buckets(points, first, last);
+    QueryBuckets buckets(points, first, last);
     const Clock::time_point brought_together = Clock::now();
     std::atomic<Clock::rep> sort_time{0}, other_time{0};
     parallel_for(0, buckets.buckets().size(), kBucketGrain, [&](std::size_t begin, std::size_t end) {
-      const auto worker = std::make_unique<BucketWorker>(index_, points, radiance);
+      const auto worker = std::make_unique<BucketWorker>(index_, points, buckets.answers());
       for (std::size_t i = begin; i < end; ++i) worker->work(buckets.points(buckets.buckets()[i]));
       statistics.add(Counter::shader_operations, worker->counts.evaluated);
       statistics.add(Counter::pairs_tested, worker->counts.tested);
@@ -158,14 +153,16 @@ class BlockedEngine final : public DensityEngine {
       sort_time += worker->sort_time.count();
       other_time += worker->other_time.count();
     });
+    const Clock::time_point worked_off = Clock::now();
+    buckets.add_answers(points, radiance);
     // Sorting within buckets goes on beside the sums of other buckets: its share of the wall time is its share of the
     // threads' time.
     using Seconds = std::chrono::duration<double>;
-    const double wall = Seconds(Clock::now() - brought_together).count();
+    const double wall = Seconds(worked_off - brought_together).count();
     const double all = static_cast<double>(sort_time + other_time);
     const double sorting = all > 0 ? wall * static_cast<double>(sort_time) / all : 0;
     statistics.add_time(Phase::reorder, Seconds(brought_together - start).count() + sorting);
-    statistics.add_time(Phase::density, wall - sorting);
+    statistics.add_time(Phase::density, wall - sorting + Seconds(Clock::now() - worked_off).count());
   }
 
   // Buckets of one piece of parallel work.

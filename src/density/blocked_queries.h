@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "core/box.h"
+#include "core/large_array.h"
+#include "core/rgb.h"
 #include "gather/query_points.h"
 #include "kernels/blocked.h"
 
@@ -15,8 +17,8 @@ namespace glowworm {
 struct BucketPoint {
   Vec3 position;
   Vec3 normal;
-  std::uint32_t index;  ///< of the point in its QueryPoints
-  bool lambertian;
+  std::uint32_t bsdf;   ///< as in QueryPoints
+  std::uint32_t place;  ///< where its answer goes: an index into QueryBuckets::answers()
 };
 
 /// Points of a task, moved so that those of one cell of space stand together.
@@ -35,15 +37,27 @@ class QueryBuckets {
 
   const std::vector<Bucket>& buckets() const { return buckets_; }
   std::span<const BucketPoint> points(const Bucket& bucket) const {
-    return std::span(points_).subspan(bucket.first, bucket.last - bucket.first);
+    return points_.span().subspan(bucket.first, bucket.last - bucket.first);
   }
+  /// One for each point, to be set by who works the buckets off.
+  std::span<RGB> answers() { return answers_.span(); }
+  /// Adds the answers, times the reflectance of points that are Lambertian, to radiance[i] of the points i they are
+  /// for. Once only. (Answers are read bucket by bucket, so that memory is walked through in as many streams as there
+  /// are buckets, not jumped about in.)
+  void add_answers(const QueryPoints& points, std::span<RGB> radiance);
+
   /// Bytes held for so many points.
   static std::uint64_t bytes(std::size_t points);
 
  private:
   void divide(Bucket bucket, int rounds_left);
 
-  std::vector<BucketPoint> points_;
+  std::size_t first_;
+  std::size_t cells_ = 0;
+  LargeArray<std::uint16_t> cell_of_;
+  LargeArray<std::uint32_t> places_;  // by piece of the points and cell
+  LargeArray<BucketPoint> points_;
+  LargeArray<RGB> answers_;
   std::vector<Bucket> buckets_;
 };
 

@@ -18,6 +18,10 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// What `array` holds is read anew after this, not kept in registers.
+#undef GLOWWORM_KEEP_IN_MEMORY
+#define GLOWWORM_KEEP_IN_MEMORY(array) asm volatile("" : : "r"(array) : "memory")
+
 /// Lanes across the eight photons of a block, or the eight children of a node.
 using BlockTag = hn::CappedTag<float, kBlockWidth>;
 /// Lanes across query points.
@@ -26,17 +30,17 @@ using BlockVector = hn::Vec<BlockTag>;
 using BlockMask = hn::Mask<BlockTag>;
 using TileVector = hn::Vec<TileTag>;
 
-constexpr int kTileLanes = static_cast<int>(hn::MaxLanes(TileTag()));
+constexpr std::size_t kTileLanes = hn::MaxLanes(TileTag());
 /// Vectors that go through the photons at once: more would not fit the registers of most instruction sets.
-constexpr int kTileVectors = kTileWidth / kTileLanes < 2 ? kTileWidth / kTileLanes : 2;
-constexpr int kGroupWidth = kTileVectors * kTileLanes;
+constexpr std::size_t kTileVectors = kTileWidth / kTileLanes < 2 ? kTileWidth / kTileLanes : 2;
+constexpr std::size_t kGroupWidth = kTileVectors * kTileLanes;
 
 /// Room for rounding in tests that must not lose a pair: the exact test follows.
 constexpr float kRimMargin = 1 + 1e-5f;
 constexpr float kNormalMargin = 1e-5f;
 
 /// Photons that a list holds before it is worked off.
-constexpr std::size_t kListLength = 4096;
+constexpr std::ptrdiff_t kListLength = 4096;
 
 /// The box around some query points, and a vector with all their normals within `spread` of it.
 struct QueryBounds {
@@ -88,12 +92,34 @@ struct SpreadBounds {
   }
 };
 
-/// Appends to `list`, of which `length` elements are set, first + i for every child i that may hold photons in support
-/// of a point in the bounds. `list` must have room for eight more. Returns the new length.
-HWY_INLINE std::size_t append_children(const BlockNode& node, const SpreadBounds& q, std::uint32_t first,
-                                       std::uint32_t* list, std::size_t length) {
+/// By the bits of a mask: the lanes that are set, in order.
+struct LaneTable {
+  alignas(8) std::uint8_t lanes[256][kBlockWidth] = {};
+  constexpr LaneTable() {
+    for (int bits = 0; bits < 256; ++bits)
+      for (int lane = 0, next = 0; lane < kBlockWidth; ++lane)
+        if (bits >> lane & 1) lanes[bits][next++] = static_cast<std::uint8_t>(lane);
+  }
+};
+constexpr LaneTable kLaneTable;
+
+/// Appends first + i for every lane i that is set to a list that has room for a whole vector more, and moves its end.
+/// (CompressStore of Highway 1.0 copies its table to the stack each time.)
+HWY_INLINE void append_lanes(BlockMask mask, std::uint32_t first, std::uint32_t*& end) {
   const BlockTag d;
   const hn::RebindToUnsigned<BlockTag> du;
+  const hn::Rebind<std::uint8_t, BlockTag> du8;
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  const auto lanes = hn::PromoteTo(du, hn::LoadU(du8, kLaneTable.lanes[bits[0]]));
+  hn::StoreU(hn::Add(lanes, hn::Set(du, first)), du, end);
+  end += hwy::PopCount(bits[0]);
+}
+
+/// Appends first + i for every child i that may hold photons in support of a point in the bounds.
+HWY_INLINE void append_children(const BlockNode& node, const SpreadBounds& q, std::uint32_t first,
+                                std::uint32_t*& end) {
+  const BlockTag d;
   const BlockVector zero = hn::Zero(d);
   for (std::size_t i = 0; i < kBlockWidth; i += hn::Lanes(d)) {
     const auto gap = [&](const float* low, const float* high, int axis) HWY_ATTR {
@@ -108,12 +134,9 @@ HWY_INLINE std::size_t append_children(const BlockNode& node, const SpreadBounds
         hn::Load(d, node.normal_x + i), q.normal[0],
         hn::MulAdd(hn::Load(d, node.normal_y + i), q.normal[1],
                    hn::MulAdd(hn::Load(d, node.normal_z + i), q.normal[2], hn::Load(d, node.normal_spread + i))));
-    const BlockMask near =
-        hn::And(hn::Lt(distance, hn::Load(d, node.radius_squared + i)), hn::Gt(cosine, q.lowest_cosine));
-    const auto child = hn::Iota(du, first + static_cast<std::uint32_t>(i));
-    length += hn::CompressStore(child, hn::RebindMask(du, near), du, list + length);
+    append_lanes(hn::And(hn::Lt(distance, hn::Load(d, node.radius_squared + i)), hn::Gt(cosine, q.lowest_cosine)),
+                 first + static_cast<std::uint32_t>(i), end);
   }
-  return length;
 }
 
 /// Appends to scratch.nodes the nodes of level 0 that may hold photons in support of a point in the bounds.
@@ -127,10 +150,9 @@ inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, Blocked
   for (int level = tree.levels - 1; level > 0; --level) {
     above.swap(below);
     below.resize(above.size() * kBlockWidth + kBlockWidth);
-    std::size_t length = 0;
-    for (const std::uint32_t node : above)
-      length = append_children(tree.level[level][node], q, node * kBlockWidth, below.data(), length);
-    below.resize(length);
+    std::uint32_t* end = below.data();
+    for (const std::uint32_t node : above) append_children(tree.level[level][node], q, node * kBlockWidth, end);
+    below.resize(static_cast<std::size_t>(end - below.data()));
   }
 }
 
@@ -145,75 +167,104 @@ HWY_INLINE hn::Vec<D> profile_at(D d, hn::Mask<D> inside, hn::Vec<D> t) {
     return hn::IfThenElseZero(inside, hn::Exp(d, hn::Mul(hn::Set(d, -4.5f), t)));
 }
 
-/// Sums the photons of lists at a group of query points, all in registers.
+/// Sums the photons of lists at a group of query points. What changes stays in registers; the points themselves are
+/// read from memory again and again, since most instruction sets have no registers left for them.
 template <BlockedProfile profile>
 class Group {
  public:
-  HWY_INLINE Group(const QueryRun& run, std::size_t first) : run_(run), first_(first) {}
-
-  /// Adds the photons that begin at floats list[0 .. length) behind `photons`.
-  template <bool compare_normals>
-  HWY_INLINE void add(const float* photons, const std::uint32_t* list, std::size_t length, float min_normal_cosine) {
+  HWY_INLINE Group(const QueryRun& run, std::size_t first) : run_(run), first_(first) {
     const TileTag d;
-    const hn::RebindToSigned<TileTag> di;
-    TileVector q[kTileVectors][3], n[kTileVectors][3], sum[kTileVectors][3];
-    hn::Vec<decltype(di)> inside_count[kTileVectors];
-    for (int v = 0; v < kTileVectors; ++v) {
-      const std::size_t at = static_cast<std::size_t>(v) * kTileLanes;
-      for (int axis = 0; axis < 3; ++axis) {
-        q[v][axis] = hn::LoadU(d, run_.position[axis] + first_ + at);
-        n[v][axis] = hn::LoadU(d, run_.normal[axis] + first_ + at);
-        sum[v][axis] = hn::Load(d, sums_[axis] + at);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t i = 0; i < kGroupWidth; i += kTileLanes) {
+        hn::Store(hn::LoadU(d, run.position[axis] + first + i), d, position_[axis] + i);
+        hn::Store(hn::LoadU(d, run.normal[axis] + first + i), d, normal_[axis] + i);
       }
-      inside_count[v] = hn::Load(di, counts_ + at);
-    }
-    for (std::size_t i = 0; i < length; ++i) {
-      const float* p = photons + list[i];
-      const TileVector x = hn::Set(d, p[0]), y = hn::Set(d, p[kBlockWidth]), z = hn::Set(d, p[2 * kBlockWidth]);
-      const TileVector scale = hn::Set(d, p[3 * kBlockWidth]);
-      const TileVector r = hn::Set(d, p[7 * kBlockWidth]), g = hn::Set(d, p[8 * kBlockWidth]),
-                       b = hn::Set(d, p[9 * kBlockWidth]);
-      for (int v = 0; v < kTileVectors; ++v) {
-        const TileVector dx = hn::Sub(q[v][0], x), dy = hn::Sub(q[v][1], y), dz = hn::Sub(q[v][2], z);
-        const TileVector t = hn::Mul(hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, hn::Mul(dz, dz))), scale);
-        hn::Mask<TileTag> inside = hn::Lt(t, hn::Set(d, 1.0f));
-        if constexpr (compare_normals) {
-          // Without fused operations: the same bits as the dot product of two Vec3.
-          const TileVector cosine = hn::Add(hn::Add(hn::Mul(n[v][0], hn::Set(d, p[4 * kBlockWidth])),
-                                                    hn::Mul(n[v][1], hn::Set(d, p[5 * kBlockWidth]))),
-                                            hn::Mul(n[v][2], hn::Set(d, p[6 * kBlockWidth])));
-          inside = hn::And(inside, hn::Gt(cosine, hn::Set(d, min_normal_cosine)));
-        }
-        const TileVector w = profile_at<profile>(d, inside, t);
-        sum[v][0] = hn::MulAdd(w, r, sum[v][0]);
-        sum[v][1] = hn::MulAdd(w, g, sum[v][1]);
-        sum[v][2] = hn::MulAdd(w, b, sum[v][2]);
-        // A mask is -1 where it is set.
-        inside_count[v] = hn::Sub(inside_count[v], hn::VecFromMask(di, hn::RebindMask(di, inside)));
-      }
-    }
-    for (int v = 0; v < kTileVectors; ++v) {
-      const std::size_t at = static_cast<std::size_t>(v) * kTileLanes;
-      for (int axis = 0; axis < 3; ++axis) hn::Store(sum[v][axis], d, sums_[axis] + at);
-      hn::Store(inside_count[v], di, counts_ + at);
-    }
+    // Padding goes where no photon reaches.
+    for (std::size_t i = valid(); i < kGroupWidth; ++i) position_[0][i] = 1e19f;
   }
 
-  /// Writes the sums to the run; returns how many pairs were inside.
-  HWY_INLINE std::uint64_t finish() {
-    std::uint64_t inside = 0;
-    for (std::size_t i = 0; i < kGroupWidth; ++i) {
-      for (int c = 0; c < 3; ++c) run_.sum[c][first_ + i] = sums_[c][i];
-      inside += first_ + i < run_.count ? static_cast<std::uint64_t>(counts_[i]) : 0;
+  /// Points that are not padding.
+  HWY_INLINE std::size_t valid() const { return HWY_MIN(run_.count - first_, kGroupWidth); }
+
+  /// Adds the photons that begin at floats list[0 .. length) behind `photons`. Returns how many pairs were inside.
+  template <bool compare_normals>
+  HWY_INLINE std::uint64_t add(const float* photons, const std::uint32_t* list, std::size_t length,
+                               float min_normal_cosine) {
+    const TileTag d;
+    const hn::RebindToSigned<TileTag> di;
+    TileVector r[kTileVectors], g[kTileVectors], b[kTileVectors];
+    for (std::size_t v = 0; v < kTileVectors; ++v) {
+      r[v] = hn::Load(d, sums_[0] + v * kTileLanes);
+      g[v] = hn::Load(d, sums_[1] + v * kTileLanes);
+      b[v] = hn::Load(d, sums_[2] + v * kTileLanes);
     }
-    return inside;
+    auto inside_count = hn::Zero(di);
+    const TileVector one = hn::Set(d, 1.0f);
+    for (std::size_t i = 0; i < length; ++i) {
+      GLOWWORM_KEEP_IN_MEMORY(position_);
+      const float* p = photons + list[i];
+      TileVector t[kTileVectors];
+      {
+        const TileVector x = hn::Set(d, p[0]);
+        for (std::size_t v = 0; v < kTileVectors; ++v) {
+          const TileVector away = hn::Sub(x, hn::Load(d, position_[0] + v * kTileLanes));
+          t[v] = hn::Mul(away, away);
+        }
+      }
+      for (std::size_t axis = 1; axis < 3; ++axis) {
+        const TileVector x = hn::Set(d, p[axis * kBlockWidth]);
+        for (std::size_t v = 0; v < kTileVectors; ++v) {
+          const TileVector away = hn::Sub(x, hn::Load(d, position_[axis] + v * kTileLanes));
+          t[v] = hn::MulAdd(away, away, t[v]);
+        }
+      }
+      const TileVector scale = hn::Set(d, p[3 * kBlockWidth]);
+      for (std::size_t v = 0; v < kTileVectors; ++v) {
+        t[v] = hn::Mul(t[v], scale);
+        hn::Mask<TileTag> inside = hn::Lt(t[v], one);
+        if constexpr (compare_normals) {
+          // Without fused operations: the same bits as the dot product of two Vec3.
+          const auto product = [&](std::size_t axis) HWY_ATTR {
+            return hn::Mul(hn::Load(d, normal_[axis] + v * kTileLanes), hn::Set(d, p[(4 + axis) * kBlockWidth]));
+          };
+          inside = hn::And(inside,
+                           hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, min_normal_cosine)));
+        }
+        t[v] = profile_at<profile>(d, inside, t[v]);
+        // A mask is -1 where it is set.
+        inside_count = hn::Sub(inside_count, hn::VecFromMask(di, hn::RebindMask(di, inside)));
+      }
+      add_color(p[7 * kBlockWidth], t, r);
+      add_color(p[8 * kBlockWidth], t, g);
+      add_color(p[9 * kBlockWidth], t, b);
+    }
+    for (std::size_t v = 0; v < kTileVectors; ++v) {
+      hn::Store(r[v], d, sums_[0] + v * kTileLanes);
+      hn::Store(g[v], d, sums_[1] + v * kTileLanes);
+      hn::Store(b[v], d, sums_[2] + v * kTileLanes);
+    }
+    return static_cast<std::uint64_t>(hn::GetLane(hn::SumOfLanes(di, inside_count)));
+  }
+
+  /// Writes the sums to the run.
+  HWY_INLINE void finish() {
+    const TileTag d;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < kGroupWidth; i += kTileLanes)
+        hn::StoreU(hn::Load(d, sums_[c] + i), d, run_.sum[c] + first_ + i);
   }
 
  private:
+  static HWY_INLINE void add_color(float flux, const TileVector* weight, TileVector* sum) {
+    const TileVector f = hn::Set(TileTag(), flux);
+    for (std::size_t v = 0; v < kTileVectors; ++v) sum[v] = hn::MulAdd(weight[v], f, sum[v]);
+  }
+
   const QueryRun& run_;
   std::size_t first_;
+  alignas(64) float position_[3][kGroupWidth];
+  alignas(64) float normal_[3][kGroupWidth];
   alignas(64) float sums_[3][kGroupWidth] = {};
-  alignas(64) std::int32_t counts_[kGroupWidth] = {};
 };
 
 /// Sums the photons at the points of a run.
@@ -224,43 +275,36 @@ class RunSummer {
       : tree_(tree), run_(run), scratch_(scratch), counts_(counts) {}
 
   void run() {
+    if (run_.count == 0) return;
     const std::size_t padded = (run_.count + kTileWidth - 1) / kTileWidth * kTileWidth;
-    if (padded == 0) return;
     find_nodes(tree_, bounds_of(run_, 0, padded), scratch_);
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
     scratch_.accepted.resize(kListLength + 2 * kBlockWidth);
     scratch_.ambiguous.resize(kListLength + 2 * kBlockWidth);
-    for (std::size_t first = 0; first < padded; first += kGroupWidth) sum_group(first);
+    for (std::size_t first = 0; first < run_.count; first += kGroupWidth) sum_group(first);
   }
 
  private:
   void sum_group(std::size_t first) {
     Group<profile> group(run_, first);
-    if (first < run_.count) {
-      const QueryBounds bounds = bounds_of(run_, first, kGroupWidth);
-      const SpreadBounds q(bounds, tree_.min_normal_cosine);
-      std::size_t blocks = 0;
-      for (const std::uint32_t node : scratch_.nodes)
-        blocks = append_children(tree_.level[0][node], q, node * kBlockWidth, scratch_.blocks.data(), blocks);
-      valid_ = std::min<std::size_t>(run_.count - first, kGroupWidth);
-      sum_blocks(bounds, q, blocks, group);
-    }
-    counts_.evaluated += group.finish();
+    const QueryBounds bounds = bounds_of(run_, first, kGroupWidth);
+    const SpreadBounds q(bounds, tree_.min_normal_cosine);
+    std::uint32_t* end = scratch_.blocks.data();
+    for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
+    sum_blocks(bounds, q, end, group);
+    group.finish();
   }
 
   /// Tests the photons of the listed blocks against the bounds of the group, and adds those that may be in support.
   /// Where the normals leave no doubt for any point of the group, its points need not compare them.
-  void sum_blocks(const QueryBounds& bounds, const SpreadBounds& q, std::size_t blocks, Group<profile>& group) {
+  void sum_blocks(const QueryBounds& bounds, const SpreadBounds& q, const std::uint32_t* end, Group<profile>& group) {
     const BlockTag d;
-    const hn::RebindToUnsigned<BlockTag> du;
     const BlockVector sure_cosine = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
     const BlockVector rim = hn::Set(d, kRimMargin);
     std::uint32_t* accepted = scratch_.accepted.data();
     std::uint32_t* ambiguous = scratch_.ambiguous.data();
-    std::size_t accepted_length = 0, ambiguous_length = 0;
-    for (std::size_t i = 0; i < blocks; ++i) {
-      const std::uint32_t index = scratch_.blocks[i];
-      const PhotonBlock& block = tree_.blocks[index];
+    for (const std::uint32_t* i = scratch_.blocks.data(); i != end; ++i) {
+      const PhotonBlock& block = tree_.blocks[*i];
       for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
         const auto gap = [&](const float* p, int axis) HWY_ATTR {
           const BlockVector v = hn::Load(d, p + lane);
@@ -274,34 +318,37 @@ class RunSummer {
             hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1], hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
         const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
         const BlockMask sure = hn::Gt(cosine, sure_cosine);
-        const auto place = hn::Iota(du, index * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) +
-                                            static_cast<std::uint32_t>(lane));
-        accepted_length +=
-            hn::CompressStore(place, hn::RebindMask(du, hn::And(near, sure)), du, accepted + accepted_length);
-        ambiguous_length +=
-            hn::CompressStore(place, hn::RebindMask(du, hn::AndNot(sure, near)), du, ambiguous + ambiguous_length);
+        const std::uint32_t place =
+            *i * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) + static_cast<std::uint32_t>(lane);
+        append_lanes(hn::And(near, sure), place, accepted);
+        append_lanes(hn::AndNot(sure, near), place, ambiguous);
       }
-      if (accepted_length > kListLength || ambiguous_length > kListLength) {
-        add(group, accepted_length, ambiguous_length);
-        accepted_length = ambiguous_length = 0;
-      }
+      if (accepted - scratch_.accepted.data() > kListLength || ambiguous - scratch_.ambiguous.data() > kListLength)
+        add(group, accepted, ambiguous);
     }
-    add(group, accepted_length, ambiguous_length);
+    add(group, accepted, ambiguous);
   }
 
-  HWY_INLINE void add(Group<profile>& group, std::size_t accepted, std::size_t ambiguous) {
+  /// Works the lists off and sets their ends back.
+  HWY_INLINE void add(Group<profile>& group, std::uint32_t*& accepted_end, std::uint32_t*& ambiguous_end) {
     const auto* photons = reinterpret_cast<const float*>(tree_.blocks);
-    group.template add<false>(photons, scratch_.accepted.data(), accepted, tree_.min_normal_cosine);
-    if (ambiguous > 0) group.template add<true>(photons, scratch_.ambiguous.data(), ambiguous, tree_.min_normal_cosine);
-    counts_.tested += (accepted + ambiguous) * valid_;
+    const auto accepted = static_cast<std::size_t>(accepted_end - scratch_.accepted.data());
+    const auto ambiguous = static_cast<std::size_t>(ambiguous_end - scratch_.ambiguous.data());
+    counts_.evaluated +=
+        group.template add<false>(photons, scratch_.accepted.data(), accepted, tree_.min_normal_cosine);
+    if (ambiguous > 0)
+      counts_.evaluated +=
+          group.template add<true>(photons, scratch_.ambiguous.data(), ambiguous, tree_.min_normal_cosine);
+    counts_.tested += (accepted + ambiguous) * group.valid();
     counts_.steps += (accepted + ambiguous) * kTileVectors;
+    accepted_end = scratch_.accepted.data();
+    ambiguous_end = scratch_.ambiguous.data();
   }
 
   const BlockTree& tree_;
   const QueryRun& run_;
   BlockedScratch& scratch_;
   BlockedCounts& counts_;
-  std::size_t valid_ = 0;  // points of the group that are not padding
 };
 
 /// blocked_find().
@@ -318,9 +365,9 @@ void find(const BlockTree& tree, const float position[3], const float normal[3],
   find_nodes(tree, bounds, scratch);
   const SpreadBounds q(bounds, tree.min_normal_cosine);
   scratch.blocks.resize(scratch.nodes.size() * kBlockWidth + kBlockWidth);
-  std::size_t blocks = 0;
-  for (const std::uint32_t node : scratch.nodes)
-    blocks = append_children(tree.level[0][node], q, node * kBlockWidth, scratch.blocks.data(), blocks);
+  std::uint32_t* end = scratch.blocks.data();
+  for (const std::uint32_t node : scratch.nodes) append_children(tree.level[0][node], q, node * kBlockWidth, end);
+  const auto blocks = static_cast<std::size_t>(end - scratch.blocks.data());
   counts.tested += blocks * kBlockWidth;
   const BlockTag d;
   alignas(64) float profiles[kBlockWidth];

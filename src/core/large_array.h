@@ -1,0 +1,40 @@
+// Large arrays that are written before they are read.
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <type_traits>
+
+namespace glowworm {
+
+/// Memory for large arrays: not cleared, on huge pages where the system offers them, so that scattered access misses
+/// the translation buffers less. Aligned to at least 64 bytes. Throws std::bad_alloc where there is none.
+void* allocate_large(std::size_t bytes);
+void free_large(void* memory);
+
+/// An array of n elements without values, that only moves.
+template <typename T>
+class LargeArray {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+ public:
+  LargeArray() = default;
+  explicit LargeArray(std::size_t n) : data_(static_cast<T*>(allocate_large(n * sizeof(T)))), size_(n) {}
+
+  std::size_t size() const { return size_; }
+  T* data() { return data_.get(); }
+  const T* data() const { return data_.get(); }
+  T& operator[](std::size_t i) { return data_.get()[i]; }
+  const T& operator[](std::size_t i) const { return data_.get()[i]; }
+  std::span<T> span() { return {data_.get(), size_}; }
+  std::span<const T> span() const { return {data_.get(), size_}; }
+
+ private:
+  struct Free {
+    void operator()(T* memory) const { free_large(memory); }
+  };
+  std::unique_ptr<T, Free> data_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace glowworm
