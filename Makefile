@@ -1,10 +1,57 @@
-# Two commands do all the set-up: `make demo` and `make test`.
-.PHONY: test check
+# Two commands do all the set-up: `make demo` and `make test`. docs/building.md says more.
+.PHONY: help packages build demo test check format bench bench-tables test-references tsan
 
-test:
+GLOWWORM := build/release/bin/glowworm
+JOBS := $(shell nproc)
+
+help:
+	@echo 'make demo             builds, and renders the Cornell box to out/'
+	@echo 'make test             builds, and runs every test'
+	@echo 'make check            formatting, include arrows, Clang and sanitizer build of the fast tests'
+	@echo 'make format           formats every C++ file'
+	@echo 'make tsan             the fast tests under the thread sanitizer'
+	@echo 'make bench            the micro-benchmarks'
+	@echo 'make bench-tables     the tables of the papers, into bench/results/'
+	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'
+
+packages:
+	@scripts/install-packages
+
+build: packages
 	cmake --preset release
 	cmake --build --preset release
-	ctest --test-dir build/release --output-on-failure
 
-check:
-	@true
+demo: packages
+	cmake --preset release
+	cmake --build --preset release --target glowworm
+	@mkdir -p out
+	$(GLOWWORM) render builtin:cornell --size 512x512 --gather 64 --engine knn -o out/cornell.exr -o out/cornell.png
+	@echo 'The picture is in $(CURDIR)/out/cornell.exr (linear) and $(CURDIR)/out/cornell.png.'
+
+test: build
+	ctest --preset release -j $(JOBS)
+
+check: packages
+	scripts/check-format
+	scripts/check-includes --self-test
+	scripts/check-includes
+	cmake --preset asan
+	cmake --build --preset asan
+	ctest --preset asan -j $(JOBS)
+
+format: packages
+	scripts/check-format --fix
+
+tsan: packages
+	cmake --preset tsan
+	cmake --build --preset tsan
+	ctest --preset tsan -j $(JOBS)
+
+bench: build
+	scripts/run-benchmarks
+
+bench-tables: build
+	scripts/run-benchmarks --tables
+
+test-references: build
+	scripts/test-references
