@@ -1,0 +1,228 @@
+// Scenes as they are made, and surfaces as they are shaded.
+#include "scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "core/warp.h"
+#include "scene/light_sampling.h"
+#include "scene/scene_parts.h"
+#include "scene/surface.h"
+#include "support/goodness_of_fit.h"
+
+namespace glowworm {
+namespace {
+
+void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tolerance); }
+
+TEST(SceneTest, AddsACameraThatSeesAllAndASky) {
+  const Scene scene(floor_description());
+  ASSERT_EQ(scene.cameras().size(), 1u);
+  EXPECT_EQ(scene.notes().size(), 2u);
+  const Camera& camera = scene.camera("");
+  for (const Vec3& p : scene.geometry().positions) {
+    const Vec3 seen = inverse(camera.to_world).point(p);
+    EXPECT_LE(std::max(std::abs(seen.x), std::abs(seen.y)) / seen.z, camera.half_extent * 1.0001f);
+  }
+  EXPECT_EQ(environment_radiance(scene, {0, 0, 1}), RGB(1.0f));
+  EXPECT_GT(scene.light_power().total(), 0);
+  EXPECT_NEAR(scene.radius(), 2 * std::sqrt(2.0f), 1e-5f);
+}
+
+TEST(SceneTest, NamesTheCamerasThereAre) {
+  SceneDescription d = lit_floor(LightCase::point);
+  for (const char* name : {"front", "back"}) {
+    d.cameras.push_back(look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40));
+    d.cameras.back().name = name;
+  }
+  const Scene scene(std::move(d));
+  EXPECT_EQ(scene.camera("").name, "front");
+  EXPECT_EQ(scene.camera("back").name, "back");
+  try {
+    scene.camera("side");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("\"front\", \"back\""), std::string::npos) << error.what();
+  }
+}
+
+TEST(SceneTest, RefusesWhatIsInconsistent) {
+  const auto refused = [](const std::function<void(SceneDescription&)>& damage) {
+    SceneDescription d = lit_floor(LightCase::all);
+    damage(d);
+    EXPECT_THROW(Scene{std::move(d)}, Error);
+  };
+  refused([](auto& d) { d.geometry = {}; });
+  refused([](auto& d) { d.geometry.material[1] = 9; });
+  refused([](auto& d) { d.geometry.emission[1] = 9; });
+  refused([](auto& d) { d.geometry.triangles[1][2] = 1000; });
+  refused([](auto& d) { d.geometry.normals.pop_back(); });
+  refused([](auto& d) { d.geometry.positions[0].x = std::numeric_limits<float>::infinity(); });
+  refused([](auto& d) { d.materials[0].reflectance.texture = 9; });
+  refused([](auto& d) { d.materials[0].bump.texture = 9; });
+  refused([](auto& d) { d.emissions[0].radiance.texture = 9; });
+  refused([](auto& d) { d.textures[0].image = nullptr; });
+  refused([](auto& d) { d.textures[0].child_a = 0; });
+  refused([](auto& d) { d.environment->pixels.pop_back(); });
+  refused([](auto& d) { d.lights[1].direction = {0, 0, 0}; });
+  refused([](auto& d) {
+    d.materials[0].kind = MaterialKind::mix;
+    d.materials[0].mix_a = d.materials[0].mix_b = 0;
+  });
+  refused([](auto& d) {  // each node doubles the cost of the one before
+    for (std::uint32_t i = 0; i < 60; ++i) {
+      TextureNode node;
+      node.kind = TextureKind::scale;
+      node.child_a = node.child_b = static_cast<std::uint32_t>(d.textures.size() - 1);
+      d.textures.push_back(node);
+    }
+  });
+}
+
+TEST(SurfacePointTest, InterpolatesAndKeepsToItsSide) {
+  SceneDescription d = floor_description();
+  d.geometry.normals[0] = normalize({1, 0, -1});  // against the winding: turned over
+  d.geometry.normals[1] = d.geometry.normals[2] = {0, 0, -1};
+  const Scene scene(std::move(d));
+  const SurfacePoint p = surface_point(scene, 0, {0.25f, 0.25f});
+  expect_near(p.position, {0, -1, 0}, 1e-6f);
+  EXPECT_NEAR(p.uv.x, 0.5f, 1e-6f);
+  EXPECT_NEAR(p.uv.y, 0.25f, 1e-6f);
+  expect_near(p.geometric_normal, {0, 0, 1}, 1e-6f);
+  EXPECT_GT(p.frame.n.z, 0.8f);
+  EXPECT_LT(p.frame.n.z, 0.999f);
+  expect_near(cross(p.frame.s, p.frame.t), p.frame.n, 1e-5f);
+  EXPECT_GT(p.frame.s.x, 0.8f);  // along u
+}
+
+TEST(SurfacePointTest, DegenerateCoordinatesStillMakeAFrame) {
+  for (const Vec2 uv : {Vec2{0, 0}, Vec2{0.5f, 0.5f}, Vec2{1e30f, 1e30f}}) {
+    SceneDescription d = floor_description();
+    for (Vec2& each : d.geometry.uvs) each = uv;
+    d.geometry.uvs[1].x *= 1.0000001f;
+    const Scene scene(std::move(d));
+    const SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
+    EXPECT_NEAR(length(p.frame.s), 1, 1e-5f);
+    EXPECT_NEAR(length(p.frame.t), 1, 1e-5f);
+    EXPECT_NEAR(dot(p.frame.s, p.frame.n), 0, 1e-5f);
+  }
+}
+
+Scene with_normal_map(RGB stored, bool mirrored) {
+  SceneDescription d = floor_description();
+  if (mirrored)
+    for (Vec2& uv : d.geometry.uvs) uv.y = 1 - uv.y;
+  d.textures.push_back(image_node([stored](Vec2) { return stored; }));
+  d.materials[0].normal_map.texture = 0;
+  return Scene(std::move(d));
+}
+
+TEST(ResolveBsdf, NormalMapTiltsAlongTheTextureAxes) {
+  const Vec3 tilted = normalize({0.3f, 0.4f, 0.8f});
+  const RGB stored = RGB(tilted.x + 1, tilted.y + 1, tilted.z + 1) / 2;
+  for (const bool mirrored : {false, true}) {
+    const Scene scene = with_normal_map(stored, mirrored);
+    SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
+    resolve_bsdf(scene, p, {0, 0, 1});
+    expect_near(p.frame.n, {tilted.x, mirrored ? -tilted.y : tilted.y, tilted.z}, 1e-4f);
+  }
+}
+
+TEST(ResolveBsdf, NormalStaysOnTheSideOfTheViewer) {
+  const Scene scene = with_normal_map(RGB(1, 0.5f, 0.55f), false);  // leans far over along x
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const Vec3 wo = square_to_sphere(Sampler(SamplerKind::sobol, 1, 1, i).next2());
+    SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
+    resolve_bsdf(scene, p, wo);
+    EXPECT_GT(dot(p.frame.n, wo) * dot(p.geometric_normal, wo), 0);
+    EXPECT_GT(dot(p.frame.n, p.geometric_normal), 0);
+    EXPECT_NEAR(length(p.frame.n), 1, 1e-5f);
+    expect_near(cross(p.frame.s, p.frame.t), p.frame.n, 1e-5f);
+  }
+}
+
+TEST(ResolveBsdf, BumpLeansAgainstTheSlope) {
+  SceneDescription d = floor_description();
+  d.textures.push_back(image_node([](Vec2 uv) { return RGB(2 * uv.x); }));  // two metres up over four metres of x
+  d.materials[0].bump = {1, 0, Channel::red};
+  const Scene scene(std::move(d));
+  SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
+  resolve_bsdf(scene, p, {0, 0, 1});
+  expect_near(p.frame.n, normalize({-0.5f, 0, 1}), 1e-3f);
+}
+
+TEST(ResolveBsdf, MixChoosesByAmountAndByPlaceAlone) {
+  SceneDescription d = floor_description();
+  d.materials.resize(3);
+  d.materials[0].kind = MaterialKind::mix;
+  d.materials[0].mix_a = 1;
+  d.materials[0].mix_b = 2;
+  d.materials[0].mix_amount.value = 0.3f;
+  const Scene scene(std::move(d));
+  std::vector<double> observed(2), expected = {14000, 6000};
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const Vec2 where = square_to_triangle(Sampler(SamplerKind::independent, 1, 1, i).next2());
+    SurfacePoint p = surface_point(scene, 0, where), again = p;
+    resolve_bsdf(scene, p, {0, 0, 1});
+    resolve_bsdf(scene, again, {0, 1, 0});
+    EXPECT_EQ(p.material, again.material);
+    ++observed[p.material - 1];
+  }
+  expect_fit(chi_squared_counts(observed, expected).p_value, 2, "mix");
+}
+
+TEST(EmittedRadiance, IsSeenFromTheFrontUnlessTwoSided) {
+  const Scene scene(lit_floor(LightCase::all));
+  for (const std::uint32_t triangle : scene.emissive_triangles()) {
+    const SurfacePoint p = surface_point(scene, triangle, {0.3f, 0.3f});
+    const bool two_sided = scene.emissions()[scene.geometry().emission[triangle]].two_sided;
+    EXPECT_FALSE(is_black(emitted_radiance(scene, p, p.geometric_normal)));
+    EXPECT_EQ(is_black(emitted_radiance(scene, p, -p.geometric_normal)), !two_sided);
+  }
+  EXPECT_TRUE(is_black(emitted_radiance(scene, surface_point(scene, 0, {0.3f, 0.3f}), {0, 0, 1})));
+}
+
+Scene with_alpha(float cutoff) {
+  SceneDescription d = floor_description();
+  d.textures.push_back(image_node([](Vec2) { return RGB(1.0f); }, [](Vec2 uv) { return uv.x; }));
+  d.materials[0].alpha = {1, 0, Channel::alpha};
+  d.materials[0].alpha_cutoff = cutoff;
+  return Scene(std::move(d));
+}
+
+TEST(Alpha, CutoffDividesTheSurface) {
+  const Scene scene = with_alpha(0.5f);
+  EXPECT_TRUE(scene.has_alpha(0));
+  EXPECT_FALSE(alpha_present(scene, 0, {0.4f, 0}, {}, {0, 0, 1}));  // u = 0.4
+  EXPECT_TRUE(alpha_present(scene, 0, {0.6f, 0}, {}, {0, 0, 1}));
+  EXPECT_FALSE(Scene(floor_description()).has_alpha(0));
+}
+
+TEST(Alpha, ChanceHasItsProbabilityAndBelongsToTheRay) {
+  const Scene scene = with_alpha(-1);
+  std::vector<double> observed(2), expected = {14000, 6000};
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const Vec3 direction = square_to_sphere(Sampler(SamplerKind::independent, 3, 1, i).next2());
+    const bool present = alpha_present(scene, 0, {0.3f, 0}, {1, 2, 3}, direction);
+    EXPECT_EQ(alpha_present(scene, 0, {0.3f, 0}, {1, 2, 3}, direction), present);
+    ++observed[present];
+  }
+  expect_fit(chi_squared_counts(observed, expected).p_value, 2, "alpha");
+}
+
+TEST(OffsetOrigin, StepsToTheSideOfTheNormal) {
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    Sampler sampler(SamplerKind::sobol, 8, 0, i);
+    const Vec3 n = square_to_sphere(sampler.next2()), p = square_to_sphere(sampler.next2()) * (i % 2 ? 1e-3f : 1e3f);
+    const Vec3 moved = offset_origin(p, n);
+    EXPECT_GT(dot(moved - p, n), 0);
+    EXPECT_LT(length(moved - p), i % 2 ? 1e-4f : 0.05f);
+    // Farther than the rounding of the coordinates of p can have moved the surface along n.
+    const Vec3 rounding = Vec3{std::abs(p.x * n.x), std::abs(p.y * n.y), std::abs(p.z * n.z)} * 0x1p-24f;
+    EXPECT_GT(dot(moved - p, n), rounding.x + rounding.y + rounding.z);
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
