@@ -146,7 +146,7 @@ SceneDescription make_atrium(const char* name, const Detail& detail) {
   };
   add_camera("main", {-10.1f, 1.45f, -0.9f}, {4, 3.1f, 0.5f}, 58);
   add_camera("gallery", {-13.0f, 1.6f, -6.2f}, {4, 1.9f, -5.4f}, 58);
-  add_camera("overview", {-24, 25, -11}, {-1.5f, 2.5f, 0}, 42);
+  add_camera("overview", {-24, 25, -11}, {-2.5f, 2.0f, -0.5f}, 48);
   scene.film.width = 960;
   scene.film.height = 540;
   return scene;

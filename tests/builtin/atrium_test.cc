@@ -4,6 +4,7 @@
 #include "scene/builtin.h"
 #include "scene/builtin_ornaments.h"
 #include "scene/builtin_sky.h"
+#include "scene/light_sampling.h"
 
 namespace glowworm {
 namespace {
@@ -65,6 +66,16 @@ TEST(Sky, SunOutshinesTheSkyAsOnAClearDay) {
   EXPECT_NEAR(luminance(clear_sun(to_sun).intensity), 9, 1e-4);
   EXPECT_GT(sun / irradiance, 3);
   EXPECT_LT(sun / irradiance, 10);
+}
+
+TEST(Sky, LiesInTheSceneAsTheSunDoes) {
+  const Scene scene(builtin_scene("atrium"));
+  const Vec3 to_sun = -scene.lights()[0].direction;
+  const float sun = luminance(environment_radiance(scene, to_sun));
+  for (const Vec3 other :
+       {Vec3{-to_sun.x, to_sun.y, to_sun.z}, Vec3{to_sun.x, to_sun.y, -to_sun.z}, Vec3{-to_sun.x, to_sun.y, -to_sun.z}})
+    EXPECT_GT(sun, 1.5f * luminance(environment_radiance(scene, other)));
+  EXPECT_NEAR(sun, luminance(clear_sky_radiance(to_sun, to_sun, 2)), 0.1f * sun);
 }
 
 TEST(Ornaments, CurtainsAreSheetsThatLookOutwards) {
