@@ -59,7 +59,7 @@ class AssimpBuilder {
   }
 
   void add_mesh(const aiMesh& source, const Transform& to_world) {
-    if (source.mPrimitiveTypes & ~(aiPrimitiveType_TRIANGLE | aiPrimitiveType_POLYGON)) {
+    if (source.mPrimitiveTypes & (aiPrimitiveType_POINT | aiPrimitiveType_LINE)) {
       notes_.add("points or lines, left out");
     }
     if (source.HasBones()) notes_.add("skin: the mesh is shown as it was modelled");

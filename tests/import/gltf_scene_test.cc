@@ -1,0 +1,228 @@
+// glTF: nodes, meshes, cameras, lights, and the ways numbers are stored.
+#include <cmath>
+
+#include "gltf_file.h"
+
+namespace glowworm {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+void expect_near(Vec3 a, Vec3 b, float tolerance = 1e-5f) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(a.z, b.z, tolerance);
+}
+
+using GltfSceneTest = GltfTest;
+
+TEST_F(GltfSceneTest, NodesPlaceTheirMeshesAsOftenAsTheySay) {
+  GltfFile file;
+  const int mesh = file.add_triangle();
+  file.add("nodes", {{"mesh", mesh}, {"translation", {1, 2, 3}}, {"children", {1, 2}}});
+  const float h = std::sqrt(0.5f);  // a quarter turn about z
+  file.add("nodes", {{"mesh", mesh}, {"rotation", {0, 0, h, h}}, {"scale", {2, 2, 2}}});
+  file.add("nodes", {{"mesh", mesh}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1}}});
+  file.json["scenes"] = {{{"nodes", {0}}}};
+  file.json["scene"] = 0;
+  const auto d = load(file);
+  ASSERT_EQ(d.geometry.triangle_count(), 3u);
+  const auto corner = [&](std::size_t t, std::size_t c) { return d.geometry.positions[d.geometry.triangles[t][c]]; };
+  expect_near(corner(0, 1), {2, 2, 3});
+  expect_near(corner(1, 1), {1, 4, 3});
+  expect_near(corner(1, 2), {-1, 2, 3});
+  expect_near(corner(2, 0), {11, 2, 3});
+  EXPECT_EQ(d.geometry.normals[0], (Vec3{0, 0, 0})) << "no normals in the file: flat ones";
+  EXPECT_EQ(d.geometry.uvs[d.geometry.triangles[0][2]].y, 0.0f) << "v runs upwards here";
+}
+
+TEST_F(GltfSceneTest, MirroredNodesKeepTheirOutside) {
+  GltfFile file;
+  file.add("nodes", {{"mesh", file.add_triangle()}, {"scale", {-1, 1, 1}}});
+  const auto d = load(file);
+  ASSERT_EQ(d.geometry.triangle_count(), 1u);
+  expect_near(d.geometry.normal(0), {0, 0, 1});
+}
+
+TEST_F(GltfSceneTest, CamerasLookAlongMinusZ) {
+  GltfFile file;
+  file.add("nodes", {{"mesh", file.add_triangle()}});
+  file.add("nodes", {{"camera", 0}, {"name", "wide"}, {"translation", {0, 1, 5}}, {"scale", {3, 3, 3}}});
+  file.add("nodes", {{"camera", 1}});
+  file.add("nodes", {{"camera", 2}});
+  file.add("cameras",
+           {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}, {"aspectRatio", 1.5}}}});
+  file.add("cameras",
+           {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}, {"aspectRatio", 0.5}}}});
+  file.add("cameras",
+           {{"type", "orthographic"}, {"orthographic", {{"xmag", 2.0}, {"ymag", 3.0}, {"znear", 0.1}, {"zfar", 9}}}});
+  const auto d = load(file);
+  ASSERT_EQ(d.cameras.size(), 3u);
+  EXPECT_EQ(d.cameras[0].name, "wide");
+  EXPECT_FLOAT_EQ(d.cameras[0].half_extent, std::tan(0.5f));
+  EXPECT_FLOAT_EQ(d.cameras[1].half_extent, 0.5f * std::tan(0.5f));
+  EXPECT_EQ(d.cameras[2].kind, CameraKind::orthographic);
+  EXPECT_FLOAT_EQ(d.cameras[2].half_extent, 2);
+  const CameraRay ray = generate_ray(d.cameras[0], {50, 50}, 100, 100, {0, 0});
+  expect_near(ray.origin, {0, 1, 5});
+  expect_near(ray.direction, {0, 0, -1});
+  EXPECT_GT(generate_ray(d.cameras[0], {90, 50}, 100, 100, {0, 0}).direction.x, 0);
+  EXPECT_GT(generate_ray(d.cameras[0], {50, 10}, 100, 100, {0, 0}).direction.y, 0);
+}
+
+TEST_F(GltfSceneTest, LightsBecomeRadiometric) {
+  GltfFile file;
+  file.add("nodes", {{"mesh", file.add_triangle()}});
+  const float h = std::sqrt(0.5f);  // a quarter turn about x: -z to y
+  for (int i = 0; i < 3; ++i) {
+    file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}},
+                       {"translation", {0, 4, 0}},
+                       {"rotation", {h, 0, 0, h}}});
+  }
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}, {"intensity", 683.0}, {"color", {1, 0.5, 0}}},
+      {{"type", "directional"}, {"intensity", 6830.0}},
+      {{"type", "spot"},
+       {"intensity", 68.3},
+       {"range", 10},
+       {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.4}}}}};
+  const auto d = load(file);
+  ASSERT_EQ(d.lights.size(), 3u);
+  EXPECT_EQ(d.lights[0].kind, LightKind::point);
+  EXPECT_EQ(d.lights[0].intensity, RGB(1, 0.5f, 0));
+  expect_near(d.lights[0].position, {0, 4, 0});
+  EXPECT_EQ(d.lights[1].kind, LightKind::directional);
+  EXPECT_FLOAT_EQ(d.lights[1].intensity.g, 10);
+  expect_near(d.lights[1].direction, {0, 1, 0});
+  EXPECT_EQ(d.lights[2].kind, LightKind::spot);
+  EXPECT_TRUE(d.lights[2].gltf_falloff);
+  EXPECT_FLOAT_EQ(d.lights[2].intensity.r, 0.1f);
+  EXPECT_FLOAT_EQ(d.lights[2].cos_inner, std::cos(0.2f));
+  EXPECT_FLOAT_EQ(d.lights[2].cos_outer, std::cos(0.4f));
+  EXPECT_THAT(d.notes, HasNote("range of a light"));
+}
+
+TEST_F(GltfSceneTest, StripsFansAndIndicesOfEveryWidth) {
+  const std::vector<float> square = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  for (const int mode : {5, 6}) {
+    GltfFile file;
+    const int positions = file.add_accessor(square, 5126, "VEC3", 4);
+    const std::vector<std::uint8_t> order =
+        mode == 5 ? std::vector<std::uint8_t>{0, 1, 2, 3} : std::vector<std::uint8_t>{0, 1, 3, 2};
+    const int indices = file.add_accessor(order, 5121, "SCALAR", 4);
+    file.add("meshes",
+             {{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"mode", mode}}}}});
+    file.add("nodes", {{"mesh", 0}});
+    const auto d = load(file);
+    ASSERT_EQ(d.geometry.triangle_count(), 2u);
+    for (std::uint32_t t = 0; t < 2; ++t) expect_near(d.geometry.normal(t), {0, 0, 1});
+    EXPECT_FLOAT_EQ(d.geometry.area(0) + d.geometry.area(1), 1);
+  }
+  GltfFile file;
+  const int positions = file.add_accessor(square, 5126, "VEC3", 4);
+  json primitives;
+  primitives.push_back({{"attributes", {{"POSITION", positions}}},
+                        {"indices", file.add_accessor<std::uint16_t>({0, 1, 2}, 5123, "SCALAR", 3)}});
+  primitives.push_back({{"attributes", {{"POSITION", positions}}},
+                        {"indices", file.add_accessor<std::uint32_t>({1, 3, 2}, 5125, "SCALAR", 3)}});
+  primitives.push_back({{"attributes", {{"POSITION", positions}}}, {"mode", 1}});
+  file.add("meshes", {{"primitives", primitives}});
+  file.add("nodes", {{"mesh", 0}});
+  const auto d = load(file);
+  EXPECT_EQ(d.geometry.triangle_count(), 2u);
+  EXPECT_THAT(d.notes, HasNote("points or lines, left out"));
+}
+
+TEST_F(GltfSceneTest, SparseQuantisedAndInterleavedNumbers) {
+  GltfFile file;
+  // Sparse: the first vertex moves to (0, 0, 7).
+  const int base = file.add_view<float>({0, 0, 0, 1, 0, 7, 0, 1, 7});
+  const int indices = file.add_view<std::uint16_t>({0, 0});
+  const int values = file.add_view<float>({0, 0, 7});
+  const int sparse = file.add("accessors", {{"bufferView", base},
+                                            {"componentType", 5126},
+                                            {"type", "VEC3"},
+                                            {"count", 3},
+                                            {"sparse",
+                                             {{"count", 1},
+                                              {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                              {"values", {{"bufferView", values}}}}}});
+  // Interleaved and quantised: positions in 16-bit integers, normals in normalised bytes.
+  std::vector<std::int16_t> rows;
+  for (const auto& p : {std::array<std::int16_t, 3>{0, 0, 0}, {100, 0, 0}, {0, 100, 0}}) {
+    rows.insert(rows.end(), {p[0], p[1], p[2], 0, 0, 127});  // the last two: bytes 0 0 127 0
+  }
+  const int view = file.add_view(rows, 12);
+  const auto interleaved = [&](int offset, int type, bool normalized) {
+    return file.add("accessors", {{"bufferView", view},
+                                  {"byteOffset", offset},
+                                  {"componentType", type},
+                                  {"type", "VEC3"},
+                                  {"count", 3},
+                                  {"normalized", normalized}});
+  };
+  const int positions = interleaved(0, 5122, false), normals = interleaved(8, 5120, true);
+  file.add(
+      "meshes",
+      {{"primitives",
+        {{{"attributes", {{"POSITION", sparse}}}}, {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}}}}});
+  file.add("nodes", {{"mesh", 0}});
+  const auto d = load(file);
+  ASSERT_EQ(d.geometry.triangle_count(), 2u);
+  const auto corner = [&](std::size_t t, std::size_t c) { return d.geometry.triangles[t][c]; };
+  expect_near(d.geometry.positions[corner(0, 0)], {0, 0, 7});
+  expect_near(d.geometry.positions[corner(1, 1)], {100, 0, 0});
+  expect_near(d.geometry.normals[corner(1, 1)], {0, 0, 1});
+}
+
+TEST_F(GltfSceneTest, BinaryFilesAndDataUris) {
+  GltfFile file;
+  file.add_shown_triangle({{"name", "m"}});
+  const auto binary = load_scene(write("b.glb", file.glb()));
+  EXPECT_EQ(binary.geometry.triangle_count(), 1u);
+  EXPECT_EQ(binary.materials.at(binary.geometry.material[0]).name, "m");
+  GltfFile embedded;
+  // Nine floats: (0,0,0) (1,0,0) (0,1,0).
+  const std::string data = "data:application/gltf-buffer;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+  embedded.json["buffers"] = {{{"byteLength", 36}, {"uri", data}}};
+  embedded.add("bufferViews", {{"buffer", 0}, {"byteLength", 36}});
+  embedded.add("accessors", {{"bufferView", 0}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 3}});
+  embedded.add("meshes", {{"primitives", {{{"attributes", {{"POSITION", 0}}}}}}});
+  embedded.add("nodes", {{"mesh", 0}});
+  const auto d = load_scene(write("c.gltf", embedded.json.dump()));
+  ASSERT_EQ(d.geometry.triangle_count(), 1u);
+  EXPECT_FLOAT_EQ(d.geometry.area(0), 0.5f);
+}
+
+TEST_F(GltfSceneTest, FileNamesArePercentDecoded) {
+  GltfFile file;
+  file.add_shown_triangle(json::object());
+  write("my data.bin", file.bytes);
+  EXPECT_EQ(load_scene(write("d.gltf", file.text("my%20data.bin"))).geometry.triangle_count(), 1u);
+}
+
+TEST_F(GltfSceneTest, InstancesOfTheGpuExtension) {
+  GltfFile file;
+  const int translations = file.add_accessor<float>({0, 0, 0, 5, 0, 0}, 5126, "VEC3", 2);
+  file.add("nodes", {{"mesh", file.add_triangle()},
+                     {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", translations}}}}}}}});
+  const auto d = load(file);
+  ASSERT_EQ(d.geometry.triangle_count(), 2u);
+  expect_near(d.geometry.positions[d.geometry.triangles[1][0]], {5, 0, 0});
+}
+
+TEST_F(GltfSceneTest, NotesNameWhatIsLeftOut) {
+  GltfFile file;
+  file.add("nodes", {{"mesh", file.add_triangle({{"targets", {json::object()}}})}});
+  file.json["extensionsUsed"] = {"KHR_made_up", "KHR_texture_transform"};
+  file.json["animations"] = {{{"channels", json::array()}, {"samplers", json::array()}}};
+  const auto d = load(file);
+  EXPECT_THAT(d.notes, HasNote("KHR_made_up is not supported"));
+  EXPECT_THAT(d.notes, testing::Not(HasNote("KHR_texture_transform")));
+  EXPECT_THAT(d.notes, HasNote("animation"));
+  EXPECT_THAT(d.notes, HasNote("morph targets"));
+}
+
+}  // namespace
+}  // namespace glowworm
