@@ -161,6 +161,18 @@ void take_images(json& root, GltfDocument& document) {
   root.erase("images");
 }
 
+/// Draco brings its indices along; tinygltf refuses the accessor without bytes that stands for them.
+void drop_draco_indices(json& root) {
+  if (!root.contains("meshes")) return;
+  for (json& mesh : root["meshes"]) {
+    for (json& primitive : mesh["primitives"]) {
+      const auto extensions = primitive.find("extensions");
+      if (extensions == primitive.end() || !extensions->is_object()) continue;
+      if (extensions->contains("KHR_draco_mesh_compression")) primitive.erase("indices");
+    }
+  }
+}
+
 }  // namespace
 
 GltfDocument::GltfDocument() = default;
@@ -197,6 +209,7 @@ GltfDocument read_gltf_document(const std::string& path) {
     root.erase("buffers");
   }
   take_images(root, document);
+  drop_draco_indices(root);
   document.model = map_json(root, path);
   decode_meshopt_views(document);
   return document;

@@ -1,0 +1,196 @@
+// Materials of glTF files.
+#include <cmath>
+
+#include "gltf_file.h"
+
+namespace glowworm {
+namespace {
+
+using nlohmann::json;
+
+class GltfMaterialTest : public GltfTest {
+ protected:
+  /// A material whose texture 0 has one row of two texels, and whose texture 1 the same, by the second coordinates.
+  SceneDescription textured(const json& material, const std::vector<std::array<std::uint8_t, 4>>& texels) const {
+    write("t.tga", tga_row(texels));
+    GltfFile file;
+    file.add("images", {{"uri", "t.tga"}});
+    file.add("samplers", {{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}});
+    file.add("textures", {{"source", 0}, {"sampler", 0}});
+    file.add_shown_triangle(material);
+    return load(file);
+  }
+};
+
+TEST_F(GltfMaterialTest, FactorsAndTheirDefaults) {
+  const auto plain = with_material(json::object());
+  EXPECT_EQ(plain.materials[0].kind, MaterialKind::metallic_roughness);
+  EXPECT_EQ(plain.materials[0].metallic.value, 1);
+  EXPECT_EQ(plain.materials[0].roughness_u.value, 1);
+  EXPECT_EQ(plain.materials[0].reflectance.value, RGB(1.0f));
+  const auto d = with_material(
+      {{"name", "red"},
+       {"pbrMetallicRoughness",
+        {{"baseColorFactor", {0.8, 0.1, 0.2, 0.5}}, {"metallicFactor", 0.25}, {"roughnessFactor", 0.5}}}});
+  const Material& m = d.materials[0];
+  EXPECT_EQ(m.name, "red");
+  EXPECT_EQ(m.reflectance.value, RGB(0.8f, 0.1f, 0.2f));
+  EXPECT_EQ(m.metallic.value, 0.25f);
+  EXPECT_EQ(m.roughness_u.value, 0.25f) << "alpha is the square of roughness";
+  EXPECT_EQ(m.roughness_v.value, 0.25f);
+  EXPECT_EQ(m.alpha.value, 1) << "OPAQUE has no alpha";
+}
+
+TEST_F(GltfMaterialTest, TexturesOfMetalAndRoughness) {
+  // Blue, green, red of the two texels: metallic 51/255, roughness 102/255.
+  const auto d =
+      textured({{"pbrMetallicRoughness", {{"metallicRoughnessTexture", {{"index", 0}}}, {"roughnessFactor", 0.5}}}},
+               {{51, 102, 0, 255}, {51, 102, 0, 255}});
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].metallic, {0.5f, 0.5f}), 0.2f, 1e-5);
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].roughness_u, {0.5f, 0.5f}), 0.2f * 0.2f, 1e-5);
+}
+
+TEST_F(GltfMaterialTest, AlphaModes) {
+  const json base = {{"baseColorFactor", {1, 1, 1, 0.5}}};
+  const auto mask = with_material({{"pbrMetallicRoughness", base}, {"alphaMode", "MASK"}, {"alphaCutoff", 0.75}});
+  EXPECT_EQ(mask.materials[0].alpha.value, 0.5f);
+  EXPECT_EQ(mask.materials[0].alpha_cutoff, 0.75f);
+  const auto blend = with_material({{"pbrMetallicRoughness", base}, {"alphaMode", "BLEND"}});
+  EXPECT_EQ(blend.materials[0].alpha.value, 0.5f);
+  EXPECT_LT(blend.materials[0].alpha_cutoff, 0);
+  const auto d = textured({{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}},
+                          {{0, 0, 255, 255}, {0, 0, 255, 0}});
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].alpha, {0.25f, 0.5f}), 1, 1e-5);
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].alpha, {0.75f, 0.5f}), 0, 1e-5);
+}
+
+TEST_F(GltfMaterialTest, EmissionByStrengthAndSide) {
+  const json strength = {{"KHR_materials_emissive_strength", {{"emissiveStrength", 10.0}}}};
+  const auto d = with_material({{"emissiveFactor", {1, 0.5, 0}}, {"extensions", strength}});
+  ASSERT_EQ(d.emissions.size(), 1u);
+  EXPECT_EQ(d.emissions[0].radiance.value, RGB(10, 5, 0));
+  EXPECT_FALSE(d.emissions[0].two_sided);
+  EXPECT_EQ(d.geometry.emission[0], 0u);
+  EXPECT_TRUE(with_material({{"emissiveFactor", {1, 1, 1}}, {"doubleSided", true}}).emissions[0].two_sided);
+  EXPECT_TRUE(with_material({{"emissiveFactor", {0, 0, 0}}}).emissions.empty());
+}
+
+TEST_F(GltfMaterialTest, Extensions) {
+  const json extensions = {{"KHR_materials_ior", {{"ior", 1.33}}},
+                           {"KHR_materials_specular", {{"specularFactor", 0.5}, {"specularColorFactor", {1, 0.5, 2}}}},
+                           {"KHR_materials_clearcoat", {{"clearcoatFactor", 0.75}, {"clearcoatRoughnessFactor", 0.5}}},
+                           {"KHR_materials_transmission", {{"transmissionFactor", 0.9}}},
+                           {"KHR_materials_sheen", {{"sheenRoughnessFactor", 0.5}}}};
+  const auto d = with_material({{"extensions", extensions}});
+  const Material& m = d.materials[0];
+  EXPECT_FLOAT_EQ(m.ior, 1.33f);
+  EXPECT_EQ(m.specular.value, 0.5f);
+  EXPECT_EQ(m.specular_color.value, RGB(1, 0.5f, 2));
+  EXPECT_EQ(m.clearcoat.value, 0.75f);
+  EXPECT_EQ(m.coat_roughness.value, 0.25f);
+  EXPECT_FLOAT_EQ(m.transmission.value, 0.9f);
+  EXPECT_TRUE(m.thin);
+  EXPECT_THAT(d.notes, HasNote("KHR_materials_sheen is not supported"));
+  const json solid = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                      {"KHR_materials_volume", {{"thicknessFactor", 0.1}}}};
+  EXPECT_FALSE(with_material({{"extensions", solid}}).materials[0].thin);
+}
+
+TEST_F(GltfMaterialTest, UnlitSurfacesEmitTheirColour) {
+  const auto d = with_material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.4, 0.6, 1}}}},
+                                {"extensions", {{"KHR_materials_unlit", json::object()}}}});
+  ASSERT_EQ(d.emissions.size(), 1u);
+  EXPECT_EQ(d.emissions[0].radiance.value, RGB(0.2f, 0.4f, 0.6f));
+  EXPECT_EQ(d.materials[0].reflectance.value, RGB(0.0f));
+}
+
+TEST_F(GltfMaterialTest, NormalTexturesWithScale) {
+  const auto d = textured({{"normalTexture", {{"index", 0}, {"scale", 0.5}}}}, {{255, 128, 128, 255}});
+  const RGB stored = evaluate(d.textures, d.materials[0].normal_map, {0.5f, 0.5f});
+  EXPECT_NEAR(stored.r, 128 / 255.0f, 1e-5) << "numbers, not colours";
+  EXPECT_NEAR(stored.b, 1, 1e-5);
+  EXPECT_EQ(d.materials[0].normal_scale, 0.5f);
+}
+
+TEST_F(GltfMaterialTest, TextureTransformsAgreeWithTheirDefinition) {
+  const std::vector<std::array<std::uint8_t, 4>> texels = {{0, 0, 0, 255}};
+  struct Case {
+    float rotation, scale_u, scale_v, offset_u, offset_v;
+  };
+  for (const Case& c : {Case{0, 2, 3, 0.25f, 0.5f}, Case{0.7f, 1, 1, 0.1f, 0.2f}, Case{-1.1f, 2, 0.5f, 0.3f, 0.6f}}) {
+    const json transform = {
+        {"rotation", c.rotation}, {"scale", {c.scale_u, c.scale_v}}, {"offset", {c.offset_u, c.offset_v}}};
+    auto d =
+        textured({{"pbrMetallicRoughness",
+                   {{"baseColorTexture", {{"index", 0}, {"extensions", {{"KHR_texture_transform", transform}}}}}}}},
+                 texels);
+    // An image that shows where it is looked at, in glTF's coordinates.
+    struct Coordinates final : TextureImage {
+      RGB color(Vec2 uv) const override { return {uv.x, 1 - uv.y, 0}; }
+      float alpha(Vec2) const override { return 1; }
+      bool has_alpha() const override { return false; }
+      int width() const override { return 1; }
+      int height() const override { return 1; }
+    };
+    for (TextureNode& node : d.textures) {
+      if (node.image) node.image = std::make_shared<Coordinates>();
+    }
+    const float u = 0.3f, v = 0.9f;
+    const float su = c.scale_u * u, sv = c.scale_v * v, cosine = std::cos(c.rotation), sine = std::sin(c.rotation);
+    const RGB seen = evaluate(d.textures, d.materials[0].reflectance, {u, 1 - v});
+    EXPECT_NEAR(seen.r, c.offset_u + cosine * su + sine * sv, 1e-5);
+    EXPECT_NEAR(seen.g, c.offset_v - sine * su + cosine * sv, 1e-5);
+  }
+}
+
+TEST_F(GltfMaterialTest, SecondTextureCoordinates) {
+  write("t.tga", tga_row({{0, 0, 255, 255}}));
+  GltfFile file;
+  file.add("images", {{"uri", "t.tga"}});
+  file.add("textures", {{"source", 0}});
+  const int second = file.add_accessor<float>({0.5, 0.5, 1, 0.5, 0.5, 1}, 5126, "VEC2", 3);
+  const int material =
+      file.add("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}, {"texCoord", 1}}}}}});
+  file.add("nodes", {{"mesh", file.add_triangle({{"material", material}, {"attributes", {{"TEXCOORD_1", second}}}})}});
+  const auto d = load(file);
+  EXPECT_EQ(d.geometry.uvs[d.geometry.triangles[0][0]].x, 0.5f);
+  EXPECT_EQ(d.geometry.uvs[d.geometry.triangles[0][0]].y, 0.5f);
+}
+
+TEST_F(GltfMaterialTest, VertexColoursThatAreOneColourTintTheMaterial) {
+  GltfFile file;
+  const int grey =
+      file.add_accessor<std::uint8_t>({51, 102, 255, 255, 51, 102, 255, 255, 51, 102, 255, 255}, 5121, "VEC4", 3);
+  file.json["accessors"][0]["normalized"] = true;
+  const int mixed = file.add_accessor<float>({1, 0, 0, 0, 1, 0, 0, 0, 1}, 5126, "VEC3", 3);
+  file.add("nodes", {{"mesh", file.add_triangle({{"attributes", {{"COLOR_0", grey}}}})}});
+  file.add("nodes", {{"mesh", file.add_triangle({{"attributes", {{"COLOR_0", mixed}}}})}});
+  const auto d = load(file);
+  const RGB tinted = d.materials.at(d.geometry.material[0]).reflectance.value;
+  EXPECT_FLOAT_EQ(tinted.r, 0.2f);
+  EXPECT_FLOAT_EQ(tinted.g, 0.4f);
+  EXPECT_FLOAT_EQ(tinted.b, 1);
+  EXPECT_EQ(d.materials.at(d.geometry.material[1]).reflectance.value, RGB(1.0f));
+  EXPECT_THAT(d.notes, HasNote("colours that differ from vertex to vertex"));
+}
+
+TEST_F(GltfMaterialTest, ImagesInsideOfTheFile) {
+  // A 2 x 1 BMP of 24 bits: blue, then red.
+  std::string bmp = "BM";
+  append_bytes<std::uint32_t>(bmp, {62, 0, 54, 40, 2, 1});
+  append_bytes<std::uint16_t>(bmp, {1, 24});
+  append_bytes<std::uint32_t>(bmp, {0, 8, 2835, 2835, 0, 0});
+  append_bytes<std::uint8_t>(bmp, {255, 0, 0, 0, 0, 255, 0, 0});
+  GltfFile file;
+  const int view = file.add_view(std::vector<char>(bmp.begin(), bmp.end()));
+  file.add("images", {{"bufferView", view}, {"mimeType", "image/png"}});
+  file.add("textures", {{"source", 0}});
+  file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+  const auto d = load_scene(write("i.glb", file.glb()));
+  EXPECT_EQ(d.notes.size(), 0u) << testing::PrintToString(d.notes);
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.25f, 0.5f}).b, 1, 1e-5);
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.75f, 0.5f}).r, 1, 1e-5);
+}
+
+}  // namespace
+}  // namespace glowworm
