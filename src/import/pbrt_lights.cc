@@ -162,7 +162,7 @@ class LightBuilder {
   /// Square images are equal-area maps as pbrt-v4 wants them, twice as wide ones are lat-long maps.
   void read_image(Environment& environment, const std::string& file) {
     const std::string path = context_.resolve(file, parameters_.place());
-    const auto image = context_.load_image(path, {});
+    const auto image = context_.load_image(path, default_image_options(path));
     environment.width = image->width();
     environment.height = image->height();
     environment.pixels.reserve(static_cast<std::size_t>(environment.width) * environment.height);
@@ -218,7 +218,7 @@ PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, con
   light.power = std::max(parameters.real("power", 0), 0.0f);
   const std::string file = parameters.string("filename", "");
   if (!file.empty()) {
-    light.emission.radiance.texture = add_image_texture(context, parameters, file, {});
+    light.emission.radiance.texture = add_image_texture(context, parameters, file, default_image_options(file));
     const TextureImage& image = *context.scene.textures[light.emission.radiance.texture].image;
     if (light.power > 0) light.image_luminance = std::max(image_luminance(image), 1e-20f);
   }

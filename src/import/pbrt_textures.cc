@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 namespace glowworm {
@@ -105,7 +107,7 @@ class TextureBuilder {
                                       "Give \"string filename\".");
       return {};
     }
-    const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options());
+    const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options(file));
     TextureNode& node = context_.scene.textures[id];
     node.value = RGB(parameters_.real("scale", 1));
     node.invert = parameters_.boolean("invert", false);
@@ -116,8 +118,8 @@ class TextureBuilder {
     return texture;
   }
 
-  TextureOptions image_options() {
-    TextureOptions options;
+  TextureOptions image_options(const std::string& file) {
+    TextureOptions options = default_image_options(file);
     // "bilinear", "trilinear" and "ewa" differ by how they blur what is far away, which many samples do as well.
     if (parameters_.string("filter", "bilinear") == "point") options.filter = TextureFilter::nearest;
     static_cast<void>(parameters_.find("maxanisotropy"));
@@ -189,6 +191,15 @@ const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& para
 }
 
 }  // namespace
+
+TextureOptions default_image_options(const std::string& file) {
+  TextureOptions options;
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool floats = extension == ".exr" || extension == ".hdr" || extension == ".pfm";
+  options.encoding = floats ? TextureEncoding::linear : TextureEncoding::srgb;
+  return options;
+}
 
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
                                 const TextureOptions& options) {

@@ -20,6 +20,9 @@ ColorInput color_input(PbrtContext& context, const PbrtParameters& parameters, s
 /// A number parameter that may be a texture, or `otherwise`.
 FloatInput float_input(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, float otherwise);
 
+/// How an image file is meant where nothing is said, as in pbrt: sRGB, but for the formats of floats, which are linear.
+TextureOptions default_image_options(const std::string& file);
+
 /// Adds a texture node that shows an image file.
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
                                 const TextureOptions& options);

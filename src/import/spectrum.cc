@@ -84,10 +84,11 @@ RGB blackbody_rgb(double kelvin) {
   for (int i = 0; i < kMatchingCount; ++i) {
     const double wavelength = matching_wavelength(i);
     spectrum.wavelengths.push_back(wavelength);
-    // Relative to 560 nm, so that cold bodies do not vanish below the smallest double.
-    const double exponent = kSecondRadiation / kelvin * (1 / wavelength - 1 / 560.0);
+    // Relative to the longest wavelength, so that cold bodies neither vanish nor overflow.
+    constexpr double kLongest = kMatchingFirst + kMatchingStep * (kMatchingCount - 1);
+    const double exponent = kSecondRadiation / kelvin * (1 / wavelength - 1 / kLongest);
     const double small = 1 - std::exp(-kSecondRadiation / (kelvin * wavelength));
-    spectrum.values.push_back(std::exp(-std::min(exponent, 600.0)) / small * std::pow(560 / wavelength, 5));
+    spectrum.values.push_back(std::exp(-exponent) / small * std::pow(kLongest / wavelength, 5));
   }
   return illuminant_rgb(spectrum);
 }

@@ -1,0 +1,227 @@
+// Files that are broken or mean ill: an error with its place, in little time and memory.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "pbrt/pbrt_testing.h"
+
+namespace glowworm {
+namespace {
+
+using pbrt_testing::error_of;
+using pbrt_testing::kTriangle;
+using pbrt_testing::load_text;
+using pbrt_testing::TemporaryFolder;
+
+/// Whether `path` fails to load with an Error that holds `message`, in a process of its own that may take no more than
+/// `megabytes` of address space above what this one has, and 20 seconds.
+bool fails_within(const std::string& path, const std::string& message, std::size_t megabytes) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const rlim_t bytes = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + (megabytes << 20);
+    const rlimit memory{bytes, bytes}, seconds{20, 20};
+    ::setrlimit(RLIMIT_AS, &memory);
+    ::setrlimit(RLIMIT_CPU, &seconds);
+    int status = 1;
+    try {
+      load_pbrt(path);
+    } catch (const Error& error) {
+      status = std::string(error.what()).find(message) == std::string::npos ? 2 : 0;
+      if (status != 0) std::fprintf(stderr, "%s\n", error.what());
+    } catch (...) {
+      status = 3;
+    }
+    ::_exit(status);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status)) << "ended by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 0) << "1: no error, 2: another error, 3: another exception";
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kLimitsMemory = false;  // the sanitizers reserve address space without end
+#else
+constexpr bool kLimitsMemory = true;
+#endif
+
+TEST(PbrtHostile, ABillionVerticesThatAreNotThere) {
+  if (!kLimitsMemory) GTEST_SKIP();
+  const TemporaryFolder folder;
+  const std::string vertex = "element vertex 1000000000\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string face = "element face 1000000000\nproperty list uchar int vertex_indices\n";
+  const struct {
+    const char* name;
+    std::string text;
+  } kFiles[] = {
+      {"binary.ply", "ply\nformat binary_little_endian 1.0\n" + vertex + face + "end_header\nabc"},
+      {"ascii.ply", "ply\nformat ascii 1.0\n" + vertex + face + "end_header\n1 2 3"},
+      {"empty.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000\n" + face + "end_header\n1 2 3"},
+      {"huge.ply",
+       "ply\nformat binary_big_endian 1.0\nelement vertex 18446744073709551615\nproperty double x\n"
+       "property double y\nproperty double z\n" +
+           face + "end_header\n"},
+  };
+  for (const auto& [name, text] : kFiles) {
+    folder.write(name, text);
+    const std::string scene =
+        folder.write("s.pbrt", std::string("WorldBegin Shape \"plymesh\" \"string filename\" \"") + name + "\"");
+    EXPECT_TRUE(fails_within(scene, "s.pbrt:1:28: cannot read", 64)) << name;
+  }
+}
+
+TEST(PbrtHostile, IncludeCycles) {
+  const TemporaryFolder folder;
+  folder.write("b.pbrt", "Identity\n Include \"a.pbrt\"");
+  const std::string a = folder.write("a.pbrt", "Include \"b.pbrt\"");
+  try {
+    load_pbrt(a);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("b.pbrt:2:2: \"a.pbrt\" includes itself"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_NE(error_of("Include \"./scene.pbrt\"").find("scene.pbrt:1:1: \"./scene.pbrt\" includes itself"),
+            std::string::npos);
+}
+
+TEST(PbrtHostile, IncludesAreBoundedInDepthAndNumber) {
+  const TemporaryFolder folder;
+  for (int i = 0; i < 100; ++i) {
+    const std::string next = "Include \"" + std::to_string(i + 1) + ".pbrt\"\n";
+    folder.write(std::to_string(i) + ".pbrt", next);
+  }
+  EXPECT_THROW(
+      {
+        try {
+          load_pbrt(folder.path("0.pbrt"));
+        } catch (const Error& error) {
+          EXPECT_NE(std::string(error.what()).find("64.pbrt:1:1: files include one another more than 64 deep"),
+                    std::string::npos)
+              << error.what();
+          throw;
+        }
+      },
+      Error);
+  // Each file includes the next one twice: 2^40 files if nothing stopped it.
+  for (int i = 0; i < 40; ++i) {
+    const std::string next = "Include \"" + std::to_string(i + 1) + ".pbrt\"\n";
+    folder.write(std::to_string(i) + ".pbrt", next + next);
+  }
+  folder.write("40.pbrt", "");
+  EXPECT_TRUE(fails_within(folder.path("0.pbrt"), "more than 65536 included files", 512));
+}
+
+TEST(PbrtHostile, IncludedFoldersAndMissingFilesAreErrors) {
+  EXPECT_NE(error_of("Include \".\"").find("scene.pbrt:1:1: cannot include \".\""), std::string::npos);
+  EXPECT_NE(error_of("Include \"gone.pbrt\"").find("scene.pbrt:1:1: cannot include \"gone.pbrt\""), std::string::npos);
+  EXPECT_NE(error_of("Include \"/dev/zero\"").find("is not a regular file"), std::string::npos);
+}
+
+TEST(PbrtHostile, AbsurdNesting) {
+  std::string text;
+  for (int i = 0; i < 300000; ++i) text += "AttributeBegin\n";
+  const TemporaryFolder folder;
+  EXPECT_TRUE(
+      fails_within(folder.write("s.pbrt", text), "s.pbrt:10001:1: AttributeBegin is nested more than 10000 deep", 512));
+  for (int i = 0; i < 300000; ++i) text += "AttributeEnd\n";
+  // The ends match, so there is one error alone.
+  EXPECT_EQ(error_of(text).find("without its"), std::string::npos);
+}
+
+TEST(PbrtHostile, UnbalancedBlocks) {
+  EXPECT_NE(error_of("AttributeEnd").find("scene.pbrt:1:1: AttributeEnd without its AttributeBegin: nothing is open"),
+            std::string::npos);
+  EXPECT_NE(
+      error_of("AttributeBegin\nTransformEnd")
+          .find("scene.pbrt:2:1: TransformEnd without its TransformBegin: AttributeBegin at scene.pbrt:1:1 is open"),
+      std::string::npos);
+  EXPECT_NE(error_of("Identity AttributeBegin").find("scene.pbrt:1:10: AttributeBegin is never closed"),
+            std::string::npos);
+  EXPECT_NE(error_of("ObjectBegin \"o\" ObjectBegin \"p\"").find("scene.pbrt:1:17: ObjectBegin inside of an object"),
+            std::string::npos);
+  EXPECT_NE(error_of("ObjectBegin \"o\" ObjectInstance \"o\" ObjectEnd").find("ObjectInstance inside of an object"),
+            std::string::npos);
+  EXPECT_NE(error_of("ObjectInstance \"o\"").find("scene.pbrt:1:1: no object \"o\""), std::string::npos);
+  EXPECT_NE(error_of(std::string(kTriangle) + "WorldBegin").find("scene.pbrt:2:1: WorldBegin comes after shapes"),
+            std::string::npos);
+}
+
+TEST(PbrtHostile, NamesWithNul) {
+  const std::string_view text("Material \"dif\0fuse\"\nNamedMaterial \"\x01\x7f\"", 44);
+  const std::string error = error_of(text.substr(0, 38));
+  EXPECT_NE(error.find("scene.pbrt:1:10: the string \"dif\\x00fuse\" holds a NUL byte"), std::string::npos) << error;
+  EXPECT_NE(error.find("\\x01\\x7f"), std::string::npos) << error;
+}
+
+TEST(PbrtHostile, NoTextAtAll) {
+  EXPECT_NE(error_of(std::string_view("\x7f"
+                                      "ELF\x02\x01\x01\0\0\0\0",
+                                      11)),
+            "");
+  EXPECT_NE(error_of(std::string(100000, '\xff')), "");
+  EXPECT_EQ(error_of(""), "");
+  EXPECT_EQ(error_of("# only a comment"), "");
+}
+
+TEST(PbrtHostile, EnormousParameterLists) {
+  std::string many = "Shape \"sphere\"";
+  for (int i = 0; i < 200000; ++i) many += " \"float p" + std::to_string(i) + "\" 1";
+  EXPECT_NE(error_of(many).find("more than 1000 parameters"), std::string::npos);
+  std::string values = "Shape \"sphere\" \"float radius\" [";
+  for (int i = 0; i < 2000000; ++i) values += " 1";
+  EXPECT_NE(error_of(values + "]").find("parameter \"radius\" has 2000000 values, expected 1"), std::string::npos);
+  const TemporaryFolder folder;
+  EXPECT_TRUE(fails_within(folder.write("s.pbrt", values), "the list of values of \"radius\" has no end", 256));
+}
+
+TEST(PbrtHostile, LongNamesAreCutInMessages) {
+  const std::string error = error_of("Material \"" + std::string(1 << 20, 'x') + "\"");
+  EXPECT_LT(error.size(), 500u);
+}
+
+TEST(PbrtHostile, InstancesMayNotMultiplyWithoutEnd) {
+  std::string text = "WorldBegin ObjectBegin \"o\"\n";
+  for (int i = 0; i < 20; ++i) text += "Shape \"sphere\"\n";
+  text += "ObjectEnd\n";
+  for (int i = 0; i < 20; ++i) text += "ObjectInstance \"o\"\n";
+  PbrtLimits limits;
+  limits.max_triangles = 1000000;
+  EXPECT_NE(
+      error_of(text, limits).find("scene.pbrt:26:1: the scene has more than 1000000 triangles with its instances"),
+      std::string::npos)
+      << error_of(text, limits);
+}
+
+TEST(PbrtHostile, NumbersBeyondAllMeasure) {
+  const SceneDescription scene = load_text(
+      "WorldBegin Scale 1e30 1e30 1e30 Scale 1e30 1e30 1e30\n"
+      "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] Identity Shape \"sphere\" \"float radius\" 1e-30\n"
+      "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1e200 0 0 0 1 0]");
+  for (const Vec3& p : scene.geometry.positions) EXPECT_TRUE(is_finite(p));
+  EXPECT_EQ(scene.geometry.triangle_count(), 0u);
+  EXPECT_EQ(scene.notes.size(), 2u);
+}
+
+TEST(PbrtHostile, EveryTruncationOfASceneIsAnErrorOrAScene) {
+  const std::string whole = std::string(R"(LookAt 0 0 5 0 0 0 0 1 0 Camera "perspective" "float fov" [30]
+WorldBegin AttributeBegin Texture "t" "spectrum" "checkerboard" "float uscale" 2
+Material "coateddiffuse" "texture reflectance" "t" "float roughness" .1
+AreaLightSource "diffuse" "blackbody L" 4000 Shape "disk" "float radius" 2 AttributeEnd
+LightSource "infinite" "rgb L" [1 2 3]
+)") + kTriangle;
+  EXPECT_EQ(error_of(whole), "");
+  std::size_t errors = 0;
+  for (std::size_t size = 0; size < whole.size(); ++size) errors += !error_of(whole.substr(0, size)).empty();
+  EXPECT_GT(errors, whole.size() / 2);
+}
+
+}  // namespace
+}  // namespace glowworm

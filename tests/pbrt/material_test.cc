@@ -1,0 +1,340 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pbrt/pbrt_testing.h"
+
+namespace glowworm {
+namespace {
+
+using pbrt_testing::error_of;
+using pbrt_testing::has_note;
+using pbrt_testing::kTriangle;
+using pbrt_testing::load_text;
+using pbrt_testing::TemporaryFolder;
+
+/// The material that a triangle gets after `directives`.
+Material material(const std::string& directives) {
+  const SceneDescription scene = load_text("WorldBegin\n" + directives + "\n" + kTriangle);
+  return scene.materials.at(scene.geometry.material.at(0));
+}
+
+void expect_near(RGB a, RGB b, float tolerance = 1e-5f) {
+  EXPECT_NEAR(a.r, b.r, tolerance);
+  EXPECT_NEAR(a.g, b.g, tolerance);
+  EXPECT_NEAR(a.b, b.b, tolerance);
+}
+
+TEST(PbrtMaterial, DefaultIsGreyDiffuse) {
+  EXPECT_EQ(material("").kind, MaterialKind::diffuse);
+  expect_near(material("").reflectance.value, RGB(0.5f));
+  expect_near(material("Material \"diffuse\"").reflectance.value, RGB(0.5f));
+}
+
+TEST(PbrtMaterial, Diffuse) {
+  const Material m = material("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]");
+  EXPECT_EQ(m.kind, MaterialKind::diffuse);
+  expect_near(m.reflectance.value, {0.1f, 0.2f, 0.3f});
+  expect_near(material("Material \"diffuse\" \"spectrum reflectance\" [300 .5 900 .5]").reflectance.value, RGB(0.5f));
+  expect_near(material("Material \"diffuse\" \"rgb reflectance\" [2 -1 .5]").reflectance.value, {1, 0, 0.5f});
+}
+
+TEST(PbrtMaterial, RoughnessIsRemappedAsInVersion4) {
+  const Material plain = material("Material \"conductor\" \"float roughness\" .04");
+  EXPECT_FLOAT_EQ(plain.roughness_u.value, 0.2f);
+  EXPECT_FLOAT_EQ(plain.roughness_v.value, 0.2f);
+  const Material raw = material("Material \"conductor\" \"float roughness\" .04 \"bool remaproughness\" false");
+  EXPECT_FLOAT_EQ(raw.roughness_u.value, 0.04f);
+  const Material uv = material("Material \"dielectric\" \"float uroughness\" .25 \"float vroughness\" .01");
+  EXPECT_FLOAT_EQ(uv.roughness_u.value, 0.5f);
+  EXPECT_FLOAT_EQ(uv.roughness_v.value, 0.1f);
+}
+
+TEST(PbrtMaterial, RoughnessIsRemappedAsInVersion3) {
+  const SceneDescription scene =
+      load_text(std::string("WorldBegin Material \"metal\" \"float roughness\" .1\n") + kTriangle + "WorldEnd");
+  const float x = std::log(0.1f);
+  EXPECT_NEAR(scene.materials.at(scene.geometry.material.at(0)).roughness_u.value,
+              1.62142 + 0.819955 * x + 0.1734 * x * x + 0.0171201 * x * x * x + 0.000640711 * x * x * x * x, 1e-5);
+}
+
+TEST(PbrtMaterial, Conductors) {
+  const Material copper = material("Material \"conductor\"");
+  EXPECT_EQ(copper.kind, MaterialKind::conductor);
+  EXPECT_FALSE(copper.use_reflectance);
+  EXPECT_GT(copper.k.r, copper.k.b);  // reddish
+  const Material given = material("Material \"conductor\" \"rgb eta\" [1 2 3] \"rgb k\" [4 5 6]");
+  expect_near(given.eta, {1, 2, 3});
+  expect_near(given.k, {4, 5, 6});
+  const Material silver =
+      material("Material \"conductor\" \"spectrum eta\" \"metal-Ag-eta\" \"spectrum k\" \"metal-Ag-k\"");
+  EXPECT_LT(silver.eta.g, 0.2f);
+  EXPECT_NEAR(silver.k.g, 3.4f, 0.3f);
+  const Material inline_samples =
+      material("Material \"conductor\" \"spectrum eta\" [300 1.5 900 1.5] \"spectrum k\" [300 4 900 4]");
+  expect_near(inline_samples.eta, RGB(1.5f));
+  expect_near(inline_samples.k, RGB(4.0f), 1e-4f);
+  const Material reflecting = material("Material \"conductor\" \"rgb reflectance\" [.5 .5 .5]");
+  expect_near(reflecting.eta, RGB(1.0f));
+  expect_near(reflecting.k, RGB(2.0f));
+}
+
+TEST(PbrtMaterial, ConductorFromFiles) {
+  const TemporaryFolder folder;
+  folder.write("spds/x.eta.spd", "300 1.5 900 1.5");
+  folder.write("spds/x.k.spd", "300 4 900 4");
+  const SceneDescription scene = load_pbrt(folder.write(
+      "s.pbrt", std::string("WorldBegin Material \"conductor\" \"spectrum eta\" \"spds/x.eta.spd\" \"spectrum k\" "
+                            "\"spds/x.k.spd\"\n") +
+                    kTriangle));
+  expect_near(scene.materials.at(scene.geometry.material.at(0)).k, RGB(4.0f), 1e-4f);
+}
+
+TEST(PbrtMaterial, Dielectrics) {
+  const Material glass = material("Material \"dielectric\"");
+  EXPECT_EQ(glass.kind, MaterialKind::dielectric);
+  EXPECT_EQ(glass.ior, 1.5f);
+  EXPECT_EQ(glass.roughness_u.value, 0);
+  expect_near(glass.reflectance.value, RGB(1.0f));
+  expect_near(glass.transmittance.value, RGB(1.0f));
+  EXPECT_FLOAT_EQ(material("Material \"dielectric\" \"float eta\" 1.33").ior, 1.33f);
+  EXPECT_FLOAT_EQ(material("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").ior, 1.5168f);
+  EXPECT_FLOAT_EQ(material("Material \"dielectric\" \"spectrum eta\" [300 1.7 900 1.7]").ior, 1.7f);
+  const Material pane = material("Material \"thindielectric\" \"float eta\" 1.4");
+  EXPECT_EQ(pane.kind, MaterialKind::thin_dielectric);
+  EXPECT_FLOAT_EQ(pane.ior, 1.4f);
+}
+
+TEST(PbrtMaterial, Coats) {
+  const Material diffuse = material(
+      "Material \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3] \"float roughness\" .25 \"float eta\" 1.3 "
+      "\"float thickness\" .5 \"integer maxdepth\" 5");
+  EXPECT_EQ(diffuse.kind, MaterialKind::coated_diffuse);
+  expect_near(diffuse.reflectance.value, {0.1f, 0.2f, 0.3f});
+  EXPECT_FLOAT_EQ(diffuse.roughness_u.value, 0.5f);
+  EXPECT_FLOAT_EQ(diffuse.ior, 1.3f);
+  EXPECT_FLOAT_EQ(diffuse.coat_thickness, 0.5f);
+  const Material conductor = material(
+      "Material \"coatedconductor\" \"rgb conductor.eta\" [1 1 1] \"rgb conductor.k\" [3 3 3] "
+      "\"float conductor.roughness\" .04 \"float interface.roughness\" .01 \"float interface.eta\" 1.6");
+  EXPECT_EQ(conductor.kind, MaterialKind::coated_conductor);
+  expect_near(conductor.k, RGB(3.0f));
+  EXPECT_FLOAT_EQ(conductor.roughness_u.value, 0.2f);
+  EXPECT_FLOAT_EQ(conductor.coat_roughness.value, 0.1f);
+  EXPECT_FLOAT_EQ(conductor.ior, 1.6f);
+}
+
+TEST(PbrtMaterial, DiffuseTransmission) {
+  const Material m = material(
+      "Material \"diffusetransmission\" \"rgb reflectance\" [.2 .2 .2] \"rgb transmittance\" [.4 .4 .4] \"float "
+      "scale\" .5");
+  EXPECT_EQ(m.kind, MaterialKind::diffuse);
+  expect_near(m.reflectance.value, RGB(0.1f));
+  expect_near(m.transmittance.value, RGB(0.2f));
+}
+
+TEST(PbrtMaterial, NamesMayBeDefinedLater) {
+  const SceneDescription scene =
+      load_text(std::string("WorldBegin NamedMaterial \"m\"\n") + kTriangle +
+                "MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"rgb reflectance\" [.1 .2 .3]\n");
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  EXPECT_EQ(m.name, "m");
+  expect_near(m.reflectance.value, {0.1f, 0.2f, 0.3f});
+}
+
+TEST(PbrtMaterial, Mix) {
+  const SceneDescription scene = load_text(
+      std::string(
+          "WorldBegin MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" "
+          "\"string type\" \"conductor\" Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25\n") +
+      kTriangle);
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  ASSERT_EQ(m.kind, MaterialKind::mix);
+  EXPECT_EQ(scene.materials.at(m.mix_a).name, "a");
+  EXPECT_EQ(scene.materials.at(m.mix_b).name, "b");
+  EXPECT_EQ(m.mix_amount.value, 0.25f);
+}
+
+TEST(PbrtMaterial, Textures) {
+  const SceneDescription scene = load_text(
+      std::string("WorldBegin Texture \"k\" \"spectrum\" \"constant\" \"rgb value\" [.1 .2 .3]\n"
+                  "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"k\" \"float scale\" 2\n"
+                  "Texture \"c\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"s\" \"rgb tex2\" [0 0 1] "
+                  "\"float uscale\" 4 \"float vscale\" 2 \"float udelta\" 1\n"
+                  "Texture \"m\" \"spectrum\" \"mix\" \"texture tex1\" \"c\" \"rgb tex2\" [1 1 1] \"float amount\" .5\n"
+                  "Material \"diffuse\" \"texture reflectance\" \"m\"\n") +
+      kTriangle);
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  ASSERT_NE(m.reflectance.texture, kNone);
+  // (0.05, 0.1): at (1.2, 0.2) of the board, an odd cell; (0.3, 0.1): at (2.2, 0.2), an even one.
+  expect_near(evaluate(scene.textures, m.reflectance, {0.05f, 0.1f}), {0.5f, 0.5f, 1});
+  expect_near(evaluate(scene.textures, m.reflectance, {0.3f, 0.1f}), {0.6f, 0.7f, 0.8f});
+}
+
+TEST(PbrtMaterial, ConstantTexturesNeedNoNode) {
+  const SceneDescription scene =
+      load_text(std::string("WorldBegin Texture \"k\" \"spectrum\" \"constant\" \"rgb value\" [.1 .2 .3]\n"
+                            "Texture \"r\" \"float\" \"constant\" \"float value\" .04\n"
+                            "Material \"coateddiffuse\" \"texture reflectance\" \"k\" \"texture roughness\" \"r\"\n") +
+                kTriangle);
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  expect_near(m.reflectance.value, {0.1f, 0.2f, 0.3f});
+  EXPECT_EQ(m.reflectance.texture, kNone);
+  EXPECT_FLOAT_EQ(m.roughness_u.value, 0.2f);
+  EXPECT_TRUE(scene.textures.empty());
+}
+
+TEST(PbrtMaterial, ImageTextures) {
+  const TemporaryFolder folder;
+  // Two pixels: sRGB 188 is 0.5 linear, to a part in 256.
+  const std::string ppm = std::string("P6\n2 1\n255\n") + "\xbc\xbc\xbc" + std::string("\xff\x00\x00", 3);
+  folder.write("tex/a.ppm", ppm);
+  const auto load = [&](const std::string& parameters) {
+    return load_pbrt(folder.write("s.pbrt",
+                                  "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" "
+                                  "\"tex/a.ppm\" " +
+                                      parameters + " Material \"diffuse\" \"texture reflectance\" \"t\"\n" +
+                                      kTriangle));
+  };
+  const auto at = [](const SceneDescription& scene, Vec2 uv) {
+    return evaluate(scene.textures, scene.materials.at(scene.geometry.material.at(0)).reflectance, uv);
+  };
+  const SceneDescription plain = load("");
+  expect_near(at(plain, {0.25f, 0.5f}), RGB(0.5f), 3e-3f);
+  expect_near(at(plain, {0.75f, 0.5f}), {1, 0, 0}, 1e-3f);
+  expect_near(at(plain, {1.25f, 0.5f}), RGB(0.5f), 3e-3f);
+  expect_near(at(load("\"string encoding\" \"linear\""), {0.25f, 0.5f}), RGB(188 / 255.0f), 1e-3f);
+  expect_near(at(load("\"string encoding\" \"gamma 2\""), {0.25f, 0.5f}), RGB(0.5436f), 2e-3f);
+  expect_near(at(load("\"bool invert\" true \"float scale\" .5"), {0.75f, 0.5f}), {0, 0.5f, 0.5f}, 1e-3f);
+  expect_near(at(load("\"string wrap\" \"clamp\""), {1.25f, 0.5f}), {1, 0, 0}, 1e-3f);
+  expect_near(at(load("\"string wrap\" \"black\""), {1.75f, 0.5f}), {0, 0, 0}, 1e-3f);
+  expect_near(at(load("\"float uscale\" .5"), {0.5f, 0.5f}), RGB(0.5f), 3e-3f);
+  folder.write("s2.pbrt", "");
+}
+
+TEST(PbrtMaterial, AMissingImageIsMagentaAndNoted) {
+  const SceneDescription scene =
+      load_text(std::string("WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"gone.png\"\n"
+                            "Material \"diffuse\" \"texture reflectance\" \"t\"\n") +
+                kTriangle);
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  const RGB color = evaluate(scene.textures, m.reflectance, {0.5f, 0.5f});
+  EXPECT_GT(color.r, 0.5f);
+  EXPECT_EQ(color.g, 0);
+  bool noted = false;
+  for (const std::string& note : scene.notes) noted = noted || note.find("gone.png") != std::string::npos;
+  EXPECT_TRUE(noted);
+}
+
+TEST(PbrtMaterial, AlphaBelongsToTheShape) {
+  const SceneDescription scene = load_text(
+      std::string(
+          "WorldBegin Texture \"a\" \"float\" \"checkerboard\"\nMaterial \"diffuse\" \"rgb reflectance\" [1 0 0]\n") +
+      kTriangle +
+      "Shape \"disk\" \"texture alpha\" \"a\" Shape \"disk\" \"float alpha\" .5 Shape \"sphere\" \"float alpha\" .5");
+  const auto& of = scene.geometry.material;
+  const Material& plain = scene.materials.at(of.front());
+  EXPECT_EQ(plain.alpha.value, 1);
+  const Material& textured = scene.materials.at(of.at(1));
+  EXPECT_NE(textured.alpha.texture, kNone);
+  EXPECT_EQ(textured.reflectance.value.r, 1);
+  EXPECT_EQ(scene.materials.at(of.back()).alpha.value, 0.5f);
+  EXPECT_EQ(of.back(), of.at(1 + 128));  // shapes of the same alpha share a material
+}
+
+TEST(PbrtMaterial, BumpAndNormalMaps) {
+  const TemporaryFolder folder;
+  folder.write("n.ppm", std::string("P6\n1 1\n255\n") + "\x80\x80\xff");
+  const SceneDescription scene = load_pbrt(folder.write(
+      "s.pbrt", std::string("WorldBegin Texture \"d\" \"float\" \"checkerboard\" \"float tex1\" .1\n"
+                            "Material \"diffuse\" \"texture displacement\" \"d\" \"string normalmap\" \"n.ppm\"\n") +
+                    kTriangle));
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  ASSERT_NE(m.bump.texture, kNone);
+  EXPECT_NEAR(evaluate(scene.textures, m.bump, {0.5f, 0.5f}), 0.1f, 1e-6);
+  ASSERT_NE(m.normal_map.texture, kNone);
+  // Linear: no sRGB curve over normals.
+  expect_near(evaluate(scene.textures, m.normal_map, {0.5f, 0.5f}), {128 / 255.0f, 128 / 255.0f, 1}, 1e-3f);
+}
+
+TEST(PbrtMaterial, Version3Names) {
+  expect_near(material("Material \"matte\" \"rgb Kd\" [.1 .2 .3]").reflectance.value, {0.1f, 0.2f, 0.3f});
+  EXPECT_FLOAT_EQ(material("Material \"glass\" \"float index\" 1.3").ior, 1.3f);
+  EXPECT_FLOAT_EQ(material("Material \"glass\" \"float eta\" 1.4").ior, 1.4f);
+  const Material mirror = material("Material \"mirror\" \"rgb Kr\" [.8 .8 .8]");
+  EXPECT_EQ(mirror.kind, MaterialKind::conductor);
+  EXPECT_TRUE(mirror.use_reflectance);
+  expect_near(mirror.reflectance.value, RGB(0.8f));
+  EXPECT_EQ(material("Material \"metal\"").kind, MaterialKind::conductor);
+  const Material plastic = material("Material \"plastic\" \"color Kd\" [.1 .1 .1] \"float roughness\" .04");
+  EXPECT_EQ(plastic.kind, MaterialKind::coated_diffuse);
+  expect_near(plastic.reflectance.value, RGB(0.1f));
+  const Material bumped =
+      material("Texture \"d\" \"float\" \"checkerboard\" Material \"matte\" \"texture bumpmap\" \"d\"");
+  EXPECT_NE(bumped.bump.texture, kNone);
+  expect_near(
+      material(
+          "Texture \"k\" \"color\" \"constant\" \"color value\" [.1 .2 .3] Material \"matte\" \"texture Kd\" \"k\"")
+          .reflectance.value,
+      {0.1f, 0.2f, 0.3f});
+}
+
+TEST(PbrtMaterial, UnsupportedKindsAreReplacedAndNoted) {
+  const SceneDescription scene = load_text(
+      std::string("WorldBegin Material \"subsurface\" \"rgb reflectance\" [.3 .4 .5] \"float mfp\" 1\n") + kTriangle);
+  EXPECT_TRUE(has_note(scene, "not supported, replaced by a diffuse one: material \"subsurface\" ("));
+  EXPECT_EQ(scene.notes.size(), 1u);
+  expect_near(scene.materials.at(scene.geometry.material.at(0)).reflectance.value, {0.3f, 0.4f, 0.5f});
+  const SceneDescription texture = load_text("WorldBegin Texture \"t\" \"float\" \"windy\"");
+  EXPECT_TRUE(has_note(texture, "not supported, replaced by mid-grey: texture \"windy\""));
+}
+
+TEST(PbrtMaterial, ParametersThatNothingReadsAreNoted) {
+  const SceneDescription scene = load_text("WorldBegin Material \"diffuse\" \"rgb reflectnce\" [1 0 0]");
+  EXPECT_TRUE(has_note(scene, "not used: parameter \"reflectnce\" of material \"diffuse\""));
+}
+
+TEST(PbrtMaterial, MistakesAreErrorsWithPlaces) {
+  const struct {
+    const char *text, *message;
+  } kCases[] = {
+      {"Material \"difuse\"", "scene.pbrt:1:1: unknown material \"difuse\""},
+      {"NamedMaterial \"m\"", "scene.pbrt:1:1: there is no material \"m\""},
+      {"MakeNamedMaterial \"m\"", "scene.pbrt:1:1: the material \"m\" has no type"},
+      {"Material \"diffuse\" \"texture reflectance\" \"t\"", "scene.pbrt:1:20: there is no spectrum texture \"t\""},
+      {"Texture \"t\" \"float\" \"constant\" Material \"diffuse\" \"texture reflectance\" \"t\"",
+       "It is of the other type: define it as \"spectrum\"."},
+      {"Texture \"t\" \"integer\" \"constant\"", "scene.pbrt:1:1: a texture of type \"integer\""},
+      {"Texture \"t\" \"float\" \"imagemap\"", "scene.pbrt:1:1: an imagemap without a file name"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a\" \"string wrap\" \"zig\"", "wrap \"zig\""},
+      {"Material \"mix\"", "scene.pbrt:1:1: a mix needs the names of two materials"},
+      {"MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]",
+       "the mix \"m\" holds itself"},
+      {"Material \"dielectric\" \"float eta\" 0", "scene.pbrt:1:23: an index of refraction must be positive"},
+      {"Material \"dielectric\" \"spectrum eta\" \"no.spd\"",
+       "scene.pbrt:1:23: \"no.spd\" is neither a known spectrum nor a readable file"},
+      {"Material \"conductor\" \"rgb reflectance\" [1 1 1] \"rgb eta\" [1 1 1]",
+       "scene.pbrt:1:1: a conductor with both reflectance and eta or k"},
+      {"Material \"diffuse\" \"spectrum reflectance\" [500 1 400 1]",
+       "the wavelengths of \"reflectance\" do not ascend"},
+      {"Material \"diffuse\" \"string reflectance\" \"red\"", "expected a colour or spectrum"},
+      {"ColorSpace \"prophoto\"", "scene.pbrt:1:1: unknown colour space \"prophoto\""},
+  };
+  for (const auto& [text, message] : kCases) {
+    EXPECT_NE(error_of(text).find(message), std::string::npos) << text << "\n" << error_of(text);
+  }
+}
+
+TEST(PbrtMaterial, ColourSpaces) {
+  // Whites are white in all of them; Rec. 2020's pure green is outside of Rec. 709 and gets clamped.
+  for (const char* space : {"srgb", "rec2020", "dci-p3", "aces2065-1"}) {
+    const std::string text = std::string("ColorSpace \"") + space + "\" Material \"diffuse\" \"rgb reflectance\" ";
+    expect_near(material(text + "[.5 .5 .5]").reflectance.value, RGB(0.5f), 2e-4f);
+  }
+  const Material green = material("ColorSpace \"rec2020\" Material \"diffuse\" \"rgb reflectance\" [0 .5 0]");
+  EXPECT_EQ(green.reflectance.value.r, 0);
+  EXPECT_NEAR(green.reflectance.value.g, 0.56645f, 1e-4);
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,82 @@
+// Small scenes from text, for the tests of the pbrt importer.
+#pragma once
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+#include "import/pbrt_import.h"
+
+namespace glowworm::pbrt_testing {
+
+/// A folder of its own that goes when the test ends.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    static int count = 0;
+    path_ = std::filesystem::temp_directory_path() /
+            ("glowworm-pbrt-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  /// Writes a file, with its folders, and returns its path.
+  std::string write(const std::string& name, std::string_view bytes) const {
+    const std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    return file.string();
+  }
+  std::string path(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Loads a scene from text.
+inline SceneDescription load_text(std::string_view text, const PbrtLimits& limits = {}) {
+  const TemporaryFolder folder;
+  return load_pbrt(folder.write("scene.pbrt", text), {}, limits);
+}
+
+/// The message with which loading a text fails, paths of the folder taken out; empty where it succeeds.
+inline std::string error_of(std::string_view text, const PbrtLimits& limits = {}) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("scene.pbrt", text);
+  try {
+    load_pbrt(path, {}, limits);
+  } catch (const Error& error) {
+    std::string message = error.what();
+    const std::string prefix = folder.path("");
+    for (std::size_t at = message.find(prefix); at != std::string::npos; at = message.find(prefix)) {
+      message.erase(at, prefix.size());
+    }
+    return message;
+  }
+  return {};
+}
+
+/// One triangle with area 1/2, to make scenes that are about something else.
+inline constexpr const char* kTriangle =
+    "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
+
+/// Whether a note begins with `text`.
+inline bool has_note(const SceneDescription& scene, std::string_view text) {
+  for (const std::string& note : scene.notes) {
+    if (std::string_view(note).starts_with(text)) return true;
+  }
+  return false;
+}
+
+inline double total_area(const Geometry& geometry) {
+  double sum = 0;
+  for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) sum += geometry.area(t);
+  return sum;
+}
+
+}  // namespace glowworm::pbrt_testing

@@ -1,0 +1,128 @@
+#include "import/spectrum.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error.h"
+
+namespace glowworm {
+namespace {
+
+void expect_near(RGB a, RGB b, float tolerance) {
+  EXPECT_NEAR(a.r, b.r, tolerance);
+  EXPECT_NEAR(a.g, b.g, tolerance);
+  EXPECT_NEAR(a.b, b.b, tolerance);
+}
+
+SampledSpectrum constant(double value) { return {{300, 900}, {value, value}}; }
+
+TEST(Spectrum, InterpolatesAndEnds) {
+  const SampledSpectrum s{{400, 500, 600}, {1, 3, 2}};
+  EXPECT_EQ(s.at(399), 0);
+  EXPECT_EQ(s.at(400), 1);
+  EXPECT_EQ(s.at(450), 2);
+  EXPECT_EQ(s.at(500), 3);
+  EXPECT_EQ(s.at(600), 2);
+  EXPECT_EQ(s.at(601), 0);
+  EXPECT_EQ(SampledSpectrum().at(500), 0);
+}
+
+TEST(Spectrum, WhiteIsWhite) {
+  expect_near(rgb_from_xyz(0.950456, 1, 1.089058), RGB(1.0f), 1e-3f);
+  expect_near(reflectance_rgb(constant(1)), RGB(1.0f), 1e-6f);
+  expect_near(reflectance_rgb(constant(0.18)), RGB(0.18f), 1e-6f);
+}
+
+TEST(Spectrum, StandardWhitesHaveTheirColours) {
+  expect_near(*named_illuminant("stdillum-D65"), RGB(1.0f), 2e-3f);
+  // The equal-energy spectrum: chromaticity (1/3, 1/3), linear Rec. 709 from the matrix of IEC 61966-2-1.
+  expect_near(illuminant_rgb(constant(7)), {1.2048f, 0.9483f, 0.9089f}, 2e-3f);
+  expect_near(emission_rgb(constant(7)), RGB{1.2048f, 0.9483f, 0.9089f} * 7, 2e-2f);
+  EXPECT_FALSE(named_illuminant("stdillum-D99"));
+}
+
+TEST(Spectrum, LightsHaveLuminanceOne) {
+  for (const char* name : {"stdillum-A", "stdillum-D50", "stdillum-F11", "illum-acesD60"}) {
+    EXPECT_NEAR(luminance(*named_illuminant(name)), 1, 1e-3) << name;
+  }
+  for (const double kelvin : {1500.0, 3000.0, 6504.0, 20000.0}) {
+    EXPECT_NEAR(luminance(blackbody_rgb(kelvin)), 1, 1e-3) << kelvin;
+  }
+  EXPECT_TRUE(is_finite(blackbody_rgb(1)));
+  EXPECT_TRUE(is_finite(blackbody_rgb(1e7)));
+}
+
+TEST(Spectrum, BlackbodyAtIlluminantA) {
+  // CIE illuminant A is a Planckian radiator at 2856 K.
+  expect_near(blackbody_rgb(2855.5), *named_illuminant("stdillum-A"), 5e-3f);
+}
+
+TEST(Spectrum, MetalsHaveTheirColours) {
+  const auto normal_reflectance = [](const ConductorIndex& index) {
+    RGB r;
+    for (int c = 0; c < 3; ++c) {
+      const float n = index.eta[c], k = index.k[c];
+      r[c] = ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
+    }
+    return r;
+  };
+  const auto metal = [&](const char* name) {
+    const auto spectra = named_metal(name);
+    return normal_reflectance(conductor_rgb(spectra->eta, spectra->k));
+  };
+  // F0 of polished metals in linear sRGB as tables for artists give them (Hoffman, "Physics and Math of Shading",
+  // SIGGRAPH 2015 course notes, table 2).
+  expect_near(metal("Ag"), {0.972f, 0.960f, 0.915f}, 0.03f);
+  expect_near(metal("Al"), {0.913f, 0.922f, 0.924f}, 0.03f);
+  expect_near(metal("Au"), {1.0f, 0.782f, 0.344f}, 0.06f);
+  expect_near(metal("Cu"), {0.955f, 0.638f, 0.538f}, 0.06f);
+  EXPECT_TRUE(named_metal("CuZn"));
+  EXPECT_FALSE(named_metal("Unobtainium"));
+}
+
+TEST(Spectrum, ConductorOfConstantSpectraKeepsThem) {
+  const ConductorIndex index = conductor_rgb(constant(1.5), constant(4));
+  expect_near(index.eta, RGB(1.5f), 1e-5f);
+  expect_near(index.k, RGB(4.0f), 1e-4f);
+}
+
+TEST(Spectrum, ConductorFromReflectance) {
+  const ConductorIndex index = conductor_from_reflectance({0, 0.5f, 2});
+  EXPECT_EQ(index.eta.g, 1);
+  EXPECT_EQ(index.k.r, 0);
+  EXPECT_FLOAT_EQ(index.k.g, 2);
+  EXPECT_NEAR(index.k.b, 200, 1);  // clamped below 1
+}
+
+TEST(Spectrum, PhotopicMean) {
+  EXPECT_NEAR(photopic_mean(constant(1.5)), 1.5, 1e-12);
+  EXPECT_NEAR(photopic_mean({{500, 600}, {2, 2}}), 2, 1e-12);
+  EXPECT_EQ(photopic_mean({{900, 1000}, {2, 2}}), 0);
+  EXPECT_FLOAT_EQ(*named_glass("glass-BK7"), 1.5168f);
+  EXPECT_FALSE(named_glass("glass-Window"));
+}
+
+TEST(Spectrum, SpdFiles) {
+  const SampledSpectrum s = parse_spd("# nm value\n400 1.5\r\n\t500\t2 # end\n600 3e-1", "f.spd");
+  EXPECT_EQ(s.wavelengths, (std::vector<double>{400, 500, 600}));
+  EXPECT_EQ(s.values, (std::vector<double>{1.5, 2, 0.3}));
+  const struct {
+    const char *text, *message;
+  } kCases[] = {{"", "f.spd:1: a wavelength without a value"},
+                {"400 1\n500", "f.spd:2: a wavelength without a value"},
+                {"400 1\nfive 2", "f.spd:2: expected a number"},
+                {"400 nan", "f.spd:1: expected a number"},
+                {"400 1 400 2", "f.spd: the wavelengths do not ascend"}};
+  for (const auto& [text, message] : kCases) {
+    try {
+      parse_spd(text, "f.spd");
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
