@@ -52,8 +52,9 @@ class Tracer {
   /// out[i] is 1 where something lies between t_min and t_max of ray i, else 0.
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const;
 
- private:
   struct Implementation;
+
+ private:
   std::unique_ptr<Implementation> implementation_;
 };
 

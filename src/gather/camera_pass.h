@@ -1,0 +1,32 @@
+// The camera pass: camera rays, followed through sharp bounces to the gather points.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/statistics.h"
+#include "gather/gather_points.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+struct CameraPassSettings {
+  int width = 0, height = 0;  ///< of the whole picture, pixels
+  std::uint32_t seed = 0;
+  int max_sharp_bounces = 32;
+};
+
+/// What is seen first, through sharp bounces; one entry a slot.
+struct FirstHit {
+  std::vector<RGB> albedo;    ///< of all lobes of the gather point (white for lights)
+  std::vector<Vec3> normal;   ///< shading normal on the viewer's side; (0,0,0) for nothing
+  std::vector<float> depth;   ///< metres along the camera ray to the first surface; infinity for none
+};
+
+/// Traces the task's camera samples on all threads. Fills `radiance.emitted` and adds to `radiance.direct` what rough
+/// sharp surfaces reflect of the lights (both sized by the call); gather points come in an order in which neighbours
+/// are near each other. The same for any number of threads.
+GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+                         const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
+                         Statistics& statistics);
+
+}  // namespace glowworm

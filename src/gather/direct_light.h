@@ -1,0 +1,38 @@
+// Direct light: next-event estimation, combined with the gather rays that hit lights by multiple importance sampling.
+#pragma once
+#include <cstdint>
+#include <limits>
+
+#include "core/statistics.h"
+#include "gather/gather_points.h"
+#include "scene/light_sampling.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Weight of a sample of a strategy that takes `count` samples of density `pdf`, beside another strategy: the balance
+/// heuristic (Veach 1997, equation 9.8).
+inline float balance_heuristic(float count, float pdf, float other_count, float other_pdf) {
+  const float own = count * pdf, other = other_count * other_pdf;
+  return own + other > 0 ? own / (own + other) : 0;
+}
+
+/// Light that one sampled light sends over a surface, before it is known whether something is between.
+struct UnoccludedLight {
+  RGB radiance{0.0f};  ///< f_r cos L / pdf; black where there is nothing to test
+  Ray shadow_ray;
+};
+
+/// One light sample for a point: f_r of the lobes asked for, times cosine, times light, over pdf, times the weight
+/// against `bsdf_samples` samples of the BSDF (0: none are taken).
+UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
+                                    Lobes lobes, float u_light, Vec2 u, float light_samples, float bsdf_samples);
+
+/// Adds to radiance.direct the light that reaches the gather points straight from the lights, by `light_samples` light
+/// samples each; `gather_rays` is how many BSDF samples the final gather adds for the same light. On all threads
+/// (Phase::direct; counts occlusion_rays).
+void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed,
+                      std::uint32_t light_samples, std::uint32_t gather_rays, SlotRadiance& radiance,
+                      Statistics& statistics);
+
+}  // namespace glowworm

@@ -1,0 +1,37 @@
+// Final gathering: BRDF-sampled, stratified rays from the gather points, and the query points where they end.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "core/statistics.h"
+#include "gather/gather_points.h"
+#include "gather/query_points.h"
+#include "gather/radius_grid.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+struct FinalGatherSettings {
+  std::uint32_t rays = 64;           ///< final gather rays of each gather point
+  std::uint32_t seed = 0;
+  std::uint32_t light_samples = 0;   ///< light samples of each gather point; 0: rays that hit lights are not counted
+  const RadiusGrid* radii = nullptr; ///< photon radii; null: no second gather in corners
+  int max_sharp_bounces = 16;
+};
+
+/// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit
+/// lights bring (weighted against light_samples light samples), and to `radiance.indirect` the direct light at the ends
+/// of rays that gather again. Returns the query points, whose weight carries the throughput of the camera path and 1/N,
+/// and whose gather_point is the slot; in an order in which neighbours are close together. The same for any number of
+/// threads. Adds to Phase::gather_rays; counts gather_rays and occlusion_rays.
+QueryPoints final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
+                         const FinalGatherSettings& settings, SlotRadiance& radiance, Statistics& statistics);
+
+/// The gather points themselves as query points, for the caustic map: weight is the throughput.
+QueryPoints gather_points_as_queries(const GatherPoints& points);
+
+/// Completion: adds weight * queried to `target` at each query point's slot, in the order of the query points
+/// ([HHS05] section 4: in sequence, since scattered adding misses the cache).
+void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics);
+
+}  // namespace glowworm

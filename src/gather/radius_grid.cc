@@ -1,0 +1,44 @@
+#include "gather/radius_grid.h"
+
+#include <algorithm>
+
+namespace glowworm {
+
+namespace {
+/// Cells along the longest side.
+constexpr int kResolution = 64;
+}  // namespace
+
+RadiusGrid::RadiusGrid(std::span<const Vec3> positions, std::span<const float> radii) {
+  if (positions.empty()) return;
+  for (const Vec3& p : positions) bounds_.grow(p);
+  const Vec3 side = bounds_.diagonal();
+  const float cell_side = std::max(side[bounds_.longest_axis()], 1e-20f) / kResolution;
+  for (int axis = 0; axis < 3; ++axis) size_[axis] = static_cast<int>(side[axis] / cell_side) + 1;
+  cells_per_metre_ = Vec3{1, 1, 1} / cell_side;
+  const std::size_t cells = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];
+  std::vector<double> sum(cells, 0.0);
+  std::vector<std::uint32_t> count(cells, 0);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const std::size_t c = cell(positions[i]);
+    sum[c] += radii[i];
+    ++count[c];
+  }
+  mean_.resize(cells);
+  for (std::size_t c = 0; c < cells; ++c) {
+    mean_[c] = count[c] ? static_cast<float>(sum[c] / count[c]) : 0.0f;
+    max_radius_ = std::max(max_radius_, mean_[c]);
+  }
+}
+
+std::size_t RadiusGrid::cell(Vec3 p) const {
+  const Vec3 scaled = (p - bounds_.min) * cells_per_metre_;
+  const int x = std::clamp(static_cast<int>(scaled.x), 0, size_[0] - 1);
+  const int y = std::clamp(static_cast<int>(scaled.y), 0, size_[1] - 1);
+  const int z = std::clamp(static_cast<int>(scaled.z), 0, size_[2] - 1);
+  return (static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x;
+}
+
+float RadiusGrid::radius(Vec3 p) const { return mean_.empty() ? 0.0f : mean_[cell(p)]; }
+
+}  // namespace glowworm

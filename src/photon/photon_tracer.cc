@@ -1,0 +1,235 @@
+#include "photon/photon_tracer.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "scene/light_sampling.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kPathsPerChunk = 1024;
+
+/// Light paths under way, in structure-of-arrays form; finished ones are compacted away after every bounce.
+struct Paths {
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<RGB> flux;
+  std::vector<Sampler> samplers;
+  std::vector<std::uint32_t> number;  ///< of the path within its chunk
+  std::vector<std::uint32_t> light;
+  std::vector<std::uint8_t> sharp_only;  ///< every bounce so far was sharp
+};
+
+/// What one chunk of paths leaves. Photons are in order of bounce; `path` says whose they are.
+struct ChunkResult {
+  PhotonBatch photons;
+  std::vector<std::uint32_t> path;
+  std::vector<std::uint32_t> light;
+  std::vector<std::uint8_t> caustic;
+  FluxBalance balance;
+  std::vector<std::uint32_t> emitted_light;
+};
+
+void add(std::array<double, 3>& sum, RGB flux) {
+  sum[0] += flux.r;
+  sum[1] += flux.g;
+  sum[2] += flux.b;
+}
+
+Ray photon_ray(Vec3 origin, Vec3 direction) {
+  return {origin, 0, direction, std::numeric_limits<float>::infinity()};
+}
+
+/// What the shading normal does to arriving light: density estimation counts flux by the geometric cosine, the BSDF's
+/// outgoing light goes by the shading one (Veach 1997, section 5.3.4). Bounded, since at grazing angles it is not.
+float arrival_correction(Vec3 direction, Vec3 shading_normal, Vec3 geometric_normal) {
+  const float geometric = std::abs(dot(direction, geometric_normal));
+  const float shading = std::abs(dot(direction, shading_normal));
+  return std::min(shading / std::max(geometric, 1e-6f), 8.0f);
+}
+
+class ChunkTracer {
+ public:
+  ChunkTracer(const Tracer& tracer, const PhotonPassSettings& settings) : tracer_(tracer), settings_(settings) {}
+
+  ChunkResult trace(std::uint64_t first_path, std::size_t count) {
+    emit(first_path, count);
+    for (int bounce = 0; !paths_.rays.empty(); ++bounce) {
+      paths_.hits.resize(paths_.rays.size());
+      tracer_.intersect(paths_.rays, paths_.hits, RayOrder::incoherent);
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < paths_.rays.size(); ++i)
+        if (scatter(i, bounce)) keep(i, kept++);
+      shrink(kept);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void emit(std::uint64_t first_path, std::size_t count) {
+    const std::uint32_t sequence = hash_combine(0x70686f74u, settings_.pass);
+    for (std::size_t i = 0; i < count; ++i) {
+      Sampler sampler(SamplerKind::sobol, settings_.seed, sequence, static_cast<std::uint32_t>(first_path + i));
+      const Vec2 direction_sample = sampler.next2();
+      const Vec2 position_sample = sampler.next2();
+      const EmittedPhoton photon =
+          sample_emission(tracer_.scene(), sampler.next1(), position_sample, direction_sample);
+      result_.emitted_light.push_back(photon.light);
+      add(result_.balance.emitted, photon.flux);
+      if (is_black(photon.flux)) continue;
+      paths_.rays.push_back(photon_ray(photon.origin, photon.direction));
+      paths_.flux.push_back(photon.flux);
+      paths_.samplers.push_back(sampler);
+      paths_.number.push_back(static_cast<std::uint32_t>(i));
+      paths_.light.push_back(photon.light);
+      paths_.sharp_only.push_back(1);
+    }
+  }
+
+  /// Stores the photon that path i leaves where it hits, and turns the path into its next piece; false where it ends.
+  bool scatter(std::size_t i, int bounce) {
+    const Scene& scene = tracer_.scene();
+    RGB& flux = paths_.flux[i];
+    const Hit& hit = paths_.hits[i];
+    if (hit.triangle == kNone) {
+      add(result_.balance.escaped, flux);
+      return false;
+    }
+    add(result_.balance.arrived, flux);
+    const Vec3 back = -paths_.rays[i].direction;
+    SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
+    const Bsdf bsdf = resolve_bsdf(scene, point, back);
+    const Lobes have = lobes(bsdf);
+    if (have & kBroad) store(i, point, back, bounce);
+    const Vec3 wo = point.frame.to_local(back);
+    Sampler& sampler = paths_.samplers[i];
+    const float u_lobe = sampler.next1();
+    const BsdfSample s = sample(bsdf, wo, u_lobe, sampler.next2(), kAllLobes, Transport::flux);
+    if (!s.valid) return false;
+    const Vec3 direction = point.frame.to_world(s.wi);
+    const float out_geometric = dot(direction, point.geometric_normal);
+    const float in_geometric = dot(back, point.geometric_normal);
+    // A shading normal may send light through an opaque surface: such paths do not exist.
+    if ((out_geometric * in_geometric > 0) != (s.wi.z * wo.z > 0) || out_geometric == 0) return false;
+    // Veach 1997, equation 5.19: the adjoint BSDF under shading normals.
+    const float adjoint = std::min(std::abs(wo.z * out_geometric / std::max(std::abs(in_geometric * s.wi.z), 1e-9f)), 8.0f);
+    const RGB next = flux * s.weight * adjoint;
+    const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux), 1e-30f));
+    if (!(survival > 0) || sampler.next1() >= survival) return false;
+    flux = next / survival;
+    add(result_.balance.scattered, flux);
+    if (bounce + 1 >= settings_.max_bounces) {
+      add(result_.balance.cut, flux);
+      return false;
+    }
+    paths_.sharp_only[i] &= s.lobe == kSharp;
+    const Vec3 side = out_geometric > 0 ? point.geometric_normal : -point.geometric_normal;
+    paths_.rays[i] = photon_ray(offset_origin(point.position, side), direction);
+    return true;
+  }
+
+  void store(std::size_t i, const SurfacePoint& point, Vec3 back, int bounce) {
+    const Vec3 normal = face_forward(point.geometric_normal, back);
+    const float correction = arrival_correction(back, point.frame.n, normal);
+    result_.photons.push_back(point.position, back, paths_.flux[i] * correction, normal);
+    result_.path.push_back(paths_.number[i]);
+    result_.light.push_back(paths_.light[i]);
+    result_.caustic.push_back(bounce > 0 && paths_.sharp_only[i]);
+    add(result_.balance.stored, paths_.flux[i]);
+  }
+
+  void keep(std::size_t from, std::size_t to) {
+    if (from == to) return;
+    paths_.rays[to] = paths_.rays[from];
+    paths_.flux[to] = paths_.flux[from];
+    paths_.samplers[to] = paths_.samplers[from];
+    paths_.number[to] = paths_.number[from];
+    paths_.light[to] = paths_.light[from];
+    paths_.sharp_only[to] = paths_.sharp_only[from];
+  }
+
+  void shrink(std::size_t n) {
+    paths_.rays.resize(n);
+    paths_.flux.resize(n);
+    paths_.samplers.erase(paths_.samplers.begin() + static_cast<std::ptrdiff_t>(n), paths_.samplers.end());
+    paths_.number.resize(n);
+    paths_.light.resize(n);
+    paths_.sharp_only.resize(n);
+  }
+
+  const Tracer& tracer_;
+  const PhotonPassSettings& settings_;
+  Paths paths_;
+  ChunkResult result_;
+};
+
+void add(FluxBalance& sum, const FluxBalance& part) {
+  for (int c = 0; c < 3; ++c) {
+    sum.emitted[c] += part.emitted[c];
+    sum.arrived[c] += part.arrived[c];
+    sum.scattered[c] += part.scattered[c];
+    sum.escaped[c] += part.escaped[c];
+    sum.cut[c] += part.cut[c];
+    sum.stored[c] += part.stored[c];
+  }
+}
+
+/// Joins the chunks of a wave in order.
+void join(PhotonPass& pass, const ChunkResult& chunk) {
+  for (const std::uint32_t light : chunk.emitted_light)
+    if (light != kNone) ++pass.emitted_by_light[light];
+  for (std::size_t i = 0; i < chunk.photons.size(); ++i) {
+    ++pass.stored_by_light[chunk.light[i]];
+    if (chunk.caustic[i])
+      pass.caustic.push_back(chunk.photons.position[i], chunk.photons.direction[i], chunk.photons.flux[i],
+                             chunk.photons.normal[i]);
+  }
+  pass.global.append(chunk.photons);
+  add(pass.balance, chunk.balance);
+}
+
+void scale(PhotonPass& pass, std::uint64_t emitted) {
+  const float factor = static_cast<float>(1.0 / static_cast<double>(emitted));
+  for (RGB& flux : pass.global.flux) flux *= factor;
+  for (RGB& flux : pass.caustic.flux) flux *= factor;
+  const double exact = 1.0 / static_cast<double>(emitted);
+  FluxBalance& b = pass.balance;
+  for (auto* sum : {&b.emitted, &b.arrived, &b.scattered, &b.escaped, &b.cut, &b.stored})
+    for (double& v : *sum) v *= exact;
+}
+
+}  // namespace
+
+PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& settings, Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::trace_photons);
+  PhotonPass pass;
+  pass.emitted_by_light.resize(tracer.scene().light_source_count());
+  pass.stored_by_light.resize(tracer.scene().light_source_count());
+  const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
+  std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
+  while (pass.global.size() < settings.photons && pass.emitted < limit) {
+    std::vector<ChunkResult> chunks(next_chunks);
+    parallel_for(0, next_chunks, 1, [&](std::size_t first, std::size_t) {
+      chunks[first] = ChunkTracer(tracer, settings).trace(pass.emitted + first * kPathsPerChunk, kPathsPerChunk);
+    });
+    for (const ChunkResult& chunk : chunks) join(pass, chunk);
+    pass.emitted += next_chunks * kPathsPerChunk;
+    // The yield so far says how many more paths are wanted; whole chunks, so that it never depends on threads.
+    const double yield = std::max(static_cast<double>(pass.global.size()) / static_cast<double>(pass.emitted), 1e-3);
+    const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.global.size());
+    next_chunks = std::max<std::uint64_t>(
+        1, std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1,
+                    (limit - std::min(limit, pass.emitted)) / kPathsPerChunk + 1));
+  }
+  scale(pass, std::max<std::uint64_t>(1, pass.emitted));
+  statistics.add(Counter::photons_emitted, pass.emitted);
+  statistics.add(Counter::photons_stored, pass.global.size());
+  return pass;
+}
+
+}  // namespace glowworm

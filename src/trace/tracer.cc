@@ -1,0 +1,230 @@
+#include "trace/tracer.h"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+
+#include "core/error.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Rays go to Embree in packets of this many: as wide as AVX2, which Embree runs on every machine it is built for.
+constexpr std::size_t kPacket = 8;
+/// Coherent rays (from the camera) gain from wider packets.
+constexpr std::size_t kCoherentPacket = 16;
+
+/// The triangles of one Embree geometry, by their place in the scene's geometry.
+using TriangleList = std::vector<std::uint32_t>;
+
+void throw_on_error(RTCDevice device, const char* doing) {
+  const RTCError code = rtcGetDeviceError(device);
+  if (code != RTC_ERROR_NONE)
+    throw Error(fmt::format("Embree could not {} (error {})", doing, static_cast<int>(code)),
+                code == RTC_ERROR_OUT_OF_MEMORY ? "The scene is too large for this machine's memory." : "");
+}
+
+}  // namespace
+
+struct Tracer::Implementation {
+  const Scene& scene;
+  RTCDevice device = nullptr;
+  RTCScene world = nullptr;
+  TriangleList opaque, tested;  ///< geometry 0 and geometry 1; empty `tested` where no material has an alpha
+  std::atomic<std::int64_t> bytes{0};
+
+  explicit Implementation(const Scene& s) : scene(s) {}
+  ~Implementation() {
+    if (world) rtcReleaseScene(world);
+    if (device) rtcReleaseDevice(device);
+  }
+
+  std::uint32_t triangle(unsigned geometry, unsigned primitive) const {
+    return geometry == 0 ? opaque[primitive] : tested[primitive];
+  }
+  void add_geometry(const TriangleList& list, unsigned id, bool alpha_tested);
+};
+
+namespace {
+
+/// Called for a hit on a surface that may be partly absent; rejects it where it is.
+void alpha_filter(const RTCFilterFunctionNArguments* args) {
+  const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    const Vec2 barycentric{RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i)};
+    const Vec3 origin{RTCRayN_org_x(args->ray, args->N, i), RTCRayN_org_y(args->ray, args->N, i),
+                      RTCRayN_org_z(args->ray, args->N, i)};
+    const Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                         RTCRayN_dir_z(args->ray, args->N, i)};
+    const std::uint32_t triangle = self.tested[RTCHitN_primID(args->hit, args->N, i)];
+    if (!alpha_present(self.scene, triangle, barycentric, origin, direction)) args->valid[i] = 0;
+  }
+}
+
+bool count_bytes(void* user, ssize_t bytes, bool) {
+  static_cast<Tracer::Implementation*>(user)->bytes += bytes;
+  return true;
+}
+
+RTCIntersectContext make_context(RayOrder order) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = order == RayOrder::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                              : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  return context;
+}
+
+/// Fills lane i of a packet's rays.
+template <typename RayPacket>
+void set_ray(RayPacket& packet, std::size_t i, const Ray& ray) {
+  packet.org_x[i] = ray.origin.x;
+  packet.org_y[i] = ray.origin.y;
+  packet.org_z[i] = ray.origin.z;
+  packet.tnear[i] = ray.t_min;
+  packet.dir_x[i] = ray.direction.x;
+  packet.dir_y[i] = ray.direction.y;
+  packet.dir_z[i] = ray.direction.z;
+  packet.tfar[i] = ray.t_max;
+  packet.time[i] = 0;
+  packet.mask[i] = ~0u;
+  packet.id[i] = static_cast<unsigned>(i);
+  packet.flags[i] = 0;
+}
+
+void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit8* p) { rtcIntersect8(valid, s, c, p); }
+void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit16* p) { rtcIntersect16(valid, s, c, p); }
+void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRay8* p) { rtcOccluded8(valid, s, c, p); }
+void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRay16* p) { rtcOccluded16(valid, s, c, p); }
+
+template <typename Packet, std::size_t kWidth>
+void intersect_packets(const Tracer::Implementation& self, std::span<const Ray> rays, std::span<Hit> hits,
+                       RTCIntersectContext& context) {
+  for (std::size_t first = 0; first < rays.size(); first += kWidth) {
+    const std::size_t n = std::min(kWidth, rays.size() - first);
+    Packet packet;
+    alignas(64) int valid[kWidth];
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      valid[i] = i < n ? -1 : 0;
+      set_ray(packet.ray, i, rays[first + std::min(i, n - 1)]);
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    call(valid, self.world, &context, &packet);
+    for (std::size_t i = 0; i < n; ++i) {
+      Hit& hit = hits[first + i];
+      const bool found = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+      hit.triangle = found ? self.triangle(packet.hit.geomID[i], packet.hit.primID[i]) : kNone;
+      hit.distance = packet.ray.tfar[i];
+      hit.barycentric = {packet.hit.u[i], packet.hit.v[i]};
+    }
+  }
+}
+
+template <typename Packet, std::size_t kWidth>
+void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> rays, std::span<std::uint8_t> out,
+                     RTCIntersectContext& context) {
+  for (std::size_t first = 0; first < rays.size(); first += kWidth) {
+    const std::size_t n = std::min(kWidth, rays.size() - first);
+    Packet packet;
+    alignas(64) int valid[kWidth];
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      valid[i] = i < n ? -1 : 0;
+      set_ray(packet, i, rays[first + std::min(i, n - 1)]);
+    }
+    call(valid, self.world, &context, &packet);
+    // Embree sets tfar to minus infinity where the ray is occluded.
+    for (std::size_t i = 0; i < n; ++i) out[first + i] = packet.tfar[i] < 0 ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+void Tracer::Implementation::add_geometry(const TriangleList& list, unsigned id, bool alpha_tested) {
+  const Geometry& source = scene.geometry();
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
+                                           source.positions.size());
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), list.size()));
+  throw_on_error(device, "take the triangles");
+  std::memcpy(vertices, source.positions.data(), source.positions.size() * sizeof(Vec3));
+  for (std::size_t i = 0; i < list.size(); ++i) std::copy_n(source.triangles[list[i]].data(), 3, indices + 3 * i);
+  if (alpha_tested) {
+    rtcSetGeometryUserData(geometry, this);
+    rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(world, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+Tracer::Tracer(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {
+  Implementation& self = *implementation_;
+  self.device = rtcNewDevice(nullptr);
+  if (!self.device) throw Error("Embree cannot start on this machine", "Its library needs at least SSE2.");
+  rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
+  self.world = rtcNewScene(self.device);
+  const Geometry& geometry = scene.geometry();
+  for (std::uint32_t i = 0; i < geometry.triangle_count(); ++i)
+    (scene.has_alpha(geometry.material[i]) ? self.tested : self.opaque).push_back(i);
+  if (!self.opaque.empty()) self.add_geometry(self.opaque, 0, false);
+  if (!self.tested.empty()) self.add_geometry(self.tested, 1, true);
+  rtcCommitScene(self.world);
+  throw_on_error(self.device, "build its acceleration structure");
+}
+
+Tracer::~Tracer() = default;
+
+const Scene& Tracer::scene() const { return implementation_->scene; }
+std::uint64_t Tracer::bytes() const {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, implementation_->bytes));
+}
+
+Hit Tracer::intersect(const Ray& ray) const {
+  RTCIntersectContext context = make_context(RayOrder::incoherent);
+  RTCRayHit query;
+  query.ray = {ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
+               ray.direction.z, 0, ray.t_max, ~0u, 0, 0};
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(implementation_->world, &context, &query);
+  Hit hit;
+  hit.distance = query.ray.tfar;
+  if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
+    hit.triangle = implementation_->triangle(query.hit.geomID, query.hit.primID);
+    hit.barycentric = {query.hit.u, query.hit.v};
+  }
+  return hit;
+}
+
+bool Tracer::occluded(const Ray& ray) const {
+  RTCIntersectContext context = make_context(RayOrder::incoherent);
+  RTCRay query = {ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
+                  ray.direction.z, 0, ray.t_max, ~0u, 0, 0};
+  rtcOccluded1(implementation_->world, &context, &query);
+  return query.tfar < 0;
+}
+
+void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {
+  RTCIntersectContext context = make_context(order);
+  if (order == RayOrder::coherent)
+    intersect_packets<RTCRayHit16, kCoherentPacket>(*implementation_, rays, hits, context);
+  else
+    intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays, hits, context);
+}
+
+void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const {
+  RTCIntersectContext context = make_context(order);
+  if (order == RayOrder::coherent)
+    occlude_packets<RTCRay16, kCoherentPacket>(*implementation_, rays, out, context);
+  else
+    occlude_packets<RTCRay8, kPacket>(*implementation_, rays, out, context);
+}
+
+}  // namespace glowworm
