@@ -56,7 +56,12 @@ class BlockTracer {
  public:
   BlockTracer(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
               SlotRadiance& radiance, FirstHit& first_hit)
-      : tracer_(tracer), camera_(camera), task_(task), settings_(settings), radiance_(radiance), first_hit_(first_hit) {}
+      : tracer_(tracer),
+        camera_(camera),
+        task_(task),
+        settings_(settings),
+        radiance_(radiance),
+        first_hit_(first_hit) {}
 
   GatherPoints trace(int x0, int y0) {
     start(x0, y0);
@@ -104,7 +109,8 @@ class BlockTracer {
     const Hit& hit = paths_.hits[i];
     const std::uint32_t slot = paths_.slot[i];
     const Vec3 direction = paths_.rays[i].direction;
-    if (bounce == 0) first_hit_.depth[slot] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (bounce == 0)
+      first_hit_.depth[slot] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
     if (hit.triangle == kNone) {
       const RGB sky = environment_radiance(scene, direction);
       float weight = 1;
@@ -165,8 +171,8 @@ class BlockTracer {
     const float u_lobe = sampler.next1();
     const BsdfSample s = sample(bsdf, point.frame.to_local(wo), u_lobe, sampler.next2(), kSharp, Transport::radiance);
     const Vec2 u_light = sampler.next2();
-    const UnoccludedLight light = sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, sampler.next1(),
-                                                      u_light, 1, 1);
+    const UnoccludedLight light =
+        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, sampler.next1(), u_light, 1, 1);
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
       radiance_.direct[paths_.slot[i]] += paths_.throughput[i] * light.radiance;
     if (!s.valid) return false;

@@ -17,9 +17,9 @@ struct CameraPassSettings {
 
 /// What is seen first, through sharp bounces; one entry a slot.
 struct FirstHit {
-  std::vector<RGB> albedo;    ///< of all lobes of the gather point (white for lights)
-  std::vector<Vec3> normal;   ///< shading normal on the viewer's side; (0,0,0) for nothing
-  std::vector<float> depth;   ///< metres along the camera ray to the first surface; infinity for none
+  std::vector<RGB> albedo;   ///< of all lobes of the gather point (white for lights)
+  std::vector<Vec3> normal;  ///< shading normal on the viewer's side; (0,0,0) for nothing
+  std::vector<float> depth;  ///< metres along the camera ray to the first surface; infinity for none
 };
 
 /// Traces the task's camera samples on all threads. Fills `radiance.emitted` and adds to `radiance.direct` what rough

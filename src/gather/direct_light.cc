@@ -34,9 +34,8 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
   return out;
 }
 
-void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed,
-                      std::uint32_t light_samples, std::uint32_t gather_rays, SlotRadiance& radiance,
-                      Statistics& statistics) {
+void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
+                      std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::direct);
   if (light_samples == 0) return;
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {

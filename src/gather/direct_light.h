@@ -31,8 +31,7 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
 /// Adds to radiance.direct the light that reaches the gather points straight from the lights, by `light_samples` light
 /// samples each; `gather_rays` is how many BSDF samples the final gather adds for the same light. On all threads
 /// (Phase::direct; counts occlusion_rays).
-void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed,
-                      std::uint32_t light_samples, std::uint32_t gather_rays, SlotRadiance& radiance,
-                      Statistics& statistics);
+void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
+                      std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics);
 
 }  // namespace glowworm

@@ -112,7 +112,8 @@ class ChunkGatherer {
       for (std::size_t i = first; i < last; ++i) {
         Vec2 u;
         if (strata.usable()) {
-          Sampler sampler(SamplerKind::sobol, settings_.seed, hash_combine(points_.sequence[i], cell), points_.sample[i]);
+          Sampler sampler(SamplerKind::sobol, settings_.seed, hash_combine(points_.sequence[i], cell),
+                          points_.sample[i]);
           u = sampler.next2();
           u.x = (static_cast<float>(cell % strata.columns) + u.x) / static_cast<float>(strata.columns);
           u.y = (static_cast<float>(cell / strata.columns) + u.y) / static_cast<float>(strata.rows);
@@ -144,8 +145,7 @@ class ChunkGatherer {
   static bool leave(Vec3 position, Vec3 normal, Vec3 direction, bool reflected, Ray& ray) {
     const float side = dot(direction, normal);
     if ((side > 0) != reflected || side == 0) return false;
-    ray = {offset_origin(position, side > 0 ? normal : -normal), 0, direction,
-           std::numeric_limits<float>::infinity()};
+    ray = {offset_origin(position, side > 0 ? normal : -normal), 0, direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 
@@ -161,8 +161,9 @@ class ChunkGatherer {
     }
     SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
     if (scene_.geometry().emission[hit.triangle] != kNone)
-      add_light(i, emitted_radiance(scene_, point, wo),
-                [&](Vec3 from) { return light_pdf(scene_, from, {0, 0, 0}, point); });
+      add_light(i, emitted_radiance(scene_, point, wo), [&](Vec3 from) {
+        return light_pdf(scene_, from, {0, 0, 0}, point);
+      });
     const Bsdf bsdf = resolve_bsdf(scene_, point, wo);
     if (is_lambertian(bsdf)) return arrive(i, hit, point, bsdf, wo, 1);
     const Lobes have = lobes(bsdf);
@@ -182,9 +183,9 @@ class ChunkGatherer {
     if (is_black(emitted)) return;
     const std::uint32_t p = rays_.point[i];
     if (rays_.segment[i] == Segment::first && settings_.light_samples > 0) {
-      const float weight = balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
-                                             static_cast<float>(settings_.light_samples),
-                                             light_density_from(points_.position[p]));
+      const float weight =
+          balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
+                            static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
       radiance_.direct[points_.slot[p]] += rays_.weight[i] * emitted * weight;
     } else if (rays_.segment[i] == Segment::again_chain) {
       radiance_.indirect[points_.slot[p]] += rays_.weight[i] * emitted;
@@ -216,8 +217,7 @@ class ChunkGatherer {
     Sampler sampler(SamplerKind::sobol, settings_.seed,
                     hash_combine(hash_combine(points_.sequence[p], 0x61676169u), rays_.stratum[i]), points_.sample[p]);
     const Vec2 u_light = sampler.next2();
-    const UnoccludedLight light =
-        sample_direct_light(scene_, point, bsdf, wo, kBroad, sampler.next1(), u_light, 1, 0);
+    const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, kBroad, sampler.next1(), u_light, 1, 0);
     if (!is_black(light.radiance)) {
       ++shadow_rays;
       if (!tracer_.occluded(light.shadow_ray)) radiance_.indirect[points_.slot[p]] += weight * light.radiance;
@@ -251,7 +251,8 @@ class ChunkGatherer {
     const BsdfSample s = sample(bsdf, wo_local, u_lobe, sampler.next2(), which, Transport::radiance);
     if (!s.valid || is_black(s.weight)) return false;
     const Vec3 normal = face_forward(point.geometric_normal, wo);
-    if (!leave(point.position, normal, point.frame.to_world(s.wi), s.wi.z * wo_local.z > 0, rays_.rays[i])) return false;
+    if (!leave(point.position, normal, point.frame.to_world(s.wi), s.wi.z * wo_local.z > 0, rays_.rays[i]))
+      return false;
     rays_.weight[i] = weight * s.weight;
     rays_.segment[i] = next;
     return true;
@@ -303,8 +304,7 @@ QueryPoints gather_points_as_queries(const GatherPoints& points) {
   return queries;
 }
 
-void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target,
-              Statistics& statistics) {
+void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::completion);
   for (std::size_t i = 0; i < queries.size(); ++i) target[queries.gather_point[i]] += queries.weight[i] * queried[i];
 }

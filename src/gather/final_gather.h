@@ -12,10 +12,10 @@
 namespace glowworm {
 
 struct FinalGatherSettings {
-  std::uint32_t rays = 64;           ///< final gather rays of each gather point
+  std::uint32_t rays = 64;  ///< final gather rays of each gather point
   std::uint32_t seed = 0;
-  std::uint32_t light_samples = 0;   ///< light samples of each gather point; 0: rays that hit lights are not counted
-  const RadiusGrid* radii = nullptr; ///< photon radii; null: no second gather in corners
+  std::uint32_t light_samples = 0;    ///< light samples of each gather point; 0: rays that hit lights are not counted
+  const RadiusGrid* radii = nullptr;  ///< photon radii; null: no second gather in corners
   int max_sharp_bounces = 16;
 };
 

@@ -16,9 +16,7 @@ struct CameraTask {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1) x [y0, y1) of the picture
   std::uint32_t first_sample = 0, sample_count = 1;
 
-  std::size_t pixel_count() const {
-    return static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0);
-  }
+  std::size_t pixel_count() const { return static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0); }
   std::size_t slot_count() const { return pixel_count() * sample_count; }
 };
 

@@ -41,9 +41,7 @@ void add(std::array<double, 3>& sum, RGB flux) {
   sum[2] += flux.b;
 }
 
-Ray photon_ray(Vec3 origin, Vec3 direction) {
-  return {origin, 0, direction, std::numeric_limits<float>::infinity()};
-}
+Ray photon_ray(Vec3 origin, Vec3 direction) { return {origin, 0, direction, std::numeric_limits<float>::infinity()}; }
 
 /// What the shading normal does to arriving light: density estimation counts flux by the geometric cosine, the BSDF's
 /// outgoing light goes by the shading one (Veach 1997, section 5.3.4). Bounded, since at grazing angles it is not.
@@ -77,8 +75,7 @@ class ChunkTracer {
       Sampler sampler(SamplerKind::sobol, settings_.seed, sequence, static_cast<std::uint32_t>(first_path + i));
       const Vec2 direction_sample = sampler.next2();
       const Vec2 position_sample = sampler.next2();
-      const EmittedPhoton photon =
-          sample_emission(tracer_.scene(), sampler.next1(), position_sample, direction_sample);
+      const EmittedPhoton photon = sample_emission(tracer_.scene(), sampler.next1(), position_sample, direction_sample);
       result_.emitted_light.push_back(photon.light);
       add(result_.balance.emitted, photon.flux);
       if (is_black(photon.flux)) continue;
@@ -117,7 +114,8 @@ class ChunkTracer {
     // A shading normal may send light through an opaque surface: such paths do not exist.
     if ((out_geometric * in_geometric > 0) != (s.wi.z * wo.z > 0) || out_geometric == 0) return false;
     // Veach 1997, equation 5.19: the adjoint BSDF under shading normals.
-    const float adjoint = std::min(std::abs(wo.z * out_geometric / std::max(std::abs(in_geometric * s.wi.z), 1e-9f)), 8.0f);
+    const float adjoint =
+        std::min(std::abs(wo.z * out_geometric / std::max(std::abs(in_geometric * s.wi.z), 1e-9f)), 8.0f);
     const RGB next = flux * s.weight * adjoint;
     const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux), 1e-30f));
     if (!(survival > 0) || sampler.next1() >= survival) return false;

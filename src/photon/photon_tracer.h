@@ -15,8 +15,8 @@ struct PhotonPassSettings {
   std::uint64_t photons = 500'000;  ///< photons wanted in the global map; paths are emitted until it has as many
   std::uint64_t max_emitted = 0;    ///< paths at most, however few were stored; 0: 200 times `photons`
   std::uint32_t seed = 0;
-  std::uint32_t pass = 0;           ///< passes of one seed have photons of their own
-  int max_bounces = 64;             ///< Russian roulette ends nearly all paths earlier
+  std::uint32_t pass = 0;  ///< passes of one seed have photons of their own
+  int max_bounces = 64;    ///< Russian roulette ends nearly all paths earlier
 };
 
 /// Flux of a pass, in W. Emitted light is counted where it goes, so that

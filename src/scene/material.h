@@ -19,6 +19,9 @@ enum class MaterialKind : std::uint8_t {
   mix,                   ///< one of two other materials, chosen by amount
 };
 
+/// The kind's name, as enumerated.
+const char* name(MaterialKind kind);
+
 /// A material of the scene. Inputs that a kind does not name are not read.
 struct Material {
   std::string name;

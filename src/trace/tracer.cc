@@ -75,8 +75,8 @@ bool count_bytes(void* user, ssize_t bytes, bool) {
 RTCIntersectContext make_context(RayOrder order) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = order == RayOrder::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                              : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context.flags =
+      order == RayOrder::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   return context;
 }
 
@@ -189,8 +189,18 @@ std::uint64_t Tracer::bytes() const {
 Hit Tracer::intersect(const Ray& ray) const {
   RTCIntersectContext context = make_context(RayOrder::incoherent);
   RTCRayHit query;
-  query.ray = {ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
-               ray.direction.z, 0, ray.t_max, ~0u, 0, 0};
+  query.ray = {ray.origin.x,
+               ray.origin.y,
+               ray.origin.z,
+               ray.t_min,
+               ray.direction.x,
+               ray.direction.y,
+               ray.direction.z,
+               0,
+               ray.t_max,
+               ~0u,
+               0,
+               0};
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(implementation_->world, &context, &query);
@@ -205,8 +215,18 @@ Hit Tracer::intersect(const Ray& ray) const {
 
 bool Tracer::occluded(const Ray& ray) const {
   RTCIntersectContext context = make_context(RayOrder::incoherent);
-  RTCRay query = {ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
-                  ray.direction.z, 0, ray.t_max, ~0u, 0, 0};
+  RTCRay query = {ray.origin.x,
+                  ray.origin.y,
+                  ray.origin.z,
+                  ray.t_min,
+                  ray.direction.x,
+                  ray.direction.y,
+                  ray.direction.z,
+                  0,
+                  ray.t_max,
+                  ~0u,
+                  0,
+                  0};
   rtcOccluded1(implementation_->world, &context, &query);
   return query.tfar < 0;
 }

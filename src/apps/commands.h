@@ -1,0 +1,19 @@
+// The commands of the program; each reads its own options.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace glowworm {
+
+/// Exit status of a render that Ctrl-C ended, as shells count it.
+inline constexpr int kExitInterrupted = 130;
+
+/// Adds the command to the program. Its options are parsed into storage that lives as long as the program; running it
+/// throws Error where it fails, and sets `exit_status`.
+void add_render_command(CLI::App& program, int& exit_status);
+void add_info_command(CLI::App& program);
+void add_compare_command(CLI::App& program, int& exit_status);
+
+}  // namespace glowworm

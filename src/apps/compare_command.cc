@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/commands.h"
+#include "image/image.h"
+#include "image/metrics.h"
+
+namespace glowworm {
+
+namespace {
+
+struct CompareOptions {
+  std::string image, reference, difference;
+  double leave_out = 0, limit = 0;
+};
+
+int run_compare(const CompareOptions& o) {
+  const Image image = read_image(o.image), reference = read_image(o.reference);
+  const ImageComparison c = compare_images(image, reference, o.leave_out);
+  fmt::print("MSE        {:.6g}\n", c.mse);
+  fmt::print("relMSE     {:.6g}\n", c.relative_mse);
+  fmt::print("relRMSE    {:.6g}\n", c.relative_rmse);
+  fmt::print("mean ratio {:.6g} (red {:.6g}, green {:.6g}, blue {:.6g})\n", c.luminance_ratio, c.mean_ratio[0],
+             c.mean_ratio[1], c.mean_ratio[2]);
+  fmt::print("largest    {:.6g}\n", c.largest_difference);
+  if (c.non_finite_pixels > 0) fmt::print("not finite {} pixels\n", c.non_finite_pixels);
+  if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
+  return o.limit > 0 && !(c.relative_rmse <= o.limit) ? 1 : 0;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& program, int& exit_status) {
+  auto options = std::make_shared<CompareOptions>();
+  CLI::App* c = program.add_subcommand("compare", "Measures how far a picture is from its reference.");
+  c->add_option("image", options->image, "The picture")->required();
+  c->add_option("reference", options->reference, "What it should look like")->required();
+  c->add_option("-o,--difference", options->difference, "Write the signed difference in false colour to this PNG file");
+  c->add_option("--leave-out", options->leave_out, "Share of the worst pixels to leave out of MSE and relMSE")
+      ->check(CLI::Range(0.0, 0.99));
+  c->add_option("--limit", options->limit, "Exit with status 1 where relRMSE is above this");
+  c->callback([options, &exit_status] { exit_status = run_compare(*options); });
+}
+
+}  // namespace glowworm

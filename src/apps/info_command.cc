@@ -1,0 +1,59 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/commands.h"
+#include "import/import.h"
+#include "scene/light_sampling.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+namespace {
+
+void print_scene(const Scene& scene) {
+  const Geometry& g = scene.geometry();
+  const Box3 b = scene.bounds();
+  fmt::print("scene      {}\n", scene.name());
+  fmt::print("triangles  {}\n", g.triangle_count());
+  fmt::print("vertices   {}\n", g.positions.size());
+  fmt::print("bounds     ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m\n", b.min.x, b.min.y, b.min.z, b.max.x,
+             b.max.y, b.max.z);
+  if (scene.film().width > 0) fmt::print("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
+  std::map<std::uint32_t, std::size_t> uses;
+  for (const std::uint32_t m : g.material) ++uses[m];
+  fmt::print("materials  {}\n", scene.materials().size());
+  for (std::size_t i = 0; i < scene.materials().size(); ++i) {
+    const Material& m = scene.materials()[i];
+    fmt::print("  {:<32} {:<20} {} triangles\n", m.name, name(m.kind), uses[static_cast<std::uint32_t>(i)]);
+  }
+  fmt::print("textures   {}\n", scene.textures().size());
+  fmt::print("lights     {}: {} emissive triangles, {} point, spot or directional lights, {} environment\n",
+             scene.light_source_count(), scene.emissive_triangles().size(), scene.lights().size(),
+             scene.environment() ? 1 : 0);
+  for (std::size_t i = 0; i < scene.lights().size() + (scene.environment() ? 1 : 0); ++i) {
+    const auto source = static_cast<std::uint32_t>(scene.emissive_triangles().size() + i);
+    const RGB p = light_source_power(scene, source);
+    fmt::print("  {:<32} {:.4g} W (RGB {:.4g} {:.4g} {:.4g})\n", light_source_name(scene, source), luminance(p), p.r,
+               p.g, p.b);
+  }
+  fmt::print("power      {:.4g} W of luminance in all\n", scene.light_power().total());
+  fmt::print("cameras    {}\n", scene.cameras().size());
+  for (const Camera& c : scene.cameras()) {
+    const Vec3 at = c.to_world.translation;
+    fmt::print("  {:<32} at ({:.4g}, {:.4g}, {:.4g})\n", c.name.empty() ? "(unnamed)" : c.name, at.x, at.y, at.z);
+  }
+  for (const std::string& note : scene.notes()) fmt::print("note: {}\n", note);
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& program) {
+  auto path = std::make_shared<std::string>();
+  CLI::App* c = program.add_subcommand("info", "Says what was understood of a scene, and what is not supported.");
+  c->add_option("scene", *path, "A scene file or builtin:NAME")->required();
+  c->callback([path] { print_scene(Scene(load_scene(*path))); });
+}
+
+}  // namespace glowworm

@@ -1,0 +1,52 @@
+// The film: sums of all samples by pixel and layer.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "gather/camera_pass.h"
+#include "gather/gather_points.h"
+
+namespace glowworm {
+
+/// Sums of radiance and of what was first hit, one entry a pixel, row by row. Tasks must be added in a fixed order for
+/// the same bits from any number of threads.
+class Film {
+ public:
+  Film(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::size_t pixel_count() const { return count_.size(); }
+
+  void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit);
+
+  /// Means over the samples taken so far; black (or 0) where there are none.
+  enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal };
+  RGB mean(Layer layer, std::size_t pixel) const;
+  /// Mean depth over the samples that hit something; infinity for none.
+  float depth(std::size_t pixel) const;
+  /// Radiance of the pixel: all light, or the indirect alone. W sr^-1 m^-2.
+  RGB radiance(std::size_t pixel, bool indirect_only) const;
+  std::uint32_t sample_count(std::size_t pixel) const { return count_[pixel]; }
+
+  /// Relative standard error of the image: the root over pixels of the mean of var(mean) / (mean^2 + 0.01 M^2), with M
+  /// the mean of the image, from the spread of the samples of each pixel. Infinity under two samples.
+  double noise() const;
+
+  /// Bytes that a film of that size holds.
+  static std::uint64_t bytes(int width, int height);
+
+  /// The film's whole state, for checkpoints.
+  std::vector<float> save() const;
+  /// Restores what save() gave; false where it is of another size.
+  bool restore(const std::vector<float>& state);
+
+ private:
+  int width_, height_;
+  std::vector<RGB> sums_[6];
+  std::vector<float> depth_sum_;
+  std::vector<std::uint32_t> depth_count_, count_;
+  std::vector<float> square_sum_;  // of the luminance of single samples
+};
+
+}  // namespace glowworm

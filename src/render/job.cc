@@ -1,0 +1,125 @@
+#include "render/job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "render/path_tracer.h"
+#include "render/photon_renderer.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Side of a tile in pixels: a task of this size fills both cores with work and is done in a moment.
+constexpr int kTile = 256;
+/// Share of the squared radius kept from pass to pass, as in stochastic progressive photon mapping: r_{i+1}^2 =
+/// r_i^2 (i + alpha) / (i + 1) (Knaus and Zwicker 2011, equation 20).
+constexpr double kAlpha = 2.0 / 3.0;
+
+std::vector<CameraTask> make_tasks(const RenderSettings& settings, std::uint32_t sample) {
+  std::vector<CameraTask> tasks;
+  for (int y = 0; y < settings.height; y += kTile)
+    for (int x = 0; x < settings.width; x += kTile)
+      tasks.push_back({x, y, std::min(x + kTile, settings.width), std::min(y + kTile, settings.height), sample, 1});
+  return tasks;
+}
+
+}  // namespace
+
+Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked)
+    : scene_(std::move(scene)),
+      tracer_(std::move(tracer)),
+      settings_(resolve(asked, *scene_)),
+      budget_(settings_.memory_bytes),
+      film_(settings_.width, settings_.height),
+      start_(std::chrono::steady_clock::now()) {
+  thread_ = std::thread([this] { run(); });
+}
+
+Job::~Job() {
+  cancel();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Job::wait() {
+  if (thread_.joinable()) thread_.join();
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
+double Job::seconds() const {
+  if (done_) return end_seconds_;
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+double Job::progress() const {
+  if (done_) return 1;
+  const double by_time = settings_.time_limit_s > 0 ? seconds() / settings_.time_limit_s : 0;
+  return std::clamp(std::max<double>(by_time, work_done_), 0.0, 1.0);
+}
+
+Film Job::snapshot() const {
+  const std::lock_guard lock(film_mutex_);
+  return film_;
+}
+
+void Job::run() {
+  try {
+    const Reservation film(budget_, "film", Film::bytes(settings_.width, settings_.height));
+    render_passes();
+  } catch (...) {
+    failure_ = std::current_exception();
+    ending_ = Ending::failed;
+  }
+  end_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  statistics_.add_time(Phase::total, end_seconds_);
+  done_ = true;
+}
+
+bool Job::should_stop() {
+  if (cancelled_)
+    ending_ = Ending::cancelled;
+  else if (settings_.time_limit_s > 0 && seconds() >= settings_.time_limit_s)
+    ending_ = Ending::time_up;
+  return ending_ != Ending::running;
+}
+
+void Job::render_passes() {
+  const Camera& camera = scene_->camera(settings_.camera);
+  PhotonRenderer photons(*tracer_, settings_, budget_, statistics_);
+  const bool mapped = settings_.integrator != Integrator::path;
+  double radius_squared = 1;
+  for (std::uint32_t pass = 0; pass < settings_.samples; ++pass) {
+    if (mapped && (pass == 0 || settings_.progressive)) {
+      photons.shoot_photons(pass, static_cast<float>(std::sqrt(radius_squared)));
+      radius_squared *= (pass + 1 + kAlpha) / (pass + 2);
+      photon_map_bytes_ = photons.photon_bytes();
+    }
+    const std::vector<CameraTask> tasks = make_tasks(settings_, pass);
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      if (should_stop()) return;
+      SlotRadiance radiance;
+      FirstHit first_hit;
+      if (mapped)
+        photons.render(camera, tasks[i], radiance, first_hit);
+      else
+        trace_paths(*tracer_, camera, tasks[i], settings_, radiance, first_hit, statistics_);
+      query_point_bytes_ = photons.query_bytes();
+      const std::lock_guard lock(film_mutex_);
+      film_.add(tasks[i], radiance, first_hit);
+      work_done_ = (pass + static_cast<double>(i + 1) / static_cast<double>(tasks.size())) / settings_.samples;
+    }
+    passes_ = pass + 1;
+    if (settings_.noise_target > 0) {
+      const double noise = film_.noise();
+      if (noise <= settings_.noise_target) {
+        ending_ = Ending::noise_reached;
+        return;
+      }
+    }
+  }
+  ending_ = Ending::samples_done;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,80 @@
+// A render under way: one future-like object for the command line, the viewer, tests and benchmarks.
+#pragma once
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "core/memory_budget.h"
+#include "core/statistics.h"
+#include "photon/photon_tracer.h"
+#include "render/film.h"
+#include "render/settings.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Why a render ended.
+enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
+
+/// A render in a thread of its own (its parallel loops use all threads). Every pass renders one camera sample of every
+/// pixel, in tiles; so the first pass already is a whole, noisy image.
+class Job {
+ public:
+  /// Starts at once. @param asked is resolved first; errors of that are thrown here, later ones by wait().
+  Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked);
+  ~Job();  ///< cancels and waits
+  Job(const Job&) = delete;
+  Job& operator=(const Job&) = delete;
+
+  /// Asks the render to stop after the task under way. Safe in signal handlers.
+  void cancel() { cancelled_ = true; }
+  /// Waits for the end; throws what the render threw.
+  void wait();
+  /// True once it has ended, for whatever reason.
+  bool done() const { return done_; }
+  Ending ending() const { return ending_; }
+
+  /// Share of the work done, in [0, 1]: by samples, or by time where that will end it first.
+  double progress() const;
+  /// Passes (camera samples of every pixel) done so far.
+  std::uint32_t passes() const { return passes_; }
+  /// Wall seconds since the start (until the end).
+  double seconds() const;
+
+  /// A copy of the film as it is now; any time.
+  Film snapshot() const;
+  const RenderSettings& settings() const { return settings_; }
+  const Statistics& statistics() const { return statistics_; }
+  Statistics& statistics() { return statistics_; }
+  const MemoryBudget& budget() const { return budget_; }
+  const Scene& scene() const { return *scene_; }
+  std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
+  std::uint64_t query_point_bytes() const { return query_point_bytes_; }
+
+ private:
+  void run();
+  void render_passes();
+  bool should_stop();
+
+  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const Tracer> tracer_;
+  RenderSettings settings_;
+  MemoryBudget budget_;
+  Statistics statistics_;
+  mutable std::mutex film_mutex_;
+  Film film_;
+  std::chrono::steady_clock::time_point start_;
+  std::atomic<double> end_seconds_{0};
+  std::atomic<bool> cancelled_{false}, done_{false};
+  std::atomic<Ending> ending_{Ending::running};
+  std::atomic<std::uint32_t> passes_{0};
+  std::atomic<double> work_done_{0};
+  std::atomic<std::uint64_t> photon_map_bytes_{0}, query_point_bytes_{0};
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,132 @@
+#include "render/output.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "kernels/simd.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+
+const char* integrator_name(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::photon:
+      return "photon";
+    case Integrator::path:
+      return "path";
+    case Integrator::photons:
+      return "photons";
+  }
+  return "";
+}
+
+json settings_json(const RenderSettings& s) {
+  json out = {{"integrator", integrator_name(s.integrator)},
+              {"engine", s.engine},
+              {"samples", s.samples},
+              {"gather", s.gather},
+              {"photons", s.photons},
+              {"nearest", s.nearest},
+              {"light_samples", s.light_samples},
+              {"width", s.width},
+              {"height", s.height},
+              {"camera", s.camera},
+              {"seed", s.seed},
+              {"memory_bytes", s.memory_bytes},
+              {"time_limit_s", s.time_limit_s},
+              {"noise_target", s.noise_target},
+              {"indirect_only", s.indirect_only},
+              {"progressive", s.progressive}};
+  return out;
+}
+
+void add_layer(Image& image, const Film& film, const std::string& aov) {
+  using Layer = Film::Layer;
+  if (aov == "depth") {
+    std::vector<float> depth(film.pixel_count());
+    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = film.depth(i);
+    image.add_scalar("depth.Z", depth);
+    return;
+  }
+  if (aov == "normal") {
+    std::vector<Vec3> normal(film.pixel_count());
+    for (std::size_t i = 0; i < normal.size(); ++i) {
+      const RGB n = film.mean(Layer::normal, i);
+      normal[i] = {n.r, n.g, n.b};
+    }
+    image.add_vec3("normal", normal);
+    return;
+  }
+  const Layer layer = aov == "emitted"    ? Layer::emitted
+                      : aov == "direct"   ? Layer::direct
+                      : aov == "indirect" ? Layer::indirect
+                      : aov == "caustic"  ? Layer::caustic
+                                          : Layer::albedo;
+  std::vector<RGB> pixels(film.pixel_count());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = film.mean(layer, i);
+  image.add_rgb(aov, pixels);
+}
+
+}  // namespace
+
+const char* version() { return "0.1.0"; }
+
+Image make_image(const Film& film, const Job& job) {
+  const RenderSettings& settings = job.settings();
+  Image image(film.width(), film.height());
+  const float scale = job.scene().film().scale;
+  std::vector<RGB> beauty(film.pixel_count());
+  for (std::size_t i = 0; i < beauty.size(); ++i) beauty[i] = film.radiance(i, settings.indirect_only) * scale;
+  image.add_rgb("", beauty);
+  for (const std::string& aov : settings.aovs) add_layer(image, film, aov);
+  image.metadata["Software"] = fmt::format("Glowworm {}", version());
+  image.metadata["glowworm:scene"] = job.scene().name();
+  image.metadata["glowworm:seed"] = std::to_string(settings.seed);
+  image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", job.seconds());
+  image.metadata["glowworm:passes"] = std::to_string(job.passes());
+  image.metadata["glowworm:settings"] = settings_json(settings).dump();
+  return image;
+}
+
+std::string statistics_json(const Job& job, const Tracer& tracer) {
+  const Statistics& s = job.statistics();
+  const RenderSettings& settings = job.settings();
+  json out;
+  out["scene"] = {{"name", job.scene().name()},
+                  {"triangles", job.scene().geometry().triangle_count()},
+                  {"lights", job.scene().light_source_count()},
+                  {"materials", job.scene().materials().size()}};
+  out["settings"] = settings_json(settings);
+  out["version"] = version();
+  out["isa"] = simd_name();
+  out["threads"] = settings.threads;
+  for (int i = 0; i < static_cast<int>(Phase::count_); ++i)
+    out["time_s"][name(static_cast<Phase>(i))] = s.seconds(static_cast<Phase>(i));
+  for (int i = 0; i < static_cast<int>(Counter::count_); ++i)
+    out["count"][name(static_cast<Counter>(i))] = s.count(static_cast<Counter>(i));
+  const auto per_second = [](std::uint64_t n, double seconds) {
+    return seconds > 0 ? static_cast<double>(n) / seconds : 0.0;
+  };
+  const double density = s.seconds(Phase::density) + s.seconds(Phase::reorder);
+  const std::uint64_t operations = s.count(Counter::shader_operations), queries = s.count(Counter::query_points);
+  out["rate"] = {{"gather_rays_per_s", per_second(s.count(Counter::gather_rays), s.seconds(Phase::gather_rays))},
+                 {"query_points_per_s", per_second(queries, density)},
+                 {"shader_operations_per_s_per_core", per_second(operations, density) / settings.threads}};
+  const std::uint64_t steps = s.count(Counter::packet_steps);
+  out["mean"] = {
+      {"photons_per_query", queries ? static_cast<double>(operations) / static_cast<double>(queries) : 0.0},
+      {"active_lanes",
+       steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
+      {"lanes", simd_lanes()}};
+  out["memory_bytes"] = {{"budget", settings.memory_bytes},         {"peak_reserved", job.budget().peak()},
+                         {"peak_rss", peak_resident_bytes()},       {"photon_map", job.photon_map_bytes()},
+                         {"query_points", job.query_point_bytes()}, {"acceleration_structure", tracer.bytes()}};
+  for (const auto& [holder, bytes] : job.budget().peaks()) out["memory_bytes"]["reserved"][holder] = bytes;
+  return out.dump(2);
+}
+
+}  // namespace glowworm

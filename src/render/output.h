@@ -1,0 +1,22 @@
+// From the film to files: the image with its layers, and the statistics.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "image/image.h"
+#include "render/film.h"
+#include "render/job.h"
+
+namespace glowworm {
+
+/// The program's version.
+const char* version();
+
+/// The film as a picture: the image itself, and a layer for each AOV that the settings ask for; settings, version, seed
+/// and time in its metadata.
+Image make_image(const Film& film, const Job& job);
+
+/// The statistics of a render as one JSON object; docs/statistics.md lists the keys and their units.
+std::string statistics_json(const Job& job, const Tracer& tracer);
+
+}  // namespace glowworm

@@ -1,0 +1,178 @@
+#include "render/path_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "gather/direct_light.h"
+#include "scene/light_sampling.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kSamplesPerChunk = 256;
+constexpr int kRouletteAfter = 3;
+
+/// Which bounces a path has had, as far as that decides where its light belongs.
+struct History {
+  bool gathered = false;     ///< a broad bounce: the gather point is passed
+  bool rough_sharp = false;  ///< a sharp bounce that is not a delta, before the gather point
+  bool sharp_after_gather = false;
+  bool broad_after_gather = false;
+
+  void mark(Lobes lobe, bool delta) {
+    if (lobe != kSharp)
+      (gathered ? broad_after_gather : gathered) = true;
+    else if (gathered)
+      sharp_after_gather = true;
+    else if (!delta)
+      rough_sharp = true;
+  }
+  RGB& destination(SlotRadiance& radiance, std::uint32_t slot) const {
+    if (!gathered) return rough_sharp ? radiance.direct[slot] : radiance.emitted[slot];
+    if (broad_after_gather) return radiance.indirect[slot];
+    return sharp_after_gather ? radiance.caustic[slot] : radiance.direct[slot];
+  }
+};
+
+/// One path, from the camera to its end.
+class Path {
+ public:
+  Path(const Tracer& tracer, const RenderSettings& settings, Sampler sampler, std::uint32_t slot,
+       SlotRadiance& radiance, FirstHit& first_hit)
+      : tracer_(tracer),
+        scene_(tracer.scene()),
+        settings_(settings),
+        sampler_(sampler),
+        slot_(slot),
+        radiance_(radiance),
+        first_hit_(first_hit) {}
+
+  void trace(Ray ray) {
+    for (int bounce = 0;; ++bounce) {
+      const Hit hit = tracer_.intersect(ray);
+      if (bounce == 0)
+        first_hit_.depth[slot_] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+      if (hit.triangle == kNone) {
+        add_light(environment_radiance(scene_, ray.direction),
+                  last_pdf_ > 0 ? environment_pdf(scene_, last_position_, {0, 0, 0}, ray.direction) : 0);
+        return;
+      }
+      SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
+      const Vec3 wo = -ray.direction;
+      const RGB emitted = emitted_radiance(scene_, point, wo);
+      if (!is_black(emitted))
+        add_light(emitted, last_pdf_ > 0 ? light_pdf(scene_, last_position_, {0, 0, 0}, point) : 0);
+      const Bsdf bsdf = resolve_bsdf(scene_, point, wo);
+      if (bounce == 0) {
+        first_hit_.normal[slot_] = face_forward(point.frame.n, wo);
+        first_hit_.albedo[slot_] = albedo(bsdf, point.frame.to_local(wo), kAllLobes);
+      }
+      if (bounce >= settings_.max_bounces) return;
+      const Vec3 wo_local = point.frame.to_local(wo);
+      add_sampled_light(point, bsdf, wo, wo_local);
+      if (!scatter(point, bsdf, wo, wo_local, bounce, ray)) return;
+    }
+  }
+
+  std::uint64_t shadow_rays = 0;
+
+ private:
+  void add_light(RGB light, float light_density) {
+    const float weight = last_pdf_ > 0 ? balance_heuristic(1, last_pdf_, 1, light_density) : 1.0f;
+    history_.destination(radiance_, slot_) += throughput_ * light * weight;
+  }
+
+  /// Next-event estimation, apart by lobes so that each part goes where it belongs.
+  void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec3 wo_local) {
+    const Vec2 u = sampler_.next2();
+    const float u_light = sampler_.next1();
+    for (const Lobes which : {kBroad, kSharp}) {
+      if (!(lobes(bsdf) & which)) continue;
+      const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u, 1, 0);
+      if (is_black(light.radiance)) continue;
+      ++shadow_rays;
+      if (tracer_.occluded(light.shadow_ray)) continue;
+      const LightSample again = sample_light(scene_, point.position, Vec3{0, 0, 0}, u_light, u);
+      const float weight =
+          again.delta ? 1.0f
+                      : balance_heuristic(1, again.pdf, 1,
+                                          pdf(bsdf, wo_local, point.frame.to_local(again.direction), kAllLobes));
+      History with = history_;
+      with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
+      with.destination(radiance_, slot_) += throughput_ * light.radiance * weight;
+    }
+  }
+
+  /// Goes on in a direction of the BSDF; false where the path ends.
+  bool scatter(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec3 wo_local, int bounce, Ray& ray) {
+    const float u_lobe = sampler_.next1();
+    const BsdfSample s = sample(bsdf, wo_local, u_lobe, sampler_.next2(), kAllLobes, Transport::radiance);
+    if (!s.valid) return false;
+    const Vec3 direction = point.frame.to_world(s.wi);
+    const float side = dot(direction, point.geometric_normal);
+    if ((side * dot(wo, point.geometric_normal) > 0) != (s.wi.z * wo_local.z > 0) || side == 0) return false;
+    throughput_ *= s.weight;
+    if (is_black(throughput_)) return false;
+    if (bounce >= kRouletteAfter) {
+      const float survival = std::min(0.95f, max_component(throughput_));
+      if (sampler_.next1() >= survival) return false;
+      throughput_ *= 1 / survival;
+    }
+    history_.mark(s.lobe, s.delta);
+    last_pdf_ = s.delta ? 0 : s.pdf;
+    last_position_ = point.position;
+    ray = {offset_origin(point.position, side > 0 ? point.geometric_normal : -point.geometric_normal), 0, direction,
+           std::numeric_limits<float>::infinity()};
+    return true;
+  }
+
+  const Tracer& tracer_;
+  const Scene& scene_;
+  const RenderSettings& settings_;
+  Sampler sampler_;
+  std::uint32_t slot_;
+  SlotRadiance& radiance_;
+  FirstHit& first_hit_;
+  RGB throughput_{1.0f};
+  float last_pdf_ = 0;  // of the last bounce; 0 for the camera and deltas, at which no light was sampled
+  Vec3 last_position_;
+  History history_;
+};
+
+}  // namespace
+
+void trace_paths(const Tracer& tracer, const Camera& camera, const CameraTask& task, const RenderSettings& settings,
+                 SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
+  const std::size_t slots = task.slot_count();
+  radiance.resize(slots);
+  first_hit.albedo.assign(slots, RGB());
+  first_hit.normal.assign(slots, Vec3());
+  first_hit.depth.assign(slots, 0);
+  const int width = task.x1 - task.x0;
+  parallel_for(0, slots, kSamplesPerChunk, [&](std::size_t first, std::size_t last) {
+    std::uint64_t shadow_rays = 0;
+    for (std::size_t slot = first; slot < last; ++slot) {
+      const auto in_tile = static_cast<int>(slot % task.pixel_count());
+      const std::uint32_t sample = task.first_sample + static_cast<std::uint32_t>(slot / task.pixel_count());
+      const int x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
+      const auto pixel =
+          static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
+      Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, 0x70617468u), sample);
+      const Vec2 u = sampler.next2();
+      const CameraRay ray = generate_ray(camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
+                                         settings.width, settings.height, sampler.next2());
+      Path path(tracer, settings, sampler, static_cast<std::uint32_t>(slot), radiance, first_hit);
+      path.trace({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+      shadow_rays += path.shadow_rays;
+    }
+    statistics.add(Counter::camera_rays, last - first);
+    statistics.add(Counter::occlusion_rays, shadow_rays);
+  });
+}
+
+}  // namespace glowworm

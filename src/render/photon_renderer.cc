@@ -1,0 +1,114 @@
+#include "render/photon_renderer.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "density/radius.h"
+#include "gather/direct_light.h"
+#include "gather/final_gather.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Query points looked up at once, where the budget allows: enough for neighbours to share their searches.
+constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 22;
+/// Bytes that a query point costs between its ray and completion: itself twice while chunks are joined, its radiance,
+/// and an engine's order of it.
+constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
+/// Caustics are sharp: their estimate catches fewer photons.
+constexpr std::uint32_t kCausticShare = 2;
+
+RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& settings, const std::string& engine,
+                         std::uint32_t k, float radius_scale) {
+  RadiusPolicy policy;
+  policy.kernel = settings.kernel;
+  policy.k = k;
+  policy.kind = engine == "knn" ? RadiusKind::nearest : RadiusKind::per_photon;
+  if (photons.size() == 0) return policy;
+  policy.radii = per_photon_radii(photons, k);
+  for (float& radius : policy.radii) radius *= radius_scale;
+  // Where photons are few, the nearest may be in another part of the scene: no estimate reaches further than the
+  // widest of the radii that density asks for.
+  policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
+  return policy;
+}
+
+}  // namespace
+
+PhotonRenderer::PhotonRenderer(const Tracer& tracer, const RenderSettings& settings, MemoryBudget& budget,
+                               Statistics& statistics)
+    : tracer_(tracer), settings_(settings), budget_(budget), statistics_(statistics) {}
+
+PhotonRenderer::~PhotonRenderer() = default;
+
+std::string PhotonRenderer::engine() const { return engine_ ? engine_->name() : settings_.engine; }
+
+std::uint64_t PhotonRenderer::photon_bytes() const {
+  return (pass_.global.size() + pass_.caustic.size()) * (PhotonBatch::kBytesEach + sizeof(float));
+}
+
+void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
+  photon_reservation_.reset();
+  photon_reservation_ = std::make_unique<Reservation>(
+      budget_, "photon map", settings_.photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
+  PhotonPassSettings wanted;
+  wanted.photons = settings_.photons;
+  wanted.seed = settings_.seed;
+  wanted.pass = pass;
+  pass_ = trace_photons(tracer_, wanted, statistics_);
+  const std::string name = settings_.engine;
+  engine_ = make_engine(name);
+  const RadiusPolicy policy = make_policy(pass_.global, settings_, name, settings_.nearest, radius_scale);
+  engine_->build(pass_.global, policy, statistics_);
+  radii_ = RadiusGrid(pass_.global.position, policy.radii);
+  caustic_engine_.reset();
+  if (pass_.caustic.size() > 0) {
+    caustic_engine_ = make_engine(name);
+    const std::uint32_t k = std::max<std::uint32_t>(1, settings_.nearest / kCausticShare);
+    caustic_engine_->build(pass_.caustic, make_policy(pass_.caustic, settings_, name, k, radius_scale), statistics_);
+  }
+}
+
+void PhotonRenderer::render(const Camera& camera, const CameraTask& task, SlotRadiance& radiance, FirstHit& first_hit) {
+  CameraPassSettings camera_settings;
+  camera_settings.width = settings_.width;
+  camera_settings.height = settings_.height;
+  camera_settings.seed = settings_.seed;
+  const GatherPoints points = camera_pass(tracer_, camera, task, camera_settings, radiance, first_hit, statistics_);
+  if (settings_.integrator == Integrator::photons) {
+    look_up(gather_points_as_queries(points), *engine_, radiance.indirect);
+    return;
+  }
+  if (!settings_.indirect_only)
+    add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, radiance, statistics_);
+  if (!settings_.indirect_only && caustic_engine_)
+    look_up(gather_points_as_queries(points), *caustic_engine_, radiance.caustic);
+  gather(points, radiance);
+}
+
+void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) {
+  FinalGatherSettings gather_settings;
+  gather_settings.rays = settings_.gather;
+  gather_settings.seed = settings_.seed;
+  gather_settings.light_samples = settings_.indirect_only ? 0 : settings_.light_samples;
+  gather_settings.radii = settings_.secondary_gather ? &radii_ : nullptr;
+  const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
+  const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));
+  const std::size_t step = std::max<std::size_t>(1, queries_at_once / settings_.gather);
+  for (std::size_t first = 0; first < points.size(); first += step) {
+    const std::size_t last = std::min(first + step, points.size());
+    const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * kBytesPerQuery);
+    look_up(final_gather(tracer_, points, first, last, gather_settings, radiance, statistics_), *engine_,
+            radiance.indirect);
+  }
+}
+
+void PhotonRenderer::look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
+  std::vector<RGB> found(queries.size());
+  query_bytes_ = std::max<std::uint64_t>(query_bytes_, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
+  engine.estimate(queries, found, statistics_);
+  complete(queries, found, target, statistics_);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,54 @@
+// Photon mapping: from a camera task to the light of its slots.
+#pragma once
+#include <memory>
+
+#include "core/memory_budget.h"
+#include "core/statistics.h"
+#include "density/engine.h"
+#include "gather/camera_pass.h"
+#include "gather/radius_grid.h"
+#include "photon/photon_tracer.h"
+#include "render/settings.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Holds the photon maps of one photon pass and renders tasks with them. Immutable between calls of shoot_photons().
+class PhotonRenderer {
+ public:
+  /// @param settings resolved; both references must outlive the renderer
+  PhotonRenderer(const Tracer& tracer, const RenderSettings& settings, MemoryBudget& budget, Statistics& statistics);
+  ~PhotonRenderer();
+
+  /// Traces the photons of a pass and builds their maps. Radii are those that catch settings.nearest photons, times
+  /// `radius_scale`.
+  void shoot_photons(std::uint32_t pass, float radius_scale);
+
+  /// Renders one task the whole way: camera pass, direct light, final gather, density estimation, completion.
+  void render(const Camera& camera, const CameraTask& task, SlotRadiance& radiance, FirstHit& first_hit);
+
+  /// The name of the engine in use.
+  std::string engine() const;
+  /// Bytes of the photon maps, without the engine's index.
+  std::uint64_t photon_bytes() const;
+  /// The pass whose photons are held, with their flux balance (arrays of photons themselves are in the engines).
+  const PhotonPass& photons() const { return pass_; }
+  /// Most query points that were held at once, in bytes.
+  std::uint64_t query_bytes() const { return query_bytes_; }
+
+ private:
+  void gather(const GatherPoints& points, SlotRadiance& radiance);
+  void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target);
+
+  const Tracer& tracer_;
+  const RenderSettings& settings_;
+  MemoryBudget& budget_;
+  Statistics& statistics_;
+  PhotonPass pass_;
+  std::unique_ptr<Reservation> photon_reservation_;
+  std::unique_ptr<DensityEngine> engine_, caustic_engine_;
+  RadiusGrid radii_;
+  std::uint64_t query_bytes_ = 0;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,51 @@
+// What a person asks of a render, and what becomes of it when every 'auto' has been resolved.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/random.h"
+#include "density/engine.h"
+
+namespace glowworm {
+
+class Scene;
+
+enum class Integrator : std::uint8_t {
+  photon,   ///< photon mapping with final gathering
+  path,     ///< path tracing: the reference
+  photons,  ///< the photon map shown directly, without final gathering
+};
+
+/// Settings of a render. 0 (or "auto", or empty) is automatic everywhere; resolve() replaces those by numbers.
+struct RenderSettings {
+  Integrator integrator = Integrator::photon;
+  std::string engine = "auto";
+  std::uint32_t samples = 0;        ///< camera samples of each pixel
+  std::uint32_t gather = 0;         ///< final gather rays of each camera sample
+  std::uint64_t photons = 0;        ///< photons in the global map
+  std::uint32_t nearest = 0;        ///< k: photons that an estimate should catch
+  std::uint32_t light_samples = 0;  ///< light samples of each gather point
+  KernelShape kernel = KernelShape::epanechnikov;
+  int width = 0, height = 0;  ///< pixels
+  std::string camera;         ///< name; empty is the scene's first
+  std::uint32_t seed = 0;
+  int threads = 0;
+  std::uint64_t memory_bytes = 0;
+  double time_limit_s = 0;  ///< stops after the task under way; 0: no limit
+  double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
+  bool indirect_only = false;
+  bool progressive = false;  ///< photons of its own for every pass, radii that shrink from pass to pass
+  bool secondary_gather = true;
+  int max_bounces = 64;  ///< path tracer: bounces at most (Russian roulette ends nearly all earlier)
+  SamplerKind sampler = SamplerKind::sobol;
+  std::vector<std::string> aovs;  ///< layers beside the image itself; names as in aov_names()
+};
+
+/// Names that --aov knows.
+std::vector<std::string> aov_names();
+
+/// The settings with every automatic value replaced. Throws Error for what cannot be (a size of 0, an unknown AOV).
+RenderSettings resolve(const RenderSettings& asked, const Scene& scene);
+
+}  // namespace glowworm
