@@ -27,26 +27,23 @@ std::size_t parts_of(std::size_t points) { return (points + kPartPoints - 1) / k
 /// Works off one bucket after another; what one thread needs for that.
 class BucketWorker {
  public:
-  /// @param answers by BucketPoint::place
-  BucketWorker(const BlockedIndex& index, const QueryPoints& points, std::span<RGB> answers)
-      : index_(index), tree_(index.tree()), points_(points), answers_(answers) {}
+  BucketWorker(const BlockedIndex& index, const QueryPoints& points, QueryBuckets& buckets)
+      : index_(index), tree_(index.tree()), points_(points), buckets_(buckets) {}
 
-  void work(std::span<const BucketPoint> bucket) {
+  void work(const QueryBuckets::Bucket& bucket) {
     const Clock::time_point start = Clock::now();
-    order_.sort(bucket);
+    order_.sort(buckets_.points(bucket));
     const Clock::time_point sorted = Clock::now();
-    for (std::size_t g = 0; g < BucketOrder::kGroups; ++g) {
-      std::span<const std::uint32_t> places = order_.group(g);
-      if (g == BucketOrder::kNotLambertian) {
-        for (const std::uint32_t place : places) shade(bucket[place]);
-        continue;
-      }
-      while (!places.empty()) {
-        const std::size_t count = std::min<std::size_t>(places.size(), kRunPoints);
-        sum(bucket, places.first(count));
-        places = places.subspan(count);
+    for (std::size_t g = 0; g < kNotLambertianGroup; ++g) {
+      std::span<const std::uint32_t> indices = order_.group(g);
+      while (!indices.empty()) {
+        const std::size_t count = std::min<std::size_t>(indices.size(), kRunPoints);
+        sum(bucket, indices.first(count));
+        indices = indices.subspan(count);
       }
     }
+    for (const std::uint32_t i : order_.group(kNotLambertianGroup))
+      buckets_.answer(bucket, i) = shade(buckets_.points(bucket)[i]);
     sort_time += sorted - start;
     other_time += Clock::now() - sorted;
   }
@@ -56,9 +53,10 @@ class BucketWorker {
 
  private:
   /// A run of Lambertian points.
-  void sum(std::span<const BucketPoint> bucket, std::span<const std::uint32_t> places) {
+  void sum(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices) {
+    const std::span<const BucketPoint> points = buckets_.points(bucket);
     QueryRun run;
-    run.count = places.size();
+    run.count = indices.size();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       run.position[axis] = in_[axis];
       run.normal[axis] = in_[axis + 3];
@@ -66,7 +64,7 @@ class BucketWorker {
     }
     const std::size_t padded = (run.count + kTileWidth - 1) / kTileWidth * kTileWidth;
     for (std::size_t i = 0; i < padded; ++i) {
-      const BucketPoint& p = bucket[places[std::min(i, run.count - 1)]];
+      const BucketPoint& p = points[indices[std::min(i, run.count - 1)]];
       in_[0][i] = p.position.x;
       in_[1][i] = p.position.y;
       in_[2][i] = p.position.z;
@@ -76,11 +74,11 @@ class BucketWorker {
     }
     blocked_sum(tree_, run, scratch_, counts);
     for (std::size_t i = 0; i < run.count; ++i)
-      answers_[bucket[places[i]].place] = RGB(out_[0][i], out_[1][i], out_[2][i]);
+      buckets_.answer(bucket, indices[i]) = RGB(out_[0][i], out_[1][i], out_[2][i]);
   }
 
   /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
-  void shade(const BucketPoint& point) {
+  RGB shade(const BucketPoint& point) {
     const float position[3] = {point.position.x, point.position.y, point.position.z};
     const float normal[3] = {point.normal.x, point.normal.y, point.normal.z};
     blocked_find(tree_, position, normal, scratch_, found_, counts);
@@ -92,13 +90,13 @@ class BucketWorker {
       gathered_.push_back(index_.directions()[found.place],
                           RGB(block.r[lane], block.g[lane], block.b[lane]) * (found.profile * kPi));
     }
-    answers_[point.place] = shader_.shade(points_.bsdfs[point.bsdf], gathered_);
+    return shader_.shade(points_.bsdfs[point.bsdf], gathered_);
   }
 
   const BlockedIndex& index_;
   BlockTree tree_;
   const QueryPoints& points_;
-  std::span<RGB> answers_;
+  QueryBuckets& buckets_;
   BucketOrder order_;
   BlockedScratch scratch_;
   std::vector<FoundPhoton> found_;
@@ -144,8 +142,8 @@ class BlockedEngine final : public DensityEngine {
     const Clock::time_point brought_together = Clock::now();
     std::atomic<Clock::rep> sort_time{0}, other_time{0};
     parallel_for(0, buckets.buckets().size(), kBucketGrain, [&](std::size_t begin, std::size_t end) {
-      const auto worker = std::make_unique<BucketWorker>(index_, points, buckets.answers());
-      for (std::size_t i = begin; i < end; ++i) worker->work(buckets.points(buckets.buckets()[i]));
+      const auto worker = std::make_unique<BucketWorker>(index_, points, buckets);
+      for (std::size_t i = begin; i < end; ++i) worker->work(buckets.buckets()[i]);
       statistics.add(Counter::shader_operations, worker->counts.evaluated);
       statistics.add(Counter::pairs_tested, worker->counts.tested);
       statistics.add(Counter::packet_steps, worker->counts.steps);

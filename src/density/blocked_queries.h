@@ -9,7 +9,7 @@
 #include "core/large_array.h"
 #include "core/rgb.h"
 #include "gather/query_points.h"
-#include "kernels/blocked.h"
+#include "kernels/query_keys.h"
 
 namespace glowworm {
 
@@ -17,8 +17,8 @@ namespace glowworm {
 struct BucketPoint {
   Vec3 position;
   Vec3 normal;
-  std::uint32_t bsdf;   ///< as in QueryPoints
-  std::uint32_t place;  ///< where its answer goes: an index into QueryBuckets::answers()
+  std::uint32_t bsdf;  ///< as in QueryPoints
+  std::uint32_t key;   ///< of query_keys()
 };
 
 /// Points of a task, moved so that those of one cell of space stand together.
@@ -39,8 +39,11 @@ class QueryBuckets {
   std::span<const BucketPoint> points(const Bucket& bucket) const {
     return points_.span().subspan(bucket.first, bucket.last - bucket.first);
   }
-  /// One for each point, to be set by who works the buckets off.
-  std::span<RGB> answers() { return answers_.span(); }
+  /// The answer of point i of points(bucket), to be set by who works the bucket off.
+  RGB& answer(const Bucket& bucket, std::size_t i) {
+    const std::size_t place = bucket.first + i;
+    return answers_[origin_.size() == 0 ? place : origin_[place]];
+  }
   /// Adds the answers, times the reflectance of points that are Lambertian, to radiance[i] of the points i they are
   /// for. Once only. (Answers are read bucket by bucket, so that memory is walked through in as many streams as there
   /// are buckets, not jumped about in.)
@@ -54,35 +57,32 @@ class QueryBuckets {
 
   std::size_t first_;
   std::size_t cells_ = 0;
-  LargeArray<std::uint16_t> cell_of_;
+  LargeArray<std::uint32_t> keys_;
   LargeArray<std::uint32_t> places_;  // by piece of the points and cell
   LargeArray<BucketPoint> points_;
+  LargeArray<std::uint32_t> origin_;  // of each of points_ before large buckets were divided; empty where none was
   LargeArray<RGB> answers_;
   std::vector<Bucket> buckets_;
 };
 
-/// The points of one bucket, sorted along the Hilbert curve within each group of like normals, and cut into runs for
-/// the kernels. Keeps its arrays from one bucket to the next; belongs to one thread.
+/// The points of one bucket, sorted by group and along the curve. Keeps its arrays from one bucket to the next; belongs
+/// to one thread.
 class BucketOrder {
  public:
-  /// The most directions that normals are told apart by, and one more group for points that are not Lambertian.
-  static constexpr std::size_t kGroups = 7;
-
   void sort(std::span<const BucketPoint> points);
 
-  /// Places in the bucket, in order; group g is group(g) of them.
+  /// Indices of the points of a group (kKeyGroups of them), in order.
   std::span<const std::uint32_t> group(std::size_t g) const {
     return std::span(order_).subspan(first_[g], first_[g + 1] - first_[g]);
   }
-  static constexpr std::size_t kNotLambertian = 6;
 
  private:
   struct Entry {
-    std::uint32_t key, place;
+    std::uint32_t key, index;
   };
   std::vector<Entry> entries_, other_;
   std::vector<std::uint32_t> order_;
-  std::array<std::uint32_t, kGroups + 1> first_{};
+  std::array<std::uint32_t, kKeyGroups + 1> first_{};
 };
 
 }  // namespace glowworm

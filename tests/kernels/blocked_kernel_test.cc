@@ -1,0 +1,293 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "core/random.h"
+#include "core/vec.h"
+#include "kernels/blocked.h"
+#include "kernels/query_keys.h"
+#include "kernels/simd.h"
+
+namespace glowworm {
+namespace {
+
+constexpr float kSentinel = -77.5f;
+constexpr BlockedProfile kProfiles[] = {BlockedProfile::box, BlockedProfile::cone, BlockedProfile::epanechnikov,
+                                        BlockedProfile::gaussian};
+
+float number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(i, which)); }
+
+Vec3 direction(std::uint32_t i, std::uint32_t which) {
+  const float z = 2 * number(i, which) - 1, phi = 2 * kPi * number(i, which + 1), r = std::sqrt(1 - z * z);
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+/// Up to 64 blocks of photons in the unit cube under one node or two levels of nodes, whose bounds are as wide as can
+/// be.
+struct Photons {
+  std::vector<PhotonBlock> blocks;
+  std::vector<BlockNode> nodes, root;
+  BlockTree tree;
+
+  Photons(std::size_t count, BlockedProfile profile, float radius) {
+    blocks.resize((count + kBlockWidth - 1) / kBlockWidth);
+    for (std::size_t i = 0; i < blocks.size() * kBlockWidth; ++i) {
+      PhotonBlock& block = blocks[i / kBlockWidth];
+      const std::size_t lane = i % kBlockWidth;
+      const auto index = static_cast<std::uint32_t>(i);
+      const float r = radius * (0.5f + number(index, 9));
+      const Vec3 n = direction(index, 5);
+      block.x[lane] = number(index, 1);
+      block.y[lane] = number(index, 2);
+      block.z[lane] = number(index, 3);
+      block.inverse_radius_squared[lane] = i < count ? 1 / (r * r) : std::numeric_limits<float>::infinity();
+      block.nx[lane] = n.x;
+      block.ny[lane] = n.y;
+      block.nz[lane] = n.z;
+      block.r[lane] = number(index, 20);
+      block.g[lane] = number(index, 21);
+      block.b[lane] = number(index, 22);
+    }
+    nodes.resize((blocks.size() + kBlockWidth - 1) / kBlockWidth);
+    root.resize(1);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (int c = 0; c < kBlockWidth; ++c)
+        set(nodes[i], c, i * kBlockWidth + static_cast<std::size_t>(c) < blocks.size());
+    for (int c = 0; c < kBlockWidth; ++c) set(root[0], c, static_cast<std::size_t>(c) < nodes.size());
+    tree.blocks = blocks.data();
+    tree.level[0] = nodes.data();
+    tree.level[1] = root.data();
+    tree.levels = blocks.empty() ? 0 : 2;
+    tree.profile = profile;
+    tree.min_normal_cosine = 0.2f;
+  }
+
+  static void set(BlockNode& node, int child, bool there) {
+    const float sign = there ? 1 : -1;
+    node.min_x[child] = node.min_y[child] = node.min_z[child] = -1 * sign;
+    node.max_x[child] = node.max_y[child] = node.max_z[child] = 2 * sign;
+    node.radius_squared[child] = there ? 100.0f : 0.0f;
+    node.normal_x[child] = node.normal_y[child] = node.normal_z[child] = 0;
+    node.normal_spread[child] = 1;
+  }
+};
+
+/// A run of points, with sentinels around what is written.
+struct PointRun {
+  static constexpr std::size_t kMargin = 5;
+  std::vector<float> in[6], out[3];
+  QueryRun run;
+
+  explicit PointRun(std::size_t count, float normal_spread) {
+    const std::size_t padded = (count + kTileWidth - 1) / kTileWidth * kTileWidth;
+    for (auto& array : in) array.resize(kMargin + padded);
+    for (std::size_t i = 0; i < padded; ++i) {
+      const auto index = static_cast<std::uint32_t>(std::min(i, count - 1)) + 1000;
+      const Vec3 n = normalize(Vec3{0, 0, 1} + direction(index, 40) * normal_spread);
+      in[0][kMargin + i] = number(index, 30);
+      in[1][kMargin + i] = number(index, 31);
+      in[2][kMargin + i] = number(index, 32);
+      in[3][kMargin + i] = n.x;
+      in[4][kMargin + i] = n.y;
+      in[5][kMargin + i] = n.z;
+    }
+    for (auto& array : out) array.assign(padded + 2 * kMargin, kSentinel);
+    run.count = count;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      run.position[axis] = in[axis].data() + kMargin;
+      run.normal[axis] = in[axis + 3].data() + kMargin;
+      run.sum[axis] = out[axis].data() + kMargin;
+    }
+  }
+
+  void expect_sentinels() const {
+    for (const auto& array : out)
+      for (std::size_t i = 0; i < kMargin; ++i) {
+        EXPECT_EQ(array[i], kSentinel);
+        EXPECT_EQ(array[array.size() - 1 - i], kSentinel);
+      }
+  }
+};
+
+void expect_as_reference(const Photons& photons, std::size_t points, float normal_spread) {
+  PointRun run(points, normal_spread), expected(points, normal_spread);
+  BlockedCounts counts, expected_counts;
+  BlockedScratch scratch;
+  blocked_sum(photons.tree, run.run, scratch, counts);
+  blocked_sum_reference(photons.tree, photons.blocks.size(), expected.run, expected_counts);
+  EXPECT_EQ(counts.evaluated, expected_counts.evaluated);
+  EXPECT_LE(counts.tested, expected_counts.tested);
+  EXPECT_GE(counts.tested, counts.evaluated);
+  run.expect_sentinels();
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < points; ++i)
+      ASSERT_NEAR(run.run.sum[c][i], expected.run.sum[c][i], 1e-5f * expected.run.sum[c][i] + 1e-6f)
+          << "channel " << c << " point " << i;
+}
+
+TEST(BlockedKernel, EveryInstructionSetAgreesWithPlainCode) {
+  for (const std::string& name : simd_names()) {
+    SCOPED_TRACE(name);
+    set_simd(name);
+    for (const BlockedProfile profile : kProfiles)
+      for (const std::size_t photons : {0, 1, 8, 13, 512})
+        for (const std::size_t points : {1, 3, 16, 17, 512}) {
+          SCOPED_TRACE(testing::Message()
+                       << static_cast<int>(profile) << ": " << photons << " photons, " << points << " points");
+          expect_as_reference(Photons(photons, profile, 0.3f), points, 0.0f);
+          expect_as_reference(Photons(photons, profile, 0.3f), points, 0.8f);
+        }
+  }
+  set_simd("auto");
+}
+
+TEST(BlockedKernel, WorksListsOffWhereAllPhotonsCount) {
+  // More photons than a list holds, all in support.
+  Photons photons(512, BlockedProfile::epanechnikov, 5);
+  photons.tree.min_normal_cosine = -2;
+  for (BlockNode& node : photons.nodes)
+    for (int c = 0; c < kBlockWidth; ++c) node.radius_squared[c] = 1000;
+  // The same blocks again and again: children 8 i + c of every node of the root are those of the first.
+  std::vector<PhotonBlock> many;
+  for (int i = 0; i < 16; ++i) many.insert(many.end(), photons.blocks.begin(), photons.blocks.end());
+  std::vector<BlockNode> nodes(many.size() / kBlockWidth, photons.nodes[0]), middle(nodes.size() / kBlockWidth);
+  for (BlockNode& node : middle)
+    for (int c = 0; c < kBlockWidth; ++c) Photons::set(node, c, true);
+  std::vector<BlockNode> top((middle.size() + kBlockWidth - 1) / kBlockWidth);
+  for (std::size_t i = 0; i < top.size(); ++i)
+    for (int c = 0; c < kBlockWidth; ++c)
+      Photons::set(top[i], c, i * kBlockWidth + static_cast<std::size_t>(c) < middle.size());
+  std::vector<BlockNode> root(1);
+  for (int c = 0; c < kBlockWidth; ++c) Photons::set(root[0], c, static_cast<std::size_t>(c) < top.size());
+  photons.tree.blocks = many.data();
+  photons.tree.level = {nodes.data(), middle.data(), top.data(), root.data()};
+  photons.tree.levels = 4;
+  PointRun run(20, 0.5f), expected(20, 0.5f);
+  BlockedCounts counts, expected_counts;
+  BlockedScratch scratch;
+  blocked_sum(photons.tree, run.run, scratch, counts);
+  blocked_sum_reference(photons.tree, many.size(), expected.run, expected_counts);
+  EXPECT_EQ(counts.evaluated, 20u * 512 * 16);
+  EXPECT_EQ(expected_counts.evaluated, counts.evaluated);
+  for (std::size_t i = 0; i < 20; ++i)
+    EXPECT_NEAR(run.run.sum[0][i], expected.run.sum[0][i], 1e-4f * expected.run.sum[0][i]);
+}
+
+TEST(BlockedKernel, FindsThePhotonsThatAreSummed) {
+  for (const std::string& name : simd_names()) {
+    SCOPED_TRACE(name);
+    set_simd(name);
+    for (const BlockedProfile profile : kProfiles) {
+      const Photons photons(301, profile, 0.4f);
+      for (std::uint32_t i = 0; i < 20; ++i) {
+        PointRun run(1, 0.3f);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          run.in[axis][PointRun::kMargin] = number(i, 60 + static_cast<std::uint32_t>(axis));
+        BlockedCounts counts, found_counts;
+        blocked_sum_reference(photons.tree, photons.blocks.size(), run.run, counts);
+        BlockedScratch scratch;
+        std::vector<FoundPhoton> found;
+        const float position[3] = {run.run.position[0][0], run.run.position[1][0], run.run.position[2][0]};
+        const float normal[3] = {run.run.normal[0][0], run.run.normal[1][0], run.run.normal[2][0]};
+        blocked_find(photons.tree, position, normal, scratch, found, found_counts);
+        EXPECT_EQ(found.size(), counts.evaluated);
+        EXPECT_EQ(found_counts.evaluated, counts.evaluated);
+        float sum = 0;
+        for (const FoundPhoton& f : found)
+          sum += f.profile * photons.blocks[f.place / kBlockWidth].r[f.place % kBlockWidth];
+        EXPECT_NEAR(sum, run.run.sum[0][0], 1e-5f * sum);
+      }
+    }
+  }
+  set_simd("auto");
+}
+
+constexpr std::uint32_t kLambertian = 0xffffffffu;
+
+TEST(QueryKeys, TheCurveVisitsEveryCellOnceAndMovesOneCellAStep) {
+  constexpr std::uint32_t kSide = 1u << kKeyLevels, kCells = kSide * kSide * kSide;
+  KeyGrid grid;
+  grid.cells_per_metre = 1.0f / kSide;  // one cell, whose parts are cubes of a metre
+  std::vector<Vec3> positions(kCells), normals(kCells, Vec3{0, 0, 1});
+  for (std::uint32_t i = 0; i < kCells; ++i)
+    positions[i] = {static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide % kSide) + 0.5f,
+                    static_cast<float>(i / kSide / kSide) + 0.5f};
+  const std::vector<std::uint32_t> bsdf(kCells, kLambertian);
+  std::vector<std::uint32_t> keys(kCells);
+  query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), kCells, keys.data());
+  std::vector<Vec3> by_key(kCells, Vec3{-1, -1, -1});
+  for (std::uint32_t i = 0; i < kCells; ++i) {
+    ASSERT_EQ(keys[i] >> kKeyCellShift, 0u);
+    ASSERT_EQ(keys[i] >> kKeyCurveBits & 7, 4u);
+    by_key[keys[i] & (kCells - 1)] = positions[i];
+  }
+  for (std::uint32_t i = 0; i < kCells; ++i) {
+    ASSERT_GE(by_key[i].x, 0) << "no cell at " << i;
+    if (i > 0) {
+      const Vec3 step = by_key[i] - by_key[i - 1];
+      ASSERT_EQ(std::abs(step.x) + std::abs(step.y) + std::abs(step.z), 1.0f);
+    }
+  }
+}
+
+TEST(QueryKeys, TellsCellsAndDirectionsApart) {
+  KeyGrid grid;
+  grid.origin[0] = -2;
+  grid.cells_per_metre = 1;
+  grid.cells[0] = 4;
+  grid.cells[1] = 3;
+  grid.cells[2] = 2;
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const std::vector<Vec3> positions = {{-1.5f, 0.5f, 0.5f}, {1.5f, 2.5f, 1.5f}, {-50, 99, 0.5f}, {0.5f, 0.5f, 0.5f},
+                                       {nan, 0, 0},         {0, infinity, 0},   {0, 0, 0},       {0.5f, 0.5f, 0.5f}};
+  const std::vector<Vec3> normals = {{1, 0, 0}, {-0.8f, 0.6f, 0}, {0, 0.7f, -0.7f}, {0.1f, -0.9f, 0.2f},
+                                     {0, 0, 1}, {0, 0, 1},        {0, nan, 1},      {0, 0, -1}};
+  const std::vector<std::uint32_t> bsdf = {kLambertian, kLambertian, kLambertian, kLambertian,
+                                           kLambertian, kLambertian, kLambertian, 0};
+  std::vector<std::uint32_t> keys(8);
+  query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), 8, keys.data());
+  const auto cell = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyCellShift; };
+  const auto group = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyCurveBits & 7; };
+  EXPECT_EQ(cell(0), 0u);
+  EXPECT_EQ(cell(1), 23u);
+  EXPECT_EQ(cell(2), 8u);
+  EXPECT_EQ(cell(3), 2u);
+  EXPECT_EQ(group(0), 0u);
+  EXPECT_EQ(group(1), 1u);
+  EXPECT_EQ(group(2), 2u);
+  EXPECT_EQ(group(3), 3u);
+  EXPECT_EQ(group(7), kNotLambertianGroup);
+  for (std::size_t i = 4; i < 7; ++i) EXPECT_EQ(keys[i], kNoKey);
+}
+
+TEST(QueryKeys, EveryInstructionSetGivesTheSameKeys) {
+  KeyGrid grid;
+  grid.cells_per_metre = 7;
+  grid.cells[0] = grid.cells[1] = grid.cells[2] = 7;
+  for (const std::size_t n : {1, 7, 8, 9, 31, 1000}) {
+    std::vector<Vec3> positions(n), normals(n);
+    std::vector<std::uint32_t> bsdf(n);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      positions[i] = {number(i, 1), number(i, 2), number(i, 3)};
+      normals[i] = direction(i, 4);
+      bsdf[i] = i % 5 == 0 ? 3 : kLambertian;
+    }
+    std::map<std::string, std::vector<std::uint32_t>> keys;
+    for (const std::string& name : simd_names()) {
+      set_simd(name);
+      std::vector<std::uint32_t>& k = keys[name];
+      k.assign(n + 1, 12345u);
+      query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), n, k.data());
+      EXPECT_EQ(k[n], 12345u);
+      EXPECT_EQ(k, keys.begin()->second) << name << ", " << n << " points";
+    }
+  }
+  set_simd("auto");
+}
+
+}  // namespace
+}  // namespace glowworm
