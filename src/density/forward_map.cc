@@ -21,28 +21,21 @@ constexpr std::size_t kParallelCount = 8192;
 // From this many photons on the median is narrowed down by a histogram first.
 constexpr std::size_t kHistogramCount = 512;
 constexpr std::size_t kBins = 256;
+// Photons whose data is asked for before its turn.
+constexpr std::size_t kPrefetchDistance = 16;
 
-class Builder {
+/// Builds the tree: its nodes, and for each of them the index of its photon.
+class TreeBuilder {
  public:
-  Builder(const PhotonBatch& photons, const RadiusPolicy& policy, ForwardMap& map)
-      : photons_(photons),
-        policy_(policy),
-        map_(map),
-        norm_(static_cast<float>(kernel_norm(policy.kernel)) * kInversePi) {
-    // Split positions lose their lowest two bits to the axis: up to three units in the last place.
-    float largest = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      largest = std::max({largest, std::abs(map.bounds.min[axis]), std::abs(map.bounds.max[axis])});
-    }
-    slack_ = std::max(largest * 0x1p-21f, std::numeric_limits<float>::min());
-  }
+  TreeBuilder(std::vector<ForwardNode>& nodes, std::vector<std::uint32_t>& order) : nodes_(nodes), order_(order) {}
 
-  float reach_of(float radius) const { return radius * 1.000001f + slack_; }
-
-  /// Builds the subtree of the points, whose root becomes node `at`. Returns its largest radius.
+  /// Builds the subtree of the points, whose root becomes node `at`.
   /// @param scratch as much room as the points take
-  float subtree(KdPoint* points, KdPoint* scratch, std::size_t count, std::size_t at) {
-    if (count == 1) return set_node(at, *points, ForwardNode::kLeaf, 0, 0);
+  void subtree(KdPoint* points, KdPoint* scratch, std::size_t count, std::size_t at) {
+    if (count == 1) {
+      set_node(at, points->index, 0, ForwardNode::kLeaf, 0);
+      return;
+    }
     Box3 box;
     for (std::size_t i = 0; i < count; ++i) box.grow(points[i].position);
     const int axis = box.longest_axis();
@@ -54,12 +47,11 @@ class Builder {
     } else {
       along(axis, [&](auto coordinate) { select(points, left, count, coordinate); });
     }
-    const KdPoint median = points[left];
     const std::size_t right_at = right > 0 ? at + 1 + left : 0;
-    float left_radius = 0, right_radius = 0;
-    const auto build_left = [&] { left_radius = subtree(points, scratch, left, at + 1); };
+    set_node(at, points[left].index, points[left].position[axis], static_cast<std::uint32_t>(axis), right_at);
+    const auto build_left = [&] { subtree(points, scratch, left, at + 1); };
     const auto build_right = [&] {
-      if (right > 0) right_radius = subtree(points + left + 1, scratch + left + 1, right, right_at);
+      if (right > 0) subtree(points + left + 1, scratch + left + 1, right, right_at);
     };
     if (count > kParallelCount) {
       parallel_invoke(build_left, build_right);
@@ -67,7 +59,6 @@ class Builder {
       build_left();
       build_right();
     }
-    return set_node(at, median, static_cast<std::uint32_t>(axis), right_at, std::max(left_radius, right_radius));
   }
 
  private:
@@ -114,33 +105,67 @@ class Builder {
     select(to + before, nth - before, inside, coordinate);
   }
 
-  /// Writes a node with its photon's data. Returns the largest radius of its subtree.
-  float set_node(std::size_t at, const KdPoint& point, std::uint32_t axis, std::size_t right, float radius_below) {
-    const float split = axis == ForwardNode::kLeaf ? 0 : point.position[static_cast<int>(axis)];
-    map_.nodes[at] = {(std::bit_cast<std::uint32_t>(split) & ~ForwardNode::kAxisMask) | axis,
-                      static_cast<std::uint32_t>(right)};
-    const std::uint32_t index = point.index;
-    const bool own = policy_.kind == RadiusKind::per_photon;
-    const float radius = own ? policy_.radii[index] : policy_.radius;
-    const float inverse = 1 / (radius * radius);
-    const bool counts = std::isfinite(inverse);
-    map_.hot[at] = {point.position.x, point.position.y, point.position.z,
-                    counts ? inverse : std::numeric_limits<float>::infinity()};
-    const RGB flux = photons_.flux[index] * (counts ? inverse * norm_ : 0.0f);
-    const Vec3 normal = photons_.normal[index];
-    map_.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
-    map_.direction[at] = photons_.direction[index];
-    const float largest = std::max(radius, radius_below);
-    if (own) map_.reach[at] = reach_of(largest);
-    return largest;
+  void set_node(std::size_t at, std::uint32_t photon, float split, std::uint32_t axis, std::size_t right) {
+    nodes_[at] = {(std::bit_cast<std::uint32_t>(split) & ~ForwardNode::kAxisMask) | axis,
+                  static_cast<std::uint32_t>(right)};
+    order_[at] = photon;
   }
 
-  const PhotonBatch& photons_;
-  const RadiusPolicy& policy_;
-  ForwardMap& map_;
-  float norm_;
-  float slack_;
+  std::vector<ForwardNode>& nodes_;
+  std::vector<std::uint32_t>& order_;
 };
+
+/// Brings the photons' data into the order of the nodes.
+void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const std::vector<std::uint32_t>& order,
+                  ForwardMap& map) {
+  const bool own = policy.kind == RadiusKind::per_photon;
+  const float norm = static_cast<float>(kernel_norm(policy.kernel)) * kInversePi;
+  const std::size_t count = order.size();
+  parallel_for(0, count, kParallelCount, [&](std::size_t first, std::size_t last) {
+    for (std::size_t at = first; at < last; ++at) {
+      // Photons lie about in memory in the order of the tracing.
+      const std::uint32_t soon = order[std::min(at + kPrefetchDistance, count - 1)];
+      __builtin_prefetch(&photons.position[soon]);
+      __builtin_prefetch(&photons.flux[soon]);
+      __builtin_prefetch(&photons.normal[soon]);
+      __builtin_prefetch(&photons.direction[soon]);
+      const std::uint32_t index = order[at];
+      const float radius = own ? policy.radii[index] : policy.radius;
+      const float inverse = 1 / (radius * radius);
+      const bool counts = std::isfinite(inverse);
+      const Vec3 position = photons.position[index], normal = photons.normal[index];
+      const RGB flux = photons.flux[index] * (counts ? inverse * norm : 0.0f);
+      map.hot[at] = {position.x, position.y, position.z, counts ? inverse : std::numeric_limits<float>::infinity()};
+      map.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
+      map.direction[at] = photons.direction[index];
+      if (own) map.reach[at] = radius;
+    }
+  });
+}
+
+/// Turns the radii of the nodes' photons into the reach of their subtrees.
+/// @param slack how far split positions may be off, metres
+void find_reach(const std::vector<ForwardNode>& nodes, std::vector<float>& reach, float slack) {
+  const auto widened = [slack](float radius) { return radius * 1.000001f + slack; };
+  // Children stand behind their parents.
+  for (std::size_t at = reach.size(); at-- > 0;) {
+    float largest = widened(reach[at]);
+    if ((nodes[at].split & ForwardNode::kAxisMask) != ForwardNode::kLeaf) {
+      largest = std::max(largest, reach[at + 1]);
+      if (nodes[at].right != 0) largest = std::max(largest, reach[nodes[at].right]);
+    }
+    reach[at] = largest;
+  }
+}
+
+/// Split positions lose their lowest two bits to the axis: up to three units in the last place.
+float split_slack(const Box3& bounds) {
+  float largest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    largest = std::max({largest, std::abs(bounds.min[axis]), std::abs(bounds.max[axis])});
+  }
+  return std::max(largest * 0x1p-21f, std::numeric_limits<float>::min());
+}
 
 }  // namespace
 
@@ -170,10 +195,13 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   if (count == 0) return map;
   std::vector<KdPoint> points(count);
   for (std::size_t i = 0; i < count; ++i) points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
-  Builder builder(photons, policy, map);
-  map.fixed_reach = builder.reach_of(policy.radius);
   std::vector<KdPoint> scratch(count);
-  builder.subtree(points.data(), scratch.data(), count, 0);
+  std::vector<std::uint32_t> order(count);
+  TreeBuilder(map.nodes, order).subtree(points.data(), scratch.data(), count, 0);
+  fill_photons(photons, policy, order, map);
+  const float slack = split_slack(map.bounds);
+  map.fixed_reach = policy.radius * 1.000001f + slack;
+  find_reach(map.nodes, map.reach, slack);
   return map;
 }
 

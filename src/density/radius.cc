@@ -16,7 +16,7 @@ constexpr float kSameSurfaceCosine = 0.7f;
 // Surfaces told apart in one leaf; what matches none of them joins the last.
 constexpr int kMaxSurfaces = 4;
 // Leaves before and after a leaf, in the order of the tree, that its estimate is pooled with.
-constexpr std::size_t kPooledLeaves = 2;
+constexpr std::size_t kPooledLeaves = 3;
 // A radius is at most so many times the median one: photons that lie alone stay local.
 constexpr float kMaxOverMedian = 8;
 constexpr std::size_t kLeafGrain = 64;
@@ -78,6 +78,13 @@ int surface_of(Leaf& leaf, Vec3 normal) {
   if (leaf.surface_count == kMaxSurfaces) return kMaxSurfaces - 1;
   leaf.surfaces[leaf.surface_count].first_normal = normal;
   return leaf.surface_count++;
+}
+
+/// Asks for the normals of a leaf's photons, which lie about in memory in the order of the tracing.
+void prefetch_normals(const Leaf& leaf, const KdTree& tree, std::span<const Vec3> normals) {
+  for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+    __builtin_prefetch(&normals[tree.points[i].index]);
+  }
 }
 
 /// Sorts the photons of a leaf by surface and measures the areas they cover.
@@ -167,7 +174,10 @@ std::vector<float> per_photon_radii(const PhotonBatch& photons, std::uint32_t k)
   }
   std::vector<std::uint8_t> surface_index(photons.size());
   parallel_for(0, leaves.size(), kLeafGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) measure(leaves[i], tree, photons.normal, surface_index.data());
+    for (std::size_t i = first; i < last; ++i) {
+      if (i + 1 < last) prefetch_normals(leaves[i + 1], tree, photons.normal);
+      measure(leaves[i], tree, photons.normal, surface_index.data());
+    }
   });
   parallel_for(0, leaves.size(), kLeafGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {

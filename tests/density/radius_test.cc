@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -45,6 +46,59 @@ TEST(Radius, HoldsAboutKPhotonsOnAFloor) {
     EXPECT_LT(std::sqrt(squares / radii.size()), 0.12) << k;
     EXPECT_NEAR(fixed_radius(photons, k) / expected, 1.0, 0.05);
   }
+}
+
+/// Photons of equal density on a floor (side 0), the wall that meets it at x = 0 (1) and the floor's underside (2).
+PhotonBatch corner_photons(std::size_t count_each) {
+  PhotonBatch photons;
+  for (std::size_t i = 0; i < 3 * count_each; ++i) {
+    Sampler sampler(SamplerKind::independent, 2, 1, static_cast<std::uint32_t>(i));
+    const Vec2 u = sampler.next2();
+    const int side = static_cast<int>(i % 3);
+    const Vec3 position = side == 0 ? Vec3{u.x, u.y, 0} : side == 1 ? Vec3{0, u.y, u.x} : Vec3{u.x, u.y, -0.001f};
+    const Vec3 normal = side == 0 ? Vec3{0, 0, 1} : side == 1 ? Vec3{1, 0, 0} : Vec3{0, 0, -1};
+    photons.push_back(position, normal, RGB(1.0f), normal);
+  }
+  return photons;
+}
+
+TEST(Radius, IsNotHalvedWhereWallsMeetOrThroughThinOnes) {
+  constexpr std::size_t kCount = 10000;
+  constexpr std::uint32_t kWanted = 50;
+  const std::vector<float> radii = per_photon_radii(corner_photons(kCount), kWanted);
+  const float expected = std::sqrt(kWanted / (kCount * kPi));
+  double sum = 0, lowest = 10, highest = 0;
+  for (const float r : radii) {
+    sum += r / expected;
+    lowest = std::min(lowest, double(r / expected));
+    highest = std::max(highest, double(r / expected));
+  }
+  EXPECT_NEAR(sum / double(radii.size()), 1, 0.05);
+  EXPECT_GT(lowest, 0.6);
+  EXPECT_LT(highest, 1.7);
+}
+
+TEST(Radius, FollowsTheDensity) {
+  // The density falls along x as kCount / (2 sqrt(x)).
+  PhotonBatch photons;
+  constexpr std::size_t kCount = 40000;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    Sampler sampler(SamplerKind::independent, 3, 1, static_cast<std::uint32_t>(i));
+    const Vec2 u = sampler.next2();
+    photons.push_back({u.x * u.x, u.y, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+  }
+  const std::vector<float> radii = per_photon_radii(photons, 50);
+  double sum = 0, squares = 0, number = 0;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const float x = photons.position[i].x;
+    if (x < 0.02f || x > 0.98f) continue;
+    const double ratio = radii[i] / std::sqrt(50 / (kPi * kCount * 0.5f / std::sqrt(x)));
+    sum += ratio;
+    squares += (ratio - 1) * (ratio - 1);
+    ++number;
+  }
+  EXPECT_NEAR(sum / number, 1, 0.03);
+  EXPECT_LT(std::sqrt(squares / number), 0.12);
 }
 
 TEST(Radius, IsTheSameForAnyNumberOfThreads) {
