@@ -1,9 +1,13 @@
 // Photon maps: how fast they are built and searched, beside nanoflann on the same points in the same order.
+// --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium) or, for "cloud", those of
+// photon_cloud.h.
 #include <benchmark/benchmark.h>
 
 #include <limits>
 #include <memory>
 #include <nanoflann.hpp>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/parallel.h"
@@ -12,7 +16,12 @@
 #include "density/knn.h"
 #include "density/radius.h"
 #include "density/reorder.h"
+#include "gather/camera_pass.h"
+#include "gather/final_gather.h"
+#include "photon/photon_tracer.h"
 #include "photon_cloud.h"
+#include "scene/builtin.h"
+#include "trace/tracer.h"
 
 namespace glowworm::bench {
 namespace {
@@ -33,18 +42,50 @@ struct Points {
 using NanoflannTree =
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>, Points, 3, std::uint32_t>;
 
-/// The cloud, made once; the query points along the Hilbert curve.
+/// Photons and query points as a render of the scene makes them.
+void record(const std::string& name, PhotonBatch& photons, QueryPoints& points) {
+  const Scene scene(builtin_scene(name));
+  const Tracer tracer(scene);
+  Statistics statistics;
+  PhotonPassSettings pass;
+  pass.photons = kPhotons;
+  photons = trace_photons(tracer, pass, statistics).global;
+  constexpr int kSide = 80;
+  CameraPassSettings camera;
+  camera.width = camera.height = kSide;
+  CameraTask task;
+  task.x1 = task.y1 = kSide;
+  SlotRadiance radiance;
+  FirstHit first_hit;
+  const GatherPoints gather_points =
+      camera_pass(tracer, scene.camera(""), task, camera, radiance, first_hit, statistics);
+  FinalGatherSettings gather;
+  gather.rays = kQueries / (kSide * kSide) + 1;
+  points = final_gather(tracer, gather_points, 0, gather_points.size(), gather, radiance, statistics);
+}
+
+std::string scene_name = "atrium";
+
+/// Photons and query points, made once; the query points also along the Hilbert curve.
 struct Cloud {
-  PhotonBatch photons = cloud_photons(kPhotons);
-  QueryPoints points = cloud_queries(kQueries);
+  PhotonBatch photons;
+  QueryPoints points;
   std::vector<std::uint32_t> order;
-  std::vector<float> radii = per_photon_radii(photons, kNearest);
-  float radius = fixed_radius(photons, kNearest);
+  std::vector<float> radii;
+  float radius;
   Points photon_points{photons.position};
   std::unique_ptr<NanoflannTree> nanoflann;
   PhotonMap map;
 
   Cloud() {
+    if (scene_name == "cloud") {
+      photons = cloud_photons(kPhotons);
+      points = cloud_queries(kQueries);
+    } else {
+      record(scene_name, photons, points);
+    }
+    radii = per_photon_radii(photons, kNearest);
+    radius = fixed_radius(photons, kNearest);
     ReorderSettings settings;
     settings.depth = 21;
     order = hilbert_order(points.position, bounds_of(points.position), photons.size(), settings);
@@ -74,7 +115,7 @@ void nanoflann_nearest(benchmark::State& state) {
       benchmark::DoNotOptimize(distances.back());
     }
   }
-  set_rate(state, "queries", kQueries);
+  set_rate(state, "queries", static_cast<double>(cloud().points.size()));
 }
 
 /// The same question: normals play no part.
@@ -88,7 +129,7 @@ void map_nearest(benchmark::State& state) {
                                              std::numeric_limits<float>::infinity(), heap, tested));
     }
   }
-  set_rate(state, "queries", kQueries);
+  set_rate(state, "queries", static_cast<double>(cloud().points.size()));
 }
 
 void nanoflann_radius(benchmark::State& state) {
@@ -124,7 +165,7 @@ void nanoflann_build(benchmark::State& state) {
     NanoflannTree tree(3, c.photon_points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
     benchmark::DoNotOptimize(tree.root_node);
   }
-  set_rate(state, "photons", kPhotons);
+  set_rate(state, "photons", static_cast<double>(cloud().photons.size()));
 }
 
 void tree_build(benchmark::State& state) {
@@ -132,7 +173,7 @@ void tree_build(benchmark::State& state) {
   set_thread_count(static_cast<int>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(build_kd_tree(c.photons.position, 8).nodes.data());
   set_thread_count(0);
-  set_rate(state, "photons", kPhotons);
+  set_rate(state, "photons", static_cast<double>(cloud().photons.size()));
 }
 
 void radii(benchmark::State& state) {
@@ -140,7 +181,7 @@ void radii(benchmark::State& state) {
   set_thread_count(static_cast<int>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(per_photon_radii(c.photons, kNearest).data());
   set_thread_count(0);
-  set_rate(state, "photons", kPhotons);
+  set_rate(state, "photons", static_cast<double>(cloud().photons.size()));
 }
 
 /// Building the map of an engine, radii given.
@@ -150,7 +191,7 @@ void engine_build(benchmark::State& state, const std::string& name, const Radius
   set_thread_count(static_cast<int>(state.range(0)));
   for (auto _ : state) engine->build(cloud().photons, policy, statistics);
   set_thread_count(0);
-  set_rate(state, "photons", kPhotons);
+  set_rate(state, "photons", static_cast<double>(cloud().photons.size()));
 }
 
 /// A whole density phase of an engine, reordering included; query points in no order.
@@ -164,7 +205,7 @@ void engine_estimate(benchmark::State& state, const std::string& name, const Rad
   for (auto _ : state) engine->estimate(c.points, radiance, statistics);
   set_thread_count(0);
   const double runs = static_cast<double>(state.iterations());
-  set_rate(state, "queries", kQueries);
+  set_rate(state, "queries", static_cast<double>(cloud().points.size()));
   set_rate(state, "operations", static_cast<double>(statistics.count(Counter::shader_operations)) / runs);
   state.counters["used"] = static_cast<double>(statistics.count(Counter::shader_operations)) /
                            static_cast<double>(statistics.count(Counter::pairs_tested));
@@ -216,6 +257,11 @@ BENCHMARK(radii)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
+  constexpr std::string_view kScene = "--scene=";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument.starts_with(kScene)) glowworm::bench::scene_name = argument.substr(kScene.size());
+  }
   glowworm::bench::register_engines();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -15,8 +15,8 @@ struct ForwardMap {
   std::vector<ForwardNode> nodes;
   std::vector<ForwardHot> hot;
   std::vector<ForwardCold> cold;
-  std::vector<Vec3> direction;  ///< unit, back along the photon's way; read by points that are not Lambertian alone
-  std::vector<float> reach;     ///< per-photon radii: as ForwardTree::reach; else empty
+  std::vector<Vec3> direction;      ///< unit, back along the photon's way; read by points that are not Lambertian alone
+  std::vector<ForwardReach> reach;  ///< where radii differ; else empty
   float fixed_reach = 0;
   Box3 bounds;
 

@@ -60,7 +60,7 @@ class ForwardEngine final : public DensityEngine {
 
   EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
     const std::uint64_t map = photons * (sizeof(ForwardNode) + sizeof(ForwardHot) + sizeof(ForwardCold) + sizeof(Vec3) +
-                                         sizeof(float) + sizeof(std::uint32_t) + sizeof(Vec3));
+                                         sizeof(ForwardReach) + sizeof(std::uint32_t) + sizeof(Vec3));
     return {map + points * 3 * sizeof(std::uint64_t), 1};
   }
 

@@ -138,24 +138,9 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
       map.hot[at] = {position.x, position.y, position.z, counts ? inverse : std::numeric_limits<float>::infinity()};
       map.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
       map.direction[at] = photons.direction[index];
-      if (own) map.reach[at] = radius;
+      if (own) map.reach[at].own = radius;
     }
   });
-}
-
-/// Turns the radii of the nodes' photons into the reach of their subtrees.
-/// @param slack how far split positions may be off, metres
-void find_reach(const std::vector<ForwardNode>& nodes, std::vector<float>& reach, float slack) {
-  const auto widened = [slack](float radius) { return radius * 1.000001f + slack; };
-  // Children stand behind their parents.
-  for (std::size_t at = reach.size(); at-- > 0;) {
-    float largest = widened(reach[at]);
-    if ((nodes[at].split & ForwardNode::kAxisMask) != ForwardNode::kLeaf) {
-      largest = std::max(largest, reach[at + 1]);
-      if (nodes[at].right != 0) largest = std::max(largest, reach[nodes[at].right]);
-    }
-    reach[at] = largest;
-  }
 }
 
 /// Split positions lose their lowest two bits to the axis: up to three units in the last place.
@@ -165,6 +150,20 @@ float split_slack(const Box3& bounds) {
     largest = std::max({largest, std::abs(bounds.min[axis]), std::abs(bounds.max[axis])});
   }
   return std::max(largest * 0x1p-21f, std::numeric_limits<float>::min());
+}
+
+float widened(float radius, float slack) { return radius * 1.000001f + slack; }
+
+/// Widens the radii of the nodes' photons by the slack, and finds the reach of the subtrees.
+void find_reach(const std::vector<ForwardNode>& nodes, std::vector<ForwardReach>& reach, float slack) {
+  const auto largest = [&](std::size_t at) { return std::max({reach[at].own, reach[at].left, reach[at].right}); };
+  // Children stand behind their parents.
+  for (std::size_t at = reach.size(); at-- > 0;) {
+    reach[at].own = widened(reach[at].own, slack);
+    if ((nodes[at].split & ForwardNode::kAxisMask) == ForwardNode::kLeaf) continue;
+    reach[at].left = largest(at + 1);
+    if (nodes[at].right != 0) reach[at].right = largest(nodes[at].right);
+  }
 }
 
 }  // namespace
@@ -200,7 +199,7 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   TreeBuilder(map.nodes, order).subtree(points.data(), scratch.data(), count, 0);
   fill_photons(photons, policy, order, map);
   const float slack = split_slack(map.bounds);
-  map.fixed_reach = policy.radius * 1.000001f + slack;
+  map.fixed_reach = widened(policy.radius, slack);
   find_reach(map.nodes, map.reach, slack);
   return map;
 }

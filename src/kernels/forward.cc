@@ -162,7 +162,8 @@ HWY_INLINE void shade(const ForwardTree& tree, const Packet<kLanes>& packet,
   }
 }
 
-/// The walk of one packet: pseudo-code of [SF07], section 5, with its signs mended.
+/// The walk of one packet: pseudo-code of [SF07], section 5, with its signs mended, and with a reach for each side of
+/// a plane and for the photon on it, since radii may differ from photon to photon.
 template <int kLanes, class Kernel, class Sink>
 void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet<kLanes>::Active active, Sink& sink,
           ForwardCounts& counts) {
@@ -186,15 +187,17 @@ void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet
       float split;
       std::memcpy(&split, &at.split, sizeof split);
       const auto plane = hn::Set(d, split);
-      const auto reach = hn::Set(d, tree.reach ? tree.reach[node] : tree.fixed_reach);
-      Active left, right, both;
+      const ForwardReach reach =
+          tree.reach ? tree.reach[node] : ForwardReach{tree.fixed_reach, tree.fixed_reach, tree.fixed_reach};
+      const auto own = hn::Set(d, reach.own), from_right = hn::Set(d, reach.left), from_left = hn::Set(d, -reach.right);
+      Active left, right, on_plane;
       for (std::size_t i = 0; i < P::kRegisters; ++i) {
         const auto distance = hn::Sub(packet.position[axis][i], plane);
-        left.lanes[i] = hn::And(active.lanes[i], hn::Lt(distance, reach));
-        right.lanes[i] = hn::And(active.lanes[i], hn::Gt(distance, hn::Neg(reach)));
-        both.lanes[i] = hn::And(left.lanes[i], right.lanes[i]);
+        left.lanes[i] = hn::And(active.lanes[i], hn::Lt(distance, from_right));
+        right.lanes[i] = hn::And(active.lanes[i], hn::Gt(distance, from_left));
+        on_plane.lanes[i] = hn::And(active.lanes[i], hn::Lt(hn::Abs(distance), own));
       }
-      if (!both.none()) shade<kLanes, Kernel>(tree, packet, both, node, sink, counts);
+      if (!on_plane.none()) shade<kLanes, Kernel>(tree, packet, on_plane, node, sink, counts);
       if (at.right != 0 && !right.none()) stack[depth++] = {right, at.right};
       descend = !left.none();
       active = left;

@@ -36,14 +36,19 @@ struct ForwardCold {
 };
 static_assert(sizeof(ForwardCold) == 24);
 
+/// How far from a node's split plane a query point may lie and still be reached, metres.
+struct ForwardReach {
+  float own;    ///< by the node's photon
+  float left;   ///< by photons below the left child, from the right of the plane
+  float right;  ///< by photons below the right child, from the left of the plane
+};
+
 /// The tree as the kernels see it.
 struct ForwardTree {
   const ForwardNode* nodes = nullptr;
   const ForwardHot* hot = nullptr;
   const ForwardCold* cold = nullptr;
-  /// By node: how far from the split plane a query point may lie that photons below the node reach, metres; null where
-  /// it is `fixed_reach` for all.
-  const float* reach = nullptr;
+  const ForwardReach* reach = nullptr;  ///< by node; null where it is `fixed_reach` for all
   float fixed_reach = 0;
   std::uint32_t count = 0;
   float min_normal_cosine = 0;

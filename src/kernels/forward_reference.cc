@@ -37,10 +37,12 @@ class Walk {
       shade(node);
       return;
     }
-    const float reach = tree_.reach ? tree_.reach[node] : tree_.fixed_reach;
+    const float fixed = tree_.fixed_reach;
+    const ForwardReach reach = tree_.reach ? tree_.reach[node] : ForwardReach{fixed, fixed, fixed};
     const float distance = position_[axis] - std::bit_cast<float>(at.split);
-    const bool left = distance<reach, right = distance> - reach;
-    if (left && right) shade(node);
+    const bool left = distance < reach.left;
+    const bool right = distance > -reach.right;
+    if (std::abs(distance) < reach.own) shade(node);
     if (left) subtree(node + 1);
     if (right && at.right != 0) subtree(at.right);
   }

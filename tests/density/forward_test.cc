@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "density/density_scenes.h"
@@ -45,12 +46,12 @@ struct TreeCheck {
     const float split = std::bit_cast<float>(map.nodes[node].split);
     const int a = static_cast<int>(axis);
     EXPECT_NEAR(split, position(node)[a], 1e-6f);
-    EXPECT_LE(own_radius, map.reach[node]);
-    const Box3 left = subtree(node + 1, depth + 1, map.reach[node]);
+    EXPECT_LE(own_radius, map.reach[node].own * 1.00001f);
+    const Box3 left = subtree(node + 1, depth + 1, map.reach[node].left);
     EXPECT_LE(left.max[a], position(node)[a]);
     box.grow(left);
     if (map.nodes[node].right != 0) {
-      const Box3 right = subtree(map.nodes[node].right, depth + 1, map.reach[node]);
+      const Box3 right = subtree(map.nodes[node].right, depth + 1, map.reach[node].right);
       EXPECT_GE(right.min[a], position(node)[a]);
       box.grow(right);
     }
@@ -65,7 +66,7 @@ TEST(ForwardMap, HasEveryPhotonOnOneSplitPlane) {
     const ForwardMap map = build_forward_map(photons, policy);
     ASSERT_EQ(map.nodes.size(), count);
     TreeCheck check{map, policy, std::vector<int>(count, 0)};
-    check.subtree(0, 0, map.reach[0]);
+    check.subtree(0, 0, std::numeric_limits<float>::infinity());
     for (const int visits : check.visits) EXPECT_EQ(visits, 1);
   }
 }
