@@ -20,8 +20,7 @@ Distribution1D::Sample Distribution1D::sample(float u) const {
           std::min(static_cast<float>(inside), 0x1.fffffep-1f)};
 }
 
-Distribution2D::Distribution2D(std::span<const float> weights, int width, int height)
-    : width_(width), height_(height) {
+Distribution2D::Distribution2D(std::span<const float> weights, int width, int height) : width_(width), height_(height) {
   std::vector<float> sums(height);
   for (int y = 0; y < height; ++y) {
     rows_.emplace_back(weights.subspan(static_cast<std::size_t>(y) * width, width));
@@ -40,8 +39,7 @@ Distribution2D::Sample Distribution2D::sample(Vec2 u) const {
 float Distribution2D::pdf(Vec2 point) const {
   const int x = std::clamp(static_cast<int>(point.x * width_), 0, width_ - 1);
   const int y = std::clamp(static_cast<int>(point.y * height_), 0, height_ - 1);
-  return marginal_.probability(y) * rows_[y].probability(x) * static_cast<float>(width_) *
-         static_cast<float>(height_);
+  return marginal_.probability(y) * rows_[y].probability(x) * static_cast<float>(width_) * static_cast<float>(height_);
 }
 
 }  // namespace glowworm

@@ -1,4 +1,5 @@
-// Colour: linear RGB of the Rec. 709 primaries. What it measures (flux, radiance, reflectance) the name of the value says.
+// Colour: linear RGB of the Rec. 709 primaries. What it measures (flux, radiance, reflectance) the name of the value
+// says.
 #pragma once
 #include <algorithm>
 #include <cmath>

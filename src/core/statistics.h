@@ -10,14 +10,35 @@ namespace glowworm {
 
 /// Wall-clock phases of a render, in seconds; the keys of "time_s" in the statistics file.
 enum class Phase {
-  total, load, build_accel, trace_photons, build_photon_map, camera_pass, gather_rays, reorder, density, completion,
-  direct, output, count_
+  total,
+  load,
+  build_accel,
+  trace_photons,
+  build_photon_map,
+  camera_pass,
+  gather_rays,
+  reorder,
+  density,
+  completion,
+  direct,
+  output,
+  count_
 };
 
 /// Things counted; the keys of "count" in the statistics file.
 enum class Counter {
-  photons_emitted, photons_stored, gather_points, gather_rays, query_points, shader_operations, pairs_tested,
-  occlusion_rays, camera_rays, packet_steps, packet_active_lanes, count_
+  photons_emitted,
+  photons_stored,
+  gather_points,
+  gather_rays,
+  query_points,
+  shader_operations,
+  pairs_tested,
+  occlusion_rays,
+  camera_rays,
+  packet_steps,
+  packet_active_lanes,
+  count_
 };
 
 const char* name(Phase phase);

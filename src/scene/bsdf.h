@@ -18,8 +18,10 @@ namespace glowworm {
 using Lobes = std::uint8_t;
 inline constexpr Lobes kDiffuseReflection = 1;
 inline constexpr Lobes kDiffuseTransmission = 2;
-inline constexpr Lobes kGlossy = 4;  ///< GGX reflection and transmission with alpha >= kSharpAlpha
-inline constexpr Lobes kSharp = 8;   ///< smooth, or GGX with alpha < kSharpAlpha
+inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSharpAlpha
+/// Smooth, or GGX with alpha < kSharpAlpha; and all lobes that let light through their facets, however rough: photons
+/// are compared by the side they arrived at, so no estimate on one side of glass could count those of the other.
+inline constexpr Lobes kSharp = 8;
 inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
 inline constexpr Lobes kAllLobes = kBroad | kSharp;
 

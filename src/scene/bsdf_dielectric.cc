@@ -7,8 +7,7 @@ namespace glowworm::bsdf_detail {
 void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Bsdf& bsdf = view.bsdf;
   const Vec3 wo = view.wo;
-  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y)))
-    return fill_black(out);
+  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & kSharp)) return fill_black(out);
   const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
   const float eta = relative_eta(bsdf, view.inside);
   for_each_direction(view, wi, out, [&](Vec3 w) {
@@ -25,7 +24,7 @@ void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<R
 void dielectric_components(const View& view, Components& out) {
   const Bsdf& bsdf = view.bsdf;
   Component c;
-  c.lobe = lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
+  c.lobe = kSharp;
   c.eta = relative_eta(bsdf, view.inside);
   if (is_smooth(bsdf.alpha_x, bsdf.alpha_y)) {
     const float f = fresnel_dielectric(view.wo.z, c.eta);

@@ -39,7 +39,7 @@ struct Layers {
     refracts = bsdf.transmission_weight > 0 && bsdf.metallic < 1 && !bsdf.thin;
     inside = refracts && view.inside;
     smooth = is_smooth(bsdf.alpha_x, bsdf.alpha_y);
-    lobe = lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
+    lobe = bsdf.transmission_weight > 0 ? kSharp : lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
     microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
     dense = std::max(relative_eta(bsdf, false), 1.001f);  // glTF knows none below 1
     eta = inside ? 1 / dense : dense;

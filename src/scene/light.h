@@ -25,12 +25,12 @@ enum class LightKind : std::uint8_t { point, spot, directional };
 struct Light {
   std::string name;
   LightKind kind = LightKind::point;
-  RGB intensity{1.0f};       ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2
-  Vec3 position{0, 0, 0};    ///< point, spot: metres
-  Vec3 direction{0, 0, -1};  ///< spot, directional: the way the light travels, unit
-  float cos_inner = 1;       ///< spot: full intensity within this angle of the direction,
-  float cos_outer = 0;       ///< none outside this one, between them as `smooth_falloff` says
-  bool gltf_falloff = false; ///< spot between the cones: true: KHR_lights_punctual's quadratic; false: smoothstep
+  RGB intensity{1.0f};        ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2
+  Vec3 position{0, 0, 0};     ///< point, spot: metres
+  Vec3 direction{0, 0, -1};   ///< spot, directional: the way the light travels, unit
+  float cos_inner = 1;        ///< spot: full intensity within this angle of the direction,
+  float cos_outer = 0;        ///< none outside this one, between them as `smooth_falloff` says
+  bool gltf_falloff = false;  ///< spot between the cones: true: KHR_lights_punctual's quadratic; false: smoothstep
 };
 
 enum class EnvironmentMapping : std::uint8_t {
@@ -41,9 +41,9 @@ enum class EnvironmentMapping : std::uint8_t {
 /// Light from all around, from infinitely far. Radiance is `scale` times the image, or `scale` where there is none.
 struct Environment {
   std::string name;
-  RGB scale{1.0f};           ///< W sr^-1 m^-2
+  RGB scale{1.0f};  ///< W sr^-1 m^-2
   int width = 0, height = 0;
-  std::vector<RGB> pixels;   ///< row-major, first row on top
+  std::vector<RGB> pixels;  ///< row-major, first row on top
   EnvironmentMapping mapping = EnvironmentMapping::lat_long;
   /// To world space from the space in which lat_long has y up (u = 0.5 looks along -z, as OpenEXR's envmaps) and
   /// equal_area has z up.

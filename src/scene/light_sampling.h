@@ -33,8 +33,8 @@ RGB environment_radiance(const Scene& scene, Vec3 direction);
 /// A photon as it leaves a light.
 struct EmittedPhoton {
   Vec3 origin;
-  Vec3 direction;        ///< unit
-  RGB flux;              ///< W if it were the only photon: divide by the number emitted
+  Vec3 direction;               ///< unit
+  RGB flux;                     ///< W if it were the only photon: divide by the number emitted
   std::uint32_t light = kNone;  ///< source, counted as in Scene::light_power()
 };
 

@@ -9,14 +9,14 @@
 namespace glowworm {
 
 enum class MaterialKind : std::uint8_t {
-  diffuse,               ///< Lambertian reflection: reflectance; and transmission where transmittance is not black
-  conductor,             ///< metal: eta + ik, or Schlick's F0 = reflectance where use_reflectance
-  dielectric,            ///< glass: eta, roughness; reflectance and transmittance tint the two
-  thin_dielectric,       ///< a pane without thickness: eta
-  coated_diffuse,        ///< a diffuse base under a dielectric coat of eta and roughness
-  coated_conductor,      ///< a conductor under a dielectric coat
-  metallic_roughness,    ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
-  mix,                   ///< one of two other materials, chosen by amount
+  diffuse,             ///< Lambertian reflection: reflectance; and transmission where transmittance is not black
+  conductor,           ///< metal: eta + ik, or Schlick's F0 = reflectance where use_reflectance
+  dielectric,          ///< glass: eta, roughness; reflectance and transmittance tint the two
+  thin_dielectric,     ///< a pane without thickness: eta
+  coated_diffuse,      ///< a diffuse base under a dielectric coat of eta and roughness
+  coated_conductor,    ///< a conductor under a dielectric coat
+  metallic_roughness,  ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
+  mix,                 ///< one of two other materials, chosen by amount
 };
 
 /// The kind's name, as enumerated.
@@ -33,23 +33,23 @@ struct Material {
   bool use_reflectance = false;         ///< conductor by reflectance (F0) instead of eta and k
   float ior = 1.5f;                     ///< dielectrics and coats: index inside over index outside
   FloatInput roughness_u{0.0f}, roughness_v{0.0f};  ///< GGX alpha along and across the tangent; 0 is smooth
-  FloatInput coat_roughness{0.0f};      ///< GGX alpha of the coat (coated_conductor, clearcoat)
-  float coat_thickness = 0.01f;         ///< pbrt-v4 coated materials: thickness in scene units
-  FloatInput metallic{0.0f};            ///< metallic_roughness
-  FloatInput specular{1.0f};            ///< KHR_materials_specular factor
+  FloatInput coat_roughness{0.0f};                  ///< GGX alpha of the coat (coated_conductor, clearcoat)
+  float coat_thickness = 0.01f;                     ///< pbrt-v4 coated materials: thickness in scene units
+  FloatInput metallic{0.0f};                        ///< metallic_roughness
+  FloatInput specular{1.0f};                        ///< KHR_materials_specular factor
   ColorInput specular_color{RGB(1.0f)};
-  FloatInput clearcoat{0.0f};           ///< KHR_materials_clearcoat factor
-  FloatInput transmission{0.0f};        ///< KHR_materials_transmission factor
-  bool thin = false;                    ///< transmission does not bend rays (glTF without volume)
+  FloatInput clearcoat{0.0f};     ///< KHR_materials_clearcoat factor
+  FloatInput transmission{0.0f};  ///< KHR_materials_transmission factor
+  bool thin = false;              ///< transmission does not bend rays (glTF without volume)
 
   std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
   FloatInput mix_amount{0.5f};
 
-  FloatInput alpha{1.0f};         ///< presence of the surface: 0 lets every ray pass
-  float alpha_cutoff = -1;        ///< >= 0: present where alpha >= cutoff, else with probability alpha
-  ColorInput normal_map;          ///< tangent-space normals, stored as (n + 1) / 2, where texture is not kNone
+  FloatInput alpha{1.0f};   ///< presence of the surface: 0 lets every ray pass
+  float alpha_cutoff = -1;  ///< >= 0: present where alpha >= cutoff, else with probability alpha
+  ColorInput normal_map;    ///< tangent-space normals, stored as (n + 1) / 2, where texture is not kNone
   float normal_scale = 1;
-  FloatInput bump;                ///< displacement in metres along the normal, where texture is not kNone
+  FloatInput bump;  ///< displacement in metres along the normal, where texture is not kNone
   bool two_sided_emission = false;
 };
 

@@ -98,6 +98,10 @@ std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfaceP
 float unit(float x) { return std::clamp(x, 0.0f, 1.0f); }
 
 /// The numbers of the material; `m` is not a mix.
+/// Reflections at the base under a coat that pbrt-v4's random walk allows by default (its maxdepth of 10 counts each
+/// passage of the coat).
+constexpr std::uint8_t kCoatBounces = 5;
+
 Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 uv) {
   Bsdf out;
   const RGB reflectance = clamp(evaluate(textures, m.reflectance, uv), 0, 1);
@@ -121,6 +125,8 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
       out.coat = 1;
       out.coat_eta = m.ior;
       out.coat_alpha = unit(evaluate(textures, m.coat_roughness, uv));
+      out.coat_thickness = m.coat_thickness;
+      out.coat_bounces = kCoatBounces;
       break;
     case MaterialKind::dielectric:
     case MaterialKind::thin_dielectric:
@@ -137,12 +143,15 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
       out.coat = 1;
       out.coat_eta = m.ior;
       out.coat_alpha = std::sqrt(out.alpha_x * out.alpha_y);
+      out.coat_thickness = m.coat_thickness;
+      out.coat_bounces = kCoatBounces;
       break;
     case MaterialKind::metallic_roughness:
       out.kind = BsdfKind::metallic_roughness;
       out.diffuse = reflectance;
       out.transmission = reflectance;
-      out.specular = evaluate(textures, m.specular_color, uv) * evaluate(textures, m.specular, uv);
+      out.specular = evaluate(textures, m.specular_color, uv);
+      out.specular_weight = unit(evaluate(textures, m.specular, uv));
       out.eta = RGB(m.ior);
       out.metallic = unit(evaluate(textures, m.metallic, uv));
       out.transmission_weight = unit(evaluate(textures, m.transmission, uv));

@@ -29,14 +29,14 @@ enum class TextureKind : std::uint8_t { constant, image, scale, mix, checkerboar
 /// One node. Texture coordinates of a node are uv_scale * rotate(uv, uv_rotation) + uv_offset.
 struct TextureNode {
   TextureKind kind = TextureKind::constant;
-  RGB value{1.0f};                       ///< constant: the value; image: factor on it
-  bool invert = false;                   ///< image: 1 - colour, before the factor
+  RGB value{1.0f};      ///< constant: the value; image: factor on it
+  bool invert = false;  ///< image: 1 - colour, before the factor
   std::shared_ptr<const TextureImage> image;
   Vec2 uv_scale{1, 1}, uv_offset{0, 0};
-  float uv_rotation = 0;                 ///< radians, counter-clockwise
-  std::uint32_t child_a = kNone;         ///< scale: factor; mix: value at amount 0; checkerboard: even cells
-  std::uint32_t child_b = kNone;         ///< scale: factor; mix: value at amount 1; checkerboard: odd cells
-  std::uint32_t child_amount = kNone;    ///< mix: amount (its mean)
+  float uv_rotation = 0;               ///< radians, counter-clockwise
+  std::uint32_t child_a = kNone;       ///< scale: factor; mix: value at amount 0; checkerboard: even cells
+  std::uint32_t child_b = kNone;       ///< scale: factor; mix: value at amount 1; checkerboard: odd cells
+  std::uint32_t child_amount = kNone;  ///< mix: amount (its mean)
 };
 
 /// A colour or a number of a material: a constant times, where given, a texture.
