@@ -17,6 +17,8 @@ constexpr float kSameSurfaceCosine = 0.7f;
 constexpr int kMaxSurfaces = 4;
 // Leaves before and after a leaf, in the order of the tree, that its estimate is pooled with.
 constexpr std::size_t kPooledLeaves = 3;
+// Photons that an estimate of their area needs to stand on its own.
+constexpr float kTrustedCount = 12;
 // A radius is at most so many times the median one: photons that lie alone stay local.
 constexpr float kMaxOverMedian = 8;
 constexpr std::size_t kLeafGrain = 64;
@@ -116,7 +118,7 @@ void measure(Leaf& leaf, const KdTree& tree, std::span<const Vec3> normals, std:
 }
 
 /// The radius that holds k photons on a surface: pi r^2 = k times the area of a photon, pooled over the surface and
-/// what continues it in the leaves around.
+/// what continues it in the leaves around. Negative, or zero, where too few photons tell it.
 float pooled_radius(const std::vector<Leaf>& leaves, std::size_t i, const Surface& surface, float k) {
   const std::size_t first = i < kPooledLeaves ? 0 : i - kPooledLeaves;
   const std::size_t last = std::min(i + kPooledLeaves + 1, leaves.size());
@@ -132,8 +134,12 @@ float pooled_radius(const std::vector<Leaf>& leaves, std::size_t i, const Surfac
       count += other.count;
     }
   }
-  if (count > 0) return std::sqrt(k * kInversePi * area / count);
-  return std::sqrt(k * kInversePi * surface.cell_area / surface.count);
+  float area_each = count > 0 ? area / count : surface.cell_area / surface.count;
+  if (count >= kTrustedCount) return std::sqrt(k * kInversePi * area_each);
+  // A few photons by chance close together, or on a line, would get a radius near zero, and shine as specks: they
+  // share out the leaf like all its photons.
+  area_each = std::max(area_each, surface.cell_area / static_cast<float>(leaves[i].count));
+  return -std::sqrt(k * kInversePi * area_each);
 }
 
 /// The median of the radii that are known, from at most a few thousand of them; 0 where none is.
@@ -148,14 +154,17 @@ float median_radius(const std::vector<float>& radii) {
   return some[some.size() / 2];
 }
 
-/// Makes all radii positive and finite, and caps them.
+/// Makes all radii positive and finite, and bounds them from both sides.
 void bound_radii(std::vector<float>& radii, const Box3& bounds) {
   const float diagonal = length(bounds.diagonal());
   float median = median_radius(radii);
   // All photons coincide, or lie on lines: nothing tells their density, the size of their box comes nearest.
   if (!(median > 0)) median = diagonal > 0 ? diagonal / 100 : 1e-3f;
   const float low = std::max(median * 1e-3f, std::numeric_limits<float>::min()), high = median * kMaxOverMedian;
-  for (float& radius : radii) radius = radius > 0 ? std::clamp(radius, low, high) : median;
+  const float low_untrusted = median / 4;
+  for (float& radius : radii) {
+    radius = radius > 0 ? std::clamp(radius, low, high) : std::clamp(-radius, low_untrusted, high);
+  }
 }
 
 }  // namespace

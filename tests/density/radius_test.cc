@@ -134,5 +134,14 @@ TEST(Radius, LonePhotonsAreCapped) {
   EXPECT_LE(radii.back(), 8.001f * fixed_radius(photons, 50));
 }
 
+TEST(Radius, FewPhotonsCloseTogetherDoNotShineAsSpecks) {
+  PhotonBatch photons = floor_photons(5000);
+  for (int i = 0; i < 5; ++i) {
+    photons.push_back({1 + 1e-5f * float(i % 2), 1 + 1e-5f * float(i), 0.001f}, {0, 0, -1}, RGB(1.0f), {0, 0, -1});
+  }
+  const std::vector<float> radii = per_photon_radii(photons, 50);
+  for (std::size_t i = 5000; i < radii.size(); ++i) EXPECT_GE(radii[i], 0.24f * fixed_radius(photons, 50));
+}
+
 }  // namespace
 }  // namespace glowworm
