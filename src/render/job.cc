@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.h"
+#include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/photon_renderer.h"
 
@@ -14,9 +16,14 @@ namespace {
 
 /// Side of a tile in pixels: a task of this size fills both cores with work and is done in a moment.
 constexpr int kTile = 256;
-/// Share of the squared radius kept from pass to pass, as in stochastic progressive photon mapping: r_{i+1}^2 =
-/// r_i^2 (i + alpha) / (i + 1) (Knaus and Zwicker 2011, equation 20).
-constexpr double kAlpha = 2.0 / 3.0;
+/// Factor on the radii in a pass of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) (Knaus and
+/// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
+float progressive_radius_scale(std::uint32_t pass) {
+  constexpr double alpha = 2.0 / 3.0;
+  double squared = 1;
+  for (std::uint32_t i = 1; i <= pass; ++i) squared *= (i + alpha) / (i + 1);
+  return static_cast<float>(std::sqrt(squared));
+}
 
 std::vector<CameraTask> make_tasks(const RenderSettings& settings, std::uint32_t sample) {
   std::vector<CameraTask> tasks;
@@ -28,13 +35,22 @@ std::vector<CameraTask> make_tasks(const RenderSettings& settings, std::uint32_t
 
 }  // namespace
 
-Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked)
+Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
+         const Checkpoint* resume)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       settings_(resolve(asked, *scene_)),
       budget_(settings_.memory_bytes),
       film_(settings_.width, settings_.height),
       start_(std::chrono::steady_clock::now()) {
+  last_pass_.key = key();
+  if (resume) {
+    if (resume->key != last_pass_.key || !film_.restore(resume->film))
+      throw Error("the checkpoint is of another render: its scene, settings or version differ",
+                  "Give the options of the render that was cut off, or leave --resume out.");
+    first_pass_ = resume->passes;
+    passes_ = resume->passes;
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -64,6 +80,30 @@ Film Job::snapshot() const {
   return film_;
 }
 
+Checkpoint Job::checkpoint() const {
+  const std::lock_guard lock(film_mutex_);
+  return last_pass_;
+}
+
+std::string Job::key() const {
+  RenderSettings s = settings_;
+  // What may differ between the runs that make one image; more samples go on where fewer ended.
+  s.samples = 0;
+  s.noise_target = 0;
+  s.threads = 0;
+  s.memory_bytes = 0;
+  s.time_limit_s = 0;
+  return std::string(version()) + " " + scene_->name() + " " + std::to_string(scene_->geometry().triangle_count()) +
+         " " + settings_text(s);
+}
+
+void Job::keep_pass(std::uint32_t passes) {
+  if (!settings_.checkpoints) return;
+  const std::lock_guard lock(film_mutex_);
+  last_pass_.passes = passes;
+  last_pass_.film = film_.save();
+}
+
 void Job::run() {
   try {
     const Reservation film(budget_, "film", Film::bytes(settings_.width, settings_.height));
@@ -89,11 +129,10 @@ void Job::render_passes() {
   const Camera& camera = scene_->camera(settings_.camera);
   PhotonRenderer photons(*tracer_, settings_, budget_, statistics_);
   const bool mapped = settings_.integrator != Integrator::path;
-  double radius_squared = 1;
-  for (std::uint32_t pass = 0; pass < settings_.samples; ++pass) {
-    if (mapped && (pass == 0 || settings_.progressive)) {
-      photons.shoot_photons(pass, static_cast<float>(std::sqrt(radius_squared)));
-      radius_squared *= (pass + 1 + kAlpha) / (pass + 2);
+  for (std::uint32_t pass = first_pass_; pass < settings_.samples; ++pass) {
+    if (mapped && (pass == first_pass_ || settings_.progressive)) {
+      photons.shoot_photons(settings_.progressive ? pass : 0,
+                            settings_.progressive ? progressive_radius_scale(pass) : 1.0f);
       photon_map_bytes_ = photons.photon_bytes();
     }
     const std::vector<CameraTask> tasks = make_tasks(settings_, pass);
@@ -111,6 +150,7 @@ void Job::render_passes() {
       work_done_ = (pass + static_cast<double>(i + 1) / static_cast<double>(tasks.size())) / settings_.samples;
     }
     passes_ = pass + 1;
+    keep_pass(pass + 1);
     if (settings_.noise_target > 0) {
       const double noise = film_.noise();
       if (noise <= settings_.noise_target) {

@@ -9,7 +9,7 @@
 
 #include "core/memory_budget.h"
 #include "core/statistics.h"
-#include "photon/photon_tracer.h"
+#include "render/checkpoint.h"
 #include "render/film.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
@@ -24,7 +24,9 @@ enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached
 class Job {
  public:
   /// Starts at once. @param asked is resolved first; errors of that are thrown here, later ones by wait().
-  Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked);
+  /// @param resume goes on behind these passes; throws Error where the checkpoint is of another render
+  Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
+      const Checkpoint* resume = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
@@ -46,6 +48,8 @@ class Job {
 
   /// A copy of the film as it is now; any time.
   Film snapshot() const;
+  /// The film after the last whole pass; any time. Kept where the settings ask for checkpoints, else without passes.
+  Checkpoint checkpoint() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
@@ -57,6 +61,8 @@ class Job {
  private:
   void run();
   void render_passes();
+  std::string key() const;
+  void keep_pass(std::uint32_t passes);
   bool should_stop();
 
   std::shared_ptr<const Scene> scene_;
@@ -66,6 +72,8 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  Checkpoint last_pass_;
+  std::uint32_t first_pass_ = 0;
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   std::atomic<bool> cancelled_{false}, done_{false};

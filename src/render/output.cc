@@ -73,6 +73,8 @@ void add_layer(Image& image, const Film& film, const std::string& aov) {
 
 }  // namespace
 
+std::string settings_text(const RenderSettings& settings) { return settings_json(settings).dump(); }
+
 const char* version() { return "0.1.0"; }
 
 Image make_image(const Film& film, const Job& job) {

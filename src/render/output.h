@@ -16,6 +16,9 @@ const char* version();
 /// and time in its metadata.
 Image make_image(const Film& film, const Job& job);
 
+/// The settings of a render as one line of JSON.
+std::string settings_text(const RenderSettings& settings);
+
 /// The statistics of a render as one JSON object; docs/statistics.md lists the keys and their units.
 std::string statistics_json(const Job& job, const Tracer& tracer);
 
