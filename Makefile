@@ -1,5 +1,5 @@
 # Two commands do all the set-up: `make demo` and `make test`. docs/building.md says more.
-.PHONY: help packages build demo test check format bench bench-tables test-references tsan
+.PHONY: help packages fuzz build demo test check format bench bench-tables test-references tsan
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
@@ -10,6 +10,7 @@ help:
 	@echo 'make check            formatting, include arrows, Clang and sanitizer build of the fast tests'
 	@echo 'make format           formats every C++ file'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
+	@echo 'make fuzz             the pbrt and PLY parsers under libFuzzer, 10 minutes each'
 	@echo 'make bench            the micro-benchmarks'
 	@echo 'make bench-tables     the tables of the papers, into bench/results/'
 	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'
@@ -46,6 +47,9 @@ tsan: packages
 	cmake --preset tsan
 	cmake --build --preset tsan
 	ctest --preset tsan -j $(JOBS)
+
+fuzz: packages
+	scripts/fuzz-pbrt
 
 bench: build
 	scripts/run-benchmarks

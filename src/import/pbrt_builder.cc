@@ -47,12 +47,10 @@ struct Saved {
 }  // namespace
 
 struct PbrtBuilder::State {
-  State(PbrtContext& context_, std::size_t max_triangles_)
-      : context(context_), materials(context_), max_triangles(max_triangles_) {}
+  explicit State(PbrtContext& context_) : context(context_), materials(context_) {}
 
   PbrtContext& context;
   PbrtMaterialTable materials;
-  std::size_t max_triangles;
   Attributes now;
   std::vector<Saved> stack;
   std::size_t ignored_nesting = 0;
@@ -330,9 +328,10 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
 
 void PbrtBuilder::State::place(const PbrtShape& shape, const Transform& to_world, const PbrtPlace& at) {
   const std::size_t present = context.scene.geometry.triangles.size();
-  if (shape.mesh.geometry.triangles.size() > max_triangles - std::min(present, max_triangles)) {
+  if (shape.mesh.geometry.triangles.size() > context.max_triangles - std::min(present, context.max_triangles)) {
     if (!too_large) {
-      diagnostics().error(at, fmt::format("the scene has more than {} triangles with its instances", max_triangles),
+      diagnostics().error(at,
+                          fmt::format("the scene has more than {} triangles with its instances", context.max_triangles),
                           "Use fewer instances or simpler meshes.");
     }
     too_large = true;
@@ -371,8 +370,7 @@ void PbrtBuilder::State::object_instance(PbrtDirective& d) {
   }
 }
 
-PbrtBuilder::PbrtBuilder(PbrtContext& context, std::size_t max_triangles)
-    : state_(std::make_unique<State>(context, max_triangles)) {}
+PbrtBuilder::PbrtBuilder(PbrtContext& context) : state_(std::make_unique<State>(context)) {}
 PbrtBuilder::~PbrtBuilder() = default;
 
 void PbrtBuilder::take(PbrtDirective& directive) {

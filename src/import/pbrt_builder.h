@@ -10,8 +10,7 @@ namespace glowworm {
 /// Takes directives in order and fills in a scene. Mistakes go to the context's diagnostics.
 class PbrtBuilder {
  public:
-  /// @param max_triangles beyond this many triangles the scene is refused: instances can multiply a small file
-  PbrtBuilder(PbrtContext& context, std::size_t max_triangles);
+  explicit PbrtBuilder(PbrtContext& context);
   ~PbrtBuilder();
   PbrtBuilder(const PbrtBuilder&) = delete;
   PbrtBuilder& operator=(const PbrtBuilder&) = delete;

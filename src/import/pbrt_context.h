@@ -35,6 +35,8 @@ struct PbrtContext {
   std::string main_file;
   bool v3 = false;  ///< the file is for pbrt-v3
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
+  /// Triangles that the scene may have with all instances resolved: small files can ask for any number.
+  std::size_t max_triangles = 400'000'000;
   PbrtImageLoader load_image;
   std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;
 

@@ -1,5 +1,8 @@
 #include "import/pbrt_import.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <filesystem>
 #include <new>
 #include <utility>
@@ -11,6 +14,18 @@
 #include "import/texture_cache.h"
 
 namespace glowworm {
+
+namespace {
+
+/// Triangles whose share of a scene's tables and of the tracer's structures fits into half of the memory.
+std::size_t triangles_in_memory() {
+  constexpr std::size_t kBytesEach = 200;
+  const auto pages = static_cast<std::size_t>(std::max(::sysconf(_SC_PHYS_PAGES), 1L));
+  const auto page_size = static_cast<std::size_t>(std::max(::sysconf(_SC_PAGESIZE), 1L));
+  return pages * page_size / 2 / kBytesEach;
+}
+
+}  // namespace
 
 SceneDescription load_pbrt(const std::string& path, const ImportOptions& options, const PbrtLimits& limits) try {
   PbrtContext context;
@@ -25,7 +40,8 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
     const std::string found = find_texture_file(full.parent_path().string(), full.filename().string());
     return textures.load_file(found, texture_options);
   };
-  PbrtBuilder builder(context, limits.max_triangles);
+  context.max_triangles = limits.max_triangles > 0 ? limits.max_triangles : triangles_in_memory();
+  PbrtBuilder builder(context);
   parse_pbrt_text(text, path, context.diagnostics, [&](PbrtDirective& directive) { builder.take(directive); });
   builder.finish();
   context.diagnostics.throw_if_errors();

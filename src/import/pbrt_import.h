@@ -10,8 +10,8 @@ namespace glowworm {
 
 /// Limits of a pbrt import.
 struct PbrtLimits {
-  /// Triangles with all instances resolved.
-  std::size_t max_triangles = 400'000'000;
+  /// Triangles with all instances resolved; 0: as many as fit into half of the machine's memory.
+  std::size_t max_triangles = 0;
 };
 
 /// Reads a pbrt scene file with all that it includes. The meanings are those of pbrt-v4: see the parts of this room.

@@ -99,7 +99,7 @@ std::string spelling_remedy(std::string_view name) {
 struct GiveUp {};
 
 constexpr std::size_t kMaxIncludeDepth = 64;
-constexpr std::size_t kMaxIncludes = 65536;
+constexpr std::size_t kMaxIncludes = 16384;
 constexpr std::size_t kMaxParameters = 1000;  // of one directive; keeps looking for doubles cheap
 
 class Parser {

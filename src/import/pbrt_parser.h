@@ -24,7 +24,7 @@ using PbrtSink = std::function<void(PbrtDirective&)>;
 
 /// Reads a scene file and all that it includes and gives the directives to `sink` in order. Mistakes are recorded and
 /// reading goes on at the next directive; it stops when diagnostics.full(). Files may include others 64 deep and
-/// 65,536 times in all; a file that includes itself is an error.
+/// 16,384 times in all; a file that includes itself is an error.
 /// Throws Error where the main file itself cannot be read.
 void parse_pbrt_file(const std::string& path, PbrtDiagnostics& diagnostics, const PbrtSink& sink);
 

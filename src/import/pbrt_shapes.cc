@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;  // of one shape
+constexpr std::size_t kMaxSubdivided = std::size_t{1} << 21;  // triangles of one subdivided mesh
 
 class ShapeBuilder {
  public:
@@ -202,7 +202,9 @@ class ShapeBuilder {
     }
     PbrtMesh mesh;
     for (std::size_t i = 0; i < corners->size(); i += 4) {
-      if (mesh.geometry.triangles.size() > kMaxTriangles) return fail("too many patches", "Simplify the mesh.");
+      if (mesh.geometry.triangles.size() > context_.max_triangles) {
+        return fail(fmt::format("a mesh of more than {} triangles", context_.max_triangles), "Use a simpler mesh.");
+      }
       Vec3 corner[4];
       std::vector<Vec3> patch_normals;
       std::vector<Vec2> patch_uvs;
@@ -226,10 +228,15 @@ class ShapeBuilder {
     for (std::size_t i = 0; i < corners->size(); i += 3) {
       control.triangles.push_back({(*corners)[i], (*corners)[i + 1], (*corners)[i + 2]});
     }
-    const int levels = parameters_.integer(parameters_.has("nlevels") ? "nlevels" : "levels", 3);
+    int levels = parameters_.integer(parameters_.has("nlevels") ? "nlevels" : "levels", 3);
     static_cast<void>(parameters_.find("scheme"));
-    if (levels < 0 || levels > 12 || (control.triangles.size() << (2 * levels)) > kMaxTriangles) {
-      return fail(fmt::format("{} levels of subdivision", levels), "Ask for fewer; 3 is usual.");
+    if (levels < 0) return fail(fmt::format("{} levels of subdivision", levels), "Give 0 or more; 3 is usual.");
+    int most = 0;
+    while (most < levels && (control.triangles.size() << (2 * (most + 1))) <= kMaxSubdivided) ++most;
+    if (most < levels) {
+      parameters_.diagnostics().note(parameters_.place(),
+                                     fmt::format("subdivided {} times only, for size: loopsubdiv", most));
+      levels = most;
     }
     PbrtMesh mesh;
     mesh.geometry = loop_subdivide(control, levels);

@@ -116,7 +116,7 @@ TEST(PbrtHostile, IncludesAreBoundedInDepthAndNumber) {
     folder.write(std::to_string(i) + ".pbrt", next + next);
   }
   folder.write("40.pbrt", "");
-  EXPECT_TRUE(fails_within(folder.path("0.pbrt"), "more than 65536 included files", 512));
+  EXPECT_TRUE(fails_within(folder.path("0.pbrt"), "more than 16384 included files", 512));
 }
 
 TEST(PbrtHostile, IncludedFoldersAndMissingFilesAreErrors) {

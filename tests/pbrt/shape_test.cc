@@ -286,7 +286,7 @@ TEST(PbrtShape, MistakesAreErrorsWithPlaces) {
       {"Shape \"plymesh\"", "a plymesh without a file name"},
       {"Shape \"plymesh\" \"string filename\" \"no.ply\"",
        "scene.pbrt:1:17: cannot read \"no.ply\": no.ply: no such file"},
-      {"Shape \"loopsubdiv\" \"integer levels\" 99 \"point3 P\" [0 0 0 1 0 0 1 1 0]", "99 levels of subdivision"},
+      {"Shape \"loopsubdiv\" \"integer levels\" -1 \"point3 P\" [0 0 0 1 0 0 1 1 0]", "-1 levels of subdivision"},
   };
   for (const auto& [text, message] : kCases) {
     EXPECT_NE(error_of(text).find(message), std::string::npos) << text << "\n" << error_of(text);

@@ -1,0 +1,46 @@
+// The fuzz targets' seeds, run once each, so that the targets stay whole where nobody fuzzes.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string>
+
+#include "fuzz/parse_once.h"
+
+namespace glowworm {
+namespace {
+
+std::size_t for_each_seed(const std::string& folder, const std::function<void(std::string_view)>& run) {
+  const std::filesystem::path path = std::filesystem::path(__FILE__).parent_path() / "corpus" / folder;
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    std::ifstream in(entry.path(), std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    run(bytes);
+    // What a cut or a flipped bit makes of it must be taken as well.
+    run(std::string_view(bytes).substr(0, bytes.size() / 2));
+    for (std::size_t i = 0; i < bytes.size(); i += 97) {
+      std::string flipped = bytes;
+      flipped[i] = static_cast<char>(flipped[i] ^ (1 << (i % 8)));
+      run(flipped);
+    }
+    ++count;
+  }
+  return count;
+}
+
+TEST(FuzzSeeds, Scenes) { EXPECT_GT(for_each_seed("pbrt", fuzz::parse_scene), 5u); }
+
+TEST(FuzzSeeds, MeshesAndSpectra) {
+  EXPECT_GT(for_each_seed("ply",
+                          [](std::string_view bytes) {
+                            fuzz::parse_mesh(bytes);
+                            fuzz::parse_spectrum(bytes);
+                          }),
+            3u);
+}
+
+}  // namespace
+}  // namespace glowworm

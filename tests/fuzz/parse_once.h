@@ -1,0 +1,17 @@
+// What the fuzz targets do with one input. The tests run the seeds through the same.
+#pragma once
+#include <string_view>
+
+namespace glowworm::fuzz {
+
+/// Builds a scene from `text` as the importer does, but opens no images. Mistakes in the text are expected and not
+/// told; a scene that contradicts itself aborts.
+void parse_scene(std::string_view text);
+
+/// Reads `bytes` as a PLY file; a mesh that contradicts itself aborts.
+void parse_mesh(std::string_view bytes);
+
+/// Reads `text` as the samples of a spectrum and converts them to colours.
+void parse_spectrum(std::string_view text);
+
+}  // namespace glowworm::fuzz
