@@ -13,7 +13,7 @@ namespace glowworm {
 namespace {
 
 std::size_t for_each_seed(const std::string& folder, const std::function<void(std::string_view)>& run) {
-  const std::filesystem::path path = std::filesystem::path(__FILE__).parent_path() / "corpus" / folder;
+  const std::string path = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/" + folder;
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(path)) {
     std::ifstream in(entry.path(), std::ios::binary);
