@@ -114,7 +114,8 @@ void set_surface(Material& material, const Phong& p) {
     material.kind = MaterialKind::dielectric;
     material.ior = p.ior;
     material.reflectance = ColorInput{RGB(1.0f), kNone};
-    material.transmittance.value = sqrt(p.filter);  // a ray passes the surface twice
+    const float clearest = max_component(p.filter);
+    material.transmittance.value = clearest > 0 ? sqrt(p.filter / clearest) : RGB(1.0f);  // passed twice: in and out
     material.alpha.value = 1;
   } else if (traced && max_component(p.specular) > 0.05f && !textured &&
              max_component(p.diffuse) <= 0.5f * max_component(p.specular)) {

@@ -23,7 +23,8 @@ struct AssimpMaterialContext {
 
 /// Adds a material to the description, and its emission where it glows. Of MTL (Wavefront, "Advanced Visualizer
 /// Manual", appendix B2) the illumination model decides:
-/// - 4, 6, 7, 9 with an index Ni above 1: glass; Tf tints what goes through a solid once in and once out;
+/// - 4, 6, 7, 9 with an index Ni above 1: glass; the hue of Tf tints what goes through a solid, once in and once out,
+///   while its level is left aside, since some programs write 1 for clear and some for opaque;
 /// - 3, 5, 8 with Ks well above Kd: a mirror of reflectance Ks;
 /// - 3, 5, 8 else: a diffuse base Kd under a gloss of reflectance Ks at normal incidence;
 /// - 2 with Ks: the same with 0.08 Ks, as Blender reads and writes it, since Phong highlights are not normalised;

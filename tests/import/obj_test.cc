@@ -89,11 +89,12 @@ TEST_F(ObjTest, IlluminationModelsBecomeMirrorGlassAndGloss) {
   EXPECT_FLOAT_EQ(metal.roughness_u.value, 0.2f);
   EXPECT_FLOAT_EQ(metal.roughness_v.value, 0.2f);
 
-  const Material glass = material_of(with_material("Kd 0 0 0\nKs 0.3 0.3 0.3\nTf 0.25 0.36 1\nNi 1.33\nillum 7\n"));
+  const Material glass = material_of(with_material("Kd 0 0 0\nKs 0.3 0.3 0.3\nTf 0.125 0.18 0.5\nNi 1.33\nillum 7\n"));
   EXPECT_EQ(glass.kind, MaterialKind::dielectric);
   EXPECT_FLOAT_EQ(glass.ior, 1.33f);
   EXPECT_FLOAT_EQ(glass.transmittance.value.r, 0.5f);
   EXPECT_FLOAT_EQ(glass.transmittance.value.g, 0.6f);
+  EXPECT_FLOAT_EQ(glass.transmittance.value.b, 1.0f);
   EXPECT_EQ(glass.reflectance.value, RGB(1.0f));
 
   const Material gloss = material_of(with_material("Kd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 198\nillum 2\n"));
