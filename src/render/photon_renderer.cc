@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "density/boundary.h"
 #include "density/radius.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
@@ -18,6 +19,14 @@ constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 22;
 constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
 /// Caustics are sharp: their estimate catches fewer photons.
 constexpr std::uint32_t kCausticShare = 2;
+
+/// Makes up for what the kernels lose over edges; the radii must stand in the policy, whatever its kind.
+void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, RadiusPolicy policy) {
+  if (photons.size() == 0) return;
+  policy.kind = RadiusKind::per_photon;
+  const std::vector<float> factors = boundary_factors(tracer, photons, policy);
+  for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factors[i];
+}
 
 RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& settings, const std::string& engine,
                          std::uint32_t k, float radius_scale) {
@@ -60,13 +69,19 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   const std::string name = settings_.engine;
   engine_ = make_engine(name);
   const RadiusPolicy policy = make_policy(pass_.global, settings_, name, settings_.nearest, radius_scale);
+  if (settings_.boundary_correction) {
+    const PhaseTimer timer(statistics_, Phase::build_photon_map);
+    correct_boundaries(tracer_, pass_.global, policy);
+  }
   engine_->build(pass_.global, policy, statistics_);
   radii_ = RadiusGrid(pass_.global.position, policy.radii);
   caustic_engine_.reset();
   if (pass_.caustic.size() > 0) {
     caustic_engine_ = make_engine(name);
     const std::uint32_t k = std::max<std::uint32_t>(1, settings_.nearest / kCausticShare);
-    caustic_engine_->build(pass_.caustic, make_policy(pass_.caustic, settings_, name, k, radius_scale), statistics_);
+    const RadiusPolicy caustic_policy = make_policy(pass_.caustic, settings_, name, k, radius_scale);
+    if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, caustic_policy);
+    caustic_engine_->build(pass_.caustic, caustic_policy, statistics_);
   }
 }
 

@@ -37,6 +37,7 @@ struct RenderSettings {
   bool indirect_only = false;
   bool progressive = false;  ///< photons of its own for every pass, radii that shrink from pass to pass
   bool secondary_gather = true;
+  bool boundary_correction = true;  ///< make up for kernels that reach over edges (density/boundary.h)
   bool checkpoints = false;  ///< keep the film after every pass, for Job::checkpoint()
   int max_bounces = 64;      ///< path tracer: bounces at most (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
