@@ -1,43 +1,173 @@
-// The blocked density engine beside other ways to look photons up, on the same photons and query points in one run;
-// writes a table.
+// The blocked density engine on a scene's own photons and query points, beside the other engines and nanoflann's radius
+// search on the same points in the same run. Writes tables to standard output.
+//
+//   blocked_bench [--scene builtin:atrium] [--size 320] [--gather 100] [--photons 2000000] [--k 50] [--threads 0]
+//                 [--repeats 5] [--depths 1] [--others 1]
+//   --depths  also the curve of reordering and query time over the depth of the order (engine forward)
+//   --others  also the other engines and nanoflann
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <chrono>
 #include <ctime>
+#include <functional>
+#include <map>
+#include <nanoflann.hpp>
 #include <string>
 #include <vector>
 
 #include "core/parallel.h"
 #include "density/engine.h"
+#include "density/forward.h"
 #include "density/radius.h"
+#include "density/reorder.h"
+#include "gather/camera_pass.h"
+#include "gather/final_gather.h"
 #include "kernels/simd.h"
-#include "surface_cloud.h"
+#include "photon/photon_tracer.h"
+#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {
 
-void run(const std::string& name, const PhotonBatch& photons, const RadiusPolicy& policy, const QueryPoints& points,
-         int repeats) {
-  const auto engine = make_engine(name);
-  Statistics building;
-  engine->build(photons, policy, building);
+using Options = std::map<std::string, std::string>;
+
+struct Input {
+  PhotonBatch photons;
+  QueryPoints points;
+};
+
+/// Photons and query points of a picture of a built-in scene, in the order in which a render makes them.
+Input trace(const Options& options) {
+  const Scene scene(builtin_scene(options.at("--scene").substr(std::string("builtin:").size())));
+  const Tracer tracer(scene);
+  Statistics statistics;
+  Input input;
+  PhotonPassSettings photon_settings;
+  photon_settings.photons = std::stoul(options.at("--photons"));
+  input.photons = trace_photons(tracer, photon_settings, statistics).global;
+  CameraPassSettings camera_settings;
+  camera_settings.width = camera_settings.height = std::stoi(options.at("--size"));
+  CameraTask task;
+  task.x1 = task.y1 = camera_settings.width;
+  SlotRadiance radiance;
+  FirstHit first_hit;
+  const GatherPoints gather =
+      camera_pass(tracer, scene.camera(""), task, camera_settings, radiance, first_hit, statistics);
+  FinalGatherSettings gather_settings;
+  gather_settings.rays = static_cast<std::uint32_t>(std::stoul(options.at("--gather")));
+  radiance.resize(task.slot_count());
+  input.points = final_gather(tracer, gather, 0, gather.size(), gather_settings, radiance, statistics);
+  return input;
+}
+
+struct Measured {
+  double wall, processor;  ///< seconds
+};
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Medians of several runs.
+Measured measure(int repeats, const std::function<void()>& work) {
+  std::vector<double> wall, processor;
   for (int i = 0; i < repeats; ++i) {
-    Statistics s;
-    std::vector<RGB> radiance(points.size());
-    const std::clock_t before = std::clock();
-    engine->estimate(points, radiance, s);
-    const double processor = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-    const double reorder = s.seconds(Phase::reorder), density = s.seconds(Phase::density), all = reorder + density;
-    const double operations = static_cast<double>(s.count(Counter::shader_operations));
-    fmt::print(
-        "{:8} build {:.3f} s, reorder {:.3f} s ({:.1f}%), density {:.3f} s, {:.1f} ns a query, k {:.1f}, used {:.1f}%, "
-        "{:.3f}e9/s, processor {:.3f} s, per core second {:.3f}e9/s\n",
-        name, building.seconds(Phase::build_photon_map), reorder, 100 * reorder / all, density,
-        1e9 * all / static_cast<double>(points.size()), operations / static_cast<double>(points.size()),
-        100 * operations / static_cast<double>(s.count(Counter::pairs_tested)), operations / all * 1e-9, processor,
-        operations / processor * 1e-9);
+    const double start = seconds_now();
+    const std::clock_t clock = std::clock();
+    work();
+    wall.push_back(seconds_now() - start);
+    processor.push_back(static_cast<double>(std::clock() - clock) / CLOCKS_PER_SEC);
   }
+  const auto median = [](std::vector<double>& values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  };
+  return {median(wall), median(processor)};
+}
+
+void run_engine(const std::string& name, const Input& input, const RadiusPolicy& policy, int repeats) {
+  const auto engine = make_engine(name);
+  Statistics building, once;
+  engine->build(input.photons, policy, building);
+  std::vector<RGB> radiance(input.points.size());
+  engine->estimate(input.points, radiance, once);
+  Statistics s;
+  const Measured m = measure(repeats, [&] { engine->estimate(input.points, radiance, s); });
+  const auto n = static_cast<double>(input.points.size()),
+             operations = static_cast<double>(once.count(Counter::shader_operations));
+  const double reorder = s.seconds(Phase::reorder), density = s.seconds(Phase::density);
+  fmt::print("| {} | {:.3f} | {:.3f} | {:.3f} | {:.0f} | {:.1f}% | {:.1f} | {:.1f}% | {:.3f} | {:.3f} |\n", name,
+             building.seconds(Phase::build_photon_map), m.wall, m.processor, 1e9 * m.processor / n,
+             100 * reorder / (reorder + density), operations / n,
+             100 * operations / static_cast<double>(once.count(Counter::pairs_tested)),
+             1e-9 * operations / m.wall / thread_count(), 1e-9 * operations / m.processor);
+  std::fflush(stdout);
+}
+
+/// Time to reorder, and to look up in that order with the forward engine, over the depth of the order.
+void run_depths(const Input& input, const RadiusPolicy& policy) {
+  fmt::print(
+      "\n| method | depth or threshold | reorder s | query s | sum s | processor s | "
+      "|\n|---|---|---|---|---|---|---|\n");
+  const int chosen = automatic_depth(input.points.size(), input.photons.size());
+  const auto run = [&](const char* method, const ReorderSettings& settings, int shown, bool automatic) {
+    ForwardOptions options;
+    options.reorder = settings;
+    const auto engine = make_forward_engine(options);
+    Statistics s;
+    engine->build(input.photons, policy, s);
+    std::vector<RGB> radiance(input.points.size());
+    const Measured m = measure(1, [&] { engine->estimate(input.points, radiance, s); });
+    const double reorder = s.seconds(Phase::reorder), query = s.seconds(Phase::density);
+    fmt::print("| {} | {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {} |\n", method, shown, reorder, query, reorder + query,
+               m.processor, automatic ? "auto" : "");
+    std::fflush(stdout);
+  };
+  run("none", {ReorderMethod::none, 0, 0}, 0, false);
+  for (int depth = 3; depth <= 12; ++depth) run("radix", {ReorderMethod::radix, 0, depth}, depth, depth == chosen);
+  for (const std::uint32_t threshold : {4u, 16u, 64u, 256u})
+    run("octree", {ReorderMethod::octree, threshold, kAutomaticDepth}, static_cast<int>(threshold), false);
+}
+
+/// nanoflann's view of an array of points.
+struct Points {
+  const std::vector<Vec3>& positions;
+  std::size_t kdtree_get_point_count() const { return positions.size(); }
+  float kdtree_get_pt(std::size_t index, std::size_t axis) const { return positions[index][static_cast<int>(axis)]; }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+using NanoflannTree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>, Points, 3, std::uint32_t>;
+
+/// nanoflann's radius search, which finds pairs but evaluates nothing and knows no normals, on runs of the sorted query
+/// points; on one thread. Neither the tree nor the sorting counts.
+void run_nanoflann(const Input& input, float radius, int repeats) {
+  const Points photons{input.photons.position};
+  NanoflannTree tree(3, photons, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+  tree.buildIndex();
+  ReorderSettings settings;
+  settings.depth = 21;
+  const auto order =
+      hilbert_order(input.points.position, bounds_of(input.points.position), input.photons.size(), settings);
+  std::vector<std::pair<std::uint32_t, float>> found;
+  nanoflann::SearchParams unsorted;
+  unsorted.sorted = false;
+  std::uint64_t pairs = 0, queries = 0;
+  const Measured m = measure(repeats, [&] {
+    pairs = queries = 0;
+    constexpr std::size_t kRun = 4000, kStep = 80000;
+    for (std::size_t first = 0; first < order.size(); first += kStep)
+      for (std::size_t i = first; i < std::min(first + kRun, order.size()); ++i, ++queries)
+        pairs += tree.radiusSearch(&input.points.position[order[i]].x, radius * radius, found, unsorted);
+  });
+  fmt::print("| nanoflann radius search | | | | {:.0f} | | {:.1f} | | | {:.3f} |\n",
+             1e9 * m.processor / static_cast<double>(queries),
+             static_cast<double>(pairs) / static_cast<double>(queries),
+             1e-9 * static_cast<double>(pairs) / m.processor);
 }
 
 }  // namespace
@@ -45,15 +175,38 @@ void run(const std::string& name, const PhotonBatch& photons, const RadiusPolicy
 
 int main(int argc, char** argv) {
   using namespace glowworm;
-  const std::size_t n_photons = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 2000000;
-  const std::size_t n_points = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 10000000;
-  const int threads = argc > 3 ? std::atoi(argv[3]) : 0;
-  set_thread_count(threads);
-  const bench::SurfaceCloud cloud(1);
-  const PhotonBatch photons = cloud.photons(n_photons);
-  const QueryPoints points = cloud.points(n_points);
-  RadiusPolicy policy;
-  policy.radii = per_photon_radii(photons, 50);
-  fmt::print("{} photons, {} points, {}, {} threads\n", n_photons, n_points, simd_name(), thread_count());
-  run("blocked", photons, policy, points, 3);
+  Options options = {{"--scene", "builtin:atrium"},
+                     {"--size", "320"},
+                     {"--gather", "100"},
+                     {"--photons", "2000000"},
+                     {"--k", "50"},
+                     {"--threads", "0"},
+                     {"--repeats", "5"},
+                     {"--depths", "1"},
+                     {"--others", "1"}};
+  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
+  const int repeats = std::stoi(options["--repeats"]);
+  const Input input = trace(options);
+  set_thread_count(std::stoi(options["--threads"]));
+  RadiusPolicy per_photon, fixed, nearest;
+  nearest.kind = RadiusKind::nearest;
+  nearest.k = static_cast<std::uint32_t>(std::stoul(options["--k"]));
+  per_photon.radii = per_photon_radii(input.photons, nearest.k);
+  fixed.kind = RadiusKind::fixed;
+  fixed.radius = fixed_radius(input.photons, nearest.k);
+  nearest.max_radius = 2 * *std::max_element(per_photon.radii.begin(), per_photon.radii.end());
+  fmt::print("{}: {} photons, {} query points ({} not Lambertian), {}, {} threads\n\n", options["--scene"],
+             input.photons.size(), input.points.size(), input.points.bsdfs.size(), simd_name(), thread_count());
+  fmt::print(
+      "| engine | build s | wall s | processor s | ns a query | reorder | k | pairs used | 1e9/s a core (wall) | 1e9/s "
+      "a "
+      "core (processor) |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  run_engine("blocked", input, per_photon, repeats);
+  run_engine("blocked", input, fixed, repeats);
+  if (options["--others"] == "1") {
+    run_nanoflann(input, fixed.radius, repeats);
+    run_engine("forward", input, per_photon, 1);
+    run_engine("knn", input, nearest, 1);
+  }
+  if (options["--depths"] == "1") run_depths(input, per_photon);
 }

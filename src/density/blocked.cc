@@ -4,7 +4,8 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <numbers>
+#include <memory>
+#include <mutex>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -18,7 +19,7 @@ namespace glowworm {
 namespace {
 
 // Query points that are worked off at once: the more, the closer they lie; the fewer, the less memory they take.
-constexpr std::size_t kPartPoints = std::size_t{12} << 20;
+constexpr std::size_t kPartPoints = std::size_t{10} << 20;
 
 using Clock = std::chrono::steady_clock;
 
@@ -130,15 +131,25 @@ class BlockedEngine final : public DensityEngine {
     statistics.add(Counter::query_points, points.size());
     if (index_.size() == 0) return;
     const std::size_t parts = parts_of(points.size());
+    std::unique_ptr<QueryMemory> memory = take_memory();
     for (std::size_t part = 0; part < parts; ++part)
-      estimate_part(points, points.size() * part / parts, points.size() * (part + 1) / parts, radiance, statistics);
+      estimate_part(points, points.size() * part / parts, points.size() * (part + 1) / parts, radiance, *memory,
+                    statistics);
+    const std::lock_guard lock(mutex_);
+    idle_ = std::move(memory);
   }
 
  private:
+  /// The memory of the last call, where no other call has it.
+  std::unique_ptr<QueryMemory> take_memory() const {
+    const std::lock_guard lock(mutex_);
+    return idle_ ? std::move(idle_) : std::make_unique<QueryMemory>();
+  }
+
   void estimate_part(const QueryPoints& points, std::size_t first, std::size_t last, std::span<RGB> radiance,
-                     Statistics& statistics) const {
+                     QueryMemory& memory, Statistics& statistics) const {
     const Clock::time_point start = Clock::now();
-    QueryBuckets buckets(points, first, last);
+    QueryBuckets buckets(points, first, last, memory);
     const Clock::time_point brought_together = Clock::now();
     std::atomic<Clock::rep> sort_time{0}, other_time{0};
     parallel_for(0, buckets.buckets().size(), kBucketGrain, [&](std::size_t begin, std::size_t end) {
@@ -167,6 +178,8 @@ class BlockedEngine final : public DensityEngine {
   static constexpr std::size_t kBucketGrain = 4;
 
   BlockedIndex index_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<QueryMemory> idle_;
 };
 
 }  // namespace

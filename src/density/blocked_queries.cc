@@ -71,6 +71,16 @@ std::size_t pieces_of(std::size_t n) { return (n + kPiece - 1) / kPiece; }
 
 std::size_t cells_for(std::size_t points) { return std::clamp<std::size_t>(points / kPointsWanted, 1, kMostCells); }
 
+/// The first n elements of an array, which is made anew if it is smaller.
+template <typename T>
+std::span<T> grown(LargeArray<T>& array, std::size_t n) {
+  if (array.size() < n) {
+    array = LargeArray<T>();  // first, so that both are never held
+    array = LargeArray<T>(n);
+  }
+  return array.span().first(n);
+}
+
 /// Coordinates of points as the kernels read them.
 const float* coordinates(const Vec3* points) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
@@ -79,32 +89,33 @@ const float* coordinates(const Vec3* points) {
 
 }  // namespace
 
-QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last) : first_(first) {
+QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last, QueryMemory& memory)
+    : memory_(memory), first_(first), last_(last) {
   const std::size_t n = last - first;
   const KeyGrid grid = grid_over(bounds_of(std::span(points.position).subspan(first, n)), cells_for(n));
   cells_ = cell_count(grid);
-  keys_ = LargeArray<std::uint32_t>(n);
-  places_ = LargeArray<std::uint32_t>(pieces_of(n) * cells_);
+  const std::span<std::uint32_t> keys = grown(memory_.keys, n);
+  const std::span<std::uint32_t> all_places = grown(memory_.places, pieces_of(n) * cells_);
   parallel_for(0, n, kPiece, [&](std::size_t begin, std::size_t end) {
     query_keys(grid, coordinates(&points.position[first + begin]), coordinates(&points.normal[first + begin]),
-               &points.bsdf[first + begin], end - begin, &keys_[begin]);
-    std::uint32_t* count = &places_[begin / kPiece * cells_];
+               &points.bsdf[first + begin], end - begin, &keys[begin]);
+    std::uint32_t* count = &all_places[begin / kPiece * cells_];
     std::fill_n(count, cells_, 0u);
     for (std::size_t i = begin; i < end; ++i)
-      if (keys_[i] != kNoKey) ++count[keys_[i] >> kKeyCellShift];
+      if (keys[i] != kNoKey) ++count[keys[i] >> kKeyCellShift];
   });
-  const std::vector<Bucket> buckets = places_from_counts(places_.span(), cells_, 0);
-  const std::size_t taken = buckets.empty() ? 0 : buckets.back().last;
-  points_ = LargeArray<BucketPoint>(taken);
-  answers_ = LargeArray<RGB>(taken);
+  const std::vector<Bucket> buckets = places_from_counts(all_places, cells_, 0);
+  taken_ = buckets.empty() ? 0 : buckets.back().last;
+  const std::span<BucketPoint> moved = grown(memory_.points, taken_);
+  grown(memory_.answers, taken_);
   parallel_for(0, n, kPiece, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* places = &places_[begin / kPiece * cells_];
+    std::uint32_t* places = &all_places[begin / kPiece * cells_];
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end && keys_[i + kAhead] != kNoKey)
-        __builtin_prefetch(&points_[places[keys_[i + kAhead] >> kKeyCellShift]], 1);
-      if (keys_[i] == kNoKey) continue;
+      if (i + kAhead < end && keys[i + kAhead] != kNoKey)
+        __builtin_prefetch(&moved[places[keys[i + kAhead] >> kKeyCellShift]], 1);
+      if (keys[i] == kNoKey) continue;
       const std::size_t q = first + i;
-      points_[places[keys_[i] >> kKeyCellShift]++] = {points.position[q], points.normal[q], points.bsdf[q], keys_[i]};
+      moved[places[keys[i] >> kKeyCellShift]++] = {points.position[q], points.normal[q], points.bsdf[q], keys[i]};
     }
   });
   buckets_.reserve(buckets.size());
@@ -112,14 +123,15 @@ QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::si
 }
 
 void QueryBuckets::add_answers(const QueryPoints& points, std::span<RGB> radiance) {
-  parallel_for(0, keys_.size(), kPiece, [&](std::size_t begin, std::size_t end) {
+  const LargeArray<std::uint32_t>& keys = memory_.keys;
+  parallel_for(0, last_ - first_, kPiece, [&](std::size_t begin, std::size_t end) {
     // Each place stands behind the last point that was put there: backwards, it leads from point to point.
-    std::uint32_t* places = &places_[begin / kPiece * cells_];
+    std::uint32_t* places = &memory_.places[begin / kPiece * cells_];
     for (std::size_t i = end; i-- > begin;) {
-      if (i >= begin + kAhead && keys_[i - kAhead] != kNoKey)
-        __builtin_prefetch(&answers_[places[keys_[i - kAhead] >> kKeyCellShift]] - 1);
-      if (keys_[i] == kNoKey) continue;
-      const RGB answer = answers_[--places[keys_[i] >> kKeyCellShift]];
+      if (i >= begin + kAhead && keys[i - kAhead] != kNoKey)
+        __builtin_prefetch(&memory_.answers[places[keys[i - kAhead] >> kKeyCellShift]] - 1);
+      if (keys[i] == kNoKey) continue;
+      const RGB answer = memory_.answers[--places[keys[i] >> kKeyCellShift]];
       const std::size_t q = first_ + i;
       radiance[q] += points.bsdf[q] == kLambertianQuery ? points.reflectance[q] * answer : answer;
     }
@@ -133,10 +145,10 @@ void QueryBuckets::divide(Bucket bucket, int rounds_left) {
     return;
   }
   if (origin_.size() == 0) {
-    origin_ = LargeArray<std::uint32_t>(points_.size());
+    origin_ = LargeArray<std::uint32_t>(taken_);
     std::iota(origin_.data(), origin_.data() + origin_.size(), 0u);
   }
-  const std::vector<BucketPoint> copy(&points_[bucket.first], &points_[bucket.first] + n);
+  const std::vector<BucketPoint> copy(&memory_.points[bucket.first], &memory_.points[bucket.first] + n);
   const std::vector<std::uint32_t> origins(&origin_[bucket.first], &origin_[bucket.first] + n);
   std::vector<Vec3> positions(n), normals(n);
   std::vector<std::uint32_t> bsdfs(n), keys(n);
@@ -164,8 +176,8 @@ void QueryBuckets::divide(Bucket bucket, int rounds_left) {
     std::uint32_t* place = &places[begin / kPiece * cells];
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t to = place[keys[i] >> kKeyCellShift]++;
-      points_[to] = copy[i];
-      points_[to].key = keys[i];
+      memory_.points[to] = copy[i];
+      memory_.points[to].key = keys[i];
       origin_[to] = origins[i];
     }
   });

@@ -21,6 +21,15 @@ struct BucketPoint {
   std::uint32_t key;   ///< of query_keys()
 };
 
+/// Memory that QueryBuckets work in. It only grows, and may serve one after another: memory that was used before need
+/// not be cleared by the system.
+struct QueryMemory {
+  LargeArray<std::uint32_t> keys;
+  LargeArray<std::uint32_t> places;  // by piece of the points and cell
+  LargeArray<BucketPoint> points;
+  LargeArray<RGB> answers;
+};
+
 /// Points of a task, moved so that those of one cell of space stand together.
 class QueryBuckets {
  public:
@@ -32,17 +41,17 @@ class QueryBuckets {
   static constexpr std::size_t kMostPoints = std::size_t{1} << 15;
 
   /// Takes points first to last - 1, but for those with a position or normal that is not finite. On all threads; the
-  /// same buckets for any number of them.
-  QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last);
+  /// same buckets for any number of them. The memory must outlive this.
+  QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last, QueryMemory& memory);
 
   const std::vector<Bucket>& buckets() const { return buckets_; }
   std::span<const BucketPoint> points(const Bucket& bucket) const {
-    return points_.span().subspan(bucket.first, bucket.last - bucket.first);
+    return memory_.points.span().subspan(bucket.first, bucket.last - bucket.first);
   }
   /// The answer of point i of points(bucket), to be set by who works the bucket off.
   RGB& answer(const Bucket& bucket, std::size_t i) {
     const std::size_t place = bucket.first + i;
-    return answers_[origin_.size() == 0 ? place : origin_[place]];
+    return memory_.answers[origin_.size() == 0 ? place : origin_[place]];
   }
   /// Adds the answers, times the reflectance of points that are Lambertian, to radiance[i] of the points i they are
   /// for. Once only. (Answers are read bucket by bucket, so that memory is walked through in as many streams as there
@@ -55,13 +64,11 @@ class QueryBuckets {
  private:
   void divide(Bucket bucket, int rounds_left);
 
-  std::size_t first_;
+  QueryMemory& memory_;
+  std::size_t first_, last_;  // of the QueryPoints
   std::size_t cells_ = 0;
-  LargeArray<std::uint32_t> keys_;
-  LargeArray<std::uint32_t> places_;  // by piece of the points and cell
-  LargeArray<BucketPoint> points_;
+  std::size_t taken_ = 0;             // points that are finite
   LargeArray<std::uint32_t> origin_;  // of each of points_ before large buckets were divided; empty where none was
-  LargeArray<RGB> answers_;
   std::vector<Bucket> buckets_;
 };
 

@@ -25,15 +25,17 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Lanes across the eight photons of a block, or the eight children of a node.
 using BlockTag = hn::CappedTag<float, kBlockWidth>;
 /// Lanes across query points.
-using TileTag = hn::CappedTag<float, kTileWidth>;
+using TileTag = hn::CappedTag<float, 16>;
 using BlockVector = hn::Vec<BlockTag>;
 using BlockMask = hn::Mask<BlockTag>;
 using TileVector = hn::Vec<TileTag>;
 
 constexpr std::size_t kTileLanes = hn::MaxLanes(TileTag());
 /// Vectors that go through the photons at once: more would not fit the registers of most instruction sets.
-constexpr std::size_t kTileVectors = kTileWidth / kTileLanes < 2 ? kTileWidth / kTileLanes : 2;
+constexpr std::size_t kTileVectors = 2;
 constexpr std::size_t kGroupWidth = kTileVectors * kTileLanes;
+constexpr std::size_t kGroups = kTileWidth / kGroupWidth;
+static_assert(kTileWidth % kGroupWidth == 0);
 
 /// Room for rounding in tests that must not lose a pair: the exact test follows.
 constexpr float kRimMargin = 1 + 1e-5f;
@@ -172,19 +174,22 @@ HWY_INLINE hn::Vec<D> profile_at(D d, hn::Mask<D> inside, hn::Vec<D> t) {
 template <BlockedProfile profile>
 class Group {
  public:
-  HWY_INLINE Group(const QueryRun& run, std::size_t first) : run_(run), first_(first) {
+  HWY_INLINE void start(const QueryRun& run, std::size_t first) {
+    first_ = first;
+    valid_ = run.count > first ? HWY_MIN(run.count - first, kGroupWidth) : 0;
     const TileTag d;
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::size_t i = 0; i < kGroupWidth; i += kTileLanes) {
+        hn::Store(hn::Zero(d), d, sums_[axis] + i);
         hn::Store(hn::LoadU(d, run.position[axis] + first + i), d, position_[axis] + i);
         hn::Store(hn::LoadU(d, run.normal[axis] + first + i), d, normal_[axis] + i);
       }
     // Padding goes where no photon reaches.
-    for (std::size_t i = valid(); i < kGroupWidth; ++i) position_[0][i] = 1e19f;
+    for (std::size_t i = valid_; i < kGroupWidth; ++i) position_[0][i] = 1e19f;
   }
 
   /// Points that are not padding.
-  HWY_INLINE std::size_t valid() const { return HWY_MIN(run_.count - first_, kGroupWidth); }
+  HWY_INLINE std::size_t valid() const { return valid_; }
 
   /// Adds the photons that begin at floats list[0 .. length) behind `photons`. Returns how many pairs were inside.
   template <bool compare_normals>
@@ -247,11 +252,11 @@ class Group {
   }
 
   /// Writes the sums to the run.
-  HWY_INLINE void finish() {
+  HWY_INLINE void finish(const QueryRun& run) const {
     const TileTag d;
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t i = 0; i < kGroupWidth; i += kTileLanes)
-        hn::StoreU(hn::Load(d, sums_[c] + i), d, run_.sum[c] + first_ + i);
+        hn::StoreU(hn::Load(d, sums_[c] + i), d, run.sum[c] + first_ + i);
   }
 
  private:
@@ -260,11 +265,10 @@ class Group {
     for (std::size_t v = 0; v < kTileVectors; ++v) sum[v] = hn::MulAdd(weight[v], f, sum[v]);
   }
 
-  const QueryRun& run_;
-  std::size_t first_;
+  std::size_t first_, valid_;
   alignas(64) float position_[3][kGroupWidth];
   alignas(64) float normal_[3][kGroupWidth];
-  alignas(64) float sums_[3][kGroupWidth] = {};
+  alignas(64) float sums_[3][kGroupWidth];
 };
 
 /// Sums the photons at the points of a run.
@@ -281,23 +285,23 @@ class RunSummer {
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
     scratch_.accepted.resize(kListLength + 2 * kBlockWidth);
     scratch_.ambiguous.resize(kListLength + 2 * kBlockWidth);
-    for (std::size_t first = 0; first < run_.count; first += kGroupWidth) sum_group(first);
+    for (std::size_t first = 0; first < run_.count; first += kTileWidth) sum_tile(first);
   }
 
  private:
-  void sum_group(std::size_t first) {
-    Group<profile> group(run_, first);
-    const QueryBounds bounds = bounds_of(run_, first, kGroupWidth);
+  void sum_tile(std::size_t first) {
+    for (std::size_t i = 0; i < kGroups; ++i) groups_[i].start(run_, first + i * kGroupWidth);
+    const QueryBounds bounds = bounds_of(run_, first, kTileWidth);
     const SpreadBounds q(bounds, tree_.min_normal_cosine);
     std::uint32_t* end = scratch_.blocks.data();
     for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
-    sum_blocks(bounds, q, end, group);
-    group.finish();
+    sum_blocks(bounds, q, end);
+    for (const Group<profile>& group : groups_) group.finish(run_);
   }
 
-  /// Tests the photons of the listed blocks against the bounds of the group, and adds those that may be in support.
-  /// Where the normals leave no doubt for any point of the group, its points need not compare them.
-  void sum_blocks(const QueryBounds& bounds, const SpreadBounds& q, const std::uint32_t* end, Group<profile>& group) {
+  /// Tests the photons of the listed blocks against the bounds of the tile, and adds those that may be in support.
+  /// Where the normals leave no doubt for any point of the tile, its points need not compare them.
+  void sum_blocks(const QueryBounds& bounds, const SpreadBounds& q, const std::uint32_t* end) {
     const BlockTag d;
     const BlockVector sure_cosine = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
     const BlockVector rim = hn::Set(d, kRimMargin);
@@ -324,23 +328,26 @@ class RunSummer {
         append_lanes(hn::AndNot(sure, near), place, ambiguous);
       }
       if (accepted - scratch_.accepted.data() > kListLength || ambiguous - scratch_.ambiguous.data() > kListLength)
-        add(group, accepted, ambiguous);
+        add(accepted, ambiguous);
     }
-    add(group, accepted, ambiguous);
+    add(accepted, ambiguous);
   }
 
   /// Works the lists off and sets their ends back.
-  HWY_INLINE void add(Group<profile>& group, std::uint32_t*& accepted_end, std::uint32_t*& ambiguous_end) {
+  HWY_INLINE void add(std::uint32_t*& accepted_end, std::uint32_t*& ambiguous_end) {
     const auto* photons = reinterpret_cast<const float*>(tree_.blocks);
     const auto accepted = static_cast<std::size_t>(accepted_end - scratch_.accepted.data());
     const auto ambiguous = static_cast<std::size_t>(ambiguous_end - scratch_.ambiguous.data());
-    counts_.evaluated +=
-        group.template add<false>(photons, scratch_.accepted.data(), accepted, tree_.min_normal_cosine);
-    if (ambiguous > 0)
+    for (Group<profile>& group : groups_) {
+      if (group.valid() == 0) continue;
       counts_.evaluated +=
-          group.template add<true>(photons, scratch_.ambiguous.data(), ambiguous, tree_.min_normal_cosine);
-    counts_.tested += (accepted + ambiguous) * group.valid();
-    counts_.steps += (accepted + ambiguous) * kTileVectors;
+          group.template add<false>(photons, scratch_.accepted.data(), accepted, tree_.min_normal_cosine);
+      if (ambiguous > 0)
+        counts_.evaluated +=
+            group.template add<true>(photons, scratch_.ambiguous.data(), ambiguous, tree_.min_normal_cosine);
+      counts_.tested += (accepted + ambiguous) * group.valid();
+      counts_.steps += (accepted + ambiguous) * kTileVectors;
+    }
     accepted_end = scratch_.accepted.data();
     ambiguous_end = scratch_.ambiguous.data();
   }
@@ -349,6 +356,7 @@ class RunSummer {
   const QueryRun& run_;
   BlockedScratch& scratch_;
   BlockedCounts& counts_;
+  Group<profile> groups_[kGroups];
 };
 
 /// blocked_find().

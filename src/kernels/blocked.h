@@ -10,9 +10,9 @@ namespace glowworm {
 /// Photons of a block, and children of a node of the tree over blocks.
 inline constexpr int kBlockWidth = 8;
 /// Query points that are looked up together. Runs are padded to a multiple of it.
-inline constexpr int kTileWidth = 16;
+inline constexpr int kTileWidth = 32;
 /// Most query points of a run.
-inline constexpr int kRunPoints = 512;
+inline constexpr int kRunPoints = 256;
 
 /// Shapes of the density kernel: the sums take K over its norm, as a function of t = (distance over radius) squared.
 enum class BlockedProfile : std::uint8_t {

@@ -266,6 +266,15 @@ TEST(BlockedEngine, BatchesAddUp) {
     EXPECT_NEAR(radiance[i].r, truth.radiance[i].r, 2e-5f * truth.radiance[i].r);
 }
 
+TEST(BlockedEngine, DividesWhereAllPointsCrowdInOneCell) {
+  const PhotonBatch photons = make_photons(300);
+  QueryPoints points = make_points(70000);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (i % 1000 != 0) points.position[i] = points.position[i] * 1e-3f;
+  for (std::size_t i = 40000; i < points.size(); ++i) points.position[i] = {0.25f, 0.25f, 0.25f};
+  expect_agreement(photons, fixed(0.1f), points);
+}
+
 TEST(BlockedEngine, PlansWhatItHolds) {
   const auto engine = make_engine("blocked");
   const EnginePlan plan = engine->plan(1000000, 100000, 0);
