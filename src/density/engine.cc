@@ -19,6 +19,7 @@ struct Entry {
 constexpr Entry kEngines[] = {
     {"blocked", make_blocked_engine},
     {"forward", make_forward_engine},
+    {"reverse", make_reverse_engine},
     {"knn", make_knn_engine},
     {"brute", make_brute_engine},
 };

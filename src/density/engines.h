@@ -18,5 +18,8 @@ std::unique_ptr<DensityEngine> make_brute_engine();
 
 /// Blocks of query points against blocks of photons, both sorted in space. Does fixed and per_photon.
 std::unique_ptr<DensityEngine> make_blocked_engine();
+/// Reverse photon mapping [HHS05]: photons search a kd-tree over the query points. Fixed and per-photon radii. Options
+/// of its own are in reverse.h.
+std::unique_ptr<DensityEngine> make_reverse_engine();
 
 }  // namespace glowworm

@@ -1,0 +1,223 @@
+// Reverse photon mapping [HHS05]: photons look for the query points that they light.
+#include <algorithm>
+#include <atomic>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/engines.h"
+#include "density/reverse.h"
+#include "density/reverse_photons.h"
+#include "density/shading.h"
+
+namespace glowworm {
+
+namespace {
+
+// Query points of one tree at most.
+constexpr std::size_t kPartPoints = std::size_t{1} << 26;
+// Pairs with points that are not Lambertian are shaded when so many are found.
+constexpr std::size_t kMostPairs = std::size_t{1} << 18;
+
+/// Whether a cluster's sphere reaches into a box.
+bool reaches(const ReverseCluster& cluster, const Box3& box) {
+  float distance_squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float outside =
+        std::max(0.0f, std::max(box.min[axis] - cluster.center[axis], cluster.center[axis] - box.max[axis]));
+    distance_squared += outside * outside;
+  }
+  return distance_squared <= cluster.radius * cluster.radius * 1.00001f;
+}
+
+bool overlap(const Box3& a, const Box3& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.min[axis] > b.max[axis] || b.min[axis] > a.max[axis]) return false;
+  }
+  return true;
+}
+
+/// Runs photons over one subtree after another; what one thread needs for that.
+class SubtreeWorker {
+ public:
+  SubtreeWorker(const ReversePhotonArray& photons, const ReverseTree& tree, const QueryPoints& points)
+      : photons_(photons), view_(photons.view()), tree_(tree), points_(points) {}
+
+  /// All photons against the points of a subtree, in A_P order.
+  /// @param fields its part of A_R
+  /// @param sums   its part of A_W
+  void work(const ReverseSubtree& subtree, const float* fields, float* sums, bool lambertian) {
+    tree_.measure(subtree, fields, bounds_);
+    ReverseSubtreeView part;
+    part.nodes = tree_.nodes().data();
+    part.root = subtree.root;
+    part.first_point = subtree.first_point;
+    part.points = fields;
+    part.sums = sums;
+    part.bounds = bounds_.data();
+    Box3 box;
+    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+      if (!tree_.nodes()[subtree.root + i].is_leaf()) continue;
+      const ReverseLeafBounds& leaf = bounds_[i];
+      box.grow({{leaf.min[0], leaf.min[1], leaf.min[2]}, {leaf.max[0], leaf.max[1], leaf.max[2]}});
+    }
+    for (const ReversePhotonArray::Group& group : photons_.groups()) {
+      if (!overlap(group.bounds, box)) continue;
+      for (std::uint32_t c = group.first; c < group.last; ++c) {
+        const ReverseCluster& cluster = photons_.clusters()[c];
+        if (!reaches(cluster, box)) continue;
+        if (lambertian) {
+          reverse_sum(part, view_, cluster, counts);
+        } else {
+          reverse_collect(part, view_, cluster, pairs_, counts);
+          if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
+        }
+      }
+    }
+    if (!lambertian) shade_pairs(part, subtree);
+  }
+
+  ReverseCounts counts;
+
+ private:
+  /// Adds what the pairs found so far give, each point's in one batch, and forgets them.
+  void shade_pairs(const ReverseSubtreeView& part, const ReverseSubtree& subtree) {
+    std::stable_sort(pairs_.begin(), pairs_.end(),
+                     [](const ReversePair& a, const ReversePair& b) { return a.point < b.point; });
+    std::size_t pair = 0;
+    for (std::uint32_t i = 0; i < subtree.node_count && pair < pairs_.size(); ++i) {
+      const ReverseNode& node = part.nodes[subtree.root + i];
+      if (!node.is_leaf()) continue;
+      const std::size_t n = node.count(), first = node.first() - subtree.first_point;
+      while (pair < pairs_.size() && pairs_[pair].point < node.first() + n) {
+        const std::uint32_t point = pairs_[pair].point;
+        gathered_.clear();
+        for (; pair < pairs_.size() && pairs_[pair].point == point; ++pair) {
+          const std::uint32_t photon = pairs_[pair].photon;
+          gathered_.push_back(photons_.direction(photon), photons_.flux(photon) * pairs_[pair].profile);
+        }
+        const std::size_t lane = point - node.first();
+        std::uint32_t bsdf;
+        std::memcpy(&bsdf, part.points + first * kReverseFields + 7 * n + lane, sizeof bsdf);
+        const RGB sum = shader_.shade(points_.bsdfs[bsdf], gathered_);
+        float* to = part.sums + first * kReverseSums + lane;
+        to[0] += sum.r;
+        to[n] += sum.g;
+        to[2 * n] += sum.b;
+      }
+    }
+    pairs_.clear();
+  }
+
+  const ReversePhotonArray& photons_;
+  ReversePhotons view_;
+  const ReverseTree& tree_;
+  const QueryPoints& points_;
+  std::vector<ReverseLeafBounds> bounds_;
+  std::vector<ReversePair> pairs_;
+  GatheredPhotons gathered_;
+  BatchShader shader_;
+};
+
+/// Completion: adds a subtree's part of A_W, in its order, to the radiance of the points.
+void complete(const ReverseTree& tree, const ReverseSubtree& subtree, const float* fields, const float* sums,
+              const QueryPoints& points, bool lambertian, std::span<RGB> radiance) {
+  for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+    const ReverseNode& node = tree.nodes()[subtree.root + i];
+    if (!node.is_leaf()) continue;
+    const std::size_t n = node.count(), first = node.first() - subtree.first_point;
+    const float* targets = fields + first * kReverseFields + 6 * n;
+    const float* sum = sums + first * kReverseSums;
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      std::uint32_t target;
+      std::memcpy(&target, targets + lane, sizeof target);
+      const RGB value(sum[lane], sum[n + lane], sum[2 * n + lane]);
+      radiance[target] += lambertian ? value * points.reflectance[target] : value;
+    }
+  }
+}
+
+class ReverseEngine final : public DensityEngine {
+ public:
+  explicit ReverseEngine(const ReverseOptions& options) : options_(options) {
+    if (options.leaf_size == 0 || options.leaf_size > ReverseNode::kMaxCount)
+      throw Error("leaves of the reverse photon map hold 1 to 255 query points");
+    if (options.cluster_size == 0 || options.cluster_size > ReverseCluster::kMaxCount)
+      throw Error("1 to 64 photons are searched for at once");
+  }
+
+  std::string name() const override { return "reverse"; }
+
+  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
+    const std::size_t parts = std::max<std::size_t>((points + kPartPoints - 1) / kPartPoints, 1);
+    const std::size_t part = (points + parts - 1) / parts;
+    return {ReversePhotonArray::bytes(photons) + ReverseTree::bytes(part) + part * kReverseSums * sizeof(float),
+            static_cast<std::uint32_t>(parts)};
+  }
+
+  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+    PhaseTimer timer(statistics, Phase::build_photon_map);
+    if (policy.kind == RadiusKind::nearest) {
+      throw Error("the reverse engine has no k-nearest estimate", "use fixed or per-photon radii, or the knn engine");
+    }
+    check_policy(photons, policy);
+    photons_ = ReversePhotonArray();
+    photons_ = ReversePhotonArray(photons, policy, options_.cluster_size);
+  }
+
+  void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
+    statistics.add(Counter::query_points, points.size());
+    if (photons_.size() == 0) return;
+    std::vector<std::uint32_t> lambertian, others;
+    for (std::size_t first = 0; first < points.size(); first += kPartPoints) {
+      lambertian.clear();
+      others.clear();
+      const std::size_t last = std::min(first + kPartPoints, points.size());
+      for (std::size_t i = first; i < last; ++i) {
+        (points.bsdf[i] == kLambertianQuery ? lambertian : others).push_back(static_cast<std::uint32_t>(i));
+      }
+      estimate_some(points, lambertian, true, radiance, statistics);
+      estimate_some(points, others, false, radiance, statistics);
+    }
+  }
+
+ private:
+  void estimate_some(const QueryPoints& points, std::span<const std::uint32_t> chosen, bool lambertian,
+                     std::span<RGB> radiance, Statistics& statistics) const {
+    if (chosen.empty()) return;
+    std::unique_ptr<const ReverseTree> tree;
+    {
+      PhaseTimer timer(statistics, Phase::reorder);
+      tree = std::make_unique<ReverseTree>(points, chosen, options_.leaf_size);
+    }
+    PhaseTimer timer(statistics, Phase::density);
+    // A subtree belongs to one thread, which runs the photons over it in their order: so each entry of A_W is written
+    // by one thread, and added up in one order.
+    parallel_for(0, tree->subtrees().size(), 1, [&](std::size_t first, std::size_t last) {
+      SubtreeWorker worker(photons_, *tree, points);
+      std::vector<float> sums;
+      for (std::size_t s = first; s < last; ++s) {
+        const ReverseSubtree& subtree = tree->subtrees()[s];
+        const float* fields = tree->points().data() + std::size_t{subtree.first_point} * kReverseFields;
+        sums.assign(subtree.point_count * kReverseSums + kReversePadding, 0.0f);
+        worker.work(subtree, fields, sums.data(), lambertian);
+        complete(*tree, subtree, fields, sums.data(), points, lambertian, radiance);
+      }
+      statistics.add(Counter::shader_operations, worker.counts.operations);
+      statistics.add(Counter::pairs_tested, worker.counts.tested);
+      statistics.add(Counter::packet_steps, worker.counts.steps);
+      statistics.add(Counter::packet_active_lanes, worker.counts.operations);
+    });
+  }
+
+  ReverseOptions options_;
+  ReversePhotonArray photons_;
+};
+
+}  // namespace
+
+std::unique_ptr<DensityEngine> make_reverse_engine(const ReverseOptions& options) {
+  return std::make_unique<ReverseEngine>(options);
+}
+std::unique_ptr<DensityEngine> make_reverse_engine() { return make_reverse_engine(ReverseOptions()); }
+
+}  // namespace glowworm

@@ -1,0 +1,183 @@
+#include "density/reverse_tree.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/kd_tree.h"
+
+namespace glowworm {
+
+namespace {
+
+// Coincident points of one leaf of the kd-tree make a tree of their own.
+static_assert(ReverseNode::kMaxDepth >= KdTree::kMaxDepth + 27);
+static_assert(ReverseTree::kLeafSize <= ReverseNode::kMaxCount);
+
+// Points are copied into A_R in pieces of so many subtrees.
+constexpr std::size_t kSubtreeGrain = 4;
+
+/// Turns a kd-tree into the nodes of the reverse photon map, and cuts it into subtrees.
+class Converter {
+ public:
+  Converter(const KdTree& tree, std::vector<ReverseNode>& nodes, std::vector<ReverseSubtree>& subtrees)
+      : tree_(tree), nodes_(nodes), subtrees_(subtrees) {}
+
+  void run() {
+    nodes_.reserve(tree_.nodes.size());
+    node(0, 0, static_cast<std::uint32_t>(tree_.points.size()), tree_.bounds, false);
+  }
+
+ private:
+  /// Appends the subtree of node `from`, which holds `count` points from `first` on.
+  void node(std::uint32_t from, std::uint32_t first, std::uint32_t count, const Box3& cell, bool in_subtree) {
+    const KdNode source = tree_.nodes[from];
+    if (source.is_leaf()) {
+      leaf(first, count, cell, in_subtree);
+      return;
+    }
+    const std::size_t subtree = open(first, count, in_subtree);
+    const std::uint32_t right = from + source.right_offset();
+    const std::uint32_t left_count = first_point(right) - first;
+    Box3 left_cell = cell, right_cell = cell;
+    left_cell.max[source.axis()] = source.split;
+    right_cell.min[source.axis()] = source.split;
+    const std::size_t self = nodes_.size();
+    nodes_.emplace_back();
+    node(from + 1, first, left_count, left_cell, in_subtree || subtree != kNone);
+    nodes_[self] = ReverseNode::inner(source.axis(), source.split, static_cast<std::uint32_t>(nodes_.size()));
+    node(right, first + left_count, count - left_count, right_cell, in_subtree || subtree != kNone);
+    close(subtree);
+  }
+
+  /// A leaf; where more points coincide than it can count, a tree of leaves with its planes through them.
+  void leaf(std::uint32_t first, std::uint32_t count, const Box3& cell, bool in_subtree) {
+    const std::size_t subtree = open(first, count, in_subtree);
+    if (count <= ReverseNode::kMaxCount) {
+      const float diagonal = std::min(length(cell.diagonal()), std::numeric_limits<float>::max() / 2);
+      nodes_.push_back(ReverseNode::leaf(first, count, diagonal));
+    } else {
+      const std::uint32_t half = count / 2;
+      const std::size_t self = nodes_.size();
+      nodes_.emplace_back();
+      leaf(first, half, cell, in_subtree || subtree != kNone);
+      nodes_[self] = ReverseNode::inner(0, tree_.points[first].position.x, static_cast<std::uint32_t>(nodes_.size()));
+      leaf(first + half, count - half, cell, in_subtree || subtree != kNone);
+    }
+    close(subtree);
+  }
+
+  std::uint32_t first_point(std::uint32_t from) const {
+    while (!tree_.nodes[from].is_leaf()) ++from;
+    return tree_.nodes[from].first();
+  }
+
+  static constexpr std::size_t kNone = ~std::size_t{0};
+
+  /// Begins a subtree at the next node where it is not within one already, and small enough or a leaf of its own.
+  std::size_t open(std::uint32_t first, std::uint32_t count, bool in_subtree) {
+    if (in_subtree || count > ReverseTree::kSubtreePoints) return kNone;
+    subtrees_.push_back({static_cast<std::uint32_t>(nodes_.size()), 0, first, count});
+    return subtrees_.size() - 1;
+  }
+  void close(std::size_t subtree) {
+    if (subtree != kNone)
+      subtrees_[subtree].node_count = static_cast<std::uint32_t>(nodes_.size()) - subtrees_[subtree].root;
+  }
+
+  const KdTree& tree_;
+  std::vector<ReverseNode>& nodes_;
+  std::vector<ReverseSubtree>& subtrees_;
+};
+
+/// Writes one leaf of A_R.
+void fill_leaf(const ReverseNode& leaf, const KdTree& tree, const QueryPoints& points,
+               std::span<const std::uint32_t> chosen, float* to) {
+  const std::size_t n = leaf.count();
+  to += std::size_t{leaf.first()} * kReverseFields;
+  for (std::size_t i = 0; i < n; ++i) {
+    const KdPoint& point = tree.points[leaf.first() + i];
+    const std::uint32_t target = chosen[point.index];
+    const Vec3 normal = points.normal[target];
+    const float fields[kReverseFields] = {
+        point.position.x, point.position.y, point.position.z, normal.x, normal.y, normal.z, 0, 0};
+    for (std::size_t f = 0; f < 6; ++f) to[f * n + i] = fields[f];
+    std::memcpy(to + 6 * n + i, &target, sizeof target);
+    std::memcpy(to + 7 * n + i, &points.bsdf[target], sizeof(float));
+  }
+}
+
+ReverseLeafBounds measure_leaf(const float* points, std::size_t n) {
+  ReverseLeafBounds bounds;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax_element(points + axis * n, points + (axis + 1) * n);
+    bounds.min[axis] = *low;
+    bounds.max[axis] = *high;
+  }
+  const auto normal = [&](std::size_t i) { return Vec3{points[3 * n + i], points[4 * n + i], points[5 * n + i]}; };
+  Vec3 sum{0, 0, 0};
+  bool equal = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    sum += normal(i);
+    equal = equal && normal(i) == normal(0);
+  }
+  const Vec3 middle = equal || !(length(sum) > 0) ? normal(0) : normalize(sum);
+  float spread_squared = 0;
+  if (!equal) {
+    for (std::size_t i = 0; i < n; ++i) spread_squared = std::max(spread_squared, length_squared(normal(i) - middle));
+  }
+  for (int axis = 0; axis < 3; ++axis) bounds.normal[axis] = middle[axis];
+  // With room for the rounding of dot products.
+  bounds.spread = std::sqrt(spread_squared) * 1.0001f + 1e-6f;
+  return bounds;
+}
+
+}  // namespace
+
+ReverseTree::ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size) {
+  if (chosen.size() >= ReverseNode::kMaxNodes / 2) throw Error("a reverse photon map holds fewer than 2^27 points");
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> targets;
+  positions.reserve(chosen.size());
+  targets.reserve(chosen.size());
+  for (const std::uint32_t i : chosen) {
+    if (!is_finite(points.position[i])) continue;
+    positions.push_back(points.position[i]);
+    targets.push_back(i);
+  }
+  size_ = static_cast<std::uint32_t>(positions.size());
+  points_ = LargeArray<float>(size_ * kReverseFields + kReversePadding);
+  std::fill_n(points_.data() + size_ * kReverseFields, kReversePadding, 0.0f);
+  if (size_ == 0) return;
+  const KdTree tree = build_kd_tree(positions, std::clamp(leaf_size, 1u, ReverseNode::kMaxCount));
+  Converter(tree, nodes_, subtrees_).run();
+  parallel_for(0, subtrees_.size(), kSubtreeGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t s = first; s < last; ++s) {
+      const ReverseSubtree& subtree = subtrees_[s];
+      for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+        const ReverseNode& node = nodes_[subtree.root + i];
+        if (node.is_leaf()) fill_leaf(node, tree, points, targets, points_.data());
+      }
+    }
+  });
+}
+
+void ReverseTree::measure(const ReverseSubtree& subtree, const float* points,
+                          std::vector<ReverseLeafBounds>& bounds) const {
+  bounds.resize(subtree.node_count);
+  for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+    const ReverseNode& node = nodes_[subtree.root + i];
+    if (!node.is_leaf()) continue;
+    bounds[i] = measure_leaf(points + std::size_t{node.first() - subtree.first_point} * kReverseFields, node.count());
+  }
+}
+
+std::uint64_t ReverseTree::bytes(std::size_t points) {
+  const std::uint64_t finished = kReverseFields * sizeof(float) + sizeof(ReverseNode);
+  const std::uint64_t building = 2 * sizeof(KdPoint) + sizeof(KdNode) + sizeof(Vec3) + sizeof(std::uint32_t);
+  return points * (finished + building);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,54 @@
+// The reverse photon map of [HHS05]: a kd-tree over the query points of a task.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/large_array.h"
+#include "gather/query_points.h"
+#include "kernels/reverse.h"
+
+namespace glowworm {
+
+/// A part of the tree that one thread searches: the nodes and points below a node.
+struct ReverseSubtree {
+  std::uint32_t root = 0, node_count = 0;
+  std::uint32_t first_point = 0, point_count = 0;
+};
+
+/// A kd-tree by the sliding-midpoint rule over reverse photons, whose leaves are runs of A_R.
+class ReverseTree {
+ public:
+  /// Points in a leaf at most, T_m of [HHS05].
+  static constexpr std::uint32_t kLeafSize = 32;
+  /// Points of a subtree at most: what a thread works on stays in its cache.
+  static constexpr std::uint32_t kSubtreePoints = 8192;
+
+  /// Builds the tree on all threads; the same for any number of them.
+  /// @param chosen the points to take: indices that become the targets; those of positions that are not finite are
+  ///               left out. Fewer than 2^27.
+  ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size = kLeafSize);
+
+  const std::vector<ReverseNode>& nodes() const { return nodes_; }
+  /// In order of their points; together they hold all.
+  const std::vector<ReverseSubtree>& subtrees() const { return subtrees_; }
+  std::uint32_t size() const { return size_; }
+  /// A_R, as kReverseFields says.
+  LargeArray<float>& points() { return points_; }
+  const LargeArray<float>& points() const { return points_; }
+
+  /// Bounds of the leaves of a subtree, by node less root.
+  /// @param points its part of A_R
+  void measure(const ReverseSubtree& subtree, const float* points, std::vector<ReverseLeafBounds>& bounds) const;
+
+  /// Bytes held at once for so many points, while it is built.
+  static std::uint64_t bytes(std::size_t points);
+
+ private:
+  std::vector<ReverseNode> nodes_;
+  std::vector<ReverseSubtree> subtrees_;
+  LargeArray<float> points_;
+  std::uint32_t size_ = 0;
+};
+
+}  // namespace glowworm
