@@ -1,0 +1,145 @@
+// Arrays in memory, or on disk behind a cache: what a task needs may be larger than memory ([HHS05], section 6.5).
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "core/large_array.h"
+
+namespace glowworm {
+
+/// Where a paged array keeps its elements.
+struct PagedSettings {
+  bool on_disk = false;
+  std::string folder;  ///< for the file; empty: that of the environment (TMPDIR, else /tmp)
+  std::size_t block_bytes = std::size_t{1} << 20;
+  std::size_t cache_blocks = 64;  ///< blocks held in memory; above 8 rounded down to a multiple of 8
+};
+
+/// What went through the cache so far.
+struct PagedCounts {
+  std::uint64_t hits = 0, misses = 0;  ///< accesses to a block that was, or was not, in the cache
+  std::uint64_t bytes_read = 0;        ///< from disk
+  std::uint64_t bytes_written = 0;     ///< to disk
+
+  /// Share of accesses that found their block; 1 where there were none.
+  double hit_rate() const;
+};
+
+/// Bytes on disk behind an 8-way set-associative write-back cache. The file has no name from the moment it is open: it
+/// is gone with the process, however that ends. Thread-safe.
+class PagedFile {
+ public:
+  static constexpr std::size_t kWays = 8;
+
+  /// Throws Error where no file can be made in the folder, or a size is 0.
+  PagedFile(std::uint64_t bytes, const PagedSettings& settings);
+  ~PagedFile();
+  PagedFile(const PagedFile&) = delete;
+  PagedFile& operator=(const PagedFile&) = delete;
+
+  /// Copies bytes out. Bytes that were never written are 0. Throws Error where the disk fails.
+  void read(std::uint64_t first, std::span<std::byte> to);
+  /// Copies bytes in. Throws Error where the disk fails or is full, perhaps at a later call than that of the bytes it
+  /// has no room for; the contents are not to be relied on after that.
+  void write(std::uint64_t first, std::span<const std::byte> from);
+
+  PagedCounts counts() const;
+  /// Bytes of memory that the cache takes.
+  std::uint64_t cache_bytes() const { return slots_.size() * block_bytes_; }
+
+ private:
+  struct Slot {
+    std::uint64_t block = kNone;
+    std::uint64_t last_use = 0;
+    bool dirty = false;
+  };
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+
+  void check(std::uint64_t first, std::size_t bytes) const;
+  std::byte* slot_data(std::size_t slot) { return cache_.data() + slot * block_bytes_; }
+  /// Brings a block into the cache. @param whole it will be overwritten whole and need not be read
+  std::size_t fetch(std::uint64_t block, bool whole);
+  void evict(Slot& slot, const std::byte* data);
+  std::size_t bytes_of(std::uint64_t block) const;
+
+  std::uint64_t bytes_;
+  std::size_t block_bytes_, sets_, ways_;
+  std::string folder_;
+  int file_ = -1;
+  mutable std::mutex mutex_;
+  std::vector<Slot> slots_;
+  LargeArray<std::byte> cache_;
+  std::vector<bool> stored_;  // by block: has it been written to the file
+  std::uint64_t time_ = 0;
+  PagedCounts counts_;
+};
+
+/// An array of n elements of a plain type, in memory or on disk. Elements have no value until they are written.
+template <typename T>
+class PagedArray {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  PagedArray() = default;
+  explicit PagedArray(std::size_t n, const PagedSettings& settings = {}) : size_(n) {
+    if (settings.on_disk && n > 0) {
+      file_ = std::make_unique<PagedFile>(std::uint64_t{n} * sizeof(T), settings);
+    } else {
+      memory_ = LargeArray<T>(n);
+    }
+  }
+
+  std::size_t size() const { return size_; }
+  bool on_disk() const { return file_ != nullptr; }
+
+  /// Element i by value, and its replacement.
+  T get(std::size_t i) const {
+    T value;
+    read(i, std::span<T>(&value, 1));
+    return value;
+  }
+  void set(std::size_t i, const T& value) { write(i, std::span<const T>(&value, 1)); }
+
+  /// Copies elements from `first` on. Different elements may be read and written by different threads at once.
+  void read(std::size_t first, std::span<T> to) const {
+    if (file_) {
+      file_->read(std::uint64_t{first} * sizeof(T), std::as_writable_bytes(to));
+    } else {
+      std::copy_n(memory_.data() + first, to.size(), to.data());
+    }
+  }
+  void write(std::size_t first, std::span<const T> from) {
+    if (file_) {
+      file_->write(std::uint64_t{first} * sizeof(T), std::as_bytes(from));
+    } else {
+      std::copy_n(from.data(), from.size(), memory_.data() + first);
+    }
+  }
+
+  /// Elements from `first` on: in place where the array is in memory, else read into `scratch`.
+  std::span<const T> view(std::size_t first, std::size_t count, std::vector<T>& scratch) const {
+    if (!file_) return memory_.span().subspan(first, count);
+    scratch.resize(count);
+    read(first, scratch);
+    return scratch;
+  }
+
+  /// All zero for an array in memory.
+  PagedCounts counts() const { return file_ ? file_->counts() : PagedCounts(); }
+  /// Bytes of memory that the array takes.
+  std::uint64_t memory_bytes() const { return file_ ? file_->cache_bytes() : std::uint64_t{size_} * sizeof(T); }
+
+ private:
+  std::size_t size_ = 0;
+  LargeArray<T> memory_;
+  std::unique_ptr<PagedFile> file_;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,162 @@
+// Density control: flux stays, photons go where there are many.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "density/density_control.h"
+#include "density/density_scenes.h"
+#include "density/radius.h"
+
+namespace glowworm::density_tests {
+namespace {
+
+/// A floor of 1 m^2, nine tenths of whose photons lie in the quarter x, y < 0.5.
+PhotonBatch uneven_photons(std::uint32_t count) {
+  PhotonBatch photons;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Sampler sampler(SamplerKind::independent, 6, 3, i);
+    const Vec2 u = sampler.next2(), v = sampler.next2(), w = sampler.next2();
+    const float scale = v.x < 0.9f ? 0.5f : 1.0f;
+    photons.push_back({u.x * scale, u.y * scale, 0}, normalize(Vec3{w.x - 0.5f, w.y - 0.5f, 0.7f}),
+                      RGB(0.5f + v.y, w.x, 1e-3f), {0, 0, 1});
+  }
+  return photons;
+}
+
+void expect_same_flux(const PhotonBatch& a, const PhotonBatch& b) {
+  const RGB before = a.total_flux(), after = b.total_flux();
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(after[c], before[c], 1e-6f * before[c]);
+}
+
+std::size_t in_dense_quarter(const PhotonBatch& photons) {
+  std::size_t count = 0;
+  for (const Vec3& p : photons.position) count += p.x < 0.5f && p.y < 0.5f;
+  return count;
+}
+
+TEST(DensityControl, KeepsFluxAndReachesTheCount) {
+  const PhotonBatch photons = room_photons(20000);
+  for (const std::size_t wanted : {15000, 8000, 1000}) {
+    DensityControlSettings settings;
+    settings.wanted = wanted;
+    const PhotonBatch left = control_density(photons, settings);
+    EXPECT_GE(left.size(), wanted);
+    EXPECT_LE(left.size(), wanted + wanted / 20);
+    EXPECT_EQ(left.direction.size(), left.size());
+    EXPECT_EQ(left.normal.size(), left.size());
+    expect_same_flux(photons, left);
+  }
+}
+
+TEST(DensityControl, LowersTheCountWhereDensityIsHigh) {
+  const PhotonBatch photons = uneven_photons(20000);
+  DensityControlSettings settings;
+  settings.wanted = 8000;
+  const PhotonBatch left = control_density(photons, settings);
+  const std::size_t dense = in_dense_quarter(photons), dense_left = in_dense_quarter(left);
+  const std::size_t sparse = photons.size() - dense, sparse_left = left.size() - dense_left;
+  EXPECT_LT(dense_left * 2, dense);
+  EXPECT_GT(sparse_left * 10, sparse * 9);
+  expect_same_flux(photons, left);
+  // Flux stays in the part of the floor where it was, but for what crosses the border.
+  double before = 0, after = 0;
+  for (std::size_t i = 0; i < photons.size(); ++i)
+    before += photons.position[i].x < 0.5f && photons.position[i].y < 0.5f ? photons.flux[i].r : 0;
+  for (std::size_t i = 0; i < left.size(); ++i)
+    after += left.position[i].x < 0.5f && left.position[i].y < 0.5f ? left.flux[i].r : 0;
+  EXPECT_NEAR(after, before, 0.01 * before);
+}
+
+TEST(DensityControl, KeepsPhotonsBelowADensity) {
+  const PhotonBatch photons = uneven_photons(20000);
+  DensityControlSettings settings;
+  settings.wanted = 1;
+  settings.always_kept = 20000;  // the dense quarter has 73000 to the square metre
+  const PhotonBatch left = control_density(photons, settings);
+  const double per_square_metre = static_cast<double>(in_dense_quarter(left)) / 0.25;
+  EXPECT_GT(per_square_metre, 15000);
+  EXPECT_LT(per_square_metre, 30000);
+  expect_same_flux(photons, left);
+}
+
+TEST(DensityControl, ChangesTheEstimateLessThanDroppingAtRandom) {
+  const PhotonBatch photons = room_photons(20000);
+  DensityControlSettings settings;
+  settings.wanted = 5000;
+  const PhotonBatch controlled = control_density(photons, settings);
+  PhotonBatch at_random;  // photons are independent: every fourth is as good as any
+  for (std::size_t i = 0; i < photons.size(); i += 4)
+    at_random.push_back(photons.position[i], photons.direction[i], photons.flux[i] * 4, photons.normal[i]);
+  const QueryPoints points = room_queries(500);
+  RadiusPolicy policy;
+  policy.kind = RadiusKind::fixed;
+  policy.radius = 0.15f;
+  const std::vector<RGB> before = run("brute", photons, policy, points);
+  const auto difference = [&](const PhotonBatch& left) {
+    const std::vector<RGB> after = run("brute", left, policy, points);
+    double sum = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) sum += std::abs(double(before[i].g) - after[i].g);
+    return sum;
+  };
+  EXPECT_LT(difference(controlled), 0.5 * difference(at_random));
+}
+
+TEST(DensityControl, KeepsPhotonsOnTheirSurface) {
+  // Two sides of a thin wall, each of its own colour.
+  PhotonBatch photons;
+  for (std::uint32_t i = 0; i < 4000; ++i) {
+    Sampler sampler(SamplerKind::independent, 7, 3, i);
+    const Vec2 u = sampler.next2();
+    const bool front = i % 2 == 0;
+    add_photon(photons, {u.x, u.y, front ? 0.0f : -1e-4f}, {0, 0, front ? 1.0f : -1.0f},
+               front ? RGB(1, 0, 0) : RGB(0, 0, 1));
+  }
+  DensityControlSettings settings;
+  settings.wanted = 500;
+  const PhotonBatch left = control_density(photons, settings);
+  for (std::size_t i = 0; i < left.size(); ++i) EXPECT_EQ(left.normal[i].z > 0 ? left.flux[i].b : left.flux[i].r, 0.0f);
+}
+
+TEST(DensityControl, IsTheSameForAnyNumberOfThreads) {
+  const PhotonBatch photons = room_photons(10000);
+  DensityControlSettings settings;
+  settings.wanted = 3000;
+  set_thread_count(1);
+  const PhotonBatch one = control_density(photons, settings);
+  set_thread_count(2);
+  const PhotonBatch two = control_density(photons, settings);
+  set_thread_count(0);
+  EXPECT_TRUE(one.position == two.position);
+  EXPECT_TRUE(one.flux == two.flux);
+}
+
+TEST(DensityControl, LeavesFewPhotonsAlone) {
+  DensityControlSettings settings;
+  settings.wanted = 10;
+  EXPECT_EQ(control_density(PhotonBatch(), settings).size(), 0u);
+  EXPECT_EQ(control_density(room_photons(10), settings).size(), 10u);
+  // Photons of normals that match nobody's cannot be handed on.
+  PhotonBatch photons;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 normal{0, 0, 0};
+    normal[axis] = 1;
+    add_photon(photons, {0, 0, 0}, normal);
+  }
+  settings.wanted = 1;
+  EXPECT_EQ(control_density(photons, settings).size(), 3u);
+}
+
+TEST(DensityControl, ThinsPhotonsInOnePlace) {
+  PhotonBatch photons;
+  for (int i = 0; i < 1000; ++i) add_photon(photons, {0.5f, 0.25f, 0.125f}, {0, 0, 1});
+  DensityControlSettings settings;
+  settings.wanted = 100;
+  const PhotonBatch left = control_density(photons, settings);
+  EXPECT_LE(left.size(), 105u);
+  expect_same_flux(photons, left);
+}
+
+}  // namespace
+}  // namespace glowworm::density_tests
