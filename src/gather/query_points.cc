@@ -4,6 +4,15 @@ namespace glowworm {
 
 void QueryPoints::clear() { *this = QueryPoints(); }
 
+void QueryPoints::reserve(std::size_t n) {
+  position.reserve(n);
+  normal.reserve(n);
+  reflectance.reserve(n);
+  bsdf.reserve(n);
+  weight.reserve(n);
+  gather_point.reserve(n);
+}
+
 void QueryPoints::push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target) {
   position.push_back(p);
   normal.push_back(n);
@@ -27,8 +36,10 @@ void QueryPoints::append(const QueryPoints& other) {
   weight.insert(weight.end(), other.weight.begin(), other.weight.end());
   gather_point.insert(gather_point.end(), other.gather_point.begin(), other.gather_point.end());
   bsdfs.insert(bsdfs.end(), other.bsdfs.begin(), other.bsdfs.end());
-  bsdf.reserve(position.size());
-  for (const std::uint32_t index : other.bsdf) bsdf.push_back(index == kLambertianQuery ? index : index + offset);
+  bsdf.insert(bsdf.end(), other.bsdf.begin(), other.bsdf.end());
+  if (!other.bsdfs.empty() && offset > 0)
+    for (std::size_t i = size() - other.size(); i < size(); ++i)
+      if (bsdf[i] != kLambertianQuery) bsdf[i] += offset;
 }
 
 }  // namespace glowworm

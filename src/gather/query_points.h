@@ -32,6 +32,8 @@ struct QueryPoints {
 
   std::size_t size() const { return position.size(); }
   void clear();
+  /// Takes memory for n points, of which bsdfs has none.
+  void reserve(std::size_t n);
   void push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target);
   void push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target);
   void append(const QueryPoints& other);

@@ -1,5 +1,6 @@
 #include "scene/bsdf.h"
 
+#include "core/warp.h"
 #include "scene/bsdf_component.h"
 
 namespace glowworm {
@@ -85,9 +86,25 @@ bool bends(Shape shape) {
   return shape == Shape::rough_dielectric || shape == Shape::rough_refraction || shape == Shape::refraction;
 }
 
+/// sample() of diffuse reflection alone, which nearly every ray meets: what the general way comes to, without lists.
+BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
+  BsdfSample out;
+  if (!(lobes & kDiffuseReflection) || !(max_component(reflectance) > 0)) return out;
+  const Vec3 wi = square_to_cosine_hemisphere(u);
+  if (!(wi.z > 0)) return out;
+  out.wi = mirrored(wi, wo.z < 0);
+  out.lobe = kDiffuseReflection;
+  out.pdf = cosine_hemisphere_pdf(wi.z);
+  if (!(out.pdf > 0)) return out;
+  out.weight = reflectance * kInversePi * (wi.z / out.pdf);
+  out.valid = is_finite(out.weight);
+  return out;
+}
+
 }  // namespace
 
 Lobes lobes(const Bsdf& bsdf) {
+  if (is_lambertian(bsdf)) return max_component(bsdf.diffuse) > 0 ? kDiffuseReflection : Lobes{0};
   // At a slanted direction every component that there is has a share.
   Lobes all = 0;
   for (const float z : {0.6f, -0.6f}) {
@@ -110,6 +127,10 @@ void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes l
 
 float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
   if (wo.z == 0 || wi.z == 0) return 0;
+  if (is_lambertian(bsdf)) {
+    if (!(lobes & kDiffuseReflection) || !(max_component(bsdf.diffuse) > 0)) return 0;
+    return cosine_hemisphere_pdf(wo.z < 0 ? -wi.z : wi.z);
+  }
   const View view = view_of(bsdf, wo, lobes);
   return mixed_pdf(chosen_components(view), view.wo, mirrored(wi, view.inside));
 }
@@ -117,6 +138,7 @@ float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
 BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, Transport transport) {
   BsdfSample out;
   if (wo.z == 0) return out;
+  if (is_lambertian(bsdf)) return sample_diffuse(bsdf.diffuse, wo, u, lobes);
   const View view = view_of(bsdf, wo, lobes);
   const Components components = chosen_components(view);
   if (components.count == 0) return out;
@@ -149,6 +171,7 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
 }
 
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
+  if (is_lambertian(bsdf)) return lobes & kDiffuseReflection ? bsdf.diffuse : RGB(0.0f);
   const View view = view_of(bsdf, wo, lobes);
   const Components components = all_components(view);
   RGB sum;

@@ -24,6 +24,17 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
 /// Mixed materials are chosen by a hash of the position.
 Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo);
 
+/// What a density estimate asks of a surface that only reflects diffusely.
+struct DiffusePoint {
+  Vec3 position;          ///< metres
+  Vec3 geometric_normal;  ///< unit, by the winding
+  RGB reflectance;
+};
+
+/// Where the triangle's material is diffuse reflection alone, fills `point` with the numbers that surface_point() and
+/// resolve_bsdf() would give, at a fraction of their cost, and returns true; else returns false.
+bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point);
+
 /// Radiance (W sr^-1 m^-2) that the surface itself emits towards wo; black where it is no emitter or seen from behind.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 

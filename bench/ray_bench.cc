@@ -1,0 +1,414 @@
+// Rays per second of one thread: camera rays and final gather rays, by their order, by how they are handed to Embree
+// and by Embree's settings; then what the phases around them cost. Writes bench/results/rays.md and rays.csv.
+//
+//   ray_bench [SIDE [REPEATS]]     SIDE: pixels of the square tile of a 320x320 picture whose rays are traced
+//
+// Times are processor time of the thread, so that other work on the machine disturbs them little; medians of repeats.
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "core/hilbert.h"
+#include "core/parallel.h"
+#include "core/radix_sort.h"
+#include "gather/camera_pass.h"
+#include "gather/final_gather.h"
+#include "gather/gather_rays.h"
+#include "photon/photon_tracer.h"
+#include "scene/builtin.h"
+
+namespace glowworm::bench {
+namespace {
+
+constexpr int kPicture = 320;
+constexpr std::uint32_t kRaysEach = 64;
+constexpr std::size_t kPointsPerChunk = 512;
+
+double seconds_of(clockid_t clock) {
+  timespec now;
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Median over repeats of the processor time of work().
+double median_seconds(int repeats, const std::function<void()>& work, clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    const double start = seconds_of(clock);
+    work();
+    times.push_back(seconds_of(clock) - start);
+  }
+  std::nth_element(times.begin(), times.begin() + repeats / 2, times.end());
+  return times[static_cast<std::size_t>(repeats) / 2];
+}
+
+/// How rays go to Embree.
+enum class Way { single, packet4, packet8, packet16, stream };
+constexpr Way kWays[] = {Way::single, Way::packet4, Way::packet8, Way::packet16, Way::stream};
+const char* name(Way way) {
+  static constexpr const char* names[] = {"single", "packets of 4", "packets of 8", "packets of 16", "stream of 1024"};
+  return names[static_cast<std::size_t>(way)];
+}
+
+/// A scene in Embree, with settings of our choice.
+class EmbreeScene {
+ public:
+  EmbreeScene(const Scene& scene, const char* config, RTCBuildQuality quality, RTCSceneFlags flags)
+      : device_(rtcNewDevice(config)), world_(rtcNewScene(device_)) {
+    const Geometry& g = scene.geometry();
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
+                                        g.positions.size()),
+                g.positions.data(), g.positions.size() * sizeof(Vec3));
+    std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, g.triangles.size()),
+                g.triangles.data(), g.triangles.size() * 12);
+    rtcSetGeometryBuildQuality(geometry, quality);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(world_, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcSetSceneBuildQuality(world_, quality);
+    rtcSetSceneFlags(world_, flags);
+    rtcCommitScene(world_);
+  }
+  ~EmbreeScene() {
+    rtcReleaseScene(world_);
+    rtcReleaseDevice(device_);
+  }
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+  bool usable() const { return rtcGetDeviceError(device_) == RTC_ERROR_NONE; }
+
+  void trace(const std::vector<Ray>& rays, std::vector<Hit>& hits, Way way, bool coherent) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    switch (way) {
+      case Way::single:
+        return stream<1>(rays, hits, context);
+      case Way::stream:
+        return stream<1024>(rays, hits, context);
+      case Way::packet4:
+        return packets<RTCRayHit4, 4>(rays, hits, context);
+      case Way::packet8:
+        return packets<RTCRayHit8, 8>(rays, hits, context);
+      case Way::packet16:
+        return packets<RTCRayHit16, 16>(rays, hits, context);
+    }
+  }
+
+ private:
+  template <std::size_t kCount>
+  void stream(const std::vector<Ray>& rays, std::vector<Hit>& hits, RTCIntersectContext& context) const {
+    std::vector<RTCRayHit> queries(kCount);
+    for (std::size_t first = 0; first < rays.size(); first += kCount) {
+      const std::size_t n = std::min(kCount, rays.size() - first);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Ray& r = rays[first + i];
+        queries[i].ray = {r.origin.x, r.origin.y, r.origin.z, r.t_min, r.direction.x, r.direction.y, r.direction.z, 0,
+                          r.t_max,    ~0u,        0,          0};
+        queries[i].hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        queries[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      }
+      if constexpr (kCount == 1)
+        rtcIntersect1(world_, &context, queries.data());
+      else
+        rtcIntersect1M(world_, &context, queries.data(), static_cast<unsigned>(n), sizeof(RTCRayHit));
+      for (std::size_t i = 0; i < n; ++i)
+        hits[first + i] = {queries[i].ray.tfar,
+                           queries[i].hit.geomID == RTC_INVALID_GEOMETRY_ID ? kNone : queries[i].hit.primID,
+                           {queries[i].hit.u, queries[i].hit.v}};
+    }
+  }
+
+  static void call(const int* v, RTCScene s, RTCIntersectContext* c, RTCRayHit4* p) { rtcIntersect4(v, s, c, p); }
+  static void call(const int* v, RTCScene s, RTCIntersectContext* c, RTCRayHit8* p) { rtcIntersect8(v, s, c, p); }
+  static void call(const int* v, RTCScene s, RTCIntersectContext* c, RTCRayHit16* p) { rtcIntersect16(v, s, c, p); }
+
+  template <typename Packet, std::size_t kWidth>
+  void packets(const std::vector<Ray>& rays, std::vector<Hit>& hits, RTCIntersectContext& context) const {
+    for (std::size_t first = 0; first < rays.size(); first += kWidth) {
+      const std::size_t n = std::min(kWidth, rays.size() - first);
+      Packet p;
+      alignas(64) int valid[kWidth];
+      for (std::size_t i = 0; i < kWidth; ++i) {
+        const Ray& r = rays[first + std::min(i, n - 1)];
+        valid[i] = i < n ? -1 : 0;
+        p.ray.org_x[i] = r.origin.x;
+        p.ray.org_y[i] = r.origin.y;
+        p.ray.org_z[i] = r.origin.z;
+        p.ray.tnear[i] = r.t_min;
+        p.ray.dir_x[i] = r.direction.x;
+        p.ray.dir_y[i] = r.direction.y;
+        p.ray.dir_z[i] = r.direction.z;
+        p.ray.tfar[i] = r.t_max;
+        p.ray.time[i] = 0;
+        p.ray.mask[i] = ~0u;
+        p.ray.flags[i] = 0;
+        p.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      }
+      call(valid, world_, &context, &p);
+      for (std::size_t i = 0; i < n; ++i)
+        hits[first + i] = {p.ray.tfar[i],
+                           p.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kNone : p.hit.primID[i],
+                           {p.hit.u[i], p.hit.v[i]}};
+    }
+  }
+
+  RTCDevice device_;
+  RTCScene world_;
+};
+
+/// Cell of a direction in a 32 x 32 grid over the octahedron.
+std::uint32_t direction_cell(Vec3 d) {
+  const float scale = 1 / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
+  float x = d.x * scale, y = d.y * scale;
+  if (d.z < 0) {
+    const float folded = (1 - std::abs(y)) * std::copysign(1.0f, x);
+    y = (1 - std::abs(x)) * std::copysign(1.0f, y);
+    x = folded;
+  }
+  const auto along = [](float v) { return static_cast<std::uint32_t>(std::clamp((v + 1) * 16, 0.0f, 31.0f)); };
+  return along(y) << 5 | along(x);
+}
+
+/// All rays sorted by 3-bit Hilbert cell of the origin, then direction cell, then place of the origin in its cell.
+std::vector<Ray> fully_sorted(const std::vector<Ray>& rays, const Box3& bounds) {
+  const CubeGrid grid(bounds, 7);
+  std::vector<KeyedIndex<std::uint64_t>> keys(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const std::uint64_t place = hilbert_key_of_morton(grid.morton(rays[i].origin), 7);
+    keys[i] = {(place >> 12) << 22 | std::uint64_t{direction_cell(rays[i].direction)} << 12 | (place & 4095),
+               static_cast<std::uint32_t>(i)};
+  }
+  radix_sort(keys, 31);
+  std::vector<Ray> out(rays.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = rays[keys[i].index];
+  return out;
+}
+
+/// One line of the tables.
+struct Row {
+  std::string scene, rays, config, order, way;
+  double rate, sort_share;  ///< million rays a second with the sort; sort over all
+};
+
+struct Report {
+  std::vector<Row> rows;
+  std::string phases;
+  void add(Row row) {
+    fmt::print("{:13} {:7} {:30} {:26} {:14} {:6.2f}\n", row.scene, row.rays, row.config, row.order, row.way, row.rate);
+    std::fflush(stdout);
+    rows.push_back(std::move(row));
+  }
+};
+
+struct Order {
+  const char* name;
+  std::vector<Ray> rays;
+  double sort_seconds;
+};
+
+/// What is traced of a scene.
+class SceneBench {
+ public:
+  SceneBench(const char* name, int side, int repeats, Report& report)
+      : name_(name), repeats_(repeats), report_(report), scene_(builtin_scene(name)), tracer_(scene_) {
+    CameraTask task;
+    task.x0 = task.y0 = (kPicture - side) / 2;
+    task.x1 = task.y1 = task.x0 + side;
+    CameraPassSettings settings;
+    settings.width = settings.height = kPicture;
+    SlotRadiance radiance;
+    FirstHit first_hit;
+    Statistics statistics;
+    points_ = camera_pass(tracer_, scene_.camera(""), task, settings, radiance, first_hit, statistics);
+    for (int y = task.y0; y < task.y1; ++y)
+      for (int x = task.x0; x < task.x1; ++x) {
+        const Vec2 at{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
+        const CameraRay ray = generate_ray(scene_.camera(""), at, kPicture, kPicture, {0.5f, 0.5f});
+        camera_rays_.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+      }
+    make_orders();
+  }
+
+  void run() {
+    const auto plain = RTC_SCENE_FLAG_NONE;
+    const auto medium = RTC_BUILD_QUALITY_MEDIUM;
+    {
+      const EmbreeScene embree(scene_, nullptr, medium, plain);
+      for (const bool coherent : {false, true})
+        for (const Way way : kWays)
+          measure(embree, coherent ? "default, coherent flag" : "default", {"scan lines", camera_rays_, 0}, "camera",
+                  way, coherent);
+      for (const Order& order : orders_)
+        for (const Way way : kWays) measure(embree, "default", order, "gather", way, false);
+      measure(embree, "default, coherent flag", orders_[kKept], "gather", Way::packet8, true);
+    }
+    const struct {
+      const char *name, *config;
+      RTCBuildQuality quality;
+      RTCSceneFlags flags;
+    } configs[] = {
+        {"frequency_level=simd128", "frequency_level=simd128", medium, plain},
+        {"frequency_level=simd256", "frequency_level=simd256", medium, plain},
+        {"tri_accel=bvh4.triangle4", "tri_accel=bvh4.triangle4", medium, plain},
+        {"tri_accel=bvh8.triangle4", "tri_accel=bvh8.triangle4", medium, plain},
+        {"tri_accel=bvh8.triangle4v", "tri_accel=bvh8.triangle4v", medium, plain},
+        {"hugepages=0", "hugepages=0", medium, plain},
+        {"build quality low", nullptr, RTC_BUILD_QUALITY_LOW, plain},
+        {"build quality high", nullptr, RTC_BUILD_QUALITY_HIGH, plain},
+        {"compact", nullptr, medium, RTC_SCENE_FLAG_COMPACT},
+        {"robust", nullptr, medium, RTC_SCENE_FLAG_ROBUST},
+    };
+    for (const auto& c : configs) {
+      const EmbreeScene embree(scene_, c.config, c.quality, c.flags);
+      if (!embree.usable()) continue;
+      measure(embree, c.name, orders_[0], "gather", Way::single, false);
+      measure(embree, c.name, orders_[kKept], "gather", Way::single, false);
+      measure(embree, c.name, orders_[kKept], "gather", Way::packet8, false);
+    }
+    phases();
+  }
+
+ private:
+  static constexpr std::size_t kKept = 2;  ///< the order that final_gather() uses
+
+  void make_orders() {
+    GatherRays rays;
+    std::vector<std::uint32_t> all(points_.size());
+    std::iota(all.begin(), all.end(), 0u);
+    create_gather_rays(points_, all, kRaysEach, 0, rays);
+    std::vector<std::uint32_t> by_point(rays.size());
+    std::iota(by_point.begin(), by_point.end(), 0u);
+    std::stable_sort(by_point.begin(), by_point.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return rays.point[a] < rays.point[b]; });
+    std::vector<Ray> created;
+    for (const std::uint32_t i : by_point) created.push_back(rays.rays[i]);
+
+    std::vector<Ray> chunks;
+    for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk) {
+      rays.clear();
+      const std::size_t n = std::min(kPointsPerChunk, points_.size() - first);
+      create_gather_rays(points_, std::span(all).subspan(first, n), kRaysEach, 0, rays);
+      chunks.insert(chunks.end(), rays.rays.begin(), rays.rays.end());
+    }
+    std::vector<Ray> framed;
+    std::vector<std::uint32_t> order;
+    for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk) {
+      rays.clear();
+      coherent_order(points_, first, std::min(first + kPointsPerChunk, points_.size()), order);
+      create_gather_rays(points_, order, kRaysEach, 0, rays);
+      framed.insert(framed.end(), rays.rays.begin(), rays.rays.end());
+    }
+    const double framed_seconds = median_seconds(repeats_, [&] {
+      for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk)
+        coherent_order(points_, first, std::min(first + kPointsPerChunk, points_.size()), order);
+    });
+    std::vector<Ray> sorted;
+    const double sort_seconds = median_seconds(repeats_, [&] { sorted = fully_sorted(created, scene_.bounds()); });
+    orders_ = {{"as created", std::move(created), 0},
+               {"strata of 512 points", std::move(chunks), 0},
+               {"strata, by frame", std::move(framed), framed_seconds},
+               {"all sorted", std::move(sorted), sort_seconds}};
+  }
+
+  void measure(const EmbreeScene& embree, const char* config, const Order& order, const char* kind, Way way,
+               bool coherent) {
+    std::vector<Hit> hits(order.rays.size());
+    const double seconds =
+        order.sort_seconds + median_seconds(repeats_, [&] { embree.trace(order.rays, hits, way, coherent); });
+    report_.add({name_, kind, config, order.name, name(way), static_cast<double>(order.rays.size()) / seconds * 1e-6,
+                 order.sort_seconds / seconds});
+  }
+
+  /// What the whole phases cost beside tracing alone.
+  void phases() {
+    const std::vector<Ray>& rays = orders_[kKept].rays;
+    std::vector<Hit> hits(rays.size());
+    const double tracing = median_seconds(repeats_, [&] { tracer_.intersect(rays, hits, RayOrder::incoherent); });
+    FinalGatherSettings settings;
+    settings.rays = kRaysEach;
+    SlotRadiance radiance;
+    radiance.resize(static_cast<std::size_t>(kPicture) * kPicture);
+    Statistics statistics;
+    const double gathering = median_seconds(
+        repeats_, [&] { (void)final_gather(tracer_, points_, 0, points_.size(), settings, radiance, statistics); });
+    PhotonPassSettings photons;
+    PhotonPass pass;
+    const double photon_cpu = median_seconds(repeats_, [&] { pass = trace_photons(tracer_, photons, statistics); });
+    const double n = static_cast<double>(rays.size());
+    report_.phases += fmt::format("| {} | {:.0f} | {:.0f} | {:.2f} | {} | {:.3f} |\n", name_, tracing / n * 1e9,
+                                  gathering / n * 1e9, gathering / tracing, pass.global.size(), photon_cpu);
+  }
+
+  const char* name_;
+  int repeats_;
+  Report& report_;
+  Scene scene_;
+  Tracer tracer_;
+  GatherPoints points_;
+  std::vector<Ray> camera_rays_;
+  std::vector<Order> orders_;
+};
+
+std::string markdown(const Report& report, int side, int repeats) {
+  std::string out = fmt::format(
+      "# Rays per second\n\n`ray_bench {} {}`: tile of {}x{} pixels of a {}x{} picture, {} final gather rays a point; "
+      "million rays/s of one thread by its processor time, sorting included; medians of {} runs.\n\n"
+      "| scene | rays | Embree | order | way | million rays/s | over default single, as created | sort's share |\n"
+      "| --- | --- | --- | --- | --- | ---: | ---: | ---: |\n",
+      side, repeats, side, side, kPicture, kPicture, kRaysEach, repeats);
+  for (const Row& row : report.rows) {
+    const auto base = std::find_if(report.rows.begin(), report.rows.end(), [&](const Row& r) {
+      return r.scene == row.scene && r.rays == row.rays && r.config == "default" && r.way == "single";
+    });
+    out += fmt::format("| {} | {} | {} | {} | {} | {:.2f} | {:.2f} | {:.1f}% |\n", row.scene, row.rays, row.config,
+                       row.order, row.way, row.rate, row.rate / base->rate, 100 * row.sort_share);
+  }
+  out +=
+      "\n## Phases, one thread\n\n"
+      "| scene | tracing, ns/ray | final gather, ns/ray | ratio | photons | photon pass, s |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: |\n" +
+      report.phases;
+  return out;
+}
+
+std::string csv(const Report& report) {
+  std::string out = "scene,rays,embree,order,way,million_rays_per_s,sort_share\n";
+  for (const Row& row : report.rows)
+    out += fmt::format("{},{},\"{}\",\"{}\",{},{:.4f},{:.5f}\n", row.scene, row.rays, row.config, row.order, row.way,
+                       row.rate, row.sort_share);
+  return out;
+}
+
+int run(int argc, char** argv) {
+  const int side = argc > 1 ? std::atoi(argv[1]) : 160, repeats = argc > 2 ? std::atoi(argv[2]) : 5;
+  if (side < 1 || side > kPicture || repeats < 1) {
+    fmt::print(stderr, "usage: ray_bench [SIDE (1 to {}) [REPEATS]]\n", kPicture);
+    return 1;
+  }
+  set_thread_count(1);
+  Report report;
+  for (const char* name : {"atrium", "atrium-large"}) SceneBench(name, side, repeats, report).run();
+  const std::string table = markdown(report, side, repeats);
+  fmt::print("\n{}", table);
+  std::filesystem::create_directories("bench/results");
+  std::ofstream("bench/results/rays.md") << table;
+  std::ofstream("bench/results/rays.csv") << csv(report);
+  return 0;
+}
+
+}  // namespace
+}  // namespace glowworm::bench
+
+int main(int argc, char** argv) { return glowworm::bench::run(argc, argv); }

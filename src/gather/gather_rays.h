@@ -1,0 +1,58 @@
+// Final gather rays under way, and how they are made: BRDF-sampled, one in each stratum of every gather point.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gather/gather_points.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Which part of its path a gather ray is.
+enum class Segment : std::uint8_t {
+  first,       ///< straight from the gather point
+  chain,       ///< behind a sharp bounce: lights seen through it are the caustic map's
+  again,       ///< straight from a corner that gathers once more: its direct light is sampled there
+  again_chain  ///< behind a sharp bounce after that: nothing else counts the lights seen through it
+};
+
+/// Rays under way. Arrays of one length, index i one ray; `hits` is sized by whoever traces them.
+struct GatherRays {
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<RGB> weight;             ///< factor on the radiance that the ray brings: throughput f_r cos / (pdf N)
+  std::vector<float> pdf;              ///< of the direction from the gather point, per steradian
+  std::vector<std::uint32_t> point;    ///< index of the gather point
+  std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
+  std::vector<Segment> segment;
+  std::vector<std::uint8_t> bounces;  ///< sharp ones so far
+
+  std::size_t size() const { return rays.size(); }
+  void reserve(std::size_t n);
+  void clear();
+  /// Puts ray `from` in the place of ray `to`.
+  void move(std::size_t from, std::size_t to);
+  /// Keeps the first n rays.
+  void shrink(std::size_t n);
+  void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell);
+};
+
+/// The order of gather points [first, last) in which rays of one stratum are coherent: points whose shading frames
+/// point alike come together, else as before.
+void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last, std::vector<std::uint32_t>& order);
+
+/// Appends the rays of the gather points listed, `rays_each` of every one, stratum by stratum: within a stratum
+/// neighbours in `order` are neighbours. Samples without a direction leave none.
+void create_gather_rays(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
+                        std::uint32_t seed, GatherRays& out);
+
+/// A number in [0, 1) that belongs to one final gather ray and `what` it is for.
+float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,
+                        std::uint32_t what);
+
+/// The ray that leaves a surface; false where shading normals would send it through an opaque one, or keep a
+/// transmitted one in. `normal` is on the side that the path came from.
+bool leave_surface(Vec3 position, Vec3 normal, Vec3 direction, bool reflected, Ray& ray);
+
+}  // namespace glowworm
