@@ -7,7 +7,7 @@ JOBS := $(shell nproc)
 help:
 	@echo 'make demo             builds, and renders the Cornell box to out/'
 	@echo 'make test             builds, and runs every test'
-	@echo 'make check            formatting, include arrows, Clang and sanitizer build of the fast tests'
+	@echo 'make check            formatting, include arrows, documents, Clang and sanitizer build of the fast tests'
 	@echo 'make format           formats every C++ file'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
 	@echo 'make fuzz             the pbrt and PLY parsers under libFuzzer, 10 minutes each'
@@ -26,7 +26,7 @@ demo: packages
 	cmake --preset release
 	cmake --build --preset release --target glowworm
 	@mkdir -p out
-	$(GLOWWORM) render builtin:cornell --size 512x512 --gather 64 --engine knn -o out/cornell.exr -o out/cornell.png
+	$(GLOWWORM) render builtin:cornell --size 512x512 --samples 4 --gather 16 --engine knn -o out/cornell.exr -o out/cornell.png
 	@echo 'The picture is in $(CURDIR)/out/cornell.exr (linear) and $(CURDIR)/out/cornell.png.'
 
 test: build
@@ -36,6 +36,8 @@ check: packages
 	scripts/check-format
 	scripts/check-includes --self-test
 	scripts/check-includes
+	scripts/check-docs --self-test
+	scripts/check-docs
 	cmake --preset asan
 	cmake --build --preset asan
 	ctest --preset asan -j $(JOBS)

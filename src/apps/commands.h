@@ -7,8 +7,8 @@ class App;
 
 namespace glowworm {
 
-/// Exit status of a render that Ctrl-C ended, as shells count it.
-inline constexpr int kExitInterrupted = 130;
+/// Exit status of a render that a signal ended is this and the signal's number, as shells count: 130 for Ctrl-C.
+inline constexpr int kExitSignalled = 128;
 
 /// Adds the command to the program. Its options are parsed into storage that lives as long as the program; running it
 /// throws Error where it fails, and sets `exit_status`.

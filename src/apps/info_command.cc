@@ -1,10 +1,13 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <memory>
 
 #include "apps/commands.h"
 #include "import/import.h"
+#include "scene/builtin.h"
 #include "scene/light_sampling.h"
 #include "scene/scene.h"
 
@@ -52,7 +55,17 @@ void print_scene(const Scene& scene) {
 void add_info_command(CLI::App& program) {
   auto path = std::make_shared<std::string>();
   CLI::App* c = program.add_subcommand("info", "Says what was understood of a scene, and what is not supported.");
-  c->add_option("scene", *path, "A scene file or builtin:NAME")->required();
+  c->add_option("scene", *path,
+                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                            fmt::join(builtin_scene_names(), ", builtin:")))
+      ->required()
+      ->option_text("SCENE");
+  c->footer(R"(
+Lengths are metres, power is W. Lines that begin with 'note:' say what the file asks for
+and this program does not do, or had to guess.
+
+Example:
+  glowworm info builtin:atrium)");
   c->callback([path] { print_scene(Scene(load_scene(*path))); });
 }
 

@@ -13,7 +13,9 @@ int main(int argc, char** argv) {
   CLI::App program("Glowworm: global illumination from photon maps, fast on one CPU, with nothing to tune.");
   program.set_version_flag("--version", std::string("glowworm ") + glowworm::version());
   program.require_subcommand(1);
-  program.footer("Try:  glowworm render builtin:cornell -o cornell.png\n      glowworm render --help");
+  program.footer(
+      "\nExamples:\n  glowworm render builtin:cornell -o cornell.png\n  glowworm info builtin:atrium\n"
+      "  glowworm compare cornell.exr reference.exr\n\n'glowworm COMMAND --help' tells the rest.");
   glowworm::remove_temporary_files_at_signals();
   int exit_status = 0;
   glowworm::add_render_command(program, exit_status);

@@ -1,160 +1,154 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <thread>
 
 #include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/option_values.h"
 #include "apps/progress_bar.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "import/import.h"
 #include "kernels/simd.h"
 #include "render/job.h"
 #include "render/output.h"
+#include "scene/builtin.h"
 
 namespace glowworm {
 
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 struct RenderOptions {
   std::string scene;
   std::vector<std::string> outputs;
   std::string samples = "auto", gather = "auto", photons = "auto", nearest = "auto";
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
+  std::string integrator = "photon";
   float exposure = 0;
   bool verbose = false, quiet = false, no_secondary = false;
   RenderSettings settings;
 };
 
-volatile std::sig_atomic_t interrupted = 0;
-
-void on_interrupt(int) { interrupted = 1; }
-
-/// The first Ctrl-C asks the render to stop and write what it has; a second one ends the program at once.
-void catch_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESETHAND;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+double seconds_between(Clock::time_point start, Clock::time_point end) {
+  return std::chrono::duration<double>(end - start).count();
 }
 
-std::uint64_t parse_count(const std::string& text, const char* option, std::uint64_t largest) {
-  if (text == "auto") return 0;
-  std::size_t used = 0;
-  double value = -1;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-  }
-  const std::string unit = used < text.size() ? text.substr(used) : "";
-  const double factor = unit == "k" ? 1e3 : unit == "M" ? 1e6 : unit.empty() ? 1 : -1;
-  if (factor < 0 || !(value * factor >= 1) || value * factor > static_cast<double>(largest))
-    throw Error(fmt::format("{} '{}' is not a count", option, text),
-                fmt::format("Give 'auto' or a number from 1 to {}, for example 500k.", largest));
-  return static_cast<std::uint64_t>(value * factor);
-}
-
-std::uint64_t parse_bytes(const std::string& text) {
-  std::size_t used = 0;
-  double value = -1;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-  }
-  const std::string unit = text.substr(std::min(used, text.size()));
-  const double factor = unit == "K" || unit == "KB"   ? 1e3
-                        : unit == "M" || unit == "MB" ? 1e6
-                        : unit == "G" || unit == "GB" ? 1e9
-                        : unit == "T" || unit == "TB" ? 1e12
-                        : unit.empty()                ? 1
-                                                      : -1;
-  if (factor < 0 || !(value * factor >= 1e6) || value * factor > 1e15)
-    throw Error(fmt::format("--memory '{}' is not a size", text), "Give at least 1M, for example 512M or 4G.");
-  return static_cast<std::uint64_t>(value * factor);
-}
-
-double parse_seconds(const std::string& text) {
-  std::size_t used = 0;
-  double value = -1;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-  }
-  const std::string unit = text.substr(std::min(used, text.size()));
-  const double factor = unit == "s" || unit.empty() ? 1 : unit == "m" || unit == "min" ? 60 : unit == "h" ? 3600 : -1;
-  if (factor < 0 || !(value > 0) || value * factor > 1e9)
-    throw Error(fmt::format("--time '{}' is not a time", text), "Give for example 60s, 5m or 2h.");
-  return value * factor;
-}
-
-void parse_size(const std::string& text, RenderSettings& settings) {
-  char tail = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%c", &settings.width, &settings.height, &tail) != 2 || settings.width < 1 ||
-      settings.height < 1)
-    throw Error(fmt::format("--size '{}' is not a size", text), "Give WIDTHxHEIGHT in pixels, for example 1280x720.");
+/// Finds out now, rather than after the render, whether a file can be written.
+void probe_output(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  // Opening a pipe or a device would be seen by whoever is at its other end.
+  if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character) return;
+  const AtomicFile probe(path);
 }
 
 void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
+  s.integrator = o.integrator == "path"      ? Integrator::path
+                 : o.integrator == "photons" ? Integrator::photons
+                                             : Integrator::photon;
   s.samples = static_cast<std::uint32_t>(parse_count(o.samples, "--samples", 1u << 24));
   s.gather = static_cast<std::uint32_t>(parse_count(o.gather, "--gather", 1u << 20));
   s.photons = parse_count(o.photons, "--photons", 1u << 30);
   s.nearest = static_cast<std::uint32_t>(parse_count(o.nearest, "--nearest", 100'000));
-  if (!o.size.empty()) parse_size(o.size, s);
-  if (!o.memory.empty()) s.memory_bytes = parse_bytes(o.memory);
-  if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time);
+  if (!o.size.empty()) {
+    const PixelSize size = parse_pixel_size(o.size, "--size");
+    s.width = size.width;
+    s.height = size.height;
+  }
+  s.memory_bytes = o.memory.empty() ? physical_memory_bytes() / 2 : parse_bytes(o.memory, "--memory");
+  if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time, "--time");
   s.secondary_gather = !o.no_secondary;
+  check_names(s);
   if (o.outputs.empty()) o.outputs.push_back("out.exr");
   for (const std::string& path : o.outputs) {
     const std::string ending = std::filesystem::path(path).extension();
     if (ending != ".exr" && ending != ".png")
       throw Error(fmt::format("'{}' ends neither in .exr nor in .png", path),
                   "Give -o a name with one of these endings.");
-    // Found out now rather than after the render.
-    const AtomicFile probe(path);
+    probe_output(path);
   }
+  if (!o.statistics.empty()) probe_output(o.statistics);
 }
 
-void write_outputs(const RenderOptions& o, const Job& job, const Tracer& tracer, Statistics& statistics) {
-  {
-    const PhaseTimer timer(statistics, Phase::output);
-    const Image image = make_image(job.snapshot(), job);
-    for (const std::string& path : o.outputs) {
-      if (std::filesystem::path(path).extension() == ".exr")
-        write_exr(path, image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
-      else
-        write_png(path, image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
-      inform(fmt::format("wrote {}", path));
-    }
+bool has_samples(const Film& film) {
+  for (std::size_t i = 0; i < film.pixel_count(); ++i)
+    if (film.sample_count(i) > 0) return true;
+  return false;
+}
+
+void write_images(const RenderOptions& o, const Film& film, const Job& job) {
+  const Image image = make_image(film, job);
+  for (const std::string& path : o.outputs) {
+    if (std::filesystem::path(path).extension() == ".exr")
+      write_exr(path, image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+    else
+      write_png(path, image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
+    inform(fmt::format("wrote {}", path));
   }
-  if (!o.statistics.empty()) write_file(o.statistics, statistics_json(job, tracer) + "\n");
 }
 
 std::string describe(const RenderSettings& s, const Scene& scene) {
   std::string text = fmt::format("{}: {} triangles, {}x{} pixels, {} samples", scene.name(),
                                  scene.geometry().triangle_count(), s.width, s.height, s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
-  return text +
-         fmt::format(" x {} gather rays, {} photons, k = {}, engine {}", s.gather, s.photons, s.nearest, s.engine);
+  if (s.integrator == Integrator::photon) text += fmt::format(" x {} gather rays", s.gather);
+  return text + fmt::format(", {} photons, k = {}, engine {}", s.photons, s.nearest, s.engine);
+}
+
+/// Where the time went, for -v.
+void describe_times(const Statistics& statistics) {
+  for (int i = 0; i < static_cast<int>(Phase::count_); ++i) {
+    const auto phase = static_cast<Phase>(i);
+    if (statistics.seconds(phase) > 0) detail(fmt::format("{:>9.3f} s  {}", statistics.seconds(phase), name(phase)));
+  }
 }
 
 /// Waits for the job, showing progress; hands a Ctrl-C on to it.
 void attend(Job& job, bool quiet) {
   ProgressBar bar(!quiet);
   while (!job.done()) {
-    if (interrupted) job.cancel();
-    bar.update(job.progress(), fmt::format("pass {}", job.passes() + 1));
+    if (caught_interrupt()) job.cancel();
+    const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
+    bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
   }
   bar.finish();
   job.wait();
+}
+
+/// Writes what there is and returns the exit status.
+int finish(const RenderOptions& o, Job& job, const Tracer& tracer, Clock::time_point start) {
+  const bool interrupted = job.ending() == Ending::cancelled;
+  const Film film = job.snapshot();
+  const bool any = has_samples(film);
+  const Clock::time_point rendered = Clock::now();
+  Statistics& statistics = job.statistics();
+  if (any) write_images(o, film, job);
+  statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
+  // The job counted its own time; the total is that of the whole run.
+  statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
+  describe_times(statistics);
+  if (!o.statistics.empty()) write_file(o.statistics, statistics_json(job, tracer) + "\n");
+  inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
+  if (interrupted)
+    warn(any ? "interrupted: the files hold the image so far"
+             : "interrupted before any part of the image was there: no image was written");
+  else if (!any)
+    warn("the time was up before any part of the image was there: no image was written");
+  if (interrupted) return kExitSignalled + caught_interrupt();
+  return any ? 0 : 1;
 }
 
 int run_render(RenderOptions& o) {
@@ -162,69 +156,155 @@ int run_render(RenderOptions& o) {
   set_thread_count(o.settings.threads);
   set_simd(o.simd);
   resolve_options(o);
-  const auto load_start = std::chrono::steady_clock::now();
+  const Clock::time_point start = Clock::now();
   ImportOptions import_options;
   import_options.texture_memory_bytes = o.settings.memory_bytes / 4;
   const auto scene = std::make_shared<const Scene>(load_scene(o.scene, import_options));
-  const auto loaded = std::chrono::steady_clock::now();
+  const Clock::time_point loaded = Clock::now();
   for (const std::string& note : scene->notes()) inform("note: " + note);
   const auto tracer = std::make_shared<const Tracer>(*scene);
-  const auto built = std::chrono::steady_clock::now();
+  const Clock::time_point built = Clock::now();
   catch_interrupts();
   Job job(scene, tracer, o.settings);
-  job.statistics().add_time(Phase::load, std::chrono::duration<double>(loaded - load_start).count());
-  job.statistics().add_time(Phase::build_accel, std::chrono::duration<double>(built - loaded).count());
+  job.statistics().add_time(Phase::load, seconds_between(start, loaded));
+  job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
   attend(job, o.quiet);
-  write_outputs(o, job, *tracer, job.statistics());
-  inform(fmt::format("{} passes in {:.2f} s", job.passes(), job.seconds()));
-  if (job.ending() != Ending::cancelled) return 0;
-  warn("interrupted: the files hold the image so far");
-  return kExitInterrupted;
+  return finish(o, job, *tracer, start);
 }
+
+void add_picture_options(CLI::App& c, RenderOptions& o) {
+  RenderSettings& s = o.settings;
+  c.add_option("-o,--output", o.outputs, "Image to write: .exr (linear, W sr^-1 m^-2) or .png; several -o may be given")
+      ->option_text("FILE [out.exr]")
+      ->group("Picture");
+  c.add_option("--size", o.size, "Pixels")->option_text("WxH [the scene's, or 512x512]")->group("Picture");
+  c.add_option("--camera", s.camera, "Camera of the scene; 'glowworm info SCENE' lists them")
+      ->option_text("NAME [the first]")
+      ->group("Picture");
+  c.add_option("--aov", s.aovs, fmt::format("Layers beside the image: {}", fmt::join(aov_names(), ",")))
+      ->delimiter(',')
+      ->option_text("NAME,...")
+      ->group("Picture");
+  c.add_option("--precision", o.precision, "Numbers of the EXR file")
+      ->check(CLI::IsMember({"half", "float"}))
+      ->option_text("half|float [half]")
+      ->group("Picture");
+  c.add_option("--tone", o.tone, "Tone curve of the PNG file")
+      ->check(CLI::IsMember({"filmic", "srgb"}))
+      ->option_text("filmic|srgb [filmic]")
+      ->group("Picture");
+  c.add_option("--exposure", o.exposure, "Exposure of the PNG file in stops: +1 is twice as bright")
+      ->option_text("STOPS [0]")
+      ->group("Picture");
+}
+
+void add_method_options(CLI::App& c, RenderOptions& o) {
+  RenderSettings& s = o.settings;
+  c.add_option("--integrator", o.integrator,
+               "photon: photon mapping; path: path tracing, the reference; photons: the photon map itself, shown")
+      ->check(CLI::IsMember({"photon", "path", "photons"}))
+      ->option_text("photon|path|photons [photon]")
+      ->group("Method");
+  c.add_option("--engine", s.engine,
+               "Density engine, which looks photons up: auto takes the fastest; brute is for tests of tiny pictures")
+      ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
+      ->group("Method");
+  c.add_flag("--indirect-only", s.indirect_only, "Only the light that is gathered over surfaces")->group("Method");
+  c.add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth")
+      ->group("Method");
+  c.add_flag("--no-secondary-gather", o.no_secondary, "Look photons up in corners, too (for comparison)")
+      ->group("Method");
+  c.add_option("--seed", s.seed, "Seed of all random numbers: the same seed gives the same image, bit for bit")
+      ->option_text("N [0]")
+      ->group("Method");
+}
+
+void add_effort_options(CLI::App& c, RenderOptions& o) {
+  RenderSettings& s = o.settings;
+  c.add_option("--samples", o.samples, "Camera samples of each pixel")->option_text("N [auto]")->group("Effort");
+  c.add_option("--gather", o.gather, "Final gather rays of each camera sample: samples x gather is what a pixel gets")
+      ->option_text("N [auto]")
+      ->group("Effort");
+  c.add_option("--photons", o.photons, "Photons in the map, for example 500k or 2M")
+      ->option_text("N [auto]")
+      ->group("Effort");
+  c.add_option("--nearest", o.nearest, "Photons that an estimate should catch (k)")
+      ->option_text("N [auto]")
+      ->group("Effort");
+  c.add_option("--time", o.time, "Stop after this time, for example 60s, 5m, 2h")
+      ->option_text("TIME [none]")
+      ->group("Effort");
+  c.add_option("--noise", s.noise_target, "Stop at this relative standard error of the image, for example 0.01")
+      ->check(CLI::PositiveNumber)
+      ->option_text("SHARE [none]")
+      ->group("Effort");
+}
+
+void add_machine_options(CLI::App& c, RenderOptions& o) {
+  c.add_option("--threads", o.settings.threads, "Threads; the image does not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->option_text("N [one for each core]")
+      ->group("Machine");
+  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+      ->option_text("SIZE [half of the machine's]")
+      ->group("Machine");
+  c.add_option("--simd", o.simd, "Instruction set of the kernels")
+      ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
+      ->group("Machine");
+}
+
+void add_report_options(CLI::App& c, RenderOptions& o) {
+  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/statistics.md has the keys")
+      ->option_text("FILE")
+      ->group("Reports");
+  c.add_flag("-v,--verbose", o.verbose, "Say where the time went, too")->group("Reports");
+  c.add_flag("-q,--quiet", o.quiet, "Say warnings and errors only")->group("Reports");
+}
+
+/// Says which options have no effect on the integrator asked for.
+void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
+  std::vector<const char*> ignored;
+  if (o.integrator == "path")
+    ignored = {"--engine", "--gather", "--photons", "--nearest", "--progressive", "--no-secondary-gather"};
+  else if (o.integrator == "photons")
+    ignored = {"--gather", "--no-secondary-gather"};
+  for (const char* name : ignored)
+    if (c.count(name) > 0) warn(fmt::format("{} has no effect with this --integrator", name));
+}
+
+constexpr const char* kFooter = R"(
+Nothing has to be set: what is 'auto' is chosen, and --stats shows what was chosen.
+Lengths are metres, radiance is W sr^-1 m^-2 in linear RGB (Rec. 709).
+Ctrl-C ends the task under way, writes the image so far and exits with status 130;
+a second one ends at once. Status 1 is an error, 2 a command line that makes no sense.
+
+Examples:
+  glowworm render builtin:cornell -o cornell.png
+  glowworm render room.glb --size 1280x720 --camera desk --time 5m -o room.exr -o room.png
+  glowworm render builtin:atrium --samples 4 --gather 64 --aov direct,indirect --stats atrium.json
+  glowworm render builtin:ajar --integrator path --samples 1k -o reference.exr)";
 
 }  // namespace
 
 void add_render_command(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<RenderOptions>();
   CLI::App* c = program.add_subcommand("render", "Renders a scene to an image.");
-  RenderSettings& s = options->settings;
-  c->add_option("scene", options->scene, "A file (.pbrt .gltf .glb .obj .ply .fbx ...) or builtin:NAME")->required();
-  c->add_option("-o,--output", options->outputs, "Image to write, .exr or .png; may be given several times (out.exr)");
-  const std::map<std::string, Integrator> integrators = {
-      {"photon", Integrator::photon}, {"path", Integrator::path}, {"photons", Integrator::photons}};
-  c->add_option("--integrator", s.integrator,
-                "photon: photon mapping; path: path tracing, the reference; photons: the photon map itself, shown")
-      ->transform(CLI::CheckedTransformer(integrators))
-      ->option_text("photon|path|photons");
-  c->add_option("--engine", s.engine, "Density engine: auto, or one of those that --engine help lists");
-  c->add_option("--samples", options->samples, "Camera samples of each pixel, or auto");
-  c->add_option("--gather", options->gather, "Final gather rays of each camera sample, or auto");
-  c->add_option("--photons", options->photons, "Photons in the map, for example 500k or 2M, or auto");
-  c->add_option("--nearest", options->nearest, "Photons that an estimate should catch (k), or auto");
-  c->add_option("--size", options->size, "Picture size in pixels, WIDTHxHEIGHT");
-  c->add_option("--camera", s.camera, "Camera of the scene by name (the first)");
-  c->add_option("--seed", s.seed, "Seed of all random numbers: the same seed gives the same image, bit for bit");
-  c->add_option("--threads", s.threads, "Threads (one for each core)")->check(CLI::Range(0, 1024));
-  c->add_option("--memory", options->memory, "Memory to stay within, for example 4G (half of the machine's)");
-  c->add_option("--time", options->time, "Stop after this time, for example 60s, 5m");
-  c->add_option("--noise", s.noise_target, "Stop at this relative standard error, for example 0.01")
-      ->check(CLI::PositiveNumber);
-  c->add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth");
-  c->add_flag("--indirect-only", s.indirect_only, "Only the light gathered over surfaces");
-  c->add_flag("--no-secondary-gather", options->no_secondary, "Look photons up in corners, too (for comparison)");
-  c->add_option("--aov", s.aovs, "Layers beside the image: emitted,direct,indirect,caustic,albedo,normal,depth")
-      ->delimiter(',');
-  c->add_option("--precision", options->precision, "Numbers of the EXR file: half or float")
-      ->check(CLI::IsMember({"half", "float"}));
-  c->add_option("--tone", options->tone, "Tone curve of the PNG file: filmic or srgb")
-      ->check(CLI::IsMember({"filmic", "srgb"}));
-  c->add_option("--exposure", options->exposure, "Exposure of the PNG file in stops");
-  c->add_option("--simd", options->simd, "Instruction set of the kernels (auto, avx512, avx2, sse4, scalar)");
-  c->add_option("--stats", options->statistics, "Write statistics as JSON to this file");
-  c->add_flag("-v,--verbose", options->verbose, "Say more");
-  c->add_flag("-q,--quiet", options->quiet, "Say warnings and errors only");
-  c->callback([options, &exit_status] { exit_status = run_render(*options); });
+  c->add_option("scene", options->scene,
+                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                            fmt::join(builtin_scene_names(), ", builtin:")))
+      ->required()
+      ->option_text("SCENE");
+  add_picture_options(*c, *options);
+  add_method_options(*c, *options);
+  add_effort_options(*c, *options);
+  add_machine_options(*c, *options);
+  add_report_options(*c, *options);
+  c->footer(kFooter);
+  c->callback([c, options, &exit_status] {
+    warn_of_ignored(*c, *options);
+    exit_status = run_render(*options);
+  });
 }
 
 }  // namespace glowworm

@@ -24,6 +24,38 @@ const char* integrator_name(Integrator integrator) {
   return "";
 }
 
+const char* kernel_name(KernelShape kernel) {
+  switch (kernel) {
+    case KernelShape::box:
+      return "box";
+    case KernelShape::cone:
+      return "cone";
+    case KernelShape::epanechnikov:
+      return "epanechnikov";
+    case KernelShape::gaussian:
+      return "gaussian";
+  }
+  return "";
+}
+
+const char* ending_name(Ending ending) {
+  switch (ending) {
+    case Ending::running:
+      return "running";
+    case Ending::samples_done:
+      return "samples_done";
+    case Ending::time_up:
+      return "time_up";
+    case Ending::noise_reached:
+      return "noise_reached";
+    case Ending::cancelled:
+      return "cancelled";
+    case Ending::failed:
+      return "failed";
+  }
+  return "";
+}
+
 json settings_json(const RenderSettings& s) {
   json out = {{"integrator", integrator_name(s.integrator)},
               {"engine", s.engine},
@@ -31,6 +63,7 @@ json settings_json(const RenderSettings& s) {
               {"gather", s.gather},
               {"photons", s.photons},
               {"nearest", s.nearest},
+              {"kernel", kernel_name(s.kernel)},
               {"light_samples", s.light_samples},
               {"width", s.width},
               {"height", s.height},
@@ -40,7 +73,9 @@ json settings_json(const RenderSettings& s) {
               {"time_limit_s", s.time_limit_s},
               {"noise_target", s.noise_target},
               {"indirect_only", s.indirect_only},
-              {"progressive", s.progressive}};
+              {"progressive", s.progressive},
+              {"secondary_gather", s.secondary_gather},
+              {"aovs", s.aovs}};
   return out;
 }
 
@@ -104,6 +139,8 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
                   {"materials", job.scene().materials().size()}};
   out["settings"] = settings_json(settings);
   out["version"] = version();
+  out["passes"] = job.passes();
+  out["ending"] = ending_name(job.ending());
   out["isa"] = simd_name();
   out["threads"] = settings.threads;
   for (int i = 0; i < static_cast<int>(Phase::count_); ++i)
@@ -124,9 +161,14 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"active_lanes",
        steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
       {"lanes", simd_lanes()}};
-  out["memory_bytes"] = {{"budget", settings.memory_bytes},         {"peak_reserved", job.budget().peak()},
-                         {"peak_rss", peak_resident_bytes()},       {"photon_map", job.photon_map_bytes()},
-                         {"query_points", job.query_point_bytes()}, {"acceleration_structure", tracer.bytes()}};
+  const std::uint64_t reserved = job.budget().peak(), resident = peak_resident_bytes();
+  out["memory_bytes"] = {{"budget", settings.memory_bytes},
+                         {"peak_reserved", reserved},
+                         {"peak_rss", resident},
+                         {"unaccounted", resident > reserved ? resident - reserved : 0},
+                         {"photon_map", job.photon_map_bytes()},
+                         {"query_points", job.query_point_bytes()},
+                         {"acceleration_structure", tracer.bytes()}};
   for (const auto& [holder, bytes] : job.budget().peaks()) out["memory_bytes"]["reserved"][holder] = bytes;
   return out.dump(2);
 }

@@ -34,26 +34,31 @@ std::vector<std::string> aov_names() {
   return {"emitted", "direct", "indirect", "caustic", "albedo", "normal", "depth"};
 }
 
+void check_names(const RenderSettings& settings) {
+  const std::vector<std::string> aovs = aov_names(), engines = engine_names();
+  for (const std::string& aov : settings.aovs)
+    if (std::find(aovs.begin(), aovs.end(), aov) == aovs.end())
+      throw Error(fmt::format("there is no AOV '{}'", aov), fmt::format("Choose from: {}.", fmt::join(aovs, ", ")));
+  if (settings.engine != "auto" && std::find(engines.begin(), engines.end(), settings.engine) == engines.end())
+    throw Error(fmt::format("there is no engine '{}'", settings.engine),
+                fmt::format("Choose from: auto, {}.", fmt::join(engines, ", ")));
+}
+
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
   resolve_size(s, scene);
-  const std::vector<std::string> known = aov_names();
-  for (const std::string& aov : s.aovs)
-    if (std::find(known.begin(), known.end(), aov) == known.end())
-      throw Error(fmt::format("there is no AOV '{}'", aov), fmt::format("Choose from: {}.", fmt::join(known, ", ")));
+  check_names(s);
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
   } else {
     if (s.engine == "auto") s.engine = "blocked";
-    const std::vector<std::string> engines = engine_names();
-    if (std::find(engines.begin(), engines.end(), s.engine) == engines.end())
-      throw Error(fmt::format("there is no engine '{}'", s.engine),
-                  fmt::format("Choose from: auto, {}.", fmt::join(engines, ", ")));
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 16;
     if (s.gather == 0) s.gather = 25;
     if (s.photons == 0) s.photons = 500'000;
-    if (s.nearest == 0) s.nearest = 50;
+    // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
+    // lower than 30.
+    if (s.nearest == 0) s.nearest = s.engine == "knn" ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = std::clamp<std::uint32_t>(s.gather / 8, 1, 16);
   }
   s.camera = scene.camera(s.camera).name;

@@ -47,6 +47,9 @@ struct RenderSettings {
 /// Names that --aov knows.
 std::vector<std::string> aov_names();
 
+/// Throws Error that lists the names there are, for an engine or AOV that is not known.
+void check_names(const RenderSettings& settings);
+
 /// The settings with every automatic value replaced. Throws Error for what cannot be (a size of 0, an unknown AOV).
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene);
 

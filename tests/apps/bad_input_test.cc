@@ -1,0 +1,181 @@
+// What the program says to files and settings that cannot be: a message with the place, status 1, and nothing left.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "program.h"
+
+namespace glowworm {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+constexpr const char* kSquare = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3\nf 1 3 4\n";
+
+class BadInputTest : public ProgramTest {
+ protected:
+  /// Renders a scene that must be refused, and looks for what is left behind.
+  void expect_refused(const std::string& scene, const std::vector<std::string>& texts) {
+    const auto before = names();
+    EXPECT_TRUE(refused(render(scene, {"-o", "a.exr", "-o", "a.png", "--stats", "a.json"}), texts));
+    EXPECT_EQ(names(), before);
+    EXPECT_TRUE(refused(run({"info", scene}), texts));
+  }
+};
+
+TEST_F(BadInputTest, MissingFile) { expect_refused("nowhere.obj", {"nowhere.obj", "no such scene file"}); }
+
+TEST_F(BadInputTest, UnknownBuiltinScene) { expect_refused("builtin:kornell", {"kornell", "cornell, atrium, ajar"}); }
+
+TEST_F(BadInputTest, UnknownFormat) { expect_refused(write("a.xyz", "1 2 3"), {"a.xyz", ".xyz", "Supported"}); }
+
+TEST_F(BadInputTest, FolderForAFile) { expect_refused(folder_.string(), {folder_.string(), "folder"}); }
+
+TEST_F(BadInputTest, EmptyFile) {
+  for (const char* name : {"a.obj", "a.gltf", "a.glb", "a.pbrt", "a.ply"})
+    expect_refused(write(name, ""), {path(name)});
+}
+
+TEST_F(BadInputTest, TruncatedGlb) {
+  // The header promises 1000 bytes.
+  std::string glb("glTF\2\0\0\0\xe8\3\0\0", 12);
+  glb += std::string("\x40\0\0\0JSON", 8) + R"({"asset":{"version":"2.0"},"sce)";
+  expect_refused(write("cut.glb", glb), {"cut.glb"});
+}
+
+TEST_F(BadInputTest, ObjIndexOutOfRange) {
+  expect_refused(write("a.obj", std::string(kTriangle) + "f 1 2 4\n"), {"a.obj:4", "4"});
+  expect_refused(write("b.obj", std::string(kTriangle) + "f 1 2 -4\n"), {"b.obj:4"});
+}
+
+TEST_F(BadInputTest, PbrtMistakesHaveLineAndColumn) {
+  expect_refused(write("a.pbrt", "WorldBegin\nShape \"sphere\" \"float radius\" [ \"one\" ]\n"), {"a.pbrt:2:"});
+}
+
+TEST_F(BadInputTest, VerticesThatAreNotNumbers) {
+  // Either refused with the place, or mended with a word; never drawn in silence.
+  const std::string scene = write("a.obj", std::string(kSquare) + "v nan 0 0\nf 1 2 5\n");
+  const Outcome outcome = render(scene, {"-o", "a.png"});
+  EXPECT_THAT(outcome.err, HasSubstr("a.obj"));
+  if (outcome.status == 0) {
+    EXPECT_THAT(names(), ElementsAre("a.obj", "a.png"));
+  } else {
+    EXPECT_TRUE(refused(outcome, {"a.obj"}));
+    EXPECT_THAT(names(), ElementsAre("a.obj"));
+  }
+}
+
+TEST_F(BadInputTest, TrianglesWithoutArea) {
+  const std::string some = write("some.obj", std::string(kSquare) + "f 1 1 2\n");
+  const Outcome mended = render(some, {"-o", "some.png"});
+  EXPECT_EQ(mended.status, 0) << mended.err;
+  EXPECT_THAT(mended.err, HasSubstr("area"));
+  expect_refused(write("all.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), {"triangle"});
+}
+
+TEST_F(BadInputTest, TextureThatIsNoImage) {
+  write("bad.png", "this is not a picture");
+  write("m.mtl", "newmtl m\nmap_Kd bad.png\n");
+  const std::string scene =
+      write("a.obj", "mtllib m.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nvt 0 0\nvt 0 1\nvt 1 1\nusemtl m\nf 1/1 2/2 3/3\n");
+  const Outcome outcome = render(scene, {"-o", "a.exr", "-q"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("warning: "));
+  EXPECT_THAT(outcome.err, HasSubstr("bad.png"));
+}
+
+TEST_F(BadInputTest, SizesThatCannotBe) {
+  for (const char* size : {"0x0", "0x16", "-4x4", "16", "16x", "16x16x16", "99999999999x1", "axb", "70000x10"})
+    EXPECT_TRUE(
+        refused(render("builtin:cornell", {"--size", size}), {size == std::string("70000x10") ? "70000" : size}))
+        << size;
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(BadInputTest, ValuesThatCannotBe) {
+  const std::vector<std::vector<std::string>> cases = {
+      {"--samples", "0"},      {"--samples", "1.5"}, {"--gather", "-1"}, {"--photons", "many"},
+      {"--photons", "nan"},    {"--photons", "9e9"}, {"--memory", "4Q"}, {"--memory", "inf"},
+      {"--time", "soon"},      {"--time", "-5s"},    {"--nearest", ""},  {"--engine", "fastest"},
+      {"--aov", "direct,sun"}, {"--camera", "moon"}, {"--simd", "mmx"},
+  };
+  for (const auto& values : cases)
+    EXPECT_TRUE(refused(render("builtin:cornell", values), {values[1] == "direct,sun" ? "sun" : values[1]}))
+        << values[0] << " " << values[1];
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(BadInputTest, NamesThatThereAreAreListed) {
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--engine", "x"}), {"blocked", "forward", "knn", "brute"}));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--aov", "x"}), {"direct", "indirect", "albedo", "normal", "depth"}));
+  EXPECT_TRUE(refused(render("builtin:ajar", {"--camera", "x"}), {"main", "table"}));
+}
+
+TEST_F(BadInputTest, CommandLinesWithoutSense) {
+  const std::vector<std::vector<std::string>> cases = {{},
+                                                       {"draw"},
+                                                       {"render"},
+                                                       {"render", "builtin:cornell", "--fast"},
+                                                       {"render", "builtin:cornell", "--integrator", "guess"},
+                                                       {"render", "builtin:cornell", "--threads", "-1"},
+                                                       {"render", "builtin:cornell", "--seed", "one"},
+                                                       {"render", "builtin:cornell", "--noise", "0"},
+                                                       {"compare", "a.exr"}};
+  for (const auto& arguments : cases) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << testing::PrintToString(arguments) << outcome.err;
+    EXPECT_FALSE(outcome.err.empty());
+  }
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(BadInputTest, OutputsThatCannotBeWritten) {
+  std::filesystem::create_directory(folder_ / "folder.exr");
+  for (const char* output : {"missing/a.exr", "folder.exr", "a.bmp", "a"})
+    EXPECT_TRUE(refused(render("builtin:cornell", {"-o", output}), {output}));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.png", "--stats", "missing/a.json"}), {"missing/a.json"}));
+  EXPECT_THAT(names(), ElementsAre("folder.exr"));
+  if (geteuid() == 0) return;  // nothing is closed to root
+  std::filesystem::create_directory(folder_ / "closed");
+  std::filesystem::permissions(folder_ / "closed", std::filesystem::perms::owner_read);
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "closed/a.exr"}), {"closed/a.exr"}));
+}
+
+TEST_F(BadInputTest, FileSizeLimitStandsForAFullDisk) {
+  write("a.exr", "an older picture");
+  const auto limit = [] {
+    const rlimit bytes = {1000, 1000};
+    setrlimit(RLIMIT_FSIZE, &bytes);
+  };
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "-q"}, limit), {"a.exr"}));
+  EXPECT_EQ(read(path("a.exr")), "an older picture");
+  EXPECT_THAT(names(), ElementsAre("a.exr"));
+}
+
+TEST_F(BadInputTest, FullDisk) {
+  if (access("/dev/full", W_OK) != 0) GTEST_SKIP() << "there is no /dev/full";
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "--stats", "/dev/full"}),
+                      {"/dev/full", "No space left on device"}));
+}
+
+TEST_F(BadInputTest, TooLittleMemory) {
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "--memory", "1M", "--photons", "500k"}), {"memory"}));
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(BadInputTest, ComparisonsThatCannotBe) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "-q"}).status, 0);
+  ASSERT_EQ(render("builtin:cornell", {"-o", "b.exr", "--size", "8x8", "-q"}).status, 0);
+  write("c.exr", "no image");
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "b.exr"}), {"16", "8"}));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "c.exr"}), {"c.exr"}));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "missing.exr"}), {"missing.exr"}));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "d.exr"}), {"d.exr", ".png"}));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "missing/d.png"}), {"missing/d.png"}));
+  EXPECT_THAT(names(), ElementsAre("a.exr", "b.exr", "c.exr"));
+}
+
+}  // namespace
+}  // namespace glowworm

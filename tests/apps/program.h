@@ -1,0 +1,70 @@
+// Runs the program as a person does, in a folder of its own.
+#pragma once
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace glowworm {
+
+/// How a run ended.
+struct Outcome {
+  int status = -1;  ///< exit status; 128 and the signal's number where a signal ended it
+  std::string out, err;
+};
+
+/// A child process running the program; its output goes to files of the folder.
+class Running {
+ public:
+  /// @param prepare is called in the child before the program starts; it may only call what is safe after a fork
+  Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+          const std::function<void()>& prepare = {});
+  ~Running();
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  void send(int signal_number) const;
+  /// What it has written to standard error so far.
+  std::string errors_so_far() const;
+  /// Whether standard error holds the text before the time is over.
+  bool wait_for_text(const std::string& text, double seconds) const;
+  Outcome wait();
+
+ private:
+  std::filesystem::path out_, err_;
+  pid_t process_ = -1;
+};
+
+/// A test with a folder of its own, removed at its end; the program runs in it.
+class ProgramTest : public testing::Test {
+ protected:
+  void SetUp() override;
+  void TearDown() override;
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string write(const std::string& name, const std::string& bytes) const;
+  static std::string read(const std::filesystem::path& file);
+  nlohmann::json read_json(const std::string& name) const;
+  /// Names of the files in the folder, in order.
+  std::vector<std::string> names() const;
+
+  Outcome run(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {}) const;
+  /// Runs `render` in a size that takes no time: 16x16 pixels, 1 sample, 4 gather rays, 2000 photons.
+  Outcome render(const std::string& scene, const std::vector<std::string>& more,
+                 const std::function<void()>& prepare = {}) const;
+
+  std::filesystem::path folder_;
+
+ private:
+  std::filesystem::path log_folder_;  // apart, so that names() holds what the program made alone
+};
+
+/// The program refused: status 1 and "glowworm: error:" with all of the texts.
+testing::AssertionResult refused(const Outcome& outcome, const std::vector<std::string>& texts);
+
+}  // namespace glowworm

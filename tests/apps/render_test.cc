@@ -1,0 +1,206 @@
+// What a render leaves behind: images with their layers and metadata, statistics, exit status.
+#include <signal.h>
+
+#include <chrono>
+#include <cmath>
+#include <set>
+#include <thread>
+
+#include "image/image.h"
+#include "program.h"
+
+namespace glowworm {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+class RenderTest : public ProgramTest {
+ protected:
+  Image rendered(const std::string& scene, std::vector<std::string> more, const std::string& name = "a.exr") {
+    more.insert(more.end(), {"-o", name, "-q", "--precision", "float"});
+    const Outcome outcome = render(scene, more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return read_image(path(name));
+  }
+  static bool same_pixels(const Image& a, const Image& b) {
+    if (a.channels().size() != b.channels().size()) return false;
+    for (std::size_t i = 0; i < a.channels().size(); ++i)
+      if (a.channels()[i].name != b.channels()[i].name || a.channels()[i].samples != b.channels()[i].samples)
+        return false;
+    return true;
+  }
+};
+
+TEST_F(RenderTest, HelpNamesEnginesScenesAndExamples) {
+  const Outcome outcome = run({"render", "--help"});
+  EXPECT_EQ(outcome.status, 0);
+  for (const char* text : {"auto|blocked|", "builtin:atrium", "Examples:", "metres", "--gather", "130"})
+    EXPECT_THAT(outcome.out, HasSubstr(text));
+  EXPECT_EQ(run({"--help"}).status, 0);
+  EXPECT_THAT(run({"--version"}).out, HasSubstr("glowworm "));
+}
+
+TEST_F(RenderTest, SameSeedSamePixels) {
+  for (const std::vector<std::string>& method :
+       {std::vector<std::string>{"--engine", "knn"}, {"--engine", "blocked"}, {"--integrator", "path"}}) {
+    std::vector<std::string> two = method;
+    two.insert(two.end(), {"--seed", "7", "--threads", "2"});
+    std::vector<std::string> one = method, other = method;
+    one.insert(one.end(), {"--seed", "7", "--threads", "1"});
+    other.insert(other.end(), {"--seed", "8"});
+    const Image first = rendered("builtin:cornell", two), again = rendered("builtin:cornell", two, "b.exr");
+    EXPECT_TRUE(same_pixels(first, again)) << method[1];
+    EXPECT_TRUE(same_pixels(first, rendered("builtin:cornell", one))) << method[1];
+    EXPECT_FALSE(same_pixels(first, rendered("builtin:cornell", other))) << method[1];
+  }
+}
+
+TEST_F(RenderTest, LayersAddUpAndMeanWhatTheySay) {
+  const Image image = rendered("builtin:cornell", {"--aov", "emitted,direct,indirect,caustic,albedo,normal,depth"});
+  std::set<std::string> found;
+  for (const ImageChannel& channel : image.channels()) found.insert(channel.name);
+  for (const char* layer : {"emitted", "direct", "indirect", "caustic", "albedo"})
+    for (const char* channel : {".R", ".G", ".B"}) EXPECT_EQ(found.count(std::string(layer) + channel), 1u) << layer;
+  for (const char* name : {"R", "G", "B", "normal.X", "normal.Y", "normal.Z", "depth.Z"})
+    EXPECT_EQ(found.count(name), 1u) << name;
+  const auto all = image.channel("R");
+  double sum = 0;
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    float parts = 0;
+    for (const char* name : {"emitted.R", "direct.R", "indirect.R", "caustic.R"}) parts += image.channel(name)[i];
+    EXPECT_NEAR(all[i], parts, 1e-5f * (1 + parts));
+    sum += image.channel("indirect.R")[i];
+    // The box is open towards the camera and no pixel sees past it from a metre away.
+    if (!std::isfinite(image.channel("depth.Z")[i])) continue;
+    EXPECT_GT(image.channel("depth.Z")[i], 0.5f);
+    const float x = image.channel("normal.X")[i], y = image.channel("normal.Y")[i], z = image.channel("normal.Z")[i];
+    EXPECT_NEAR(std::hypot(x, y, z), 1, 1e-4f);
+    EXPECT_LE(image.channel("albedo.R")[i], 1);
+  }
+  EXPECT_GT(sum, 0);
+}
+
+TEST_F(RenderTest, IndirectOnlyIsTheIndirectLayer) {
+  const Image image = rendered("builtin:cornell", {"--indirect-only", "--aov", "indirect,direct"});
+  const auto all = image.channel("G"), indirect = image.channel("indirect.G"), direct = image.channel("direct.G");
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    EXPECT_EQ(all[i], indirect[i]);
+    EXPECT_EQ(direct[i], 0);
+  }
+}
+
+TEST_F(RenderTest, MetadataSaysHowItWasMade) {
+  const Image image = rendered("builtin:cornell", {"--seed", "5"});
+  EXPECT_THAT(image.metadata.at("Software"), HasSubstr("Glowworm"));
+  EXPECT_EQ(image.metadata.at("glowworm:scene"), "cornell");
+  EXPECT_EQ(image.metadata.at("glowworm:seed"), "5");
+  EXPECT_EQ(image.metadata.at("glowworm:passes"), "1");
+  EXPECT_GT(std::stod(image.metadata.at("glowworm:seconds")), 0);
+  const auto settings = nlohmann::json::parse(image.metadata.at("glowworm:settings"));
+  EXPECT_EQ(settings.at("gather"), 4);
+  EXPECT_EQ(settings.at("photons"), 2000);
+  EXPECT_NE(settings.at("engine"), "auto");
+}
+
+TEST_F(RenderTest, PngCurvesAndExposure) {
+  const auto mean_of = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"-o", name, "-q"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_EQ(render("builtin:cornell", arguments).status, 0);
+    const Image image = read_image(path(name));
+    double sum = 0;
+    for (const float v : image.channel("G")) {
+      EXPECT_TRUE(v >= 0 && v <= 1);
+      sum += v;
+    }
+    return sum / static_cast<double>(image.pixel_count());
+  };
+  const double filmic = mean_of("filmic.png", {}), srgb = mean_of("srgb.png", {"--tone", "srgb"});
+  EXPECT_NE(filmic, srgb);
+  EXPECT_GT(mean_of("bright.png", {"--tone", "srgb", "--exposure", "2"}), 1.5 * srgb);
+  EXPECT_LT(mean_of("dark.png", {"--tone", "srgb", "--exposure", "-3"}), 0.5 * srgb);
+}
+
+TEST_F(RenderTest, SeveralOutputsOfOneRender) {
+  const Outcome outcome = render("builtin:cornell", {"-o", "a.exr", "-o", "a.png", "--stats", "a.json"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(names(), ElementsAre("a.exr", "a.json", "a.png"));
+  EXPECT_THAT(outcome.err, HasSubstr("wrote a.exr"));
+  EXPECT_THAT(outcome.err, HasSubstr("wrote a.png"));
+  EXPECT_THAT(outcome.out, IsEmpty());
+}
+
+TEST_F(RenderTest, QuietAndVerbose) {
+  EXPECT_THAT(render("builtin:cornell", {"-o", "a.png", "-q"}).err, IsEmpty());
+  EXPECT_THAT(render("builtin:cornell", {"-o", "a.png"}).err, Not(HasSubstr("trace_photons")));
+  EXPECT_THAT(render("builtin:cornell", {"-o", "a.png", "-v"}).err, HasSubstr("trace_photons"));
+}
+
+TEST_F(RenderTest, OptionsWithoutEffectAreSaid) {
+  const Outcome outcome = render("builtin:cornell", {"-o", "a.png", "-q", "--integrator", "path", "--engine", "knn"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("warning: --engine has no effect"));
+}
+
+TEST_F(RenderTest, TimeLimitEndsItWithAWholeImage) {
+  const Outcome outcome = render(
+      "builtin:cornell", {"-o", "a.exr", "--stats", "a.json", "--samples", "auto", "--time", "1s", "--threads", "2"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto statistics = read_json("a.json");
+  EXPECT_EQ(statistics.at("ending"), "time_up");
+  EXPECT_GE(statistics.at("passes"), 1);
+  EXPECT_EQ(read_image(path("a.exr")).width(), 16);
+}
+
+TEST_F(RenderTest, NoiseTargetEndsIt) {
+  const Outcome outcome =
+      render("builtin:cornell", {"-o", "a.exr", "--stats", "a.json", "--samples", "auto", "--noise", "0.5"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto statistics = read_json("a.json");
+  EXPECT_EQ(statistics.at("ending"), "noise_reached");
+  EXPECT_GE(statistics.at("passes"), 2);
+}
+
+TEST_F(RenderTest, InterruptWritesTheImageSoFar) {
+  for (const int signal_number : {SIGINT, SIGTERM}) {
+    Running program(folder_, {"render", "builtin:cornell", "--size", "64x64", "--samples", "1M", "--gather", "4",
+                              "--photons", "2k", "-o", "a.exr", "-o", "a.png", "--stats", "a.json"});
+    ASSERT_TRUE(program.wait_for_text("64x64", 60));
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    program.send(signal_number);
+    const Outcome outcome = program.wait();
+    EXPECT_EQ(outcome.status, 128 + signal_number) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+    EXPECT_THAT(names(), ElementsAre("a.exr", "a.json", "a.png"));
+    const Image image = read_image(path("a.exr"));
+    EXPECT_EQ(image.metadata.at("glowworm:scene"), "cornell");
+    EXPECT_EQ(read_json("a.json").at("ending"), "cancelled");
+    for (const std::string& name : names()) std::filesystem::remove(folder_ / name);
+  }
+}
+
+TEST_F(RenderTest, SecondInterruptEndsAtOnceAndLeavesNothing) {
+  // Photons are traced in one go, which a first interrupt waits for.
+  Running program(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "1000M", "--memory", "900G",
+                            "-o", "a.exr"});
+  ASSERT_TRUE(program.wait_for_text("16x16", 60));
+  program.send(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait().status, 128 + SIGINT);
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(RenderTest, IgnoredInterruptsStayIgnored) {
+  const Outcome outcome = render("builtin:cornell", {"-o", "a.png", "-q"}, [] {
+    signal(SIGINT, SIG_IGN);
+    raise(SIGINT);
+  });
+  EXPECT_EQ(outcome.status, 0);
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,199 @@
+// The statistics file: every key there, every count what was done, every rate its count over its time.
+#include <algorithm>
+#include <cmath>
+
+#include "program.h"
+
+namespace glowworm {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kSide = 32, kSamples = 2, kGather = 8;
+
+class StatisticsTest : public ProgramTest {
+ protected:
+  json statistics(const std::string& scene, std::vector<std::string> more) {
+    more.insert(more.end(), {"--stats", "s.json", "-o", "a.exr", "-q", "--size", "32x32", "--samples", "2"});
+    if (std::find(more.begin(), more.end(), "path") == more.end()) more.insert(more.end(), {"--gather", "8"});
+    const Outcome outcome = render(scene, more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return read_json("s.json");
+  }
+};
+
+TEST_F(StatisticsTest, EveryKeyIsThere) {
+  const json s = statistics("builtin:cornell", {});
+  const std::vector<std::string> pointers = {"/version",
+                                             "/isa",
+                                             "/threads",
+                                             "/passes",
+                                             "/ending",
+                                             "/scene/name",
+                                             "/scene/triangles",
+                                             "/scene/lights",
+                                             "/scene/materials",
+                                             "/settings/integrator",
+                                             "/settings/engine",
+                                             "/settings/samples",
+                                             "/settings/gather",
+                                             "/settings/photons",
+                                             "/settings/nearest",
+                                             "/settings/kernel",
+                                             "/settings/light_samples",
+                                             "/settings/width",
+                                             "/settings/height",
+                                             "/settings/camera",
+                                             "/settings/seed",
+                                             "/settings/memory_bytes",
+                                             "/settings/time_limit_s",
+                                             "/settings/noise_target",
+                                             "/settings/indirect_only",
+                                             "/settings/progressive",
+                                             "/settings/secondary_gather",
+                                             "/settings/aovs",
+                                             "/time_s/total",
+                                             "/time_s/load",
+                                             "/time_s/build_accel",
+                                             "/time_s/trace_photons",
+                                             "/time_s/build_photon_map",
+                                             "/time_s/camera_pass",
+                                             "/time_s/gather_rays",
+                                             "/time_s/reorder",
+                                             "/time_s/density",
+                                             "/time_s/completion",
+                                             "/time_s/direct",
+                                             "/time_s/output",
+                                             "/count/photons_emitted",
+                                             "/count/photons_stored",
+                                             "/count/gather_points",
+                                             "/count/gather_rays",
+                                             "/count/query_points",
+                                             "/count/shader_operations",
+                                             "/count/pairs_tested",
+                                             "/count/occlusion_rays",
+                                             "/count/camera_rays",
+                                             "/count/packet_steps",
+                                             "/count/packet_active_lanes",
+                                             "/rate/gather_rays_per_s",
+                                             "/rate/query_points_per_s",
+                                             "/rate/shader_operations_per_s_per_core",
+                                             "/mean/photons_per_query",
+                                             "/mean/active_lanes",
+                                             "/mean/lanes",
+                                             "/memory_bytes/budget",
+                                             "/memory_bytes/peak_reserved",
+                                             "/memory_bytes/peak_rss",
+                                             "/memory_bytes/unaccounted",
+                                             "/memory_bytes/photon_map",
+                                             "/memory_bytes/query_points",
+                                             "/memory_bytes/acceleration_structure",
+                                             "/memory_bytes/reserved"};
+  for (const std::string& pointer : pointers) EXPECT_TRUE(s.contains(json::json_pointer(pointer))) << pointer;
+  // None that this list, and with it docs/statistics.md, does not know.
+  for (const auto& [path, value] : s.flatten().items()) {
+    if (path.starts_with("/memory_bytes/reserved") || path.starts_with("/settings/aovs")) continue;
+    EXPECT_NE(std::find(pointers.begin(), pointers.end(), path), pointers.end()) << path;
+  }
+}
+
+TEST_F(StatisticsTest, SceneAndSettingsAsResolved) {
+  const json s = statistics("builtin:cornell", {"--seed", "3", "--threads", "1", "--aov", "depth"});
+  EXPECT_EQ(s["scene"]["name"], "cornell");
+  EXPECT_EQ(s["scene"]["triangles"], 38);
+  EXPECT_EQ(s["scene"]["lights"], 2);
+  EXPECT_EQ(s["threads"], 1);
+  EXPECT_EQ(s["settings"]["seed"], 3);
+  EXPECT_EQ(s["settings"]["gather"], kGather);
+  EXPECT_EQ(s["settings"]["samples"], kSamples);
+  EXPECT_EQ(s["settings"]["camera"], "main");
+  EXPECT_EQ(s["settings"]["aovs"], json::array({"depth"}));
+  EXPECT_GT(s["settings"]["nearest"], 0);
+  EXPECT_EQ(s["ending"], "samples_done");
+  EXPECT_EQ(s["passes"], kSamples);
+}
+
+// A closed box whose walls are all diffuse: every camera ray and every gather ray hits, and each count is known.
+TEST_F(StatisticsTest, CountsOfAClosedBoxAreKnown) {
+  for (const char* engine : {"knn", "blocked", "forward"}) {
+    const json s = statistics("builtin:furnace-box", {"--engine", engine, "--no-secondary-gather"});
+    const json& count = s["count"];
+    const std::uint64_t slots = kSide * kSide * kSamples;
+    EXPECT_EQ(count["camera_rays"], slots) << engine;
+    EXPECT_EQ(count["gather_points"], slots) << engine;
+    // Rays into the surface itself, which rounding may make, are not traced.
+    EXPECT_LE(count["gather_rays"], slots * kGather) << engine;
+    EXPECT_GE(count["gather_rays"], slots * kGather * 0.999) << engine;
+    EXPECT_EQ(count["query_points"], count["gather_rays"]) << engine;
+    EXPECT_GE(count["photons_stored"], 2000) << engine;
+    EXPECT_GT(count["photons_emitted"], 0) << engine;
+    // Albedo 0.5 everywhere: a path is stored twice on the average.
+    EXPECT_NEAR(count["photons_stored"].get<double>() / count["photons_emitted"].get<double>(), 2, 0.2) << engine;
+    EXPECT_LE(count["shader_operations"], count["pairs_tested"]) << engine;
+    EXPECT_GT(count["occlusion_rays"], 0) << engine;
+    EXPECT_LE(count["occlusion_rays"], slots * s["settings"]["light_samples"].get<std::uint64_t>()) << engine;
+  }
+}
+
+TEST_F(StatisticsTest, SecondGatherTracesMoreRaysThanItAsks) {
+  const json with = statistics("builtin:furnace-box", {})["count"];
+  const json without = statistics("builtin:furnace-box", {"--no-secondary-gather"})["count"];
+  EXPECT_GT(with["gather_rays"], without["gather_rays"]);
+  EXPECT_GT(with["occlusion_rays"], without["occlusion_rays"]);
+}
+
+TEST_F(StatisticsTest, NearestNeighboursAreCounted) {
+  const json s = statistics("builtin:furnace-box", {"--engine", "knn", "--nearest", "10", "--no-secondary-gather"});
+  // Of 2000 photons in a box, ten are found within the largest radius nearly everywhere.
+  EXPECT_LE(s["mean"]["photons_per_query"], 10);
+  EXPECT_GT(s["mean"]["photons_per_query"], 9);
+}
+
+TEST_F(StatisticsTest, RatesAndMeansAreTheirCountsOverTheirTimes) {
+  const json s = statistics("builtin:cornell", {"--engine", "forward"});
+  const json &count = s["count"], &time = s["time_s"], &rate = s["rate"];
+  const auto number = [](const json& value) { return value.get<double>(); };
+  const double density = number(time["density"]) + number(time["reorder"]);
+  EXPECT_NEAR(number(rate["gather_rays_per_s"]), number(count["gather_rays"]) / number(time["gather_rays"]),
+              1e-6 * number(rate["gather_rays_per_s"]));
+  EXPECT_NEAR(number(rate["query_points_per_s"]), number(count["query_points"]) / density,
+              1e-6 * number(rate["query_points_per_s"]));
+  EXPECT_NEAR(number(rate["shader_operations_per_s_per_core"]),
+              number(count["shader_operations"]) / density / number(s["threads"]),
+              1e-6 * number(rate["shader_operations_per_s_per_core"]));
+  EXPECT_NEAR(number(s["mean"]["photons_per_query"]),
+              number(count["shader_operations"]) / number(count["query_points"]), 1e-9);
+  EXPECT_NEAR(number(s["mean"]["active_lanes"]), number(count["packet_active_lanes"]) / number(count["packet_steps"]),
+              1e-9);
+  EXPECT_GT(s["mean"]["active_lanes"], 0);
+}
+
+TEST_F(StatisticsTest, PhasesFitIntoTheTotal) {
+  for (const char* integrator : {"photon", "path", "photons"}) {
+    const json s = statistics("builtin:cornell", {"--integrator", integrator});
+    double sum = 0;
+    for (const auto& [phase, seconds] : s["time_s"].items()) {
+      EXPECT_GE(seconds, 0) << phase;
+      if (phase != "total") sum += seconds.get<double>();
+    }
+    EXPECT_LE(sum, s["time_s"]["total"].get<double>() * 1.0001) << integrator;
+    EXPECT_GT(s["time_s"]["output"], 0);
+    EXPECT_GT(s["time_s"]["load"], 0);
+  }
+}
+
+TEST_F(StatisticsTest, MemoryIsWithinTheBudget) {
+  const json s = statistics("builtin:cornell", {"--memory", "200M"});
+  const json& memory = s["memory_bytes"];
+  EXPECT_EQ(memory["budget"], 200'000'000);
+  EXPECT_LE(memory["peak_reserved"], memory["budget"]);
+  EXPECT_GT(memory["photon_map"], 2000 * 40);
+  EXPECT_GT(memory["peak_rss"], memory["photon_map"]);
+  std::uint64_t largest = 0;
+  for (const auto& [holder, bytes] : memory["reserved"].items())
+    largest = std::max<std::uint64_t>(largest, bytes.get<std::uint64_t>());
+  EXPECT_LE(largest, memory["peak_reserved"]);
+}
+
+}  // namespace
+}  // namespace glowworm
