@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "apps/commands.h"
-#include "import/import.h"
+#include "apps/open_scene.h"
 #include "scene/builtin.h"
 #include "scene/light_sampling.h"
 #include "scene/scene.h"
@@ -66,7 +66,7 @@ and this program does not do, or had to guess.
 
 Example:
   glowworm info builtin:atrium)");
-  c->callback([path] { print_scene(Scene(load_scene(*path))); });
+  c->callback([path] { print_scene(*open_scene(*path, {})); });
 }
 
 }  // namespace glowworm

@@ -10,6 +10,7 @@
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
+#include "apps/open_scene.h"
 #include "apps/option_values.h"
 #include "apps/progress_bar.h"
 #include "core/atomic_file.h"
@@ -17,7 +18,6 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "import/import.h"
 #include "kernels/simd.h"
 #include "render/job.h"
 #include "render/output.h"
@@ -159,9 +159,9 @@ int run_render(RenderOptions& o) {
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
   import_options.texture_memory_bytes = o.settings.memory_bytes / 4;
-  const auto scene = std::make_shared<const Scene>(load_scene(o.scene, import_options));
+  const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options);
   const Clock::time_point loaded = Clock::now();
-  for (const std::string& note : scene->notes()) inform("note: " + note);
+  for (const std::string& note : scene->notes()) inform(fmt::format("note: {}: {}", o.scene, note));
   const auto tracer = std::make_shared<const Tracer>(*scene);
   const Clock::time_point built = Clock::now();
   catch_interrupts();

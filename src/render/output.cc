@@ -74,8 +74,7 @@ json settings_json(const RenderSettings& s) {
               {"noise_target", s.noise_target},
               {"indirect_only", s.indirect_only},
               {"progressive", s.progressive},
-              {"secondary_gather", s.secondary_gather},
-              {"aovs", s.aovs}};
+              {"secondary_gather", s.secondary_gather}};
   return out;
 }
 
@@ -138,6 +137,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
                   {"lights", job.scene().light_source_count()},
                   {"materials", job.scene().materials().size()}};
   out["settings"] = settings_json(settings);
+  out["settings"]["aovs"] = settings.aovs;
   out["version"] = version();
   out["passes"] = job.passes();
   out["ending"] = ending_name(job.ending());
