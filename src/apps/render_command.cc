@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "apps/commands.h"
@@ -19,6 +20,7 @@
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "kernels/simd.h"
+#include "render/checkpoint.h"
 #include "render/job.h"
 #include "render/output.h"
 #include "scene/builtin.h"
@@ -34,7 +36,7 @@ struct RenderOptions {
   std::vector<std::string> outputs;
   std::string samples = "auto", gather = "auto", photons = "auto", nearest = "auto";
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
-  std::string integrator = "photon";
+  std::string integrator = "photon", resume;
   float exposure = 0;
   bool verbose = false, quiet = false, no_secondary = false;
   RenderSettings settings;
@@ -79,7 +81,9 @@ void resolve_options(RenderOptions& o) {
                   "Give -o a name with one of these endings.");
     probe_output(path);
   }
-  if (!o.statistics.empty()) probe_output(o.statistics);
+  for (const std::string& path : {o.statistics, o.resume})
+    if (!path.empty()) probe_output(path);
+  s.checkpoints = !o.resume.empty();
 }
 
 bool has_samples(const Film& film) {
@@ -115,17 +119,31 @@ void describe_times(const Statistics& statistics) {
   }
 }
 
-/// Waits for the job, showing progress; hands a Ctrl-C on to it.
-void attend(Job& job, bool quiet) {
-  ProgressBar bar(!quiet);
+/// Writes the last whole pass to the file of --resume, if there are both.
+void keep_checkpoint(const RenderOptions& o, const Job& job) {
+  if (o.resume.empty()) return;
+  const Checkpoint checkpoint = job.checkpoint();
+  if (checkpoint.passes > 0) write_checkpoint(o.resume, checkpoint);
+}
+
+/// Waits for the job, showing progress and keeping checkpoints; hands a Ctrl-C on to it.
+void attend(Job& job, const RenderOptions& o) {
+  constexpr double kCheckpointInterval = 60;  // seconds
+  ProgressBar bar(!o.quiet);
+  double next_checkpoint = kCheckpointInterval;
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
+    if (job.seconds() > next_checkpoint) {
+      keep_checkpoint(o, job);
+      next_checkpoint = job.seconds() + kCheckpointInterval;
+    }
     const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
   }
   bar.finish();
   job.wait();
+  keep_checkpoint(o, job);
 }
 
 /// Writes what there is and returns the exit status.
@@ -165,11 +183,14 @@ int run_render(RenderOptions& o) {
   const auto tracer = std::make_shared<const Tracer>(*scene);
   const Clock::time_point built = Clock::now();
   catch_interrupts();
-  Job job(scene, tracer, o.settings);
+  std::optional<Checkpoint> checkpoint;
+  if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
+  if (checkpoint) inform(fmt::format("going on behind {} passes of {}", checkpoint->passes, o.resume));
+  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr);
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
-  attend(job, o.quiet);
+  attend(job, o);
   return finish(o, job, *tracer, start);
 }
 
@@ -234,6 +255,10 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->group("Effort");
   c.add_option("--time", o.time, "Stop after this time, for example 60s, 5m, 2h")
       ->option_text("TIME [none]")
+      ->group("Effort");
+  c.add_option("--resume", o.resume,
+               "Keep what is done in this file, once a minute and at the end, and go on from it where it is there")
+      ->option_text("FILE")
       ->group("Effort");
   c.add_option("--noise", s.noise_target, "Stop at this relative standard error of the image, for example 0.01")
       ->check(CLI::PositiveNumber)

@@ -182,6 +182,15 @@ TEST_F(RenderTest, InterruptWritesTheImageSoFar) {
   }
 }
 
+TEST_F(RenderTest, ResumedRenderIsTheSameAsOneInOneGo) {
+  const Image whole = rendered("builtin:cornell", {"--samples", "4"});
+  rendered("builtin:cornell", {"--samples", "2", "--resume", "c.checkpoint"}, "b.exr");
+  EXPECT_TRUE(same_pixels(whole, rendered("builtin:cornell", {"--samples", "4", "--resume", "c.checkpoint"}, "c.exr")));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--seed", "9", "--resume", "c.checkpoint"}), {"another render"}));
+  write("d.checkpoint", "no checkpoint");
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--resume", "d.checkpoint"}), {"d.checkpoint"}));
+}
+
 TEST_F(RenderTest, SecondInterruptEndsAtOnceAndLeavesNothing) {
   // Photons are traced in one go, which a first interrupt waits for.
   Running program(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "1000M", "--memory", "900G",
