@@ -11,7 +11,7 @@ std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOpt
   try {
     return std::make_shared<const Scene>(std::move(description));
   } catch (const Error& error) {
-    throw Error({path}, error.what());
+    throw Error(FilePlace{path}, error.what());
   }
 }
 
