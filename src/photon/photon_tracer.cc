@@ -217,6 +217,8 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
     });
     for (const ChunkResult& chunk : chunks) join(pass, chunk);
     pass.emitted += next_chunks * kPathsPerChunk;
+    // Where nothing at all is stored (glass alone, lights that miss the scene), more paths will not change that.
+    if (pass.global.size() == 0 && pass.emitted >= settings.photons) break;
     // The yield so far says how many more paths are wanted; whole chunks, so that it never depends on threads.
     const double yield = std::max(static_cast<double>(pass.global.size()) / static_cast<double>(pass.emitted), 1e-3);
     const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.global.size());

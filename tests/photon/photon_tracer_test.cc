@@ -1,0 +1,161 @@
+// The photon pass: where flux goes, and that nothing of it is lost.
+#include "photon/photon_tracer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/parallel.h"
+#include "scene/builtin.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+PhotonPass shoot(const Scene& scene, std::uint64_t photons, std::uint32_t seed = 0, std::uint32_t pass = 0) {
+  const Tracer tracer(scene);
+  PhotonPassSettings settings;
+  settings.photons = photons;
+  settings.seed = seed;
+  settings.pass = pass;
+  Statistics statistics;
+  PhotonPass result = trace_photons(tracer, settings, statistics);
+  EXPECT_EQ(statistics.count(Counter::photons_emitted), result.emitted);
+  EXPECT_EQ(statistics.count(Counter::photons_stored), result.global.size());
+  return result;
+}
+
+/// The balance adds up millions of terms in double precision: equal to that.
+void expect_balanced(const PhotonPass& pass) {
+  const FluxBalance& b = pass.balance;
+  for (int c = 0; c < 3; ++c) {
+    const double in = b.emitted[c] + b.scattered[c], out = b.arrived[c] + b.escaped[c] + b.cut[c];
+    EXPECT_NEAR(in, out, 1e-11 * in);
+    EXPECT_GE(b.arrived[c] - b.scattered[c], -1e-11 * in);
+  }
+}
+
+class PhotonBalance : public testing::TestWithParam<std::string> {};
+
+TEST_P(PhotonBalance, EmittedFluxIsAbsorbedEscapedOrCut) {
+  const Scene scene(builtin_scene(GetParam()));
+  const PhotonPass pass = shoot(scene, 20000);
+  expect_balanced(pass);
+  EXPECT_GE(pass.global.size(), 20000u);
+  ASSERT_GT(pass.balance.emitted[0], 0);
+}
+
+TEST_P(PhotonBalance, StoredFluxIsThatOfThePhotons) {
+  const Scene scene(builtin_scene(GetParam()));
+  const PhotonPass pass = shoot(scene, 20000);
+  const RGB total = pass.global.total_flux();
+  bool flat = true;
+  for (const Vec3& n : scene.geometry().normals) flat &= n == Vec3{0, 0, 0};
+  // Photons on smooth normals carry the correction for them on top.
+  if (flat) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(total[c], pass.balance.stored[c], 2e-6 * pass.balance.stored[c]);
+  }
+  for (std::size_t i = 0; i < pass.global.size(); ++i) {
+    ASSERT_TRUE(is_finite(pass.global.flux[i]));
+    ASSERT_NEAR(length(pass.global.normal[i]), 1, 1e-5f);
+    ASSERT_NEAR(length(pass.global.direction[i]), 1, 1e-5f);
+    ASSERT_GE(dot(pass.global.normal[i], pass.global.direction[i]), 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Builtin, PhotonBalance,
+                         testing::Values("cornell", "ajar", "furnace-box", "glass-sphere", "ring", "window-room"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           for (char& c : name)
+                             if (c == '-') c = '_';
+                           return name;
+                         });
+
+TEST(PhotonTracer, LosesNothingFromClosedScenes) {
+  for (const char* name : {"furnace-box", "furnace-sphere"}) {
+    const Scene scene(builtin_scene(name));
+    const PhotonPass pass = shoot(scene, 200000);
+    expect_balanced(pass);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(pass.balance.escaped[c], 0) << name;
+      EXPECT_LT(pass.balance.cut[c], 1e-9 * pass.balance.emitted[c]);
+      // Every surface is diffuse, so each arrival is stored.
+      EXPECT_EQ(pass.balance.stored[c], pass.balance.arrived[c]);
+      // Albedo one half: half of what arrives goes on, and the sum over bounces is twice what is emitted. The number of
+      // bounces of a path is geometric with a variance of 2.
+      const double ratio = pass.balance.arrived[c] / pass.balance.emitted[c];
+      EXPECT_NEAR(ratio, 2, 4.9 * std::sqrt(2.0 / static_cast<double>(pass.emitted))) << name;
+    }
+  }
+}
+
+TEST(PhotonTracer, EmitsThePowerOfTheLights) {
+  for (const LightCase light : light_cases()) {
+    // The power of a textured lamp is an estimate, which only chooses between lights.
+    if (light == LightCase::textured || light == LightCase::all) continue;
+    const Scene scene(lit_floor(light));
+    const PhotonPass pass = shoot(scene, 50000);
+    RGB power(0.0f);
+    for (const RGB& source : scene.source_powers()) power += source;
+    expect_balanced(pass);
+    // Images spread the flux of photons about the mean; all else emits equal photons.
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(pass.balance.emitted[c] / power[c], 1, 0.02) << light_case_name(light) << " channel " << c;
+  }
+}
+
+void expect_same_bits(const PhotonBatch& a, const PhotonBatch& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.position.data(), b.position.data(), a.size() * sizeof(Vec3)), 0);
+  EXPECT_EQ(std::memcmp(a.direction.data(), b.direction.data(), a.size() * sizeof(Vec3)), 0);
+  EXPECT_EQ(std::memcmp(a.flux.data(), b.flux.data(), a.size() * sizeof(RGB)), 0);
+  EXPECT_EQ(std::memcmp(a.normal.data(), b.normal.data(), a.size() * sizeof(Vec3)), 0);
+}
+
+TEST(PhotonTracer, GivesTheSamePhotonsForAnyNumberOfThreads) {
+  const Scene scene(builtin_scene("glass-sphere"));
+  set_thread_count(1);
+  const PhotonPass one = shoot(scene, 30000, 5);
+  set_thread_count(2);
+  const PhotonPass two = shoot(scene, 30000, 5);
+  set_thread_count(0);
+  EXPECT_EQ(one.emitted, two.emitted);
+  expect_same_bits(one.global, two.global);
+  expect_same_bits(one.caustic, two.caustic);
+  EXPECT_GT(one.caustic.size(), 0u);
+  EXPECT_EQ(one.balance.arrived, two.balance.arrived);
+}
+
+TEST(PhotonTracer, SeedsAndPassesHavePhotonsOfTheirOwn) {
+  const Scene scene(builtin_scene("cornell"));
+  const PhotonPass base = shoot(scene, 5000, 1, 0), seed = shoot(scene, 5000, 2, 0), pass = shoot(scene, 5000, 1, 1);
+  EXPECT_FALSE(base.global.position[0] == seed.global.position[0]);
+  EXPECT_FALSE(base.global.position[0] == pass.global.position[0]);
+}
+
+TEST(PhotonTracer, EndsWhereNothingCanBeStored) {
+  // The light shines away from all there is.
+  SceneDescription d = floor_description();
+  Light light = spot_light(false);
+  light.direction = {0, 0, 1};
+  d.lights.push_back(light);
+  const Scene scene(std::move(d));
+  const PhotonPass pass = shoot(scene, 1000);
+  EXPECT_EQ(pass.global.size(), 0u);
+  EXPECT_GT(pass.emitted, 0u);
+  EXPECT_DOUBLE_EQ(pass.balance.escaped[0], pass.balance.emitted[0]);
+}
+
+TEST(PhotonTracer, CausticPhotonsCameBySharpBouncesAlone) {
+  const Scene scene(builtin_scene("furnace-box"));
+  EXPECT_EQ(shoot(scene, 5000).caustic.size(), 0u);
+  const Scene glass(builtin_scene("glass-sphere"));
+  const PhotonPass pass = shoot(glass, 20000);
+  EXPECT_GT(pass.caustic.size(), 100u);
+  EXPECT_LT(pass.caustic.size(), pass.global.size());
+}
+
+}  // namespace
+}  // namespace glowworm

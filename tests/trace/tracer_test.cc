@@ -1,0 +1,273 @@
+// Rays against the scene: batches against single rays, and both against a plain loop over all triangles.
+#include "trace/tracer.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/random.h"
+#include "core/warp.h"
+#include "scene/scene_parts.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+Vec3 random_point(Sampler& sampler) {
+  const Vec2 u = sampler.next2();
+  return {2 * u.x - 1, 2 * u.y - 1, 2 * sampler.next1() - 1};
+}
+
+/// Triangles of all sizes, anywhere within a cube two metres wide.
+SceneDescription triangle_soup(std::uint32_t count) {
+  SceneDescription d;
+  d.name = "soup";
+  d.materials.emplace_back();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Sampler sampler(SamplerKind::independent, 1, 0, i);
+    const Vec3 corner = random_point(sampler);
+    const float size = 0.05f + 0.5f * sampler.next1();
+    Geometry triangle;
+    triangle.positions = {corner, corner + random_point(sampler) * size, corner + random_point(sampler) * size};
+    triangle.triangles = {{0, 1, 2}};
+    append_mesh(d.geometry, triangle, "soup", 0, kNone);
+  }
+  return d;
+}
+
+/// Rays from anywhere to anywhere; lengths differ, and every third one ends after a random distance.
+std::vector<Ray> random_rays(std::size_t count, std::uint32_t seed) {
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < count; ++i) {
+    Sampler sampler(SamplerKind::independent, seed, 1, static_cast<std::uint32_t>(i));
+    const Vec3 origin = random_point(sampler) * 1.5f;
+    const Vec3 direction = square_to_sphere(sampler.next2()) * (0.5f + sampler.next1());
+    rays.push_back({origin, 0, direction, i % 3 == 0 ? sampler.next1() : kInfinity});
+  }
+  return rays;
+}
+
+/// The closest hit by Moeller and Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection" (1997), in double
+/// precision. `margin` is how far the barycentric coordinates of the closest near miss or hit stay from an edge.
+struct PlainHit {
+  double distance = std::numeric_limits<double>::infinity();
+  std::uint32_t triangle = kNone;
+  double u = 0, v = 0;
+  bool doubtful = false;  ///< some triangle is met so near to its edge that single precision may decide otherwise
+};
+
+PlainHit plain_intersect(const Geometry& g, const Ray& ray) {
+  struct D3 {
+    double x, y, z;
+  };
+  const auto wide = [](Vec3 a) { return D3{a.x, a.y, a.z}; };
+  const auto minus = [](D3 a, D3 b) { return D3{a.x - b.x, a.y - b.y, a.z - b.z}; };
+  const auto cross3 = [](D3 a, D3 b) {
+    return D3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  };
+  const auto dot3 = [](D3 a, D3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  PlainHit best;
+  const D3 o = wide(ray.origin), d = wide(ray.direction);
+  for (std::uint32_t i = 0; i < g.triangle_count(); ++i) {
+    const D3 a = wide(g.positions[g.triangles[i][0]]);
+    const D3 e1 = minus(wide(g.positions[g.triangles[i][1]]), a), e2 = minus(wide(g.positions[g.triangles[i][2]]), a);
+    const D3 p = cross3(d, e2);
+    const double determinant = dot3(e1, p);
+    if (determinant == 0) continue;
+    const D3 s = minus(o, a), q = cross3(s, e1);
+    const double u = dot3(s, p) / determinant, v = dot3(d, q) / determinant, t = dot3(e2, q) / determinant;
+    constexpr double kEdge = 1e-4;
+    if (std::min({u, v, 1 - u - v}) < -kEdge || t < -kEdge || t > ray.t_max + kEdge) continue;
+    if (std::min({u, v, 1 - u - v}) < kEdge || t < kEdge || std::abs(t - ray.t_max) < kEdge) {
+      best.doubtful = true;
+      continue;
+    }
+    if (t < best.distance) best = {t, i, u, v, best.doubtful};
+  }
+  return best;
+}
+
+TEST(Tracer, FindsTheClosestOfAllTriangles) {
+  const Scene scene(triangle_soup(600));
+  const Tracer tracer(scene);
+  std::size_t compared = 0, hits = 0;
+  for (const Ray& ray : random_rays(1500, 7)) {
+    const PlainHit plain = plain_intersect(scene.geometry(), ray);
+    if (plain.doubtful) continue;
+    ++compared;
+    const Hit hit = tracer.intersect(ray);
+    ASSERT_EQ(hit.triangle, plain.triangle);
+    ASSERT_EQ(tracer.occluded(ray), plain.triangle != kNone);
+    if (plain.triangle == kNone) continue;
+    ++hits;
+    EXPECT_NEAR(hit.distance, plain.distance, 1e-4);
+    EXPECT_NEAR(hit.barycentric.x, plain.u, 1e-3);
+    EXPECT_NEAR(hit.barycentric.y, plain.v, 1e-3);
+  }
+  EXPECT_GT(compared, 1200u);
+  EXPECT_GT(hits, 400u);
+  EXPECT_LT(hits, compared);
+}
+
+class TracerBatch : public testing::TestWithParam<RayOrder> {};
+
+/// Packets may differ from single rays in the last bits of a distance, and where two surfaces are that close.
+void expect_same(const Hit& batch, const Hit& single) {
+  if (batch.triangle != single.triangle) {
+    EXPECT_NEAR(batch.distance, single.distance, 1e-4f);
+    return;
+  }
+  if (single.triangle == kNone) return;
+  EXPECT_NEAR(batch.distance, single.distance, 2e-5f * (1 + single.distance));
+  EXPECT_NEAR(batch.barycentric.x, single.barycentric.x, 1e-3f);
+  EXPECT_NEAR(batch.barycentric.y, single.barycentric.y, 1e-3f);
+}
+
+TEST_P(TracerBatch, OfAnyCountIsAsSingleRays) {
+  const Scene scene(triangle_soup(2000));
+  const Tracer tracer(scene);
+  for (const std::size_t count : {0, 1, 3, 7, 8, 9, 15, 16, 17, 31, 33, 1001}) {
+    const std::vector<Ray> rays = random_rays(count, 3);
+    // One more at the end tells whether a packet writes beyond the batch.
+    Hit sentinel;
+    sentinel.triangle = 12345;
+    sentinel.distance = -7;
+    std::vector<Hit> hits(count + 1, sentinel);
+    std::vector<std::uint8_t> hidden(count + 1, 77);
+    tracer.intersect(rays, std::span(hits).first(count), GetParam());
+    tracer.occluded(rays, std::span(hidden).first(count), GetParam());
+    EXPECT_EQ(hits[count].triangle, 12345u);
+    EXPECT_EQ(hits[count].distance, -7);
+    EXPECT_EQ(hidden[count], 77);
+    for (std::size_t i = 0; i < count; ++i) {
+      expect_same(hits[i], tracer.intersect(rays[i]));
+      EXPECT_EQ(hidden[i], hits[i].triangle != kNone ? 1 : 0);
+    }
+  }
+}
+
+TEST_P(TracerBatch, KeepsToTheLengthOfItsRays) {
+  SceneDescription d = floor_description();
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  // Down from a height of 1 m: two lengths of the direction.
+  const Vec3 origin{0.3f, -0.2f, 1}, down{0, 0, -0.5f};
+  const std::vector<Ray> rays = {{origin, 0, down, kInfinity},      {origin, 0, down, 2.001f},
+                                 {origin, 0, down, 1.999f},         {origin, 1.999f, down, 3},
+                                 {origin, 2.001f, down, kInfinity}, {origin, 0, -down, kInfinity}};
+  const std::vector<std::uint8_t> expected = {1, 1, 0, 1, 0, 0};
+  std::vector<Hit> hits(rays.size());
+  std::vector<std::uint8_t> hidden(rays.size());
+  tracer.intersect(rays, hits, GetParam());
+  tracer.occluded(rays, hidden, GetParam());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(hits[i].triangle != kNone, expected[i] == 1) << i;
+    EXPECT_EQ(hidden[i], expected[i]) << i;
+    EXPECT_EQ(tracer.occluded(rays[i]), expected[i] == 1) << i;
+    if (expected[i] == 1) {
+      EXPECT_NEAR(hits[i].distance, 2, 1e-5f);
+    }
+  }
+}
+
+/// A sheet one metre above the floor whose left half (u < 0.5) has the alpha given, in front of the floor.
+SceneDescription sheet_above_floor(float alpha, float cutoff) {
+  SceneDescription d = floor_description();
+  d.textures.push_back(
+      image_node([](Vec2) { return RGB(1.0f); }, [alpha](Vec2 uv) { return uv.x < 0.5f ? alpha : 1.0f; }));
+  Material sheet;
+  sheet.alpha.texture = 0;
+  sheet.alpha.channel = Channel::alpha;
+  sheet.alpha_cutoff = cutoff;
+  d.materials.push_back(sheet);
+  add_quad(d, {-1, -1, 1}, {2, 0, 0}, {0, 2, 0}, 1);
+  return d;
+}
+
+std::vector<Ray> rays_down(std::size_t count) {
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < count; ++i) {
+    Sampler sampler(SamplerKind::independent, 5, 2, static_cast<std::uint32_t>(i));
+    const Vec2 u = sampler.next2();
+    rays.push_back({{1.9f * u.x - 0.95f, 1.9f * u.y - 0.95f, 2}, 0, {0, 0, -1}, kInfinity});
+  }
+  return rays;
+}
+
+TEST_P(TracerBatch, PassesThroughWhatAlphaCutsOut) {
+  const Scene scene(sheet_above_floor(0.3f, 0.5f));
+  const Tracer tracer(scene);
+  const std::vector<Ray> rays = rays_down(501);
+  std::vector<Hit> hits(rays.size());
+  std::vector<std::uint8_t> hidden(rays.size());
+  tracer.intersect(rays, hits, GetParam());
+  std::vector<Ray> shadow = rays;
+  for (Ray& ray : shadow) ray.t_max = 1.5f;  // ends between sheet and floor
+  tracer.occluded(shadow, hidden, GetParam());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const bool cut_out = rays[i].origin.x < 0;
+    EXPECT_NEAR(hits[i].distance, cut_out ? 2 : 1, 1e-5f);
+    EXPECT_EQ(hidden[i], cut_out ? 0 : 1);
+    EXPECT_EQ(tracer.intersect(rays[i]).triangle, hits[i].triangle);
+    EXPECT_EQ(tracer.occluded(shadow[i]), hidden[i] == 1);
+  }
+}
+
+TEST_P(TracerBatch, PassesAShareOfRaysThroughHalfTransparentSurfaces) {
+  const Scene scene(sheet_above_floor(0.3f, -1));
+  const Tracer tracer(scene);
+  const std::vector<Ray> rays = rays_down(20000);
+  std::vector<Hit> hits(rays.size());
+  tracer.intersect(rays, hits, GetParam());
+  std::size_t over = 0, stopped = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (rays[i].origin.x >= 0) {
+      EXPECT_NEAR(hits[i].distance, 1, 1e-5f);
+      continue;
+    }
+    ++over;
+    stopped += hits[i].distance < 1.5f;
+    EXPECT_EQ(tracer.intersect(rays[i]).triangle, hits[i].triangle);
+  }
+  // 4.9 standard deviations: a chance of one in a million.
+  const double n = static_cast<double>(over);
+  EXPECT_NEAR(stopped / n, 0.3, 4.9 * std::sqrt(0.3 * 0.7 / n));
+}
+
+INSTANTIATE_TEST_SUITE_P(Orders, TracerBatch, testing::Values(RayOrder::incoherent, RayOrder::coherent),
+                         [](const auto& info) { return info.param == RayOrder::coherent ? "coherent" : "incoherent"; });
+
+TEST(Tracer, RaysThatLeaveASurfaceDoNotHitItAgain) {
+  const Scene scene(triangle_soup(300));
+  const Tracer tracer(scene);
+  std::size_t tried = 0;
+  for (const Ray& ray : random_rays(4000, 11)) {
+    const Hit hit = tracer.intersect(ray);
+    if (hit.triangle == kNone) continue;
+    const SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
+    for (const float sign : {1.0f, -1.0f}) {
+      const Vec3 n = point.geometric_normal * sign;
+      Sampler sampler(SamplerKind::independent, 2, 3, static_cast<std::uint32_t>(tried++));
+      const Vec3 direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2()));
+      const Hit next = tracer.intersect({offset_origin(point.position, n), 0, direction, kInfinity});
+      EXPECT_NE(next.triangle, hit.triangle);
+    }
+  }
+  EXPECT_GT(tried, 1000u);
+}
+
+TEST(Tracer, CountsTheBytesItHolds) {
+  const Scene small(triangle_soup(100)), large(triangle_soup(5000));
+  const Tracer small_tracer(small), large_tracer(large);
+  EXPECT_GT(small_tracer.bytes(), 0u);
+  // Vertices and indices alone: three vertices of 12 bytes and three indices of 4 bytes a triangle.
+  EXPECT_GT(large_tracer.bytes(), 5000u * 48);
+}
+
+}  // namespace
+}  // namespace glowworm
