@@ -1,0 +1,100 @@
+// Photon mapping against path tracing where light is mostly indirect: the means agree, and more work means less error.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "render/render_testing.h"
+#include "scene/builtin.h"
+
+namespace glowworm {
+namespace {
+
+RenderSettings indirect(RenderSettings settings) {
+  settings.indirect_only = true;
+  return settings;
+}
+
+/// Mean luminance of the indirect light and the standard error of that, over renders of seeds of their own.
+struct Estimate {
+  double mean = 0, standard_error = 0;
+};
+
+Estimate estimate(const Stage& stage, RenderSettings settings, std::uint32_t renders) {
+  double sum = 0, squares = 0;
+  for (std::uint32_t i = 0; i < renders; ++i) {
+    settings.seed = 100 + i;
+    const double m = mean(stage.render(settings), true).luminance();
+    sum += m;
+    squares += m * m;
+  }
+  const double n = renders, average = sum / n;
+  return {average, std::sqrt(std::max(0.0, squares / n - average * average) / (n - 1))};
+}
+
+struct Case {
+  const char* scene;
+  const char* engine;
+  std::uint32_t path_samples;
+};
+
+class SlowIndirectLight : public testing::TestWithParam<Case> {};
+
+/// Within 1% at a confidence of 99.7%: the ratio lies within 0.01 with three of its standard errors to spare.
+TEST_P(SlowIndirectLight, HasTheMeanOfThePathTracer) {
+  const Stage stage(builtin_scene(GetParam().scene));
+  RenderSettings path = indirect(by_path(0, GetParam().path_samples));
+  RenderSettings photon = indirect(by_photons(0, 2, 25, 1'000'000, GetParam().engine));
+  photon.nearest = 25;
+  path.width = photon.width = 32;
+  path.height = photon.height = 24;
+  const Estimate truth = estimate(stage, path, 8), found = estimate(stage, photon, 3);
+  const double ratio = found.mean / truth.mean;
+  const double error = ratio * std::hypot(truth.standard_error / truth.mean, found.standard_error / found.mean);
+  RecordProperty("ratio", std::to_string(ratio));
+  RecordProperty("standard_error", std::to_string(error));
+  printf("%s, %s: mean luminance ratio %.4f +- %.4f\n", GetParam().scene, GetParam().engine, ratio, error);
+  EXPECT_LT(std::abs(ratio - 1) + 3 * error, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SlowIndirectLight,
+                         testing::Values(Case{"cornell", "knn", 256}, Case{"cornell", "blocked", 256},
+                                         Case{"ajar", "knn", 2048}, Case{"ajar", "blocked", 2048}),
+                         [](const auto& info) { return std::string(info.param.scene) + "_" + info.param.engine; });
+
+/// Root of the mean relative squared error of the indirect light against a reference.
+double relative_rmse(const Film& film, const std::vector<RGB>& reference) {
+  const std::vector<RGB> found = pixels(film, true);
+  const double floor = 0.1 * mean(reference).luminance();
+  double sum = 0;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const double difference = found[i][c] - reference[i][c];
+      sum += difference * difference / (double(reference[i][c]) * reference[i][c] + floor * floor);
+    }
+  return std::sqrt(sum / (3 * static_cast<double>(found.size())));
+}
+
+TEST(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
+  const Stage stage(builtin_scene("cornell"));
+  const std::vector<RGB> reference = pixels(stage.render(indirect(by_path(12, 2048))), true);
+  for (const char* engine : {"knn", "blocked"}) {
+    SCOPED_TRACE(engine);
+    double last = 1e9;
+    for (const std::uint64_t photons : {500u, 4'000u, 32'000u, 256'000u}) {
+      const double error = relative_rmse(stage.render(indirect(by_photons(12, 16, 64, photons, engine))), reference);
+      EXPECT_LT(error, last) << photons << " photons";
+      last = error;
+    }
+    EXPECT_LT(last, 0.05);
+    last = 1e9;
+    for (const std::uint32_t gather : {1u, 8u, 64u}) {
+      const double error = relative_rmse(stage.render(indirect(by_photons(12, 1, gather, 256'000, engine))), reference);
+      EXPECT_LT(error, last) << gather << " gather rays";
+      last = error;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,158 @@
+// Light of every kind on a floor: what leaves a diffuse surface is its albedo over pi times its irradiance, which for a
+// bare floor is known without tracing rays.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/warp.h"
+#include "render/render_testing.h"
+#include "scene/light_sampling.h"
+#include "scene/scene_parts.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+namespace {
+
+constexpr double kAlbedo = 0.5, kTolerance = 0.005;
+/// Half the side of the square of floor that the camera sees, metres.
+constexpr float kHalf = 0.5f;
+
+/// The floor lit as a case says, by lamps that reflect nothing, so that all its light is direct.
+SceneDescription bare_floor(LightCase light) {
+  SceneDescription d = lit_floor(light);
+  Material black;
+  black.reflectance.value = RGB(0.0f);
+  d.materials.push_back(black);
+  for (std::size_t i = 0; i < d.geometry.triangle_count(); ++i)
+    if (d.geometry.emission[i] != kNone) d.geometry.material[i] = 1;
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.4f, 2 * kHalf));
+  return d;
+}
+
+struct Sum {
+  double value[3] = {0, 0, 0};
+  void add(RGB radiance, double factor) {
+    for (int c = 0; c < 3; ++c) value[c] += radiance[c] * factor;
+  }
+};
+
+/// Irradiance from a parallelogram of emitter, by the midpoint rule: the sum of L cos cos / d^2.
+void add_panels(const Scene& scene, Vec3 x, Sum& sum) {
+  constexpr int kCells = 24;
+  const Geometry& g = scene.geometry();
+  for (const std::uint32_t triangle : scene.emissive_triangles()) {
+    const Emission& emission = scene.emissions()[g.emission[triangle]];
+    for (int i = 0; i < kCells; ++i)
+      for (int j = 0; j < kCells; ++j) {
+        // Both halves of each cell of a triangle cut into kCells^2 equal ones.
+        for (const double shift : {1.0 / 3, 2.0 / 3}) {
+          const float u = static_cast<float>((i + shift) / kCells), v = static_cast<float>((j + shift) / kCells);
+          if (u + v >= 1) continue;
+          const SurfacePoint p = surface_point(scene, triangle, {u, v});
+          const Vec3 to_light = p.position - x;
+          const double d2 = length_squared(to_light), d = std::sqrt(d2);
+          double cos_light = -dot(p.geometric_normal, to_light) / d;
+          if (emission.two_sided) cos_light = std::abs(cos_light);
+          const double cos_floor = to_light.z / d;
+          if (cos_light <= 0 || cos_floor <= 0) continue;
+          const double area = g.area(triangle) / (kCells * kCells);
+          sum.add(evaluate(scene.textures(), emission.radiance, p.uv), area * cos_light * cos_floor / d2);
+        }
+      }
+  }
+}
+
+/// Full within the inner cone, none outside the outer one; between them smoothstep of the cosine, or the square of a
+/// linear ramp in it (KHR_lights_punctual).
+double falloff(const Light& light, double cosine) {
+  const double t = std::clamp((cosine - light.cos_outer) / (light.cos_inner - light.cos_outer), 0.0, 1.0);
+  return light.gltf_falloff ? t * t : t * t * (3 - 2 * t);
+}
+
+void add_lights(const Scene& scene, Vec3 x, Sum& sum) {
+  for (const Light& light : scene.lights()) {
+    if (light.kind == LightKind::directional) {
+      sum.add(light.intensity, std::max(0.0f, -light.direction.z));
+      continue;
+    }
+    const Vec3 to_light = light.position - x;
+    const double d2 = length_squared(to_light), d = std::sqrt(d2);
+    double factor = to_light.z / (d * d2);
+    if (light.kind == LightKind::spot) factor *= falloff(light, -dot(light.direction, to_light) / d);
+    sum.add(light.intensity, factor);
+  }
+}
+
+/// Irradiance from the sky: pi times the mean over a cosine-weighted hemisphere.
+void add_sky(const Scene& scene, Sum& sum) {
+  if (!scene.environment()) return;
+  constexpr int kCells = 700;
+  for (int i = 0; i < kCells; ++i)
+    for (int j = 0; j < kCells; ++j) {
+      const Vec2 u{(static_cast<float>(i) + 0.5f) / kCells, (static_cast<float>(j) + 0.5f) / kCells};
+      sum.add(environment_radiance(scene, square_to_cosine_hemisphere(u)),
+              static_cast<double>(kPi) / (kCells * kCells));
+    }
+}
+
+/// The mean radiance of the square of floor that the camera sees.
+Mean expected_radiance(const Scene& scene) {
+  constexpr int kCells = 64;
+  Sum sum, sky;
+  for (int i = 0; i < kCells; ++i)
+    for (int j = 0; j < kCells; ++j) {
+      const Vec3 x{kHalf * (2 * (static_cast<float>(i) + 0.5f) / kCells - 1),
+                   kHalf * (2 * (static_cast<float>(j) + 0.5f) / kCells - 1), 0};
+      add_panels(scene, x, sum);
+      add_lights(scene, x, sum);
+    }
+  add_sky(scene, sky);
+  Mean mean;
+  for (int c = 0; c < 3; ++c)
+    mean.value[c] = (sum.value[c] / (kCells * kCells) + sky.value[c]) * kAlbedo * static_cast<double>(kInversePi);
+  return mean;
+}
+
+class LitFloor : public testing::TestWithParam<LightCase> {
+ protected:
+  void expect_known(const RenderSettings& settings) {
+    const Stage stage(bare_floor(GetParam()));
+    const Mean expected = expected_radiance(*stage.scene), found = mean(stage.render(settings));
+    for (int c = 0; c < 3; ++c) {
+      ASSERT_GT(expected.value[c], 0);
+      EXPECT_NEAR(found.value[c] / expected.value[c], 1, kTolerance) << "channel " << c;
+    }
+  }
+};
+
+TEST_P(LitFloor, ByPathTracing) { expect_known(by_path(32, 64)); }
+
+TEST_P(LitFloor, ByPhotonMapping) { expect_known(by_photons(32, 16, 16, 1000)); }
+
+/// The photon map itself, far from the edges of the floor: the density of the photons that came straight from the
+/// light.
+TEST_P(LitFloor, ByTheDensityOfPhotons) {
+  RenderSettings settings = by_photons(64, 1, 1, 400'000, "blocked");
+  settings.integrator = Integrator::photons;
+  expect_known(settings);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lights, LitFloor,
+                         testing::Values(LightCase::panel, LightCase::textured, LightCase::point, LightCase::spot,
+                                         LightCase::gltf_spot, LightCase::sun, LightCase::sky, LightCase::lat_long,
+                                         LightCase::equal_area),
+                         [](const auto& info) { return light_case_name(info.param); });
+
+/// A floor between a lamp and the open sky, everything lit at once and by both sides of a lamp: the two integrators
+/// must agree where no plain answer is at hand.
+TEST(LightsTogether, LookAlikeToBothIntegrators) {
+  SceneDescription d = lit_floor(LightCase::all);
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.4f, 2 * kHalf));
+  const Stage stage(std::move(d));
+  const Mean path = mean(stage.render(by_path(32, 1024)));
+  const Mean photons = mean(stage.render(by_photons(32, 16, 64, 400'000, "knn")));
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(photons.value[c] / path.value[c], 1, kTolerance) << "channel " << c;
+}
+
+}  // namespace
+}  // namespace glowworm
