@@ -222,9 +222,10 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
     // The yield so far says how many more paths are wanted; whole chunks, so that it never depends on threads.
     const double yield = std::max(static_cast<double>(pass.global.size()) / static_cast<double>(pass.emitted), 1e-3);
     const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.global.size());
-    next_chunks = std::max<std::uint64_t>(
-        1, std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1,
-                    (limit - std::min(limit, pass.emitted)) / kPathsPerChunk + 1));
+    // A wave is at most as long as the photons wanted: the yield of a few paths may be far too low.
+    const std::uint64_t longest =
+        std::min(settings.photons, limit - std::min(limit, pass.emitted)) / kPathsPerChunk + 1;
+    next_chunks = std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1, longest);
   }
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));
   statistics.add(Counter::photons_emitted, pass.emitted);

