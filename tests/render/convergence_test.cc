@@ -44,11 +44,11 @@ class SlowIndirectLight : public testing::TestWithParam<Case> {};
 TEST_P(SlowIndirectLight, HasTheMeanOfThePathTracer) {
   const Stage stage(builtin_scene(GetParam().scene));
   RenderSettings path = indirect(by_path(0, GetParam().path_samples));
-  RenderSettings photon = indirect(by_photons(0, 2, 25, 1'000'000, GetParam().engine));
+  RenderSettings photon = indirect(by_photons(0, 32, 16, 1'000'000, GetParam().engine));
   photon.nearest = 25;
   path.width = photon.width = 32;
   path.height = photon.height = 24;
-  const Estimate truth = estimate(stage, path, 8), found = estimate(stage, photon, 3);
+  const Estimate truth = estimate(stage, path, 6), found = estimate(stage, photon, 4);
   const double ratio = found.mean / truth.mean;
   const double error = ratio * std::hypot(truth.standard_error / truth.mean, found.standard_error / found.mean);
   RecordProperty("ratio", std::to_string(ratio));
@@ -58,7 +58,7 @@ TEST_P(SlowIndirectLight, HasTheMeanOfThePathTracer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Slow, SlowIndirectLight,
-                         testing::Values(Case{"cornell", "knn", 256}, Case{"cornell", "blocked", 256},
+                         testing::Values(Case{"cornell", "knn", 1024}, Case{"cornell", "blocked", 1024},
                                          Case{"ajar", "knn", 2048}, Case{"ajar", "blocked", 2048}),
                          [](const auto& info) { return std::string(info.param.scene) + "_" + info.param.engine; });
 
