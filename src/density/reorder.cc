@@ -147,9 +147,9 @@ std::vector<std::uint32_t> radix_order(std::span<const Vec3> points, const CubeG
 }  // namespace
 
 int automatic_depth(std::size_t points, std::size_t photons) {
-  // Points lie on surfaces, which pass through about 8 * 4^b cells of a grid of b bits (rooms that were counted: 5 to
-  // 12). Cells of 8 points fill a packet; cells that one or two photons lie in are small beside a radius that holds
-  // dozens, and smaller ones save nothing.
+  // Points lie on surfaces: the walls of a closed box alone pass through 6 * 4^b cells of a grid of b bits, and what
+  // stands in it adds to that, so 8 * 4^b is taken (an estimate). Cells of 8 points fill a packet; cells that one or
+  // two photons lie in are small beside a radius that holds dozens, and smaller ones save nothing.
   const double cells = std::min(static_cast<double>(points) / 8, static_cast<double>(photons));
   int depth = 0;
   while (depth < 10 && 8.0 * static_cast<double>(std::uint64_t{1} << (2 * depth)) < cells) ++depth;
