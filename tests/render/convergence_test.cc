@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "render/render_testing.h"
@@ -86,19 +85,15 @@ TEST(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
   const std::vector<RGB> reference = pixels(stage.render(indirect(by_path(12, 2048))), true);
   for (const char* engine : {"knn", "blocked"}) {
     SCOPED_TRACE(engine);
-    std::printf("\n| %s: photons | relRMSE |\n| --- | --- |\n", engine);
     double last = 1e9;
     for (const std::uint64_t photons : {500u, 4'000u, 32'000u, 256'000u}) {
       const double error = relative_rmse(stage.render(indirect(by_photons(12, 16, 64, photons, engine))), reference);
-      std::printf("| %llu | %.4f |\n", static_cast<unsigned long long>(photons), error);
       EXPECT_LT(error, last) << photons << " photons";
       last = error;
     }
-    std::printf("\n| %s: gather rays | relRMSE |\n| --- | --- |\n", engine);
     last = 1e9;
     for (const std::uint32_t gather : {1u, 8u, 64u}) {
       const double error = relative_rmse(stage.render(indirect(by_photons(12, 1, gather, 256'000, engine))), reference);
-      std::printf("| %u | %.4f |\n", gather, error);
       EXPECT_LT(error, last) << gather << " gather rays";
       last = error;
     }
