@@ -12,7 +12,6 @@
 #include <ctime>
 #include <functional>
 #include <map>
-#include <nanoflann.hpp>
 #include <string>
 #include <vector>
 
@@ -21,45 +20,16 @@
 #include "density/forward.h"
 #include "density/radius.h"
 #include "density/reorder.h"
-#include "gather/camera_pass.h"
-#include "gather/final_gather.h"
 #include "kernels/simd.h"
-#include "photon/photon_tracer.h"
-#include "scene/builtin.h"
+#include "support/nanoflann_tree.h"
+#include "support/recording.h"
 
 namespace glowworm {
 namespace {
 
 using Options = std::map<std::string, std::string>;
 
-struct Input {
-  PhotonBatch photons;
-  QueryPoints points;
-};
-
-/// Photons and query points of a picture of a built-in scene, in the order in which a render makes them.
-Input trace(const Options& options) {
-  const Scene scene(builtin_scene(options.at("--scene").substr(std::string("builtin:").size())));
-  const Tracer tracer(scene);
-  Statistics statistics;
-  Input input;
-  PhotonPassSettings photon_settings;
-  photon_settings.photons = std::stoul(options.at("--photons"));
-  input.photons = trace_photons(tracer, photon_settings, statistics).global;
-  CameraPassSettings camera_settings;
-  camera_settings.width = camera_settings.height = std::stoi(options.at("--size"));
-  CameraTask task;
-  task.x1 = task.y1 = camera_settings.width;
-  SlotRadiance radiance;
-  FirstHit first_hit;
-  const GatherPoints gather =
-      camera_pass(tracer, scene.camera(""), task, camera_settings, radiance, first_hit, statistics);
-  FinalGatherSettings gather_settings;
-  gather_settings.rays = static_cast<std::uint32_t>(std::stoul(options.at("--gather")));
-  radiance.resize(task.slot_count());
-  input.points = final_gather(tracer, gather, 0, gather.size(), gather_settings, radiance, statistics);
-  return input;
-}
+using bench::Recording;
 
 struct Measured {
   double wall, processor;  ///< seconds
@@ -86,7 +56,7 @@ Measured measure(int repeats, const std::function<void()>& work) {
   return {median(wall), median(processor)};
 }
 
-void run_engine(const std::string& name, const Input& input, const RadiusPolicy& policy, int repeats) {
+void run_engine(const std::string& name, const Recording& input, const RadiusPolicy& policy, int repeats) {
   const auto engine = make_engine(name);
   Statistics building, once;
   engine->build(input.photons, policy, building);
@@ -106,7 +76,7 @@ void run_engine(const std::string& name, const Input& input, const RadiusPolicy&
 }
 
 /// Time to reorder, and to look up in that order with the forward engine, over the depth of the order.
-void run_depths(const Input& input, const RadiusPolicy& policy) {
+void run_depths(const Recording& input, const RadiusPolicy& policy) {
   fmt::print(
       "\n| method | depth or threshold | reorder s | query s | sum s | processor s | "
       "|\n|---|---|---|---|---|---|---|\n");
@@ -130,24 +100,11 @@ void run_depths(const Input& input, const RadiusPolicy& policy) {
     run("octree", {ReorderMethod::octree, threshold, kAutomaticDepth}, static_cast<int>(threshold), false);
 }
 
-/// nanoflann's view of an array of points.
-struct Points {
-  const std::vector<Vec3>& positions;
-  std::size_t kdtree_get_point_count() const { return positions.size(); }
-  float kdtree_get_pt(std::size_t index, std::size_t axis) const { return positions[index][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using NanoflannTree =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>, Points, 3, std::uint32_t>;
-
 /// nanoflann's radius search, which finds pairs but evaluates nothing and knows no normals, on runs of the sorted query
 /// points; on one thread. Neither the tree nor the sorting counts.
-void run_nanoflann(const Input& input, float radius, int repeats) {
-  const Points photons{input.photons.position};
-  NanoflannTree tree(3, photons, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+void run_nanoflann(const Recording& input, float radius, int repeats) {
+  const bench::NanoflannPoints photons{input.photons.position};
+  bench::NanoflannTree tree(3, photons, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   tree.buildIndex();
   ReorderSettings settings;
   settings.depth = 21;
@@ -186,7 +143,11 @@ int main(int argc, char** argv) {
                      {"--others", "1"}};
   for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
   const int repeats = std::stoi(options["--repeats"]);
-  const Input input = trace(options);
+  bench::RecordingSettings recorded;
+  recorded.photons = std::stoul(options["--photons"]);
+  recorded.width = recorded.height = std::stoi(options["--size"]);
+  recorded.gather = static_cast<std::uint32_t>(std::stoul(options["--gather"]));
+  const Recording input = bench::record(bench::Stage(options["--scene"]), recorded);
   set_thread_count(std::stoi(options["--threads"]));
   RadiusPolicy per_photon, fixed, nearest;
   nearest.kind = RadiusKind::nearest;

@@ -5,7 +5,6 @@
 
 #include <limits>
 #include <memory>
-#include <nanoflann.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,12 +15,9 @@
 #include "density/knn.h"
 #include "density/radius.h"
 #include "density/reorder.h"
-#include "gather/camera_pass.h"
-#include "gather/final_gather.h"
-#include "photon/photon_tracer.h"
 #include "photon_cloud.h"
-#include "scene/builtin.h"
-#include "trace/tracer.h"
+#include "support/nanoflann_tree.h"
+#include "support/recording.h"
 
 namespace glowworm::bench {
 namespace {
@@ -29,42 +25,18 @@ namespace {
 constexpr std::size_t kPhotons = 500000, kQueries = 400000;
 constexpr std::uint32_t kNearest = 45;
 
-/// nanoflann's view of an array of points.
-struct Points {
-  const std::vector<Vec3>& positions;
-  std::size_t kdtree_get_point_count() const { return positions.size(); }
-  float kdtree_get_pt(std::size_t index, std::size_t axis) const { return (&positions[index].x)[axis]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using NanoflannTree =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>, Points, 3, std::uint32_t>;
+std::string scene_name = "atrium";
 
 /// Photons and query points as a render of the scene makes them.
-void record(const std::string& name, PhotonBatch& photons, QueryPoints& points) {
-  const Scene scene(builtin_scene(name));
-  const Tracer tracer(scene);
-  Statistics statistics;
-  PhotonPassSettings pass;
-  pass.photons = kPhotons;
-  photons = trace_photons(tracer, pass, statistics).global;
-  constexpr int kSide = 80;
-  CameraPassSettings camera;
-  camera.width = camera.height = kSide;
-  CameraTask task;
-  task.x1 = task.y1 = kSide;
-  SlotRadiance radiance;
-  FirstHit first_hit;
-  const GatherPoints gather_points =
-      camera_pass(tracer, scene.camera(""), task, camera, radiance, first_hit, statistics);
-  FinalGatherSettings gather;
-  gather.rays = kQueries / (kSide * kSide) + 1;
-  points = final_gather(tracer, gather_points, 0, gather_points.size(), gather, radiance, statistics);
+void record_scene(PhotonBatch& photons, QueryPoints& points) {
+  RecordingSettings settings;
+  settings.photons = kPhotons;
+  settings.width = settings.height = 80;
+  settings.gather = kQueries / (80 * 80) + 1;
+  Recording recording = record(Stage("builtin:" + scene_name), settings);
+  photons = std::move(recording.photons);
+  points = std::move(recording.points);
 }
-
-std::string scene_name = "atrium";
 
 /// Photons and query points, made once; the query points also along the Hilbert curve.
 struct Cloud {
@@ -73,7 +45,7 @@ struct Cloud {
   std::vector<std::uint32_t> order;
   std::vector<float> radii;
   float radius;
-  Points photon_points{photons.position};
+  NanoflannPoints photon_points{photons.position};
   std::unique_ptr<NanoflannTree> nanoflann;
   PhotonMap map;
 
@@ -82,7 +54,7 @@ struct Cloud {
       photons = cloud_photons(kPhotons);
       points = cloud_queries(kQueries);
     } else {
-      record(scene_name, photons, points);
+      record_scene(photons, points);
     }
     radii = per_photon_radii(photons, kNearest);
     radius = fixed_radius(photons, kNearest);
