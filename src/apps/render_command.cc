@@ -38,7 +38,7 @@ struct RenderOptions {
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
   std::string integrator = "photon", resume;
   float exposure = 0;
-  bool verbose = false, quiet = false, no_secondary = false;
+  bool verbose = false, quiet = false, no_secondary = false, preview = false, resumes = false;
   RenderSettings settings;
 };
 
@@ -81,9 +81,9 @@ void resolve_options(RenderOptions& o) {
                   "Give -o a name with one of these endings.");
     probe_output(path);
   }
+  if (o.resumes && o.resume.empty()) o.resume = o.outputs.front() + ".checkpoint";
   for (const std::string& path : {o.statistics, o.resume})
     if (!path.empty()) probe_output(path);
-  s.checkpoints = !o.resume.empty();
 }
 
 bool has_samples(const Film& film) {
@@ -92,14 +92,15 @@ bool has_samples(const Film& film) {
   return false;
 }
 
-void write_images(const RenderOptions& o, const Film& film, const Job& job) {
+/// @param said tell of it
+void write_images(const RenderOptions& o, const Film& film, const Job& job, bool said) {
   const Image image = make_image(film, job);
   for (const std::string& path : o.outputs) {
     if (std::filesystem::path(path).extension() == ".exr")
       write_exr(path, image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
     else
       write_png(path, image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
-    inform(fmt::format("wrote {}", path));
+    if (said) inform(fmt::format("wrote {}", path));
   }
 }
 
@@ -119,24 +120,43 @@ void describe_times(const Statistics& statistics) {
   }
 }
 
-/// Writes the last whole pass to the file of --resume, if there are both.
+/// Writes what the render goes on from to the file of --resume.
 void keep_checkpoint(const RenderOptions& o, const Job& job) {
-  if (o.resume.empty()) return;
-  const Checkpoint checkpoint = job.checkpoint();
-  if (checkpoint.passes > 0) write_checkpoint(o.resume, checkpoint);
+  if (!o.resume.empty()) write_checkpoint(o.resume, job.checkpoint());
 }
 
-/// Waits for the job, showing progress and keeping checkpoints; hands a Ctrl-C on to it.
+/// Writes the image so far, if there is something of it.
+void keep_preview(const RenderOptions& o, const Job& job) {
+  if (!o.preview) return;
+  const Film film = job.snapshot();
+  if (has_samples(film)) write_images(o, film, job, false);
+}
+
+/// Something done again and again while a render goes on: at an interval, but no more than a twentieth of the time.
+class Repeated {
+ public:
+  explicit Repeated(double interval_s) : interval_(interval_s), next_(interval_s) {}
+  template <typename Work>
+  void run_if_due(const Job& job, Work&& work) {
+    const double start = job.seconds();
+    if (start < next_) return;
+    work();
+    const double end = job.seconds();
+    next_ = end + std::max(interval_, 20 * (end - start));
+  }
+
+ private:
+  double interval_, next_;
+};
+
+/// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it.
 void attend(Job& job, const RenderOptions& o) {
-  constexpr double kCheckpointInterval = 60;  // seconds
   ProgressBar bar(!o.quiet);
-  double next_checkpoint = kCheckpointInterval;
+  Repeated checkpoint(1), preview(2);
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
-    if (job.seconds() > next_checkpoint) {
-      keep_checkpoint(o, job);
-      next_checkpoint = job.seconds() + kCheckpointInterval;
-    }
+    checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job); });
+    preview.run_if_due(job, [&] { keep_preview(o, job); });
     const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
@@ -153,7 +173,7 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, Clock::time_p
   const bool any = has_samples(film);
   const Clock::time_point rendered = Clock::now();
   Statistics& statistics = job.statistics();
-  if (any) write_images(o, film, job);
+  if (any) write_images(o, film, job, true);
   statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
   // The job counted its own time; the total is that of the whole run.
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
@@ -185,7 +205,7 @@ int run_render(RenderOptions& o) {
   catch_interrupts();
   std::optional<Checkpoint> checkpoint;
   if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  if (checkpoint) inform(fmt::format("going on behind {} passes of {}", checkpoint->passes, o.resume));
+  if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
   Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr);
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
@@ -257,9 +277,12 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->option_text("TIME [none]")
       ->group("Effort");
   c.add_option("--resume", o.resume,
-               "Keep what is done in this file, once a minute and at the end, and go on from it where it is there")
-      ->option_text("FILE")
+               "Keep what is done in a file, every second or few, and go on from it where it is there; as the last "
+               "option, or as --resume=FILE")
+      ->expected(0, 1)
+      ->option_text("[FILE] [OUTPUT.checkpoint]")
       ->group("Effort");
+  c.add_flag("--preview", o.preview, "Write the image so far, too, every two seconds or few")->group("Effort");
   c.add_option("--noise", s.noise_target, "Stop at this relative standard error of the image, for example 0.01")
       ->check(CLI::PositiveNumber)
       ->option_text("SHARE [none]")
@@ -327,6 +350,7 @@ void add_render_command(CLI::App& program, int& exit_status) {
   add_report_options(*c, *options);
   c->footer(kFooter);
   c->callback([c, options, &exit_status] {
+    options->resumes = c->count("--resume") > 0;
     warn_of_ignored(*c, *options);
     exit_status = run_render(*options);
   });

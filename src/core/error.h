@@ -25,7 +25,7 @@ class Error : public std::runtime_error {
   Error(const FilePlace& place, const std::string& message, const std::string& remedy = "");
 };
 
-/// Thrown by long work that was asked to stop (Ctrl-C, Job::cancel).
+/// Thrown by parallel loops within a CancellationScope (core/parallel.h) when work is to stop: Ctrl-C, Job::cancel.
 class Cancelled : public std::runtime_error {
  public:
   Cancelled() : std::runtime_error("cancelled") {}

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "core/error.h"
+
 #ifdef GLOWWORM_THREAD_SANITIZER  // defined by the build
 #include <sanitizer/tsan_interface.h>
 #endif
@@ -29,10 +31,24 @@ class Ordering {
 #endif
 };
 
-// Runs a task between the marks of its start and its end.
+// The flag that work of this thread looks at, or null.
+thread_local const std::atomic<bool>* cancellation = nullptr;
+
+void throw_if_cancelled(const std::atomic<bool>* flag) {
+  if (flag && flag->load(std::memory_order_relaxed)) throw Cancelled();
+}
+
+// Runs a task, cancelled by the flag of the thread that started it, between the marks of its start and its end.
 template <typename Task>
-void run_ordered(Ordering& start, Ordering& end, const Task& task) {
+void run_ordered(Ordering& start, Ordering& end, const std::atomic<bool>* flag, const Task& task) {
   start.acquire();
+  throw_if_cancelled(flag);
+  // A thread that waits for its own loop may run a piece of another one meanwhile.
+  struct Restore {
+    const std::atomic<bool>* own = cancellation;
+    ~Restore() { cancellation = own; }
+  } restore;
+  cancellation = flag;
   task();
   end.release();
 }
@@ -40,6 +56,9 @@ void run_ordered(Ordering& start, Ordering& end, const Task& task) {
 std::unique_ptr<tbb::global_control> control;
 int limit = 0;
 }  // namespace
+
+CancellationScope::CancellationScope(const std::atomic<bool>& flag) : outer_(cancellation) { cancellation = &flag; }
+CancellationScope::~CancellationScope() { cancellation = outer_; }
 
 void set_thread_count(int threads) {
   control.reset();
@@ -56,16 +75,20 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
   grain = std::max<std::size_t>(grain, 1);
   const std::size_t pieces = (end - begin + grain - 1) / grain;
   if (pieces == 1 || thread_count() == 1) {
-    for (std::size_t first = begin; first < end; first += grain) body(first, std::min(first + grain, end));
+    for (std::size_t first = begin; first < end; first += grain) {
+      throw_if_cancelled(cancellation);
+      body(first, std::min(first + grain, end));
+    }
     return;
   }
   Ordering started, ended;
+  const std::atomic<bool>* const flag = cancellation;
   started.release();
   tbb::parallel_for(
       std::size_t{0}, pieces,
       [&](std::size_t piece) {
         const std::size_t first = begin + piece * grain;
-        run_ordered(started, ended, [&] { body(first, std::min(first + grain, end)); });
+        run_ordered(started, ended, flag, [&] { body(first, std::min(first + grain, end)); });
       },
       tbb::simple_partitioner());
   ended.acquire();
@@ -78,8 +101,9 @@ void parallel_invoke(const std::function<void()>& a, const std::function<void()>
     return;
   }
   Ordering started, ended;
+  const std::atomic<bool>* const flag = cancellation;
   started.release();
-  tbb::parallel_invoke([&] { run_ordered(started, ended, a); }, [&] { run_ordered(started, ended, b); });
+  tbb::parallel_invoke([&] { run_ordered(started, ended, flag, a); }, [&] { run_ordered(started, ended, flag, b); });
   ended.acquire();
 }
 

@@ -1,5 +1,6 @@
 // All threading goes through here; parallel.cc is the only file that includes TBB.
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <functional>
 
@@ -9,6 +10,20 @@ namespace glowworm {
 void set_thread_count(int threads);
 /// How many threads parallel work uses.
 int thread_count();
+
+/// While it lives, parallel loops that this thread starts, and those within them, begin no further piece once the flag
+/// is set, and throw Cancelled (core/error.h).
+class CancellationScope {
+ public:
+  /// @param flag must outlive the scope
+  explicit CancellationScope(const std::atomic<bool>& flag);
+  ~CancellationScope();
+  CancellationScope(const CancellationScope&) = delete;
+  CancellationScope& operator=(const CancellationScope&) = delete;
+
+ private:
+  const std::atomic<bool>* outer_;
+};
 
 /// Calls body(first, last) for consecutive pieces of [begin, end), each of exactly `grain` items but for the last.
 /// The cut depends on begin, end and grain alone, never on threads: what a piece computes may be joined in index

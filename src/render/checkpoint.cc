@@ -1,8 +1,8 @@
 #include "render/checkpoint.h"
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -11,75 +11,106 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '1'};
+constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '2'};
 
 /// FNV-1a over 64 bits (Fowler, Noll, Vo): enough to find a damaged file.
-std::uint64_t fingerprint(const std::string& bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
-}
-
-template <typename T>
-void put(std::string& out, const T& value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-/// Takes values off the front of a file's bytes; tells where they are too few.
-class Reader {
+class Fingerprint {
  public:
-  explicit Reader(const std::string& bytes) : bytes_(bytes) {}
-  bool take(void* to, std::size_t size) {
-    if (size > bytes_.size() - at_) return false;
-    std::memcpy(to, bytes_.data() + at_, size);
-    at_ += size;
-    return true;
+  void add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) hash_ = (hash_ ^ bytes[i]) * 0x100000001b3u;
   }
-  std::size_t left() const { return bytes_.size() - at_; }
+  std::uint64_t value() const { return hash_; }
 
  private:
-  const std::string& bytes_;
-  std::size_t at_ = 0;
+  std::uint64_t hash_ = 0xcbf29ce484222325u;
 };
 
-bool parse(const std::string& bytes, Checkpoint& out) {
-  Reader reader(bytes);
-  char magic[sizeof kMagic];
-  std::uint64_t hash = 0, key_size = 0, film_size = 0;
-  if (!reader.take(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0) return false;
-  if (!reader.take(&hash, sizeof hash) || hash != fingerprint(bytes.substr(sizeof magic + sizeof hash))) return false;
-  if (!reader.take(&key_size, sizeof key_size) || key_size > reader.left()) return false;
+/// Writes, and takes the fingerprint of what it wrote.
+class Writer {
+ public:
+  explicit Writer(const std::string& path) : file_(path) { file_.write(kMagic, sizeof kMagic); }
+  void put(const void* data, std::size_t size) {
+    file_.write(data, size);
+    fingerprint_.add(data, size);
+  }
+  void put_count(std::uint64_t count) { put(&count, sizeof count); }
+  void commit() {
+    const std::uint64_t sum = fingerprint_.value();
+    file_.write(&sum, sizeof sum);
+    file_.commit();
+  }
+
+ private:
+  AtomicFile file_;
+  Fingerprint fingerprint_;
+};
+
+/// Reads what Writer wrote; tells where the file is too short or another one.
+class Reader {
+ public:
+  explicit Reader(std::ifstream& file, std::uint64_t size) : file_(file), left_(size) {}
+  bool take(void* to, std::uint64_t size) {
+    if (size > left_) return false;
+    left_ -= size;
+    if (!file_.read(static_cast<char*>(to), static_cast<std::streamsize>(size))) return false;
+    fingerprint_.add(to, size);
+    return true;
+  }
+  bool take_magic() {
+    char magic[sizeof kMagic];
+    const bool good = take(magic, sizeof magic) && std::memcmp(magic, kMagic, sizeof magic) == 0;
+    fingerprint_ = Fingerprint();
+    return good;
+  }
+  /// A number of items to come of that size each; false where the file cannot hold them.
+  bool take_count(std::uint64_t& count, std::uint64_t item) {
+    return take(&count, sizeof count) && count <= left_ / item;
+  }
+  bool ends_with_fingerprint() {
+    const std::uint64_t expected = fingerprint_.value();
+    std::uint64_t sum = 0;
+    return take(&sum, sizeof sum) && sum == expected && left_ == 0;
+  }
+
+ private:
+  std::ifstream& file_;
+  std::uint64_t left_;
+  Fingerprint fingerprint_;
+};
+
+bool parse(Reader& reader, Checkpoint& out) {
+  std::uint64_t key_size = 0, film_size = 0;
+  if (!reader.take_magic() || !reader.take_count(key_size, 1)) return false;
   out.key.resize(key_size);
   if (!reader.take(out.key.data(), key_size) || !reader.take(&out.passes, sizeof out.passes)) return false;
-  if (!reader.take(&film_size, sizeof film_size) || film_size != reader.left() / sizeof(float)) return false;
+  if (!reader.take_count(film_size, sizeof(float))) return false;
   out.film.resize(film_size);
-  return reader.take(out.film.data(), film_size * sizeof(float)) && reader.left() == 0;
+  return reader.take(out.film.data(), film_size * sizeof(float)) && reader.ends_with_fingerprint();
 }
 
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
-  std::string body;
-  body.reserve(checkpoint.film.size() * sizeof(float) + checkpoint.key.size() + 64);
-  put(body, static_cast<std::uint64_t>(checkpoint.key.size()));
-  body += checkpoint.key;
-  put(body, checkpoint.passes);
-  put(body, static_cast<std::uint64_t>(checkpoint.film.size()));
-  body.append(reinterpret_cast<const char*>(checkpoint.film.data()), checkpoint.film.size() * sizeof(float));
-  std::string head(kMagic, sizeof kMagic);
-  put(head, fingerprint(body));
-  AtomicFile file(path);
-  file.write(head);
-  file.write(body);
-  file.commit();
+  Writer writer(path);
+  writer.put_count(checkpoint.key.size());
+  writer.put(checkpoint.key.data(), checkpoint.key.size());
+  writer.put(&checkpoint.passes, sizeof checkpoint.passes);
+  writer.put_count(checkpoint.film.size());
+  writer.put(checkpoint.film.data(), checkpoint.film.size() * sizeof(float));
+  writer.commit();
 }
 
 std::optional<Checkpoint> read_checkpoint(const std::string& path) {
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(path, error);
+  if (error == std::errc::no_such_file_or_directory) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (error || !file)
+    throw Error({path}, "the checkpoint cannot be read", "Give --resume a file that can be read and written.");
+  Reader reader(file, size);
   Checkpoint out;
-  if (!parse(bytes, out))
+  if (!parse(reader, out))
     throw Error({path}, "this is not a whole checkpoint of this program",
                 "Remove the file, or leave --resume out, to start anew.");
   return out;

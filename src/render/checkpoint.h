@@ -1,4 +1,4 @@
-// Checkpoints: the film between two passes, so that a render that was cut off goes on to the same bits.
+// Checkpoints: the film between two tasks, so that a render that was cut off goes on to the same bits.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -7,11 +7,11 @@
 
 namespace glowworm {
 
-/// The state of a render after a whole number of passes. Nothing else need be kept: all randomness belongs to the
+/// The state of a render after a whole number of tasks. Nothing else need be kept: all randomness belongs to the
 /// numbers of pass, pixel and photon.
 struct Checkpoint {
   std::string key;           ///< names scene, settings and version; a render goes on only from its own
-  std::uint32_t passes = 0;  ///< passes in the film
+  std::uint32_t passes = 0;  ///< whole passes in the film, which may hold a part of the next
   std::vector<float> film;   ///< Film::save()
 };
 

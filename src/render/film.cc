@@ -31,6 +31,7 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
     const auto in_tile = static_cast<int>(slot % pixels);
     const std::size_t pixel = static_cast<std::size_t>(task.y0 + in_tile / tile_width) * width_ +
                               static_cast<std::size_t>(task.x0 + in_tile % tile_width);
+    if (count_[pixel] != task.first_sample + slot / pixels) continue;
     const RGB light[4] = {radiance.emitted[slot], radiance.direct[slot], radiance.indirect[slot],
                           radiance.caustic[slot]};
     for (int layer = 0; layer < 4; ++layer) sums_[layer][pixel] += light[layer];
@@ -45,6 +46,21 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
     square_sum_[pixel] += all * all;
     ++count_[pixel];
   }
+}
+
+bool Film::has(const CameraTask& task) const {
+  for (int y = task.y0; y < task.y1; ++y) {
+    const auto row = count_.begin() + static_cast<std::ptrdiff_t>(y) * width_;
+    for (int x = task.x0; x < task.x1; ++x)
+      if (row[x] < task.first_sample + task.sample_count) return false;
+  }
+  return true;
+}
+
+std::uint32_t Film::whole_passes() const { return *std::min_element(count_.begin(), count_.end()); }
+
+bool Film::is_even() const {
+  return std::all_of(count_.begin(), count_.end(), [&](std::uint32_t count) { return count == count_.front(); });
 }
 
 RGB Film::mean(Layer layer, std::size_t pixel) const {

@@ -18,7 +18,14 @@ class Film {
   int height() const { return height_; }
   std::size_t pixel_count() const { return count_.size(); }
 
+  /// Adds the samples of a task. A pixel that has a sample already, as after a checkpoint within a pass, keeps it.
   void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit);
+  /// Whether every pixel of the task has its samples.
+  bool has(const CameraTask& task) const;
+  /// Samples that every pixel has.
+  std::uint32_t whole_passes() const;
+  /// Whether no pixel has more samples than another.
+  bool is_even() const;
 
   /// Means over the samples taken so far; black (or 0) where there are none.
   enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal };

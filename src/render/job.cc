@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/photon_renderer.h"
@@ -43,13 +44,11 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       budget_(settings_.memory_bytes),
       film_(settings_.width, settings_.height),
       start_(std::chrono::steady_clock::now()) {
-  last_pass_.key = key();
   if (resume) {
-    if (resume->key != last_pass_.key || !film_.restore(resume->film))
+    if (resume->key != key() || !film_.restore(resume->film))
       throw Error("the checkpoint is of another render: its scene, settings or version differ",
                   "Give the options of the render that was cut off, or leave --resume out.");
-    first_pass_ = resume->passes;
-    passes_ = resume->passes;
+    passes_ = film_.whole_passes();
   }
   thread_ = std::thread([this] { run(); });
 }
@@ -82,7 +81,7 @@ Film Job::snapshot() const {
 
 Checkpoint Job::checkpoint() const {
   const std::lock_guard lock(film_mutex_);
-  return last_pass_;
+  return {key(), film_.whole_passes(), film_.save()};
 }
 
 std::string Job::key() const {
@@ -97,17 +96,12 @@ std::string Job::key() const {
          " " + settings_text(s);
 }
 
-void Job::keep_pass(std::uint32_t passes) {
-  if (!settings_.checkpoints) return;
-  const std::lock_guard lock(film_mutex_);
-  last_pass_.passes = passes;
-  last_pass_.film = film_.save();
-}
-
 void Job::run() {
   try {
     const Reservation film(budget_, "film", Film::bytes(settings_.width, settings_.height));
     render_passes();
+  } catch (const Cancelled&) {
+    ending_ = Ending::cancelled;
   } catch (...) {
     failure_ = std::current_exception();
     ending_ = Ending::failed;
@@ -120,23 +114,37 @@ void Job::run() {
 bool Job::should_stop() {
   if (cancelled_)
     ending_ = Ending::cancelled;
-  else if (settings_.time_limit_s > 0 && seconds() >= settings_.time_limit_s)
+  else if (settings_.time_limit_s > 0 && passes_ > 0 && seconds() >= settings_.time_limit_s)
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
+}
+
+bool Job::reached_noise_target() {
+  if (!(settings_.noise_target > 0) || film_.noise() > settings_.noise_target) return false;
+  ending_ = Ending::noise_reached;
+  return true;
+}
+
+void Job::shoot_photons(PhotonRenderer& photons, std::uint32_t pass) {
+  const CancellationScope scope(cancelled_);
+  photons.shoot_photons(settings_.progressive ? pass : 0,
+                        settings_.progressive ? progressive_radius_scale(pass) : 1.0f);
+  photon_map_bytes_ = photons.photon_bytes();
 }
 
 void Job::render_passes() {
   const Camera& camera = scene_->camera(settings_.camera);
   PhotonRenderer photons(*tracer_, settings_, budget_, statistics_);
   const bool mapped = settings_.integrator != Integrator::path;
-  for (std::uint32_t pass = first_pass_; pass < settings_.samples; ++pass) {
-    if (mapped && (pass == first_pass_ || settings_.progressive)) {
-      photons.shoot_photons(settings_.progressive ? pass : 0,
-                            settings_.progressive ? progressive_radius_scale(pass) : 1.0f);
-      photon_map_bytes_ = photons.photon_bytes();
-    }
+  const std::uint32_t first_pass = passes_;
+  // A render may have been cut off between its last pass and the look at its noise.
+  if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
+  for (std::uint32_t pass = first_pass; pass < settings_.samples; ++pass) {
+    if (should_stop()) return;
+    if (mapped && (pass == first_pass || settings_.progressive)) shoot_photons(photons, pass);
     const std::vector<CameraTask> tasks = make_tasks(settings_, pass);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
+      if (film_.has(tasks[i])) continue;
       if (should_stop()) return;
       SlotRadiance radiance;
       FirstHit first_hit;
@@ -150,14 +158,7 @@ void Job::render_passes() {
       work_done_ = (pass + static_cast<double>(i + 1) / static_cast<double>(tasks.size())) / settings_.samples;
     }
     passes_ = pass + 1;
-    keep_pass(pass + 1);
-    if (settings_.noise_target > 0) {
-      const double noise = film_.noise();
-      if (noise <= settings_.noise_target) {
-        ending_ = Ending::noise_reached;
-        return;
-      }
-    }
+    if (reached_noise_target()) return;
   }
   ending_ = Ending::samples_done;
 }

@@ -16,6 +16,8 @@
 
 namespace glowworm {
 
+class PhotonRenderer;
+
 /// Why a render ended.
 enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
 
@@ -24,14 +26,15 @@ enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached
 class Job {
  public:
   /// Starts at once. @param asked is resolved first; errors of that are thrown here, later ones by wait().
-  /// @param resume goes on behind these passes; throws Error where the checkpoint is of another render
+  /// @param resume goes on from this film; throws Error where the checkpoint is of another render
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
       const Checkpoint* resume = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
 
-  /// Asks the render to stop after the task under way. Safe in signal handlers.
+  /// Asks the render to stop: after the task under way, or at once where photons are being traced. Safe in signal
+  /// handlers.
   void cancel() { cancelled_ = true; }
   /// Waits for the end; throws what the render threw.
   void wait();
@@ -48,7 +51,7 @@ class Job {
 
   /// A copy of the film as it is now; any time.
   Film snapshot() const;
-  /// The film after the last whole pass; any time. Kept where the settings ask for checkpoints, else without passes.
+  /// What a render goes on from: the film after the last whole task; any time.
   Checkpoint checkpoint() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
@@ -62,8 +65,9 @@ class Job {
   void run();
   void render_passes();
   std::string key() const;
-  void keep_pass(std::uint32_t passes);
+  void shoot_photons(PhotonRenderer& photons, std::uint32_t pass);
   bool should_stop();
+  bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Tracer> tracer_;
@@ -72,8 +76,6 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
-  Checkpoint last_pass_;
-  std::uint32_t first_pass_ = 0;
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   std::atomic<bool> cancelled_{false}, done_{false};

@@ -38,7 +38,6 @@ struct RenderSettings {
   bool progressive = false;  ///< photons of its own for every pass, radii that shrink from pass to pass
   bool secondary_gather = true;
   bool boundary_correction = true;  ///< make up for kernels that reach over edges (density/boundary.h)
-  bool checkpoints = false;         ///< keep the film after every pass, for Job::checkpoint()
   int max_bounces = 64;             ///< path tracer: bounces at most (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
   std::vector<std::string> aovs;  ///< layers beside the image itself; names as in aov_names()

@@ -114,6 +114,15 @@ std::vector<std::string> ProgramTest::names() const {
   return found;
 }
 
+bool ProgramTest::wait_for_file(const std::string& name, double seconds) const {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < end) {
+    if (std::filesystem::exists(folder_ / name)) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
 Outcome ProgramTest::run(const std::vector<std::string>& arguments, const std::function<void()>& prepare) const {
   return Running(folder_, arguments, prepare).wait();
 }

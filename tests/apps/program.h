@@ -52,6 +52,8 @@ class ProgramTest : public testing::Test {
   nlohmann::json read_json(const std::string& name) const;
   /// Names of the files in the folder, in order.
   std::vector<std::string> names() const;
+  /// Whether the file is there before the time is over.
+  bool wait_for_file(const std::string& name, double seconds) const;
 
   Outcome run(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {}) const;
   /// Runs `render` in a size that takes no time: 16x16 pixels, 1 sample, 4 gather rays, 2000 photons.

@@ -8,6 +8,7 @@
 
 #include "image/image.h"
 #include "program.h"
+#include "render/checkpoint.h"
 
 namespace glowworm {
 namespace {
@@ -192,15 +193,83 @@ TEST_F(RenderTest, ResumedRenderIsTheSameAsOneInOneGo) {
 }
 
 TEST_F(RenderTest, SecondInterruptEndsAtOnceAndLeavesNothing) {
-  // Photons are traced in one go, which a first interrupt waits for.
-  Running program(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "1000M", "--memory", "900G",
-                            "-o", "a.exr"});
+  // The first interrupt waits for the end of the task, which with so many gather rays is far away.
+  Running program(folder_,
+                  {"render", "builtin:cornell", "--size", "16x16", "--photons", "2k", "--gather", "1M", "-o", "a.exr"});
   ASSERT_TRUE(program.wait_for_text("16x16", 60));
   program.send(SIGINT);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   program.send(SIGINT);
   EXPECT_EQ(program.wait().status, 128 + SIGINT);
   EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(RenderTest, InterruptDuringThePhotonPassEndsAtOnce) {
+  Running program(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "1000M", "--memory", "900G",
+                            "-o", "a.exr"});
+  ASSERT_TRUE(program.wait_for_text("16x16", 60));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const auto start = std::chrono::steady_clock::now();
+  program.send(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.status, 128 + SIGINT);
+  EXPECT_THAT(outcome.err, HasSubstr("no image was written"));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(RenderTest, PreviewIsOnDiskWhileTheRenderGoesOn) {
+  Running program(folder_, {"render", "builtin:cornell", "--size", "32x32", "--samples", "1M", "--gather", "4",
+                            "--photons", "2k", "--preview", "-o", "a.exr", "-o", "a.png", "-q"});
+  const auto passes = [&] { return std::stoul(read_image(path("a.exr")).metadata.at("glowworm:passes")); };
+  ASSERT_TRUE(wait_for_file("a.png", 60));
+  const auto first = passes();
+  EXPECT_EQ(read_image(path("a.png")).width(), 32);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (passes() == first && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_GT(passes(), first);
+  program.send(SIGKILL);
+  EXPECT_EQ(program.wait().status, 128 + SIGKILL);
+  // What was written last is whole, and but for a file that was being written nothing else is there.
+  EXPECT_GE(passes(), first);
+  EXPECT_LE(names().size(), 3u);
+}
+
+TEST_F(RenderTest, KilledRenderGoesOnToTheSameBits) {
+  const std::vector<std::string> kinds[] = {
+      {"--engine", "reverse"}, {"--progressive", "--engine", "blocked"}, {"--integrator", "path"}};
+  for (const std::vector<std::string>& kind : kinds) {
+    std::vector<std::string> options = {"--size", "48x40", "--aov", "direct,normal,depth"};
+    options.insert(options.end(), kind.begin(), kind.end());
+    std::vector<std::string> endless = {"render", "builtin:cornell", "-q", "--samples", "1M", "--resume=c.checkpoint"};
+    if (kind.front() != "--integrator") endless.insert(endless.end(), {"--gather", "4", "--photons", "2k"});
+    endless.insert(endless.end(), options.begin(), options.end());
+    {
+      Running program(folder_, endless);
+      ASSERT_TRUE(wait_for_file("c.checkpoint", 60)) << kind.front();
+      program.send(SIGKILL);
+      ASSERT_EQ(program.wait().status, 128 + SIGKILL) << kind.front();
+    }
+    const std::uint32_t passes = read_checkpoint(path("c.checkpoint"))->passes;
+    EXPECT_GT(passes, 0u);
+    options.insert(options.end(), {"--samples", std::to_string(passes + 3)});
+    const Image whole = rendered("builtin:cornell", options);
+    options.push_back("--resume=c.checkpoint");
+    EXPECT_TRUE(same_pixels(whole, rendered("builtin:cornell", options, "b.exr"))) << kind.front();
+    EXPECT_EQ(read_checkpoint(path("c.checkpoint"))->passes, passes + 3);
+    std::filesystem::remove(folder_ / "c.checkpoint");
+  }
+}
+
+TEST_F(RenderTest, ResumeWithoutANameUsesThatOfTheImage) {
+  const Image whole = rendered("builtin:cornell", {"--samples", "3"});
+  EXPECT_EQ(
+      render("builtin:cornell", {"--samples", "2", "-o", "b.exr", "-q", "--precision", "float", "--resume"}).status, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "b.exr.checkpoint"));
+  EXPECT_EQ(
+      render("builtin:cornell", {"--samples", "3", "-o", "b.exr", "-q", "--precision", "float", "--resume"}).status, 0);
+  EXPECT_TRUE(same_pixels(whole, read_image(path("b.exr"))));
 }
 
 TEST_F(RenderTest, IgnoredInterruptsStayIgnored) {

@@ -26,7 +26,6 @@ RenderSettings small_render(std::uint32_t samples, bool progressive) {
   s.gather = 4;
   s.photons = 3000;
   s.progressive = progressive;
-  s.checkpoints = true;
   return s;
 }
 
