@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/frame.h"
 #include "core/parallel.h"
@@ -18,6 +17,8 @@ constexpr std::uint32_t kFirstLines = 8, kMoreLines = 24;
 constexpr std::size_t kPhotonsPerChunk = 512;
 /// Masses this near to 1 are taken for 1.
 constexpr float kTolerance = 0.02f;
+/// Share of a line that is skipped behind a surface, so that it is not met again.
+constexpr float kStep = 1e-3f;
 /// Surfaces that a line is followed through.
 constexpr int kMostHits = 6;
 /// Bounds of the mass: beyond them a few lines say nothing.
@@ -28,7 +29,10 @@ struct Line {
   Ray ray;
   float in_plane;        ///< distance of the point from the photon, in radii
   std::uint32_t photon;  ///< of the chunk
-  bool inside = false;   ///< of a solid that the line has entered
+  int depth = 0;         ///< of solids entered less left since the photon; what lies within a solid nobody sees
+
+  /// Takes the line through a surface.
+  void cross(bool front) { depth += front ? 1 : -1; }
 };
 
 class Chunk {
@@ -54,15 +58,13 @@ class Chunk {
     return policy_.kind == RadiusKind::fixed ? policy_.radius : policy_.radii[first_ + i];
   }
 
-  Line make_line(std::uint32_t i, std::uint32_t number, std::uint32_t count, std::uint32_t offset) const {
+  Line make_line(std::uint32_t i, std::uint32_t number) const {
     const std::size_t photon = first_ + i;
-    Sampler sampler(SamplerKind::independent, 0x626f756eu, static_cast<std::uint32_t>(photon), offset + number);
+    Sampler sampler(SamplerKind::sobol, 0x626f756eu, static_cast<std::uint32_t>(photon), number);
     const Vec2 u = sampler.next2();
-    const float angle = 2 * kPi * (static_cast<float>(number) + u.x) / static_cast<float>(count);
-    // Rings are taken in another order than angles, so that each quarter of the disc has near and far points.
-    const float ring = (static_cast<float>(number * 5 % count) + u.y) / static_cast<float>(count);
+    const float angle = 2 * kPi * u.x;
     Line line;
-    line.in_plane = sample_kernel_distance(policy_.kernel, ring);
+    line.in_plane = sample_kernel_distance(policy_.kernel, u.y);
     line.photon = i;
     const Frame frame = Frame::from_normal(photons_.normal[photon]);
     const float r = radius(i);
@@ -73,23 +75,50 @@ class Chunk {
 
   void add_mass(const std::vector<std::uint32_t>& which, std::uint32_t offset, std::uint32_t count,
                 std::vector<float>& mass) {
-    std::vector<Line> lines;
-    lines.reserve(which.size() * count);
+    lines_.clear();
     for (const std::uint32_t i : which)
-      for (std::uint32_t n = 0; n < count; ++n) lines.push_back(make_line(i, n, count, offset));
-    for (int hit = 0; hit < kMostHits && !lines.empty(); ++hit) {
-      rays_.clear();
-      for (const Line& line : lines) rays_.push_back(line.ray);
+      for (std::uint32_t n = 0; n < count; ++n) lines_.push_back(make_line(i, offset + n));
+    find_depths();
+    walk([](const Line& line) { return line.ray; },
+         [&](Line& line, const Hit& hit) { mass[line.photon] += mass_at(line, hit); });
+  }
+
+  /// Counts the solids that the starts of the lines lie in, on the way to each from its photon, which lies in none: a
+  /// floor goes on beneath what stands on it, and beyond the walls.
+  void find_depths() {
+    walk(
+        [&](const Line& line) {
+          const Vec3 photon = photons_.position[first_ + line.photon];
+          return Ray{photon, kStep, line.ray.origin - photon, 1};
+        },
+        [&](Line& line, const Hit& hit) {
+          const Vec3 way = line.ray.origin - photons_.position[first_ + line.photon];
+          line.cross(dot(tracer_.scene().geometry().normal(hit.triangle), way) < 0);
+        });
+  }
+
+  /// Follows a ray for each line through all that it meets.
+  template <typename MakeRay, typename Meet>
+  void walk(MakeRay&& make_ray, Meet&& meet) {
+    active_.resize(lines_.size());
+    rays_.clear();
+    for (std::uint32_t j = 0; j < active_.size(); ++j) {
+      active_[j] = j;
+      rays_.push_back(make_ray(lines_[j]));
+    }
+    for (int hit = 0; hit < kMostHits && !active_.empty(); ++hit) {
       hits_.resize(rays_.size());
       tracer_.intersect(rays_, hits_, RayOrder::incoherent);
       std::size_t kept = 0;
-      for (std::size_t j = 0; j < lines.size(); ++j) {
+      for (std::size_t j = 0; j < active_.size(); ++j) {
         if (hits_[j].triangle == kNone) continue;
-        mass[lines[j].photon] += mass_at(lines[j], hits_[j]);
-        lines[j].ray.t_min = hits_[j].distance + 1e-3f;
-        lines[kept++] = lines[j];
+        meet(lines_[active_[j]], hits_[j]);
+        active_[kept] = active_[j];
+        rays_[kept] = rays_[j];
+        rays_[kept++].t_min = hits_[j].distance + kStep;
       }
-      lines.resize(kept);
+      active_.resize(kept);
+      rays_.resize(kept);
     }
   }
 
@@ -97,13 +126,11 @@ class Chunk {
   float mass_at(Line& line, const Hit& hit) const {
     const std::size_t photon = first_ + line.photon;
     float cosine = dot(tracer_.scene().geometry().normal(hit.triangle), photons_.normal[photon]);
-    if (cosine < 0) {
-      // The far side of a solid is lit by nobody; a single sheet may be wound either way.
-      if (std::exchange(line.inside, false)) return 0;
-      cosine = -cosine;
-    } else {
-      line.inside = true;
-    }
+    const bool buried = line.depth > 0;
+    line.cross(cosine > 0);
+    if (buried) return 0;
+    // A single sheet may be wound either way.
+    cosine = std::abs(cosine);
     if (cosine <= policy_.min_normal_cosine) return 0;
     const Vec3 place = line.ray.origin + line.ray.direction * hit.distance;
     const float distance = length(place - photons_.position[photon]) / radius(line.photon);
@@ -116,6 +143,8 @@ class Chunk {
   const PhotonBatch& photons_;
   const RadiusPolicy& policy_;
   std::size_t first_;
+  std::vector<Line> lines_;
+  std::vector<std::uint32_t> active_;
   std::vector<Ray> rays_;
   std::vector<Hit> hits_;
 };

@@ -8,6 +8,7 @@
 
 #include "core/parallel.h"
 #include "density/kernel.h"
+#include "scene/mesh_builder.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -90,6 +91,41 @@ TEST(BoundaryTest, ParallelSurfacesCountTogether) {
   // The box kernel over the other square: the part of its disc within the ball, 1 - (0.15 / 0.3)^2. Both squares face
   // up, so nothing is a solid's far side.
   EXPECT_NEAR(mean_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::box, 0.3f), 1.75, 0.01);
+}
+
+/// A unit floor facing up, and a solid standing on it over the half with x > 0.5, which has no bottom of its own.
+Scene floor_under_block() {
+  SceneDescription d;
+  d.name = "floor under block";
+  d.materials.emplace_back();
+  MeshBuilder mesh(d.geometry);
+  mesh.set_material(0);
+  mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  mesh.box({0.5f, -1, 0}, {2, 2, 0.2f}, MeshBuilder::kAllFaces & ~MeshBuilder::kMinZ);
+  return Scene(std::move(d));
+}
+
+TEST(BoundaryTest, WhatASolidStandsOnDoesNotCount) {
+  const Scene scene = floor_under_block();
+  const Tracer tracer(scene);
+  // The kernel reaches 0.1 into the block from a photon at its foot, over a floor that nobody sees; lines begin inside
+  // the block as well as above it.
+  for (const float radius : {0.1f, 0.3f})
+    EXPECT_NEAR(mean_mass(tracer, {0.4995f, 0.5f, 0}, KernelShape::box, radius),
+                radius < 0.2f ? 0.5 : 0.5 * (1 + 1 - 0.2 * 0.2 / 0.09), 0.01);
+}
+
+TEST(BoundaryTest, WhatLiesUnderALayerDoesNotCount) {
+  SceneDescription d;
+  d.name = "carpet";
+  d.materials.emplace_back();
+  MeshBuilder mesh(d.geometry);
+  mesh.set_material(0);
+  mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  mesh.box({0.1f, 0.1f, 0}, {0.9f, 0.9f, 0.01f}, MeshBuilder::kAllFaces & ~MeshBuilder::kMinZ);
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  EXPECT_NEAR(mean_mass(tracer, {0.5f, 0.5f, 0.01f}, KernelShape::epanechnikov, 0.2f), 1.0, 1e-6);
 }
 
 TEST(BoundaryTest, SameForAnyNumberOfThreads) {

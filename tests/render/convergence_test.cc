@@ -36,6 +36,8 @@ struct Case {
   const char* scene;
   const char* engine;
   std::uint32_t path_samples;
+  std::uint64_t photons;
+  std::uint32_t photon_renders;
 };
 
 class SlowIndirectLight : public testing::TestWithParam<Case> {};
@@ -44,28 +46,30 @@ class SlowIndirectLight : public testing::TestWithParam<Case> {};
 TEST_P(SlowIndirectLight, HasTheMeanOfThePathTracer) {
   const Stage stage(builtin_scene(GetParam().scene));
   RenderSettings path = indirect(by_path(0, GetParam().path_samples));
-  RenderSettings photon = indirect(by_photons(0, 32, 16, 1'000'000, GetParam().engine));
+  RenderSettings photon = indirect(by_photons(0, 16, 16, GetParam().photons, GetParam().engine));
   photon.nearest = 25;
   path.width = photon.width = 32;
   path.height = photon.height = 24;
-  const Estimate truth = estimate(stage, path, 6), found = estimate(stage, photon, 4);
+  const Estimate truth = estimate(stage, path, 6), found = estimate(stage, photon, GetParam().photon_renders);
   const double ratio = found.mean / truth.mean;
   const double error = ratio * std::hypot(truth.standard_error / truth.mean, found.standard_error / found.mean);
   RecordProperty("ratio", std::to_string(ratio));
   RecordProperty("standard_error", std::to_string(error));
-  printf("%s, %s: mean luminance ratio %.4f +- %.4f\n", GetParam().scene, GetParam().engine, ratio, error);
+  printf("%s, %s: mean luminance ratio %.4f +- %.4f (path tracer +- %.4f, photons +- %.4f)\n", GetParam().scene,
+         GetParam().engine, ratio, error, truth.standard_error / truth.mean, found.standard_error / found.mean);
   EXPECT_LT(std::abs(ratio - 1) + 3 * error, 0.01);
 }
 
 std::string case_name(const testing::TestParamInfo<Case>& info) {
   return std::string(info.param.scene) + "_" + info.param.engine;
 }
+// Few photons come through the door of ajar: it takes more of them for an error as small.
 INSTANTIATE_TEST_SUITE_P(Slow, SlowIndirectLight,
-                         testing::Values(Case{"cornell", "knn", 1024}, Case{"cornell", "blocked", 1024}), case_name);
-// Does not hold yet: few photons come through the door, so their radii are wide, and what lies of their kernels beyond
-// the edges of surfaces is lost. The ratio was 0.92, 0.95 and 0.97 with 250,000, 1 and 4 million photons and k = 50.
-INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, SlowIndirectLight,
-                         testing::Values(Case{"ajar", "knn", 2048}, Case{"ajar", "blocked", 2048}), case_name);
+                         testing::Values(Case{"cornell", "knn", 1024, 1'000'000, 6},
+                                         Case{"cornell", "blocked", 1024, 1'000'000, 6},
+                                         Case{"ajar", "knn", 2048, 2'000'000, 6},
+                                         Case{"ajar", "blocked", 2048, 2'000'000, 6}),
+                         case_name);
 
 /// Root of the mean relative squared error of the indirect light against a reference.
 double relative_rmse(const Film& film, const std::vector<RGB>& reference) {
