@@ -31,6 +31,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// With a budget above this, freed memory may stay in the heap for the next task, which is faster.
+constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
+
 struct RenderOptions {
   std::string scene;
   std::vector<std::string> outputs;
@@ -72,6 +75,7 @@ void resolve_options(RenderOptions& o) {
   s.memory_bytes = o.memory.empty() ? physical_memory_bytes() / 2 : parse_bytes(o.memory, "--memory");
   if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time, "--time");
   s.secondary_gather = !o.no_secondary;
+  s.separate_layers = !s.aovs.empty();
   check_names(s);
   if (o.outputs.empty()) o.outputs.push_back("out.exr");
   for (const std::string& path : o.outputs) {
@@ -194,6 +198,7 @@ int run_render(RenderOptions& o) {
   set_thread_count(o.settings.threads);
   set_simd(o.simd);
   resolve_options(o);
+  if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
   import_options.texture_memory_bytes = o.settings.memory_bytes / 4;

@@ -4,7 +4,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
+#include <fstream>
 #include <limits>
 
 #include "core/error.h"
@@ -48,6 +53,32 @@ std::uint64_t MemoryBudget::peak() const {
 std::map<std::string, std::uint64_t> MemoryBudget::peaks() const {
   const std::lock_guard lock(mutex_);
   return peaks_;
+}
+
+std::uint64_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::uint64_t all = 0, resident = 0;
+  file >> all >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+void restart_peak_resident() {
+  // proc(5), clear_refs: 5 resets the peak to what is resident now.
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+void keep_heap_small() {
+#ifdef __GLIBC__
+  // Setting either threshold keeps glibc from raising both as it sees large blocks freed.
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_TRIM_THRESHOLD, 1 << 20);
+#endif
+}
+
+void return_free_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 std::uint64_t peak_resident_bytes() {

@@ -48,8 +48,16 @@ class Reservation {
   std::uint64_t bytes_;
 };
 
-/// Peak resident memory of this process so far, in bytes (getrusage).
+/// Resident memory of this process now, in bytes.
+std::uint64_t resident_bytes();
+/// Peak resident memory of this process since restart_peak_resident(), else since its start, in bytes (getrusage).
 std::uint64_t peak_resident_bytes();
+/// Lets the peak begin anew at what is resident now; without effect where the system cannot (Linux can).
+void restart_peak_resident();
+/// From now on memory that is freed goes back to the system at once, which costs some time.
+void keep_heap_small();
+/// Gives what is free in the heap back to the system.
+void return_free_memory();
 /// Memory of the machine in bytes.
 std::uint64_t physical_memory_bytes();
 

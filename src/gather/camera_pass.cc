@@ -172,7 +172,7 @@ class BlockTracer {
     const BsdfSample s = sample(bsdf, point.frame.to_local(wo), u_lobe, sampler.next2(), kSharp, Transport::radiance);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
-        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, sampler.next1(), u_light, 1, 1);
+        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, 1, 1);
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
       radiance_.direct[paths_.slot[i]] += paths_.throughput[i] * light.radiance;
     if (!s.valid) return false;

@@ -51,9 +51,9 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
         Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x6c696768u),
                         points.sample[i] * light_samples + n);
         const Vec2 u = sampler.next2();
-        const UnoccludedLight l =
-            sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad, sampler.next1(), u,
-                                static_cast<float>(light_samples), static_cast<float>(gather_rays));
+        const UnoccludedLight l = sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad, u.x,
+                                                      {sampler.next1(), u.y}, static_cast<float>(light_samples),
+                                                      static_cast<float>(gather_rays));
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

@@ -145,7 +145,8 @@ class ChunkGatherer {
     Sampler sampler(SamplerKind::sobol, settings_.seed,
                     hash_combine(hash_combine(points_.sequence[p], 0x61676169u), rays_.stratum[i]), points_.sample[p]);
     const Vec2 u_light = sampler.next2();
-    const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, kBroad, sampler.next1(), u_light, 1, 0);
+    const UnoccludedLight light =
+        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y}, 1, 0);
     if (!is_black(light.radiance)) {
       ++shadow_rays;
       if (!tracer_.occluded(light.shadow_ray)) radiance_.indirect[points_.slot[p]] += weight * light.radiance;

@@ -10,18 +10,19 @@ namespace {
 constexpr int kLayers = 6;
 }
 
-Film::Film(int width, int height) : width_(width), height_(height) {
+Film::Film(int width, int height, bool indirect_only, bool layers)
+    : width_(width), height_(height), indirect_only_(indirect_only), layers_(layers) {
   const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  for (auto& layer : sums_) layer.resize(n);
-  depth_sum_.resize(n);
-  depth_count_.resize(n);
+  for (int layer = 0; layer < (layers ? kLayers : 1); ++layer) sums_[layer].resize(n);
+  depth_sum_.resize(layers ? n : 0);
+  depth_count_.resize(layers ? n : 0);
   count_.resize(n);
   square_sum_.resize(n);
 }
 
-std::uint64_t Film::bytes(int width, int height) {
+std::uint64_t Film::bytes(int width, int height, bool layers) {
   return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
-         (kLayers * sizeof(RGB) + 4 * sizeof(float));
+         (layers ? kLayers * sizeof(RGB) + 4 * sizeof(float) : sizeof(RGB) + 2 * sizeof(float));
 }
 
 void Film::add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit) {
@@ -34,6 +35,13 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
     if (count_[pixel] != task.first_sample + slot / pixels) continue;
     const RGB light[4] = {radiance.emitted[slot], radiance.direct[slot], radiance.indirect[slot],
                           radiance.caustic[slot]};
+    const RGB shown = indirect_only_ ? light[2] : light[0] + light[1] + light[2] + light[3];
+    square_sum_[pixel] += luminance(shown) * luminance(shown);
+    ++count_[pixel];
+    if (!layers_) {
+      sums_[0][pixel] += shown;
+      continue;
+    }
     for (int layer = 0; layer < 4; ++layer) sums_[layer][pixel] += light[layer];
     sums_[4][pixel] += first_hit.albedo[slot];
     const Vec3 n = first_hit.normal[slot];
@@ -42,9 +50,6 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
       depth_sum_[pixel] += first_hit.depth[slot];
       ++depth_count_[pixel];
     }
-    const float all = luminance(light[0] + light[1] + light[2] + light[3]);
-    square_sum_[pixel] += all * all;
-    ++count_[pixel];
   }
 }
 
@@ -64,16 +69,17 @@ bool Film::is_even() const {
 }
 
 RGB Film::mean(Layer layer, std::size_t pixel) const {
-  if (count_[pixel] == 0) return RGB();
+  if (count_[pixel] == 0 || !layers_) return RGB();
   return sums_[static_cast<int>(layer)][pixel] / static_cast<float>(count_[pixel]);
 }
 
 float Film::depth(std::size_t pixel) const {
-  if (depth_count_[pixel] == 0) return std::numeric_limits<float>::infinity();
+  if (!layers_ || depth_count_[pixel] == 0) return std::numeric_limits<float>::infinity();
   return depth_sum_[pixel] / static_cast<float>(depth_count_[pixel]);
 }
 
 RGB Film::radiance(std::size_t pixel, bool indirect_only) const {
+  if (!layers_) return count_[pixel] == 0 ? RGB() : sums_[0][pixel] / static_cast<float>(count_[pixel]);
   if (indirect_only) return mean(Layer::indirect, pixel);
   return mean(Layer::emitted, pixel) + mean(Layer::direct, pixel) + mean(Layer::indirect, pixel) +
          mean(Layer::caustic, pixel);
@@ -83,12 +89,12 @@ double Film::noise() const {
   double image_mean = 0;
   for (std::size_t i = 0; i < pixel_count(); ++i) {
     if (count_[i] < 2) return std::numeric_limits<double>::infinity();
-    image_mean += luminance(radiance(i, false));
+    image_mean += luminance(radiance(i, indirect_only_));
   }
   image_mean /= static_cast<double>(pixel_count());
   double sum = 0;
   for (std::size_t i = 0; i < pixel_count(); ++i) {
-    const double n = count_[i], m = luminance(radiance(i, false));
+    const double n = count_[i], m = luminance(radiance(i, indirect_only_));
     const double variance = std::max(0.0, square_sum_[i] / n - m * m) / (n - 1);
     const double scale = m * m + 0.01 * image_mean * image_mean;
     if (scale > 0) sum += variance / scale;
@@ -98,7 +104,7 @@ double Film::noise() const {
 
 std::vector<float> Film::save() const {
   std::vector<float> out;
-  out.reserve(pixel_count() * (kLayers * 3 + 4));
+  out.reserve(bytes(width_, height_, layers_) / sizeof(float));
   for (const auto& layer : sums_)
     for (const RGB& v : layer) out.insert(out.end(), {v.r, v.g, v.b});
   out.insert(out.end(), depth_sum_.begin(), depth_sum_.end());
@@ -110,8 +116,7 @@ std::vector<float> Film::save() const {
 }
 
 bool Film::restore(const std::vector<float>& state) {
-  const std::size_t n = pixel_count();
-  if (state.size() != n * (kLayers * 3 + 4)) return false;
+  if (state.size() != bytes(width_, height_, layers_) / sizeof(float)) return false;
   std::size_t at = 0;
   for (auto& layer : sums_)
     for (RGB& v : layer) {

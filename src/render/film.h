@@ -12,7 +12,10 @@ namespace glowworm {
 /// the same bits from any number of threads.
 class Film {
  public:
-  Film(int width, int height);
+  /// @param indirect_only the image is the indirect light alone
+  /// @param layers        keep the parts of the light, and what was first hit, apart; else mean() and depth() have
+  ///                      nothing to tell, and radiance() gives the image whatever it is asked
+  explicit Film(int width, int height, bool indirect_only = false, bool layers = true);
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -41,7 +44,7 @@ class Film {
   double noise() const;
 
   /// Bytes that a film of that size holds.
-  static std::uint64_t bytes(int width, int height);
+  static std::uint64_t bytes(int width, int height, bool layers = true);
 
   /// The film's whole state, for checkpoints.
   std::vector<float> save() const;
@@ -50,7 +53,8 @@ class Film {
 
  private:
   int width_, height_;
-  std::vector<RGB> sums_[6];
+  bool indirect_only_, layers_;
+  std::vector<RGB> sums_[6];  // without layers all light of the image is in the first
   std::vector<float> depth_sum_;
   std::vector<std::uint32_t> depth_count_, count_;
   std::vector<float> square_sum_;  // of the luminance of single samples

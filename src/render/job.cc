@@ -10,13 +10,12 @@
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/photon_renderer.h"
+#include "render/scheduler.h"
 
 namespace glowworm {
 
 namespace {
 
-/// Side of a tile in pixels: a task of this size fills both cores with work and is done in a moment.
-constexpr int kTile = 256;
 /// Factor on the radii in a pass of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) (Knaus and
 /// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
 float progressive_radius_scale(std::uint32_t pass) {
@@ -24,14 +23,6 @@ float progressive_radius_scale(std::uint32_t pass) {
   double squared = 1;
   for (std::uint32_t i = 1; i <= pass; ++i) squared *= (i + alpha) / (i + 1);
   return static_cast<float>(std::sqrt(squared));
-}
-
-std::vector<CameraTask> make_tasks(const RenderSettings& settings, std::uint32_t sample) {
-  std::vector<CameraTask> tasks;
-  for (int y = 0; y < settings.height; y += kTile)
-    for (int x = 0; x < settings.width; x += kTile)
-      tasks.push_back({x, y, std::min(x + kTile, settings.width), std::min(y + kTile, settings.height), sample, 1});
-  return tasks;
 }
 
 }  // namespace
@@ -42,7 +33,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       tracer_(std::move(tracer)),
       settings_(resolve(asked, *scene_)),
       budget_(settings_.memory_bytes),
-      film_(settings_.width, settings_.height),
+      film_(settings_.width, settings_.height, settings_.indirect_only, settings_.separate_layers),
       start_(std::chrono::steady_clock::now()) {
   if (resume) {
     if (resume->key != key() || !film_.restore(resume->film))
@@ -50,6 +41,10 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
                   "Give the options of the render that was cut off, or leave --resume out.");
     passes_ = film_.whole_passes();
   }
+  earlier_peak_ = peak_resident_bytes();
+  return_free_memory();
+  scene_bytes_ = resident_bytes();
+  restart_peak_resident();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -96,9 +91,19 @@ std::string Job::key() const {
          " " + settings_text(s);
 }
 
+std::uint64_t Job::peak_beside_scene_bytes() const {
+  const std::uint64_t peak = peak_resident_bytes();
+  return peak > scene_bytes_ ? peak - scene_bytes_ : 0;
+}
+
+std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_resident_bytes()); }
+
 void Job::run() {
   try {
-    const Reservation film(budget_, "film", Film::bytes(settings_.width, settings_.height));
+    // Twice: it is copied for those who look at it while the render goes on.
+    const Reservation film(budget_, "film",
+                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers));
+    const Reservation image(budget_, "image", image_bytes(settings_));
     render_passes();
   } catch (const Cancelled&) {
     ending_ = Ending::cancelled;
@@ -133,34 +138,46 @@ void Job::shoot_photons(PhotonRenderer& photons, std::uint32_t pass) {
 }
 
 void Job::render_passes() {
-  const Camera& camera = scene_->camera(settings_.camera);
   PhotonRenderer photons(*tracer_, settings_, budget_, statistics_);
   const bool mapped = settings_.integrator != Integrator::path;
   const std::uint32_t first_pass = passes_;
   // A render may have been cut off between its last pass and the look at its noise.
   if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
-  for (std::uint32_t pass = first_pass; pass < settings_.samples; ++pass) {
+  for (std::uint32_t done = first_pass; done < settings_.samples; done = passes_) {
     if (should_stop()) return;
-    if (mapped && (pass == first_pass || settings_.progressive)) shoot_photons(photons, pass);
-    const std::vector<CameraTask> tasks = make_tasks(settings_, pass);
-    for (std::size_t i = 0; i < tasks.size(); ++i) {
-      if (film_.has(tasks[i])) continue;
-      if (should_stop()) return;
-      SlotRadiance radiance;
-      FirstHit first_hit;
-      if (mapped)
-        photons.render(camera, tasks[i], radiance, first_hit);
-      else
-        trace_paths(*tracer_, camera, tasks[i], settings_, radiance, first_hit, statistics_);
-      query_point_bytes_ = photons.query_bytes();
-      const std::lock_guard lock(film_mutex_);
-      film_.add(tasks[i], radiance, first_hit);
-      work_done_ = (pass + static_cast<double>(i + 1) / static_cast<double>(tasks.size())) / settings_.samples;
-    }
-    passes_ = pass + 1;
+    if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(photons, done);
+    const Schedule schedule = make_schedule(settings_, budget_.available());
+    photons.set_queries_at_once(schedule.queries_at_once);
+    const std::uint32_t samples = samples_of_pass(schedule, settings_, done);
+    if (!render_pass(photons, tasks_of_pass(schedule, settings_, done, samples))) return;
+    passes_ = done + samples;
     if (reached_noise_target()) return;
   }
   ending_ = Ending::samples_done;
+}
+
+bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks) {
+  const Camera& camera = scene_->camera(settings_.camera);
+  std::size_t slots = 0, slots_done = 0;
+  for (const CameraTask& task : tasks) slots += task.slot_count();
+  const double share = static_cast<double>(tasks.front().sample_count) / settings_.samples;
+  const double share_done = static_cast<double>(passes_) / settings_.samples;
+  for (const CameraTask& task : tasks) {
+    slots_done += task.slot_count();
+    if (film_.has(task)) continue;
+    if (should_stop()) return false;
+    SlotRadiance radiance;
+    FirstHit first_hit;
+    if (settings_.integrator == Integrator::path)
+      trace_paths(*tracer_, camera, task, settings_, radiance, first_hit, statistics_);
+    else
+      photons.render(camera, task, radiance, first_hit);
+    query_point_bytes_ = photons.query_bytes();
+    const std::lock_guard lock(film_mutex_);
+    film_.add(task, radiance, first_hit);
+    work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
+  }
+  return true;
 }
 
 }  // namespace glowworm

@@ -60,10 +60,17 @@ class Job {
   const Scene& scene() const { return *scene_; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
   std::uint64_t query_point_bytes() const { return query_point_bytes_; }
+  /// What the process held when the render began: program, scene and what rays are traced against.
+  std::uint64_t scene_bytes() const { return scene_bytes_; }
+  /// The most that the process held since then, beyond scene_bytes(); 0 where the system cannot tell.
+  std::uint64_t peak_beside_scene_bytes() const;
+  /// The most that the process ever held.
+  std::uint64_t peak_resident() const;
 
  private:
   void run();
   void render_passes();
+  bool render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks);
   std::string key() const;
   void shoot_photons(PhotonRenderer& photons, std::uint32_t pass);
   bool should_stop();
@@ -82,6 +89,7 @@ class Job {
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};
+  std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> photon_map_bytes_{0}, query_point_bytes_{0};
   std::exception_ptr failure_;
   std::thread thread_;

@@ -107,6 +107,13 @@ void add_layer(Image& image, const Film& film, const std::string& aov) {
 
 }  // namespace
 
+std::uint64_t image_bytes(const RenderSettings& settings) {
+  // A layer as it is put together, as the image's channels, and as the file's.
+  constexpr std::uint64_t kBytesPerLayer = 3 * sizeof(RGB);
+  return static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height) * kBytesPerLayer *
+         (settings.aovs.size() + 1);
+}
+
 std::string settings_text(const RenderSettings& settings) { return settings_json(settings).dump(); }
 
 const char* version() { return "0.1.0"; }
@@ -161,11 +168,14 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"active_lanes",
        steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
       {"lanes", simd_lanes()}};
-  const std::uint64_t reserved = job.budget().peak(), resident = peak_resident_bytes();
+  const std::uint64_t reserved = job.budget().peak(), resident = job.peak_resident();
+  const std::uint64_t beside_scene = job.peak_beside_scene_bytes();
   out["memory_bytes"] = {{"budget", settings.memory_bytes},
                          {"peak_reserved", reserved},
                          {"peak_rss", resident},
-                         {"unaccounted", resident > reserved ? resident - reserved : 0},
+                         {"scene", job.scene_bytes()},
+                         {"peak_beside_scene", beside_scene},
+                         {"unaccounted", beside_scene > reserved ? beside_scene - reserved : 0},
                          {"photon_map", job.photon_map_bytes()},
                          {"query_points", job.query_point_bytes()},
                          {"acceleration_structure", tracer.bytes()}};

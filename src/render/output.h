@@ -16,6 +16,9 @@ const char* version();
 /// and time in its metadata.
 Image make_image(const Film& film, const Job& job);
 
+/// Bytes that make_image() and writing its picture take.
+std::uint64_t image_bytes(const RenderSettings& settings);
+
 /// The settings of a render as one line of JSON.
 std::string settings_text(const RenderSettings& settings);
 

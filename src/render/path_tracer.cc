@@ -89,8 +89,9 @@ class Path {
 
   /// Next-event estimation, apart by lobes so that each part goes where it belongs.
   void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec3 wo_local) {
-    const Vec2 u = sampler_.next2();
-    const float u_light = sampler_.next1();
+    const Vec2 pair = sampler_.next2();
+    const float u_light = pair.x;
+    const Vec2 u{sampler_.next1(), pair.y};
     for (const Lobes which : {kBroad, kSharp}) {
       if (!(lobes(bsdf) & which)) continue;
       const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u, 1, 0);

@@ -7,16 +7,12 @@
 #include "density/radius.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
+#include "render/scheduler.h"
 
 namespace glowworm {
 
 namespace {
 
-/// Query points looked up at once, where the budget allows: enough for neighbours to share their searches.
-constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 22;
-/// Bytes that a query point costs between its ray and completion: itself twice while chunks are joined, its radiance,
-/// and an engine's order of it.
-constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
 /// Caustics are sharp: their estimate catches fewer photons.
 constexpr std::uint32_t kCausticShare = 2;
 
@@ -53,14 +49,11 @@ PhotonRenderer::~PhotonRenderer() = default;
 
 std::string PhotonRenderer::engine() const { return engine_ ? engine_->name() : settings_.engine; }
 
-std::uint64_t PhotonRenderer::photon_bytes() const {
-  return (pass_.global.size() + pass_.caustic.size()) * (PhotonBatch::kBytesEach + sizeof(float));
-}
+std::uint64_t PhotonRenderer::photon_bytes() const { return photon_count_ * (PhotonBatch::kBytesEach + sizeof(float)); }
 
 void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   photon_reservation_.reset();
-  photon_reservation_ = std::make_unique<Reservation>(
-      budget_, "photon map", settings_.photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
+  photon_reservation_ = std::make_unique<Reservation>(budget_, "photon map", settings_.photons * kBytesPerPhoton);
   PhotonPassSettings wanted;
   wanted.photons = settings_.photons;
   wanted.seed = settings_.seed;
@@ -83,9 +76,21 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
     if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, caustic_policy);
     caustic_engine_->build(pass_.caustic, caustic_policy, statistics_);
   }
+  hold_engines_only();
+}
+
+void PhotonRenderer::hold_engines_only() {
+  photon_count_ = pass_.global.size() + pass_.caustic.size();
+  const std::uint64_t held = engine_->plan(0, photon_count_, 0).bytes;
+  pass_.global = PhotonBatch();
+  pass_.caustic = PhotonBatch();
+  return_free_memory();
+  photon_reservation_.reset();
+  photon_reservation_ = std::make_unique<Reservation>(budget_, "photon map", held);
 }
 
 void PhotonRenderer::render(const Camera& camera, const CameraTask& task, SlotRadiance& radiance, FirstHit& first_hit) {
+  const Reservation reservation(budget_, "camera samples", task.slot_count() * kBytesPerSlot);
   CameraPassSettings camera_settings;
   camera_settings.width = settings_.width;
   camera_settings.height = settings_.height;
@@ -108,8 +113,9 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   gather_settings.seed = settings_.seed;
   gather_settings.light_samples = settings_.indirect_only ? 0 : settings_.light_samples;
   gather_settings.radii = settings_.secondary_gather ? &radii_ : nullptr;
-  const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
-  const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));
+  const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(settings_.threads));
+  const std::uint64_t room = budget_.available() / kBytesPerQuery;
+  const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(queries_at_once_, room));
   const std::size_t step = std::max<std::size_t>(1, queries_at_once / settings_.gather);
   for (std::size_t first = 0; first < points.size(); first += step) {
     const std::size_t last = std::min(first + step, points.size());

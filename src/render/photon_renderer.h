@@ -24,6 +24,9 @@ class PhotonRenderer {
   /// `radius_scale`.
   void shoot_photons(std::uint32_t pass, float radius_scale);
 
+  /// Query points that are looked up at once, where the budget allows.
+  void set_queries_at_once(std::size_t queries) { queries_at_once_ = queries; }
+
   /// Renders one task the whole way: camera pass, direct light, final gather, density estimation, completion.
   void render(const Camera& camera, const CameraTask& task, SlotRadiance& radiance, FirstHit& first_hit);
 
@@ -31,12 +34,13 @@ class PhotonRenderer {
   std::string engine() const;
   /// Bytes of the photon maps, without the engine's index.
   std::uint64_t photon_bytes() const;
-  /// The pass whose photons are held, with their flux balance (arrays of photons themselves are in the engines).
+  /// The pass whose photons are held, with its flux balance; the photons themselves are in the engines alone.
   const PhotonPass& photons() const { return pass_; }
   /// Most query points that were held at once, in bytes.
   std::uint64_t query_bytes() const { return query_bytes_; }
 
  private:
+  void hold_engines_only();
   void gather(const GatherPoints& points, SlotRadiance& radiance);
   void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target);
 
@@ -48,7 +52,8 @@ class PhotonRenderer {
   std::unique_ptr<Reservation> photon_reservation_;
   std::unique_ptr<DensityEngine> engine_, caustic_engine_;
   RadiusGrid radii_;
-  std::uint64_t query_bytes_ = 0;
+  std::uint64_t query_bytes_ = 0, photon_count_ = 0;
+  std::size_t queries_at_once_ = std::size_t{1} << 22;
 };
 
 }  // namespace glowworm

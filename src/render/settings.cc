@@ -4,10 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "render/scheduler.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -17,6 +19,16 @@ namespace {
 constexpr int kLargestSide = 65536;
 /// Camera samples of a render that ends by time or noise, at most.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
+constexpr std::uint32_t kUsualSamples = 16, kUsualGather = 25;
+/// Photons of a render, within what its picture is worth: one for so many gather rays, since a photon costs as much as
+/// some tens of them, and more photons than the rays can tell apart make no better picture.
+constexpr double kRaysPerPhoton = 200;
+constexpr double kFewestPhotons = 100'000, kMostPhotons = 1'000'000;
+/// Photons take at most this share of the memory.
+constexpr double kPhotonShare = 0.3;
+/// What a core of the year 2020 does at least, gathering and looking up: query points and photons a second. A render
+/// with a limit of time takes a first image within a quarter of it.
+constexpr double kQueriesPerSecond = 500'000, kPhotonsPerSecond = 40'000, kFirstImageShare = 0.25;
 
 void resolve_size(RenderSettings& s, const Scene& scene) {
   if (s.width == 0 && s.height == 0) {
@@ -26,6 +38,28 @@ void resolve_size(RenderSettings& s, const Scene& scene) {
   if (s.width < 1 || s.height < 1 || s.width > kLargestSide || s.height > kLargestSide)
     throw Error(fmt::format("a picture of {}x{} pixels cannot be rendered", s.width, s.height),
                 fmt::format("Give --size WxH with both from 1 to {}.", kLargestSide));
+}
+
+double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
+
+void resolve_gather(RenderSettings& s) {
+  double gather = kUsualGather;
+  if (s.time_limit_s > 0) {
+    const double queries = s.time_limit_s * kFirstImageShare * s.threads * kQueriesPerSecond;
+    gather = std::min(gather, queries / pixel_count(s));
+  }
+  s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
+}
+
+void resolve_photons(RenderSettings& s) {
+  const double samples = std::min(s.samples, std::max(kUsualSamples, kUsualSamples * kUsualGather / s.gather));
+  double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, kFewestPhotons, kMostPhotons);
+  if (s.time_limit_s > 0)
+    photons = std::min(photons, s.time_limit_s * kFirstImageShare * s.threads * kPhotonsPerSecond);
+  photons = std::min(photons, kPhotonShare * static_cast<double>(s.memory_bytes) / kBytesPerPhoton);
+  // Two digits: the number is a choice, not a measurement.
+  const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
+  s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
 }
 
 }  // namespace
@@ -48,22 +82,23 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
   resolve_size(s, scene);
   check_names(s);
+  s.camera = scene.camera(s.camera).name;
+  s.threads = thread_count();
+  if (s.memory_bytes == 0) s.memory_bytes = physical_memory_bytes() / 2;
+  if (!s.aovs.empty()) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
   } else {
     if (s.engine == "auto") s.engine = "blocked";
-    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 16;
-    if (s.gather == 0) s.gather = 25;
-    if (s.photons == 0) s.photons = 500'000;
+    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kUsualSamples;
+    if (s.gather == 0) resolve_gather(s);
+    if (s.photons == 0) resolve_photons(s);
     // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
     // lower than 30.
     if (s.nearest == 0) s.nearest = s.engine == "knn" ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = std::clamp<std::uint32_t>(s.gather / 8, 1, 16);
   }
-  s.camera = scene.camera(s.camera).name;
-  s.threads = thread_count();
-  if (s.memory_bytes == 0) s.memory_bytes = physical_memory_bytes() / 2;
   return s;
 }
 

@@ -40,6 +40,7 @@ struct RenderSettings {
   bool boundary_correction = true;  ///< make up for kernels that reach over edges (density/boundary.h)
   int max_bounces = 64;             ///< path tracer: bounces at most (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
+  bool separate_layers = true;    ///< keep the film's layers apart; always so where there are AOVs
   std::vector<std::string> aovs;  ///< layers beside the image itself; names as in aov_names()
 };
 

@@ -20,6 +20,9 @@ struct Choice {
   float remapped;
 };
 
+/// A number that chose a light of at least this share has digits enough left to choose the place on it.
+constexpr float kSmallestStretched = 1.0f / 4096;
+
 Choice choose_source(const Scene& scene, float u) {
   const auto sample = scene.light_power().sample(u);
   return {sample.index, sample.probability, sample.remapped};
@@ -185,6 +188,7 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
   const Choice choice = choose_source(scene, u_light);
   const std::size_t triangles = scene.emissive_triangles().size();
+  if (choice.probability > kSmallestStretched) u.x = choice.remapped;
   LightSample out;
   if (choice.source < triangles) {
     out = sample_triangle(scene, scene.emissive_triangles()[choice.source], position, u);

@@ -18,7 +18,9 @@ struct LightSample {
 
 /// Chooses a light for the point (position, and normal on the side that is lit; a zero normal: any side), and a
 /// direction to it. pdf = 0 where the light cannot light the point.
-/// @param u_light chooses the light, @param u the place on it, all in [0, 1)
+/// @param u_light chooses the light and, stretched over the light's share, stands for u.x unless that share is tiny:
+///                with u.y a pair that is stratified over all lights at once
+/// @param u       the place on the light; all in [0, 1)
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u);
 
 /// The density per steradian with which sample_light() at `position` gives the direction to `on_light`, a point of an

@@ -84,6 +84,8 @@ TEST_F(StatisticsTest, EveryKeyIsThere) {
                                              "/memory_bytes/budget",
                                              "/memory_bytes/peak_reserved",
                                              "/memory_bytes/peak_rss",
+                                             "/memory_bytes/scene",
+                                             "/memory_bytes/peak_beside_scene",
                                              "/memory_bytes/unaccounted",
                                              "/memory_bytes/photon_map",
                                              "/memory_bytes/query_points",

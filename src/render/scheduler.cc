@@ -1,0 +1,78 @@
+#include "render/scheduler.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+// Query points looked up at once, where the budget allows: enough for neighbours to share their searches.
+constexpr std::uint64_t kMostQueries = std::uint64_t{1} << 22;
+// Below this a portion is hardly worth the work around it.
+constexpr std::uint64_t kFewestQueries = 4096;
+// Sides of tiles are multiples of this, the side of the blocks in which the camera pass takes pixels.
+constexpr int kSmallestTile = 16;
+// Tiles go over the whole width where they are no lower than this.
+constexpr int kLowestBand = 64;
+
+/// Cuts a length into pieces as even as may be, no longer than `most`.
+int even_piece(int length, int most) {
+  const int pieces = (length + most - 1) / most;
+  const int piece = (length + pieces - 1) / pieces;
+  return std::min((piece + kSmallestTile - 1) / kSmallestTile * kSmallestTile, most);
+}
+
+}  // namespace
+
+Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
+  Schedule schedule;
+  const std::uint64_t rays = kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
+  const std::uint64_t smallest =
+      rays + kFewestQueries * kBytesPerQuery + std::uint64_t{kSmallestTile} * kSmallestTile * kBytesPerSlot;
+  if (room < smallest)
+    throw Error(fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
+                            static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
+                "Give a larger --memory, a smaller image, fewer --photons or fewer --threads.");
+  const std::uint64_t left = room - rays;
+  const bool gathers = settings.integrator == Integrator::photon;
+  const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
+  schedule.queries_at_once =
+      static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
+  // A task as large as a portion of its query points, so that a picture comes in even steps.
+  const std::uint64_t slots = std::max<std::uint64_t>(
+      std::min(left / 3 / kBytesPerSlot, schedule.queries_at_once / per_slot), kSmallestTile * kSmallestTile);
+  const auto width = static_cast<std::uint64_t>(settings.width);
+  const bool bands = slots / width >= kLowestBand;
+  const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));
+  const int most_height = bands ? static_cast<int>(std::min<std::uint64_t>(slots / width, 1u << 20)) : side;
+  schedule.tile_width = bands ? settings.width : even_piece(settings.width, side / kSmallestTile * kSmallestTile);
+  schedule.tile_height = even_piece(settings.height, most_height / kSmallestTile * kSmallestTile);
+  // Small pictures give few query points a sample. Where photons look for query points, later passes take several
+  // samples at once, but for progressive renders, whose photons are those of one sample.
+  const std::uint64_t pixels = width * static_cast<std::uint64_t>(settings.height);
+  if (gathers && settings.engine == "reverse" && !settings.progressive)
+    schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(slots / pixels, 1));
+  return schedule;
+}
+
+std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
+  const std::uint32_t wanted = std::clamp<std::uint32_t>(done, 1, schedule.samples_at_once);
+  return std::min(wanted, settings.samples - done);
+}
+
+std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,
+                                      std::uint32_t first_sample, std::uint32_t sample_count) {
+  std::vector<CameraTask> tasks;
+  for (int y = 0; y < settings.height; y += schedule.tile_height)
+    for (int x = 0; x < settings.width; x += schedule.tile_width)
+      tasks.push_back({x, y, std::min(x + schedule.tile_width, settings.width),
+                       std::min(y + schedule.tile_height, settings.height), first_sample, sample_count});
+  return tasks;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,92 @@
+// The scheduler: tasks that cover the picture, fit the memory and do not show in the picture.
+#include "render/scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "render_testing.h"
+#include "scene/builtin.h"
+
+namespace glowworm {
+namespace {
+
+RenderSettings settings_for(int width, int height, std::uint32_t samples, std::uint32_t gather) {
+  RenderSettings s;
+  s.width = width;
+  s.height = height;
+  s.samples = samples;
+  s.gather = gather;
+  s.threads = 2;
+  return s;
+}
+
+TEST(Scheduler, TasksOfAPassCoverEveryPixelOnce) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {17, 5}, {300, 200}, {1920, 1080}, {65536, 3}, {3, 5000}})
+    for (const std::uint64_t room : {std::uint64_t{24} << 20, std::uint64_t{128} << 20, std::uint64_t{4} << 30}) {
+      const RenderSettings settings = settings_for(width, height, 4, 25);
+      const Schedule schedule = make_schedule(settings, room);
+      std::vector<int> covered(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+      for (const CameraTask& task : tasks_of_pass(schedule, settings, 1, 2)) {
+        EXPECT_EQ(task.first_sample, 1u);
+        EXPECT_EQ(task.sample_count, 2u);
+        ASSERT_TRUE(task.x0 >= 0 && task.x0 < task.x1 && task.x1 <= width);
+        ASSERT_TRUE(task.y0 >= 0 && task.y0 < task.y1 && task.y1 <= height);
+        for (int y = task.y0; y < task.y1; ++y)
+          for (int x = task.x0; x < task.x1; ++x) ++covered[static_cast<std::size_t>(y) * width + x];
+      }
+      EXPECT_TRUE(std::all_of(covered.begin(), covered.end(), [](int n) { return n == 1; })) << width << 'x' << height;
+    }
+}
+
+TEST(Scheduler, TasksFitTheRoom) {
+  for (const std::uint32_t gather : {1u, 25u, 600u})
+    for (const std::uint64_t room : {std::uint64_t{24} << 20, std::uint64_t{100} << 20, std::uint64_t{2} << 30}) {
+      const RenderSettings settings = settings_for(1000, 800, 16, gather);
+      const Schedule schedule = make_schedule(settings, room);
+      const std::uint64_t slots = static_cast<std::uint64_t>(schedule.tile_width) *
+                                  static_cast<std::uint64_t>(schedule.tile_height) * schedule.samples_at_once;
+      EXPECT_LE(slots * kBytesPerSlot + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread, room);
+    }
+  EXPECT_THROW(make_schedule(settings_for(100, 100, 1, 1), 1 << 20), Error);
+}
+
+TEST(Scheduler, AWholeImageComesFirstAndAllSamplesInTheEnd) {
+  for (const int side : {16, 200, 2000}) {
+    RenderSettings settings = settings_for(side, side, 100, 25);
+    settings.engine = "reverse";
+    const Schedule schedule = make_schedule(settings, std::uint64_t{1} << 30);
+    EXPECT_EQ(samples_of_pass(schedule, settings, 0), 1u);
+    std::uint32_t done = 0, passes = 0;
+    for (; done < settings.samples; ++passes) {
+      const std::uint32_t samples = samples_of_pass(schedule, settings, done);
+      EXPECT_GE(samples, 1u);
+      EXPECT_LE(samples, std::max(1u, done));
+      done += samples;
+    }
+    EXPECT_EQ(done, settings.samples);
+    // Small pictures take several samples in a pass, large ones do not.
+    EXPECT_EQ(passes < 20, side == 16) << side;
+  }
+  RenderSettings progressive = settings_for(16, 16, 100, 25);
+  progressive.engine = "reverse";
+  progressive.progressive = true;
+  const Schedule schedule = make_schedule(progressive, std::uint64_t{1} << 30);
+  EXPECT_EQ(samples_of_pass(schedule, progressive, 50), 1u);
+}
+
+TEST(Scheduler, MemoryDoesNotShowInThePicture) {
+  const Stage stage(builtin_scene("cornell"));
+  for (const char* engine : {"reverse", "forward", "knn"}) {
+    RenderSettings settings = by_photons(40, 6, 20, 4000, engine);
+    std::vector<std::vector<float>> films;
+    for (const std::uint64_t megabytes : {32, 64, 2000}) {
+      settings.memory_bytes = megabytes << 20;
+      films.push_back(stage.render(settings).save());
+    }
+    EXPECT_EQ(films[0], films[2]) << engine;
+    EXPECT_EQ(films[1], films[2]) << engine;
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
