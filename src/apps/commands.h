@@ -14,6 +14,7 @@ inline constexpr int kExitSignalled = 128;
 /// throws Error where it fails, and sets `exit_status`.
 void add_render_command(CLI::App& program, int& exit_status);
 void add_info_command(CLI::App& program);
+void add_view_command(CLI::App& program, int& exit_status);
 void add_compare_command(CLI::App& program, int& exit_status);
 
 }  // namespace glowworm

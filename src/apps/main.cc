@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   glowworm::remove_temporary_files_at_signals();
   int exit_status = 0;
   glowworm::add_render_command(program, exit_status);
+  glowworm::add_view_command(program, exit_status);
   glowworm::add_info_command(program);
   glowworm::add_compare_command(program, exit_status);
   try {

@@ -12,8 +12,7 @@ namespace {
 constexpr int kGrid = 6;
 }  // namespace
 
-RGB mean_radiance(const SceneDescription& scene, std::uint32_t triangle) {
-  const Geometry& g = scene.geometry;
+RGB mean_radiance(const Geometry& g, const SceneDescription& scene, std::uint32_t triangle) {
   const ColorInput& input = scene.emissions[g.emission[triangle]].radiance;
   if (input.texture == kNone) return input.value;
   const auto& [a, b, c] = g.triangles[triangle];
@@ -28,9 +27,9 @@ RGB mean_radiance(const SceneDescription& scene, std::uint32_t triangle) {
   return {std::max(mean.r, floor.r), std::max(mean.g, floor.g), std::max(mean.b, floor.b)};
 }
 
-RGB triangle_power(const SceneDescription& scene, std::uint32_t triangle) {
-  const float sides = scene.emissions[scene.geometry.emission[triangle]].two_sided ? 2.0f : 1.0f;
-  return mean_radiance(scene, triangle) * (kPi * scene.geometry.area(triangle) * sides);
+RGB triangle_power(const Geometry& g, const SceneDescription& scene, std::uint32_t triangle) {
+  const float sides = scene.emissions[g.emission[triangle]].two_sided ? 2.0f : 1.0f;
+  return mean_radiance(g, scene, triangle) * (kPi * g.area(triangle) * sides);
 }
 
 RGB light_power(const Light& light, float scene_radius) {

@@ -5,11 +5,11 @@
 namespace glowworm {
 
 /// Radiance of an emission averaged over a triangle, W sr^-1 m^-2: exact where it is constant, the mean of a grid of
-/// points where it is textured.
-RGB mean_radiance(const SceneDescription& scene, std::uint32_t triangle);
+/// points where it is textured. `scene` gives the emissions and textures; its own geometry is not looked at.
+RGB mean_radiance(const Geometry& geometry, const SceneDescription& scene, std::uint32_t triangle);
 
 /// Flux of an emissive triangle, W: pi A L, twice where it is two-sided.
-RGB triangle_power(const SceneDescription& scene, std::uint32_t triangle);
+RGB triangle_power(const Geometry& geometry, const SceneDescription& scene, std::uint32_t triangle);
 
 /// Flux of a light, W. A directional light's is what passes a disc of the scene's radius (metres).
 RGB light_power(const Light& light, float scene_radius);

@@ -186,6 +186,7 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 }  // namespace
 
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
+  if (!(scene.light_power().total() > 0)) return {};
   const Choice choice = choose_source(scene, u_light);
   const std::size_t triangles = scene.emissive_triangles().size();
   if (choice.probability > kSmallestStretched) u.x = choice.remapped;
@@ -227,6 +228,7 @@ RGB environment_radiance(const Scene& scene, Vec3 direction) {
 }
 
 EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position, Vec2 u_direction) {
+  if (!(scene.light_power().total() > 0)) return {};
   const Choice choice = choose_source(scene, u_light);
   const std::size_t triangles = scene.emissive_triangles().size();
   EmittedPhoton out;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "scene/environment.h"
@@ -74,9 +75,8 @@ float power_weight(RGB power) {
 Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   check_description(d_);
   normalize_lights(d_);
-  bounds_ = d_.geometry.bounds();
-  center_ = bounds_.center();
-  for (const Vec3& p : d_.geometry.positions) radius_ = std::max(radius_, length(p - center_));
+  geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
+  measure();
   if (d_.cameras.empty()) {
     d_.cameras.push_back(framing_camera(center_, radius_));
     d_.notes.push_back("the scene has no camera; one was placed that sees all of it");
@@ -90,8 +90,37 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   find_light_sources();
 }
 
+Scene::Scene(const Scene& scene, LightTables tables)
+    : d_(scene.d_),
+      geometry_(scene.geometry_),
+      bounds_(scene.bounds_),
+      center_(scene.center_),
+      radius_(scene.radius_),
+      material_has_alpha_(scene.material_has_alpha_) {
+  const bool same_triangles = !tables.geometry || (tables.geometry->triangles.size() == geometry_->triangles.size() &&
+                                                   tables.geometry->emission.size() == geometry_->emission.size());
+  if (tables.emissions.size() != d_.emissions.size() || tables.lights.size() != d_.lights.size() || !same_triangles)
+    throw Error("the light tables are those of another scene");
+  d_.emissions = std::move(tables.emissions);
+  d_.lights = std::move(tables.lights);
+  d_.environment = std::move(tables.environment);
+  normalize_lights(d_);
+  if (tables.geometry) {
+    geometry_ = std::move(tables.geometry);
+    measure();
+  }
+  find_light_sources();
+}
+
+void Scene::measure() {
+  bounds_ = geometry_->bounds();
+  center_ = bounds_.center();
+  radius_ = 0;
+  for (const Vec3& p : geometry_->positions) radius_ = std::max(radius_, length(p - center_));
+}
+
 void Scene::find_light_sources() {
-  const Geometry& g = d_.geometry;
+  const Geometry& g = *geometry_;
   const float disc = kPi * radius_ * radius_;
   emissive_triangles_.clear();
   emissive_index_.assign(g.triangle_count(), kNone);
@@ -100,7 +129,7 @@ void Scene::find_light_sources() {
     if (g.emission[t] == kNone || is_black(d_.emissions[g.emission[t]].radiance.value)) continue;
     emissive_index_[t] = static_cast<std::uint32_t>(emissive_triangles_.size());
     emissive_triangles_.push_back(t);
-    source_powers_.push_back(triangle_power(d_, t));
+    source_powers_.push_back(triangle_power(g, d_, t));
   }
   for (const Light& light : d_.lights) source_powers_.push_back(glowworm::light_power(light, radius_));
   if (d_.environment) {

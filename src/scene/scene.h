@@ -1,5 +1,6 @@
 // The scene: immutable tables that every room reads.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,15 +37,27 @@ struct SceneDescription {
   std::vector<std::string> notes;
 };
 
+/// What of a scene a person at a viewer changes: its lights. Everything else is the scene's that it is laid over.
+struct LightTables {
+  std::vector<Emission> emissions;  ///< as many as the scene has
+  std::vector<Light> lights;        ///< as many as the scene has
+  std::optional<Environment> environment;
+  std::shared_ptr<const Geometry> geometry;  ///< the same triangles with other positions; null: the scene's own
+};
+
 /// An immutable scene with the tables derived from its description.
 class Scene {
  public:
   /// Checks all indices, adds a camera that frames the scene where it has none, and a sky where it has no light (and
   /// says so in the notes). Throws Error for a scene without triangles.
   explicit Scene(SceneDescription description);
+  /// The same scene in another light; shares the geometry. No sky is added where nothing emits: then light_power() has
+  /// a total of 0, and no light may be sampled. Throws Error where the tables are not of this scene.
+  Scene(const Scene& scene, LightTables tables);
 
   const std::string& name() const { return d_.name; }
-  const Geometry& geometry() const { return d_.geometry; }
+  const Geometry& geometry() const { return *geometry_; }
+  std::shared_ptr<const Geometry> shared_geometry() const { return geometry_; }
   const std::vector<Material>& materials() const { return d_.materials; }
   const std::vector<TextureNode>& textures() const { return d_.textures; }
   const std::vector<Emission>& emissions() const { return d_.emissions; }
@@ -80,9 +93,11 @@ class Scene {
   bool has_alpha(std::uint32_t material) const { return material_has_alpha_[material]; }
 
  private:
+  void measure();
   void find_light_sources();
 
-  SceneDescription d_;
+  SceneDescription d_;  // without its geometry, which scenes in other light share
+  std::shared_ptr<const Geometry> geometry_;
   Box3 bounds_;
   Vec3 center_;
   float radius_ = 0;

@@ -22,6 +22,10 @@ constexpr std::size_t kCoherentPacket = 16;
 /// The triangles of one Embree geometry, by their place in the scene's geometry.
 using TriangleList = std::vector<std::uint32_t>;
 
+/// Embree's geometries by their number: what no ray passes, what may be partly absent (Scene::has_alpha), and the same
+/// of triangles that follow() may move.
+constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4;
+
 void throw_on_error(RTCDevice device, const char* doing) {
   const RTCError code = rtcGetDeviceError(device);
   if (code != RTC_ERROR_NONE)
@@ -32,22 +36,23 @@ void throw_on_error(RTCDevice device, const char* doing) {
 }  // namespace
 
 struct Tracer::Implementation {
-  const Scene& scene;
+  const Scene* scene;
+  std::shared_ptr<const Geometry> geometry;  ///< whose positions the structure is of
   RTCDevice device = nullptr;
   RTCScene world = nullptr;
-  TriangleList opaque, tested;  ///< geometry 0 and geometry 1; empty `tested` where no material has an alpha
+  TriangleList lists[kGeometries];
   std::atomic<std::int64_t> bytes{0};
 
-  explicit Implementation(const Scene& s) : scene(s) {}
+  explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {}
   ~Implementation() {
     if (world) rtcReleaseScene(world);
     if (device) rtcReleaseDevice(device);
   }
 
-  std::uint32_t triangle(unsigned geometry, unsigned primitive) const {
-    return geometry == 0 ? opaque[primitive] : tested[primitive];
-  }
-  void add_geometry(const TriangleList& list, unsigned id, bool alpha_tested);
+  std::uint32_t triangle(unsigned id, unsigned primitive) const { return lists[id][primitive]; }
+  void sort_triangles(std::span<const std::uint32_t> movable);
+  void add_geometry(unsigned id);
+  void place_vertices(Vec3* vertices, const TriangleList& list) const;
 };
 
 namespace {
@@ -62,8 +67,9 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
                       RTCRayN_org_z(args->ray, args->N, i)};
     const Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
                          RTCRayN_dir_z(args->ray, args->N, i)};
-    const std::uint32_t triangle = self.tested[RTCHitN_primID(args->hit, args->N, i)];
-    if (!alpha_present(self.scene, triangle, barycentric, origin, direction)) args->valid[i] = 0;
+    const std::uint32_t triangle =
+        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
+    if (!alpha_present(*self.scene, triangle, barycentric, origin, direction)) args->valid[i] = 0;
   }
 }
 
@@ -144,44 +150,86 @@ void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> ra
 
 }  // namespace
 
-void Tracer::Implementation::add_geometry(const TriangleList& list, unsigned id, bool alpha_tested) {
-  const Geometry& source = scene.geometry();
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
-                                           source.positions.size());
-  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), list.size()));
-  throw_on_error(device, "take the triangles");
-  std::memcpy(vertices, source.positions.data(), source.positions.size() * sizeof(Vec3));
-  for (std::size_t i = 0; i < list.size(); ++i) std::copy_n(source.triangles[list[i]].data(), 3, indices + 3 * i);
-  if (alpha_tested) {
-    rtcSetGeometryUserData(geometry, this);
-    rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
-    rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
-  }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(world, geometry, id);
-  rtcReleaseGeometry(geometry);
+void Tracer::Implementation::sort_triangles(std::span<const std::uint32_t> movable) {
+  const Geometry& g = *geometry;
+  std::vector<bool> moves(g.triangle_count(), false);
+  for (const std::uint32_t i : movable) moves[i] = true;
+  for (std::uint32_t i = 0; i < g.triangle_count(); ++i)
+    lists[(moves[i] ? kMovable : 0) + (scene->has_alpha(g.material[i]) ? kTested : 0)].push_back(i);
 }
 
-Tracer::Tracer(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {
+void Tracer::Implementation::add_geometry(unsigned id) {
+  const TriangleList& list = lists[id];
+  if (list.empty()) return;
+  RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  // A movable triangle has vertices of its own here, so that as few as possible are written anew.
+  const bool own_vertices = id >= kMovable;
+  const std::size_t vertex_count = own_vertices ? 3 * list.size() : geometry->positions.size();
+  auto* vertices = static_cast<Vec3*>(
+      rtcSetNewGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3), vertex_count));
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(shape, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                      3 * sizeof(std::uint32_t), list.size()));
+  throw_on_error(device, "take the triangles");
+  if (own_vertices) {
+    rtcSetGeometryBuildQuality(shape, RTC_BUILD_QUALITY_MEDIUM);
+    place_vertices(vertices, list);
+    for (std::uint32_t i = 0; i < 3 * list.size(); ++i) indices[i] = i;
+  } else {
+    std::memcpy(vertices, geometry->positions.data(), vertex_count * sizeof(Vec3));
+    for (std::size_t i = 0; i < list.size(); ++i) std::copy_n(geometry->triangles[list[i]].data(), 3, indices + 3 * i);
+  }
+  if (id & kTested) {
+    rtcSetGeometryUserData(shape, this);
+    rtcSetGeometryIntersectFilterFunction(shape, alpha_filter);
+    rtcSetGeometryOccludedFilterFunction(shape, alpha_filter);
+  }
+  rtcCommitGeometry(shape);
+  rtcAttachGeometryByID(world, shape, id);
+  rtcReleaseGeometry(shape);
+}
+
+void Tracer::Implementation::place_vertices(Vec3* vertices, const TriangleList& list) const {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      vertices[3 * i + corner] = geometry->positions[geometry->triangles[list[i]][corner]];
+}
+
+Tracer::Tracer(const Scene& scene) : Tracer(scene, {}) {}
+
+Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
+    : implementation_(std::make_unique<Implementation>(scene)) {
   Implementation& self = *implementation_;
   self.device = rtcNewDevice(nullptr);
   if (!self.device) throw Error("Embree cannot start on this machine", "Its library needs at least SSE2.");
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
   self.world = rtcNewScene(self.device);
-  const Geometry& geometry = scene.geometry();
-  for (std::uint32_t i = 0; i < geometry.triangle_count(); ++i)
-    (scene.has_alpha(geometry.material[i]) ? self.tested : self.opaque).push_back(i);
-  if (!self.opaque.empty()) self.add_geometry(self.opaque, 0, false);
-  if (!self.tested.empty()) self.add_geometry(self.tested, 1, true);
+  // Only a dynamic scene has a structure for each of its geometries, and builds those anew that changed.
+  if (!movable.empty()) rtcSetSceneFlags(self.world, RTC_SCENE_FLAG_DYNAMIC);
+  self.sort_triangles(movable);
+  for (unsigned id = 0; id < kGeometries; ++id) self.add_geometry(id);
+  rtcCommitScene(self.world);
+  throw_on_error(self.device, "build its acceleration structure");
+}
+
+void Tracer::follow(const Scene& scene) {
+  Implementation& self = *implementation_;
+  self.scene = &scene;
+  if (self.geometry == scene.shared_geometry()) return;
+  self.geometry = scene.shared_geometry();
+  for (unsigned id = kMovable; id < kGeometries; ++id) {
+    if (self.lists[id].empty()) continue;
+    RTCGeometry shape = rtcGetGeometry(self.world, id);
+    self.place_vertices(static_cast<Vec3*>(rtcGetGeometryBufferData(shape, RTC_BUFFER_TYPE_VERTEX, 0)), self.lists[id]);
+    rtcUpdateGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(shape);
+  }
   rtcCommitScene(self.world);
   throw_on_error(self.device, "build its acceleration structure");
 }
 
 Tracer::~Tracer() = default;
 
-const Scene& Tracer::scene() const { return implementation_->scene; }
+const Scene& Tracer::scene() const { return *implementation_->scene; }
 std::uint64_t Tracer::bytes() const {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, implementation_->bytes));
 }

@@ -31,14 +31,21 @@ enum class RayOrder : std::uint8_t {
   coherent,    ///< neighbours start close together and point the same way
 };
 
-/// The scene in the form that rays are traced against. Immutable after it is made; all calls are thread-safe.
+/// The scene in the form that rays are traced against. Immutable after it is made but for
+/// follow(); all other calls are thread-safe.
 class Tracer {
  public:
   /// Builds the acceleration structure, on all threads. The scene must outlive the tracer.
   explicit Tracer(const Scene& scene);
+  /// The same with triangles that follow() may move: they have a structure of their own, which alone is built anew.
+  Tracer(const Scene& scene, std::span<const std::uint32_t> movable);
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
+
+  /// From now on traces `scene`: the scene so far in other light (Scene's second constructor), in which of the
+  /// positions only those of movable triangles may differ. It must outlive the tracer. No other call may be under way.
+  void follow(const Scene& scene);
 
   const Scene& scene() const;
   /// Bytes that the acceleration structure holds.

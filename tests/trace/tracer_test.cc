@@ -269,5 +269,38 @@ TEST(Tracer, CountsTheBytesItHolds) {
   EXPECT_GT(large_tracer.bytes(), 5000u * 48);
 }
 
+/// A tracer that followed its scene to where some triangles are now answers as one that was made of it.
+TEST(Tracer, FollowsMovedTriangles) {
+  SceneDescription description = triangle_soup(400);
+  description.emissions.emplace_back();
+  std::vector<std::uint32_t> movable;
+  for (std::uint32_t i = 0; i < 400; i += 9) {
+    description.geometry.emission[i] = 0;
+    movable.push_back(i);
+  }
+  const Scene before(description);
+  auto moved = std::make_shared<Geometry>(before.geometry());
+  for (const std::uint32_t i : movable)
+    for (const std::uint32_t vertex : moved->triangles[i]) moved->positions[vertex] += Vec3{0.3f, -0.2f, 0.1f};
+  const Scene after(before, {before.emissions(), before.lights(), before.environment(), moved});
+  Tracer following(before, movable);
+  const Tracer made(after);
+  const std::vector<Ray> rays = random_rays(4000, 5);
+  std::vector<Hit> first(rays.size()), second(rays.size()), wanted(rays.size());
+  following.intersect(rays, first, RayOrder::incoherent);
+  following.follow(after);
+  following.intersect(rays, second, RayOrder::incoherent);
+  made.intersect(rays, wanted, RayOrder::incoherent);
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_EQ(second[i].triangle, wanted[i].triangle) << "ray " << i;
+    if (second[i].triangle == kNone) continue;
+    ASSERT_NEAR(second[i].distance, wanted[i].distance, 1e-5f) << "ray " << i;
+    changed += second[i].triangle != first[i].triangle || second[i].distance != first[i].distance;
+  }
+  EXPECT_GT(changed, 100u);
+  EXPECT_EQ(&following.scene(), &after);
+}
+
 }  // namespace
 }  // namespace glowworm

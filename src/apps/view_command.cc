@@ -1,0 +1,155 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/commands.h"
+#include "apps/option_values.h"
+#include "apps/view_options.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "kernels/simd.h"
+#include "render/settings.h"
+#include "scene/builtin.h"
+
+namespace glowworm {
+
+namespace {
+
+int run_view(const ViewOptions& o) {
+  set_thread_count(o.threads);
+  set_simd(o.simd);
+  const Script script = o.script.empty() ? Script() : read_script(o.script);
+  if (!o.out.empty()) return run_headless_view(o, script);
+  return run_window_view(o, script);
+}
+
+void add_start_options(CLI::App& c, ViewOptions& o) {
+  c.add_option("--camera", o.camera, "Camera of the scene to begin with")
+      ->option_text("NAME [the first]")
+      ->group("View");
+  c.add_option("--size", o.size, "Pixels of the picture")->option_text("WxH [the scene's, or 512x512]")->group("View");
+  c.add_option("--mode", o.mode, "What the pixels show")
+      ->check(CLI::IsMember(view_mode_names()))
+      ->option_text(fmt::format("{} [gather]", fmt::join(view_mode_names(), "|")))
+      ->group("View");
+  c.add_option("--part", o.part, "Which light is shown")
+      ->check(CLI::IsMember(light_part_names()))
+      ->option_text(fmt::format("{} [all]", fmt::join(light_part_names(), "|")))
+      ->group("View");
+  c.add_option("--gather", o.gather, "Final gather rays of each camera sample")
+      ->check(CLI::Range(1u, 1u << 16))
+      ->option_text("N [16]")
+      ->group("View");
+  c.add_option("--photons", o.photons, "Photons in the map")->option_text("N [500k]")->group("View");
+  c.add_option("--engine", o.engine, "Density engine")
+      ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
+      ->group("View");
+  c.add_option("--kernel", o.kernel, "Kernel of density estimation")
+      ->check(CLI::IsMember(kernel_names()))
+      ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
+      ->group("View");
+  c.add_flag("--filter", o.filter, "Smooth noise between edges")->group("View");
+  c.add_flag("--no-reuse", o.no_reuse, "Take nothing over from earlier frames")->group("View");
+  c.add_option("--tone", o.tone, "Tone curve")
+      ->check(CLI::IsMember({"filmic", "srgb"}))
+      ->option_text("filmic|srgb [filmic]")
+      ->group("View");
+  c.add_option("--exposure", o.exposure, "Exposure in stops")->option_text("STOPS [0]")->group("View");
+}
+
+void add_session_options(CLI::App& c, ViewOptions& o) {
+  c.add_option("--script", o.script, "Play this JSON file; docs/viewer.md has its keys")
+      ->option_text("FILE.json")
+      ->group("Session");
+  c.add_option("--out", o.out, "Open no window: write every frame into this folder")
+      ->option_text("FOLDER")
+      ->group("Session");
+  c.add_option("--frames", o.frames, "End after so many frames")->option_text("N [the script's]")->group("Session");
+  c.add_option("--format", o.format, "Of the frames in --out")
+      ->check(CLI::IsMember({"png", "exr"}))
+      ->option_text("png|exr [png]")
+      ->group("Session");
+  c.add_option("--fps", o.fps, "Frames a second to hold while the view moves")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->option_text("N [15]")
+      ->group("Session");
+  c.add_flag("--adapt", o.adapt, "With --out, too: hold --fps by fewer pixels, rays and photons while the view moves")
+      ->group("Session");
+  c.add_option("--seed", o.seed, "Seed of all random numbers")->option_text("N [0]")->group("Session");
+  c.add_option("--threads", o.threads, "Threads")
+      ->check(CLI::Range(0, 1024))
+      ->option_text("N [one for each core]")
+      ->group("Session");
+  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+      ->option_text("SIZE [half of the machine's]")
+      ->group("Session");
+  c.add_option("--simd", o.simd, "Instruction set of the kernels")
+      ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
+      ->group("Session");
+}
+
+constexpr const char* kFooter = R"(
+In the window: drag to orbit, with Shift or the middle button to pan, with the right button
+to look around, wheel to come nearer, W A S D Q E to fly, double-click to focus, F12 for a
+screenshot; a scene file dropped on it is opened.
+
+Examples:
+  glowworm view builtin:atrium
+  glowworm view room.glb --mode photons
+  glowworm view builtin:cornell --frames 60 --script moves.json --out frames/)";
+
+}  // namespace
+
+ViewState first_state(const ViewOptions& o, const Script& script, const Session& session) {
+  ViewState state = session.initial_state();
+  state.camera = session.scene().camera(o.camera);
+  set_mode(state, o.mode);
+  set_part(state, o.part);
+  set_kernel(state, o.kernel);
+  RenderSettings names;
+  names.engine = o.engine;
+  check_names(names);
+  if (o.engine != "auto") state.engine = o.engine;
+  state.gather = o.gather;
+  state.photons = parse_count(o.photons, "--photons", 1u << 30);
+  if (state.photons == 0) state.photons = ViewState().photons;
+  state.filter = o.filter;
+  state.reuse = !o.no_reuse;
+  if (script.width > 0) {
+    state.width = script.width;
+    state.height = script.height;
+  }
+  if (!o.size.empty()) {
+    const PixelSize size = parse_pixel_size(o.size, "--size");
+    state.width = size.width;
+    state.height = size.height;
+  }
+  return state;
+}
+
+SessionSettings session_settings(const ViewOptions& o, bool window) {
+  SessionSettings settings;
+  settings.adapt = window || o.adapt;
+  settings.frames_per_second = o.fps;
+  settings.seed = o.seed;
+  if (!o.memory.empty()) settings.memory_bytes = parse_bytes(o.memory, "--memory");
+  return settings;
+}
+
+void add_view_command(CLI::App& program, int& exit_status) {
+  auto options = std::make_shared<ViewOptions>();
+  CLI::App* c = program.add_subcommand("view", "Opens a window on a scene: move the camera and the lights.");
+  c->add_option("scene", options->scene,
+                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                            fmt::join(builtin_scene_names(), ", builtin:")))
+      ->required()
+      ->option_text("SCENE");
+  add_start_options(*c, *options);
+  add_session_options(*c, *options);
+  c->footer(kFooter);
+  c->callback([options, &exit_status] { exit_status = run_view(*options); });
+}
+
+}  // namespace glowworm

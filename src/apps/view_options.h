@@ -1,0 +1,35 @@
+// What `glowworm view` was asked for.
+#pragma once
+#include <string>
+
+#include "session/script.h"
+#include "session/session.h"
+
+namespace glowworm {
+
+struct ViewOptions {
+  std::string scene;
+  std::string script, out, format = "png", size, photons = "500k", camera, memory, simd = "auto";
+  std::string mode = "gather", engine = "auto", kernel = "epanechnikov", part = "all";
+  std::string tone = "filmic";
+  float exposure = 0;
+  std::uint32_t gather = 16, frames = 0, seed = 0;
+  int threads = 0;
+  double fps = 15;
+  bool adapt = false;
+  bool filter = false, no_reuse = false;
+};
+
+/// The state that a session begins with, as the options say. Throws Error for what there is not.
+ViewState first_state(const ViewOptions& options, const Script& script, const Session& session);
+
+/// Settings of the session; frames adapt in a window, and elsewhere where asked to.
+SessionSettings session_settings(const ViewOptions& options, bool window);
+
+/// Plays the script without a window and writes each frame into the folder --out. Returns the exit status.
+int run_headless_view(const ViewOptions& options, const Script& script);
+
+/// Opens the window. Returns the exit status.
+int run_window_view(const ViewOptions& options, const Script& script);
+
+}  // namespace glowworm

@@ -1,0 +1,127 @@
+#include "session/frame_pass.h"
+
+#include <algorithm>
+
+#include "gather/direct_light.h"
+#include "gather/final_gather.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Query points between two looks at the interrupt: enough for neighbours to share their searches.
+constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 18;
+/// Bytes that a query point costs between its ray and completion.
+constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
+
+std::uint32_t light_samples(std::uint32_t gather) { return std::clamp<std::uint32_t>(gather / 8, 1, 16); }
+
+class PassRenderer {
+ public:
+  PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const FramePassSettings& settings, MemoryBudget& budget,
+               const Interrupt& interrupt, Statistics& statistics)
+      : tracer_(tracer),
+        maps_(maps),
+        settings_(settings),
+        budget_(budget),
+        interrupt_(interrupt),
+        statistics_(statistics) {}
+
+  FramePass render(const Camera& camera) {
+    CameraPassSettings camera_settings;
+    camera_settings.width = settings_.width;
+    camera_settings.height = settings_.height;
+    camera_settings.seed = settings_.seed;
+    const CameraTask task{0, 0, settings_.width, settings_.height, settings_.sample, 1};
+    interrupt_.check();
+    const GatherPoints points =
+        camera_pass(tracer_, camera, task, camera_settings, pass_.radiance, pass_.first_hit, statistics_);
+    interrupt_.check();
+    if (needs_diagnosis(settings_.mode))
+      diagnose(points);
+    else if (settings_.mode == ViewMode::photons)
+      look_up(gather_points_as_queries(points), maps_.engine(), pass_.radiance.indirect);
+    else if (settings_.mode == ViewMode::gather)
+      gather_light(points);
+    return std::move(pass_);
+  }
+
+ private:
+  void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
+    std::vector<RGB> found(queries.size());
+    engine.estimate(queries, found, statistics_);
+    complete(queries, found, target, statistics_);
+  }
+
+  void gather_light(const GatherPoints& points) {
+    if (!(tracer_.scene().light_power().total() > 0)) return;
+    add_direct_light(tracer_, points, settings_.seed, light_samples(settings_.gather), settings_.gather, pass_.radiance,
+                     statistics_);
+    interrupt_.check();
+    if (maps_.caustic_engine())
+      look_up(gather_points_as_queries(points), *maps_.caustic_engine(), pass_.radiance.caustic);
+    gather(points, [&](const QueryPoints& queries) { look_up(queries, maps_.engine(), pass_.radiance.indirect); });
+  }
+
+  /// Final gathering in portions; `answer` is called with the query points of each.
+  template <typename Answer>
+  void gather(const GatherPoints& points, Answer&& answer) {
+    FinalGatherSettings gather_settings;
+    gather_settings.rays = settings_.gather;
+    gather_settings.seed = settings_.seed;
+    gather_settings.light_samples = light_samples(settings_.gather);
+    gather_settings.radii = &maps_.radii();
+    const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
+    const auto at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));
+    const std::size_t step = std::max<std::size_t>(1, at_once / settings_.gather);
+    for (std::size_t first = 0; first < points.size(); first += step) {
+      interrupt_.check();
+      const std::size_t last = std::min(first + step, points.size());
+      const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * kBytesPerQuery);
+      answer(final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, statistics_));
+    }
+  }
+
+  void diagnose(const GatherPoints& points) {
+    pass_.diagnosis.assign(pass_.first_hit.depth.size(), RGB());
+    if (maps_.empty() || !maps_.diagnosis()) return;
+    const auto count = [&](QueryPoints queries) {
+      // Lambertian of reflectance pi: what the index holds is summed as it is.
+      std::fill(queries.reflectance.begin(), queries.reflectance.end(), RGB(kPi));
+      std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
+      std::fill(queries.weight.begin(), queries.weight.end(), RGB(1.0f));
+      queries.bsdfs.clear();
+      look_up(queries, *maps_.diagnosis(), pass_.diagnosis);
+    };
+    if (settings_.mode == ViewMode::cost)
+      gather(points, count);
+    else
+      count(gather_points_as_queries(points));
+  }
+
+  const Tracer& tracer_;
+  const PhotonMaps& maps_;
+  const FramePassSettings& settings_;
+  MemoryBudget& budget_;
+  const Interrupt& interrupt_;
+  Statistics& statistics_;
+  FramePass pass_;
+};
+
+}  // namespace
+
+bool shows_light(ViewMode mode) { return mode == ViewMode::gather || mode == ViewMode::photons; }
+
+bool needs_photons(ViewMode mode) { return mode != ViewMode::albedo && mode != ViewMode::normal; }
+
+bool needs_diagnosis(ViewMode mode) {
+  return mode == ViewMode::density || mode == ViewMode::radius || mode == ViewMode::cost;
+}
+
+FramePass render_frame_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera,
+                            const FramePassSettings& settings, MemoryBudget& budget, const Interrupt& interrupt,
+                            Statistics& statistics) {
+  return PassRenderer(tracer, maps, settings, budget, interrupt, statistics).render(camera);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,29 @@
+// The sums of all passes of a view at rest.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "session/frame_pass.h"
+#include "session/view_image.h"
+
+namespace glowworm {
+
+/// Adds passes up, pixel by pixel.
+class FrameSums {
+ public:
+  void clear() { count_ = 0; }
+  void add(FramePass&& pass);
+  std::uint32_t count() const { return count_; }
+
+  /// Means as a picture: light of the part asked for times `factor`, and the surfaces. Positions are not set.
+  ViewImage image(const Camera& camera, int width, int height, LightPart part, float factor) const;
+  /// Means of the diagnosis; empty where there was none.
+  std::vector<RGB> diagnosis() const;
+
+ private:
+  std::uint32_t count_ = 0;
+  FramePass sum_;  // depth: the sum of those that hit something
+  std::vector<std::uint32_t> hits_;
+};
+
+}  // namespace glowworm

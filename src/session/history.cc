@@ -1,0 +1,83 @@
+#include "session/history.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "session/camera_control.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kPixelsAtOnce = 2048;
+/// Two points are of one surface where one lies no further from the other's plane than this share of its distance,
+/// and their normals are no further apart than this cosine.
+constexpr float kPlaneTolerance = 0.01f;
+constexpr float kNormalCosine = 0.9f;
+
+}  // namespace
+
+History::Found History::look_up(Vec3 position, Vec3 normal, bool hit) const {
+  const Projection at = project(last_.camera, position, last_.width, last_.height);
+  Found found;
+  if (!(at.depth > 0) || !std::isfinite(at.film.x) || !std::isfinite(at.film.y)) return found;
+  const float x = at.film.x - 0.5f, y = at.film.y - 0.5f;
+  if (!(x > -1 && y > -1 && x < static_cast<float>(last_.width) && y < static_cast<float>(last_.height))) return found;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  float sum = 0;
+  for (int tap = 0; tap < 4; ++tap) {
+    const int tx = x0 + (tap & 1), ty = y0 + (tap >> 1);
+    if (tx < 0 || ty < 0 || tx >= last_.width || ty >= last_.height) continue;
+    const std::size_t i =
+        static_cast<std::size_t>(ty) * static_cast<std::size_t>(last_.width) + static_cast<std::size_t>(tx);
+    if (std::isfinite(last_.depth[i]) != hit) continue;
+    if (hit && (dot(last_.normal[i], normal) < kNormalCosine ||
+                std::abs(dot(last_.position[i] - position, normal)) > kPlaneTolerance * at.depth))
+      continue;
+    const float w = ((tap & 1) ? fx : 1 - fx) * ((tap >> 1) ? fy : 1 - fy);
+    found.light += last_.light[i] * w;
+    found.weight += weight_[i] * w;
+    sum += w;
+  }
+  // A sliver of the right surface is no estimate of the pixel.
+  if (sum < 0.1f) return {};
+  found.light = found.light / sum;
+  found.weight /= sum;
+  return found;
+}
+
+void History::blend(ViewImage& image, float weight, double seconds) {
+  std::vector<float> weights(image.size(), weight);
+  if (!empty()) {
+    const auto kept = static_cast<float>(std::pow(kRest, std::max(seconds, 0.0) / kLifetime));
+    parallel_for(0, image.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
+        if (found.weight <= 0) continue;
+        // The mean over all frames, but never more of the old than time leaves of it.
+        const float old = std::min(found.weight / (found.weight + weight), kept);
+        image.light[i] = lerp(image.light[i], found.light, old);
+        weights[i] = weight / (1 - old);
+      }
+    });
+  }
+  last_ = image;
+  weight_ = std::move(weights);
+}
+
+void History::blend_resting(ViewImage& image, float weight, double seconds) const {
+  if (empty() || seconds >= kLifetime) return;
+  const auto kept = static_cast<float>(std::pow(kRest, std::max(seconds, 0.0) / kLifetime));
+  parallel_for(0, image.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
+      if (found.weight <= 0) continue;
+      const float old = std::min(found.weight / (found.weight + weight), kept);
+      image.light[i] = lerp(image.light[i], found.light, old);
+    }
+  });
+}
+
+}  // namespace glowworm

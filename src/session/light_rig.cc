@@ -1,0 +1,168 @@
+#include "session/light_rig.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "core/frame.h"
+#include "scene/light_sampling.h"
+#include "session/camera_control.h"
+
+namespace glowworm {
+
+namespace {
+
+bool moves(const LightEdit& edit) { return length_squared(edit.move) > 0 || length_squared(edit.turn) > 0; }
+
+RigLightKind rig_kind(LightKind kind) {
+  return kind == LightKind::point  ? RigLightKind::point
+         : kind == LightKind::spot ? RigLightKind::spot
+                                   : RigLightKind::directional;
+}
+
+/// Emissions in the order of their first triangle.
+std::vector<RigLight> area_lights(const Scene& scene) {
+  const Geometry& g = scene.geometry();
+  std::vector<RigLight> lights;
+  std::map<std::uint32_t, std::size_t> place;
+  for (const std::uint32_t triangle : scene.emissive_triangles()) {
+    const auto [entry, is_new] = place.try_emplace(g.emission[triangle], lights.size());
+    if (is_new) {
+      RigLight& light = lights.emplace_back();
+      light.index = g.emission[triangle];
+      light.name = scene.emissions()[light.index].name;
+      if (light.name.empty()) light.name = "area light";
+    }
+    lights[entry->second].triangles.push_back(triangle);
+  }
+  for (RigLight& light : lights) {
+    Box3 box;
+    for (const std::uint32_t triangle : light.triangles)
+      for (const std::uint32_t vertex : g.triangles[triangle]) box.grow(g.positions[vertex]);
+    light.center = box.center();
+  }
+  return lights;
+}
+
+/// The same name twice could not be told apart.
+void number_names(std::vector<RigLight>& lights) {
+  std::map<std::string, int> seen;
+  for (const RigLight& light : lights) ++seen[light.name];
+  std::map<std::string, int> used;
+  for (RigLight& light : lights)
+    if (seen[light.name] > 1) light.name += fmt::format(" {}", ++used[light.name]);
+}
+
+}  // namespace
+
+LightRig::LightRig(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)), lights_(area_lights(*scene_)) {
+  const auto first = static_cast<std::uint32_t>(scene_->emissive_triangles().size());
+  for (std::uint32_t i = 0; i < scene_->lights().size(); ++i) {
+    const Light& light = scene_->lights()[i];
+    lights_.push_back({light_source_name(*scene_, first + i),
+                       rig_kind(light.kind),
+                       i,
+                       light.position,
+                       light.kind == LightKind::point ? Vec3{0, 0, 0} : light.direction,
+                       {}});
+  }
+  if (scene_->environment()) {
+    const auto source = static_cast<std::uint32_t>(first + scene_->lights().size());
+    lights_.push_back({light_source_name(*scene_, source), RigLightKind::environment, 0, {}, {}, {}});
+  }
+  number_names(lights_);
+}
+
+std::size_t LightRig::find(const std::string& name) const {
+  std::string names;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    if (lights_[i].name == name || std::to_string(i) == name) return i;
+    names += (names.empty() ? "\"" : ", \"") + lights_[i].name + "\"";
+  }
+  throw Error(fmt::format("the scene has no light \"{}\"", name), fmt::format("It has {}.", names));
+}
+
+std::vector<std::uint32_t> LightRig::movable_triangles() const {
+  std::vector<std::uint32_t> all;
+  for (const RigLight& light : lights_) all.insert(all.end(), light.triangles.begin(), light.triangles.end());
+  return all;
+}
+
+bool LightRig::same_geometry(const std::vector<LightEdit>& a, const std::vector<LightEdit>& b) const {
+  const LightEdit none;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    if (lights_[i].kind != RigLightKind::area) continue;
+    const LightEdit &x = i < a.size() ? a[i] : none, &y = i < b.size() ? b[i] : none;
+    if (!(x.move == y.move) || !(x.turn == y.turn)) return false;
+  }
+  return true;
+}
+
+std::shared_ptr<const Geometry> LightRig::moved_geometry(const std::vector<LightEdit>& edits) const {
+  if (same_geometry(edits, {})) return nullptr;
+  auto geometry = std::make_shared<Geometry>(scene_->geometry());
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    if (lights_[i].kind != RigLightKind::area || !moves(edits[i])) continue;
+    const Vec3 center = lights_[i].center, to = center + edits[i].move;
+    for (const std::uint32_t triangle : lights_[i].triangles)
+      for (std::uint32_t& vertex : geometry->triangles[triangle]) {
+        // Vertices of their own: a neighbour that does not shine stays where it is.
+        geometry->positions.push_back(to + rotate(geometry->positions[vertex] - center, edits[i].turn));
+        geometry->normals.push_back(rotate(geometry->normals[vertex], edits[i].turn));
+        geometry->uvs.push_back(geometry->uvs[vertex]);
+        vertex = static_cast<std::uint32_t>(geometry->positions.size() - 1);
+      }
+  }
+  return geometry;
+}
+
+std::shared_ptr<const Scene> LightRig::edited(const std::vector<LightEdit>& edits) const {
+  if (edits.empty()) return scene_;
+  if (edits.size() != lights_.size())
+    throw Error(fmt::format("{} lights were to be edited, but the scene has {}", edits.size(), lights_.size()));
+  if (std::all_of(edits.begin(), edits.end(), [](const LightEdit& e) { return e == LightEdit(); })) return scene_;
+  LightTables tables{scene_->emissions(), scene_->lights(), scene_->environment(), moved_geometry(edits)};
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    const LightEdit& edit = edits[i];
+    const float factor = edit.on ? std::max(edit.scale, 0.0f) : 0.0f;
+    if (lights_[i].kind == RigLightKind::area) {
+      tables.emissions[lights_[i].index].radiance.value *= factor;
+    } else if (lights_[i].kind == RigLightKind::environment) {
+      Environment& sky = *tables.environment;
+      sky.scale *= factor;
+      Transform& m = sky.to_world;
+      m = {rotate(m.x, edit.turn), rotate(m.y, edit.turn), rotate(m.z, edit.turn), m.translation};
+    } else {
+      Light& light = tables.lights[lights_[i].index];
+      light.intensity *= factor;
+      light.position += edit.move;
+      light.direction = rotate(light.direction, edit.turn);
+    }
+  }
+  return std::make_shared<const Scene>(*scene_, std::move(tables));
+}
+
+SunAngles sun_angles(Vec3 direction, Vec3 up) {
+  const Frame frame = Frame::from_normal(up);
+  const Vec3 to_sun = frame.to_local(-direction);
+  return {std::atan2(to_sun.y, to_sun.x), std::asin(std::clamp(to_sun.z, -1.0f, 1.0f))};
+}
+
+Vec3 sun_direction(SunAngles angles, Vec3 up) {
+  const float c = std::cos(angles.elevation);
+  return -Frame::from_normal(up).to_world(
+      {c * std::cos(angles.azimuth), c * std::sin(angles.azimuth), std::sin(angles.elevation)});
+}
+
+Vec3 rotation_between(Vec3 from, Vec3 to) {
+  const Vec3 axis = cross(from, to);
+  const float sine = length(axis), angle = std::atan2(sine, dot(from, to));
+  if (sine > 0) return axis * (angle / sine);
+  return angle > 1 ? Frame::from_normal(from).s * angle : Vec3{0, 0, 0};
+}
+
+}  // namespace glowworm

@@ -1,0 +1,108 @@
+#include "session/script.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "session/camera_control.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr float kDegree = kPi / 180;
+
+std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    throw Error(fmt::format("there is no {} '{}'", what, name),
+                fmt::format("Choose from: {}.", fmt::join(names, ", ")));
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+void play_settings(const ScriptMove& move, const Scene& scene, ViewState& state) {
+  if (move.camera) state.camera = scene.camera(*move.camera);
+  if (move.mode) set_mode(state, *move.mode);
+  if (move.part) set_part(state, *move.part);
+  if (move.kernel) set_kernel(state, *move.kernel);
+  if (move.engine) state.engine = engine_names()[place_of(engine_names(), *move.engine, "engine")];
+  state.gather = move.gather.value_or(state.gather);
+  state.nearest = move.nearest.value_or(state.nearest);
+  state.photons = move.photons.value_or(state.photons);
+  state.filter = move.filter.value_or(state.filter);
+  state.reuse = move.reuse.value_or(state.reuse);
+}
+
+void play_sun(const ScriptLight& wanted, float step, const RigLight& light, Vec3 up, LightEdit& edit) {
+  SunAngles angles = sun_angles(rotate(light.direction, edit.turn), up);
+  if (wanted.azimuth) angles.azimuth += step * (*wanted.azimuth * kDegree - angles.azimuth);
+  if (wanted.elevation) angles.elevation += step * (*wanted.elevation * kDegree - angles.elevation);
+  edit.turn = rotation_between(light.direction, sun_direction(angles, up));
+}
+
+/// @param share of the whole move that a frame does, @param step of what is left of it
+void play_light(const ScriptLight& wanted, bool first, float share, float step, const LightRig& rig, ViewState& state) {
+  const std::size_t i = rig.find(wanted.name);
+  state.lights.resize(rig.lights().size());
+  LightEdit& edit = state.lights[i];
+  if (first) {
+    edit.on = wanted.on.value_or(edit.on);
+    edit.scale = wanted.scale.value_or(edit.scale);
+  }
+  edit.move += wanted.move * share;
+  edit.turn += wanted.turn * (share * kDegree);
+  const RigLight& light = rig.lights()[i];
+  if ((wanted.azimuth || wanted.elevation) && length_squared(light.direction) > 0)
+    play_sun(wanted, step, light, nearest_up(state.camera), edit);
+}
+
+}  // namespace
+
+void set_mode(ViewState& state, const std::string& name) {
+  state.mode = static_cast<ViewMode>(place_of(view_mode_names(), name, "mode"));
+}
+
+void set_part(ViewState& state, const std::string& name) {
+  state.part = static_cast<LightPart>(place_of(light_part_names(), name, "part of light"));
+}
+
+void set_kernel(ViewState& state, const std::string& name) {
+  state.kernel = static_cast<KernelShape>(place_of(kernel_names(), name, "kernel"));
+}
+
+void focus_on(const ViewFrame& frame, Vec2 share, ViewState& state) {
+  const ViewImage& image = frame.image;
+  if (image.empty()) return;
+  const Vec2 film{share.x * static_cast<float>(image.width), share.y * static_cast<float>(image.height)};
+  const int x = std::clamp(static_cast<int>(film.x), 0, image.width - 1);
+  const int y = std::clamp(static_cast<int>(film.y), 0, image.height - 1);
+  const float depth =
+      image.depth[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)];
+  if (!std::isfinite(depth)) return;
+  const Vec3 point = unproject(image.camera, film, image.width, image.height, depth);
+  state.camera = look_towards(state.camera, point, nearest_up(state.camera));
+  state.pivot_distance = length(point - state.camera.to_world.translation);
+}
+
+void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
+          ViewState& state) {
+  for (const ScriptMove& move : script.moves) {
+    if (frame < move.from || frame >= move.to) continue;
+    const bool first = frame == move.from;
+    const float share = 1 / static_cast<float>(move.to - move.from), step = 1 / static_cast<float>(move.to - frame);
+    if (first) play_settings(move, scene, state);
+    if (first && move.focus && shown) focus_on(*shown, *move.focus, state);
+    const Vec3 up = nearest_up(state.camera);
+    const Vec2 orbited = move.orbit * (share * kDegree), looked = move.look * (share * kDegree);
+    if (orbited.x != 0 || orbited.y != 0)
+      state.camera = orbit(state.camera, state.pivot_distance, up, orbited.x, orbited.y);
+    if (looked.x != 0 || looked.y != 0) state.camera = look(state.camera, up, -looked.x, looked.y);
+    if (length_squared(move.fly) > 0) state.camera = fly(state.camera, move.fly * share);
+    if (move.light) play_light(*move.light, first, share, step, rig, state);
+  }
+}
+
+}  // namespace glowworm

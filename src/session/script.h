@@ -1,0 +1,72 @@
+// Scripts: what a person would do in a session, frame by frame, from a JSON file. docs/viewer.md has the keys.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/vec.h"
+#include "session/light_rig.h"
+#include "session/view_frame.h"
+#include "session/view_state.h"
+
+namespace glowworm {
+
+/// What happens to one light during a move.
+struct ScriptLight {
+  std::string name;
+  std::optional<bool> on;
+  std::optional<float> scale;               ///< from the first frame on
+  Vec3 move{0, 0, 0}, turn{0, 0, 0};        ///< in all, spread evenly: metres, degrees about the axes
+  std::optional<float> azimuth, elevation;  ///< degrees at the last frame, approached evenly
+};
+
+/// What happens in the window alone; sessions without one pass over it.
+struct WindowAction {
+  std::string command;  ///< "minimise", "restore", "close", "lose-context", "resize"
+  int width = 0, height = 0;
+};
+
+/// One entry of a script, for frames [from, to).
+struct ScriptMove {
+  std::uint32_t from = 0, to = 1;
+  Vec2 orbit, look;           ///< degrees to the right and up, in all, spread evenly over the frames
+  Vec3 fly{0, 0, 0};          ///< metres to the right, up, ahead, in all
+  std::optional<Vec2> focus;  ///< point of the picture to look at and orbit, as shares of its sides
+  std::optional<std::string> camera, mode, part, engine, kernel;
+  std::optional<std::uint32_t> gather, nearest;
+  std::optional<std::uint64_t> photons;
+  std::optional<bool> filter, reuse;
+  std::optional<ScriptLight> light;
+  std::optional<std::string> screenshot;  ///< file to write at the first frame
+  std::optional<std::string> drop;        ///< scene to load at the first frame
+  std::optional<WindowAction> window;
+};
+
+struct Script {
+  std::uint32_t frames = 0;       ///< as the file says; 0 where it does not
+  double frames_per_second = 30;  ///< of the session's clock
+  int width = 0, height = 0;      ///< 0 where the file does not say
+  std::vector<ScriptMove> moves;
+};
+
+/// Reads a script. Throws Error with file, line or entry, and the keys there are, for one that makes no sense.
+Script read_script(const std::string& path);
+/// The same from text; `name` is named in errors.
+Script parse_script(const std::string& text, const std::string& name);
+
+/// Applies what a script says of a frame to the state. @param shown the frame before, for focusing; may be null.
+/// Throws Error for a camera, light, mode, engine or kernel that there is not.
+void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
+          ViewState& state);
+
+/// Turns the camera to the surface under a point of a frame, which becomes what it orbits; nothing where there is none.
+/// @param share of the frame's sides, from the upper left corner
+void focus_on(const ViewFrame& frame, Vec2 share, ViewState& state);
+
+/// Sets the mode, part or kernel of that name; throws Error that lists the names there are.
+void set_mode(ViewState& state, const std::string& name);
+void set_part(ViewState& state, const std::string& name);
+void set_kernel(ViewState& state, const std::string& name);
+
+}  // namespace glowworm

@@ -1,0 +1,324 @@
+#include "session/session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.h"
+#include "session/preview_filter.h"
+
+namespace glowworm {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Passes of a view at rest that share photons, before others are traced.
+constexpr std::uint32_t kPassesOfMaps = 16;
+constexpr int kLargestSide = 16384;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Factor on the radii of pass i of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) with alpha =
+/// 2/3 (Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20).
+float refined_radius_scale(std::uint32_t pass) {
+  constexpr double alpha = 2.0 / 3.0;
+  double squared = 1;
+  for (std::uint32_t i = 1; i <= pass; ++i) squared *= (i + alpha) / (i + 1);
+  return static_cast<float>(std::sqrt(squared));
+}
+
+/// Takes the difference of two readings of the statistics.
+class CostMeter {
+ public:
+  explicit CostMeter(const Statistics& statistics) : statistics_(statistics), start_(Clock::now()) {
+    for (std::size_t i = 0; i < before_.phase_seconds.size(); ++i)
+      before_.phase_seconds[i] = statistics.seconds(static_cast<Phase>(i));
+    for (std::size_t i = 0; i < before_.counts.size(); ++i)
+      before_.counts[i] = statistics.count(static_cast<Counter>(i));
+  }
+
+  void read(FrameCost& cost) const {
+    for (std::size_t i = 0; i < before_.phase_seconds.size(); ++i)
+      cost.phase_seconds[i] = statistics_.seconds(static_cast<Phase>(i)) - before_.phase_seconds[i];
+    for (std::size_t i = 0; i < before_.counts.size(); ++i)
+      cost.counts[i] = statistics_.count(static_cast<Counter>(i)) - before_.counts[i];
+    cost.seconds = seconds_since(start_);
+  }
+
+ private:
+  const Statistics& statistics_;
+  Clock::time_point start_;
+  FrameCost before_;
+};
+
+void check_state(const ViewState& s) {
+  if (s.width < 1 || s.height < 1 || s.width > kLargestSide || s.height > kLargestSide)
+    throw Error(fmt::format("a view of {}x{} pixels cannot be shown", s.width, s.height),
+                fmt::format("Both sides must be from 1 to {}.", kLargestSide));
+  if (s.gather == 0) throw Error("a view needs at least one gather ray");
+  if (s.photons == 0) throw Error("a view needs at least one photon");
+}
+
+int scaled(int side, float scale) {
+  return std::max(1, static_cast<int>(std::lround(static_cast<float>(side) * scale)));
+}
+
+}  // namespace
+
+/// What differs from the last state.
+struct Session::Change {
+  bool lights = false;   ///< light itself
+  bool camera = false;   ///< where the view is from
+  bool picture = false;  ///< what is shown, and how large
+  bool any() const { return lights || camera || picture; }
+};
+
+Session::Session(std::shared_ptr<const Scene> scene, const SessionSettings& settings)
+    : settings_(settings),
+      base_(std::move(scene)),
+      rig_(base_),
+      scene_(base_),
+      tracer_(std::make_unique<Tracer>(*base_)),
+      budget_(settings.memory_bytes ? settings.memory_bytes : physical_memory_bytes() / 2) {}
+
+Session::~Session() = default;
+
+ViewState Session::initial_state() const {
+  ViewState state;
+  state.camera = base_->camera("");
+  state.lights.resize(rig_.lights().size());
+  if (base_->film().width > 0 && base_->film().height > 0) {
+    state.width = base_->film().width;
+    state.height = base_->film().height;
+  }
+  // Orbiting goes around what is in the middle of the picture.
+  const CameraRay ray = generate_ray(state.camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
+  const Hit hit = tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+  state.pivot_distance = hit.triangle != kNone ? hit.distance : std::max(base_->radius(), 1e-3f);
+  return state;
+}
+
+Session::Change Session::compare(const ViewState& state) const {
+  Change change;
+  change.camera = !same_view(state.camera, state_.camera);
+  change.lights = state.lights != state_.lights;
+  change.picture = state.mode != state_.mode || state.gather != state_.gather || state.engine != state_.engine ||
+                   state.kernel != state_.kernel || state.photons != state_.photons ||
+                   state.nearest != state_.nearest || state.width != state_.width || state.height != state_.height;
+  return change;
+}
+
+void Session::set_lights(const ViewState& state) {
+  const bool same_geometry = rig_.same_geometry(state.lights, state_.lights);
+  const std::shared_ptr<const Scene> edited = rig_.edited(state.lights);
+  if (!same_geometry && !movable_) {
+    // Only now, since rays are a little faster in a structure of one piece.
+    tracer_ = std::make_unique<Tracer>(*base_, rig_.movable_triangles());
+    movable_ = true;
+  }
+  tracer_->follow(*edited);
+  scene_ = edited;
+  forget_photons();
+}
+
+void Session::forget_photons() {
+  maps_.forget();
+  refined_.forget();
+  has_maps_ = false;
+}
+
+void Session::forget_frames() {
+  sums_.clear();
+  history_.clear();
+}
+
+void Session::reserve_photons(std::uint64_t photons) {
+  photon_reservation_.reset();
+  photon_reservation_ =
+      std::make_unique<Reservation>(budget_, "photon map", photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
+}
+
+void Session::update_maps(const ViewState& state, std::uint64_t photons, const Interrupt& interrupt) {
+  if (!needs_photons(state.mode)) return;
+  if (photons != map_photons_) reserve_photons(photons);
+  map_photons_ = photons;
+  PhotonMapSettings wanted;
+  wanted.photons = photons;
+  wanted.nearest = state.nearest;
+  wanted.engine = state.engine;
+  wanted.kernel = state.kernel;
+  wanted.seed = settings_.seed;
+  wanted.diagnosed = needs_diagnosis(state.mode);
+  maps_.update(*tracer_, wanted, interrupt, statistics_);
+  has_maps_ = true;
+}
+
+const PhotonMaps& Session::resting_maps(const ViewState& state, const Interrupt& interrupt) {
+  const std::uint32_t pass = sums_.count() / kPassesOfMaps;
+  if (pass == 0 || !shows_light(state.mode)) {
+    update_maps(state, state.photons, interrupt);
+    return maps_;
+  }
+  if (!refined_reservation_)
+    refined_reservation_ = std::make_unique<Reservation>(budget_, "photon map",
+                                                         state.photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
+  PhotonMapSettings wanted;
+  wanted.photons = state.photons;
+  wanted.nearest = state.nearest;
+  wanted.engine = state.engine;
+  wanted.kernel = state.kernel;
+  wanted.seed = settings_.seed;
+  wanted.pass = pass;
+  wanted.radius_scale = refined_radius_scale(pass);
+  wanted.corrected = true;
+  refined_.update(*tracer_, wanted, interrupt, statistics_);
+  return refined_;
+}
+
+ViewFrame Session::next_frame(const ViewState& state, double seconds) {
+  const Interrupt none;
+  return next_frame(state, seconds, false, none);
+}
+
+ViewFrame Session::next_frame(const ViewState& state, double seconds, bool interacting, const Interrupt& interrupt) {
+  check_state(state);
+  const CostMeter meter(statistics_);
+  const Change change = compare(state);
+  const bool first = !started_;
+  if (first || change.any()) {
+    sums_.clear();
+    refined_.forget();
+    refined_reservation_.reset();
+  }
+  if (!first && change.lights) set_lights(state);
+  if (first && !state.lights.empty()) set_lights(state);
+  if (change.lights || change.picture || first) history_.clear();
+  state_ = state;
+  started_ = true;
+  const bool moving = change.any() || first || (settings_.adapt && interacting);
+  // Frames that are to be mixed need noise of their own; others shall not flicker.
+  if (moving) first_sample_ = state.reuse && shows_light(state.mode) ? first_sample_ + 1 : 0;
+  ViewFrame frame = render(state, moving, interrupt);
+  const bool light = shows_light(state.mode);
+  if (light && (state.reuse || state.filter)) frame.image.find_positions();
+  if (light && state.reuse) reuse(frame, seconds);
+  if (light && state.filter) {
+    const Clock::time_point start = Clock::now();
+    filter_preview(frame.image);
+    frame.cost.filter_seconds = seconds_since(start);
+  }
+  meter.read(frame.cost);
+  learn(frame);
+  return frame;
+}
+
+FrameEffort Session::plan(const ViewState& state, bool moving) const {
+  FrameEffort effort{1, state.gather, state.photons};
+  if (!settings_.adapt) return effort;
+  const auto pixels = static_cast<std::uint64_t>(state.width) * static_cast<std::uint64_t>(state.height);
+  const bool gathers = state.mode == ViewMode::gather || state.mode == ViewMode::cost;
+  if (moving) {
+    effort = pace_.plan(pixels, gathers ? state.gather : 0, state.photons, needs_photons(state.mode) && !has_maps_,
+                        1 / settings_.frames_per_second);
+    // A map of this light is good enough, whatever its photons, until the view rests.
+    if (has_maps_) effort.photons = map_photons_;
+  } else if (gathers) {
+    effort.gather = pace_.resting_gather(pixels, state.gather, settings_.resting_seconds);
+  }
+  effort.gather = std::max<std::uint32_t>(effort.gather, 1);
+  return effort;
+}
+
+ViewFrame Session::render(const ViewState& state, bool moving, const Interrupt& interrupt) {
+  const FrameEffort effort = plan(state, moving);
+  if (moving) update_maps(state, effort.photons, interrupt);
+  const PhotonMaps& maps = moving ? maps_ : resting_maps(state, interrupt);
+  // What a frame in motion saw counts for the rest too, where it is whole.
+  FrameSums hasty;
+  FrameSums& sums = moving && settings_.adapt ? hasty : sums_;
+  FramePassSettings pass;
+  pass.width = scaled(state.width, effort.scale);
+  pass.height = scaled(state.height, effort.scale);
+  pass.sample = first_sample_ + sums.count();
+  pass.gather = effort.gather;
+  pass.seed = settings_.seed;
+  pass.mode = state.mode;
+  sums.add(render_frame_pass(*tracer_, maps, state.camera, pass, budget_, interrupt, statistics_));
+  ViewFrame frame = finish(state, sums, pass.width, pass.height);
+  frame.moving = moving;
+  frame.effort = effort;
+  frame.photons = needs_photons(state.mode) ? maps.photons().global.size() : 0;
+  return frame;
+}
+
+void Session::reuse(ViewFrame& frame, double seconds) {
+  const Clock::time_point start = Clock::now();
+  const auto samples = static_cast<float>(frame.samples * frame.effort.gather);
+  if (frame.moving) {
+    history_.blend(frame.image, samples, seconds - history_seconds_);
+    history_seconds_ = seconds;
+  } else if (seconds - history_seconds_ < History::kLifetime) {
+    history_.blend_resting(frame.image, samples, seconds - history_seconds_);
+  } else {
+    history_.clear();
+  }
+  frame.cost.reuse_seconds = seconds_since(start);
+}
+
+ViewFrame Session::finish(const ViewState& state, const FrameSums& sums, int width, int height) const {
+  ViewFrame frame;
+  const float factor = shows_light(state.mode) ? base_->film().scale : 1.0f;
+  frame.image = sums.image(state.camera, width, height, state.part, factor);
+  frame.samples = sums.count();
+  frame.is_light = shows_light(state.mode);
+  if (!frame.is_light) show_false_colors(state, sums, frame);
+  return frame;
+}
+
+void Session::show_false_colors(const ViewState& state, const FrameSums& sums, ViewFrame& frame) const {
+  ViewImage& image = frame.image;
+  if (state.mode == ViewMode::albedo) {
+    image.light = image.albedo;
+    return;
+  }
+  if (state.mode == ViewMode::normal) {
+    for (std::size_t i = 0; i < image.size(); ++i) {
+      const Vec3 n = image.normal[i];
+      const bool nothing = n == Vec3{0, 0, 0};
+      image.light[i] = nothing ? RGB() : RGB((n.x + 1) / 2, (n.y + 1) / 2, (n.z + 1) / 2);
+    }
+    return;
+  }
+  const std::vector<RGB> means = sums.diagnosis();
+  std::vector<float> values(means.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const PhotonDiagnosis d = photon_diagnosis(means[i]);
+    values[i] = state.mode == ViewMode::density  ? d.density
+                : state.mode == ViewMode::radius ? d.mean_radius
+                                                 : d.shader_operations;
+  }
+  frame.unit = state.mode == ViewMode::density  ? "photons per m^2"
+               : state.mode == ViewMode::radius ? "m"
+                                                : "shader operations per pixel";
+  frame.scale = fitting_scale(values);
+  image.light = false_colors(values, frame.scale);
+}
+
+void Session::learn(const ViewFrame& frame) {
+  const FrameCost& cost = frame.cost;
+  FrameWork work;
+  work.pixels = frame.image.size();
+  work.photon_seconds = cost.phase(Phase::trace_photons) + cost.phase(Phase::build_photon_map);
+  // Correction, which frames in motion do without, would make photons look dear.
+  if (frame.moving && cost.count(Counter::photons_stored) > 0) work.photons = cost.count(Counter::photons_stored);
+  const double lookup = cost.phase(Phase::reorder) + cost.phase(Phase::density) + cost.phase(Phase::completion);
+  work.gather_rays = cost.count(Counter::gather_rays);
+  work.gather_seconds = cost.phase(Phase::gather_rays) + (work.gather_rays > 0 ? lookup : 0.0);
+  work.camera_seconds = cost.seconds - work.photon_seconds - work.gather_seconds;
+  pace_.learn(work);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,99 @@
+// An interactive session without a window: states in, frames out.
+#pragma once
+#include <cstdint>
+#include <memory>
+
+#include "core/memory_budget.h"
+#include "core/statistics.h"
+#include "session/frame_sums.h"
+#include "session/history.h"
+#include "session/interrupt.h"
+#include "session/light_rig.h"
+#include "session/pace.h"
+#include "session/photon_maps.h"
+#include "session/view_frame.h"
+#include "session/view_state.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// How a session works, whatever it shows.
+struct SessionSettings {
+  bool adapt = false;             ///< frames of a view in motion come in time, by fewer pixels, rays and photons
+  double frames_per_second = 15;  ///< that adapting holds
+  double resting_seconds = 0.25;  ///< that a pass of a view at rest takes, about, where frames adapt
+  std::uint32_t seed = 0;
+  std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
+};
+
+/// Renders frame after frame of one scene, and redoes only what changed from state to state: the photon map outlives a
+/// moved camera, radii and indices outlive a changed mode, light edits build no structure anew but that of the moved
+/// lights. While the state stays, passes add up without end; after some, with photons of their own and smaller radii,
+/// as Job's progressive passes. Where frames do not adapt, they depend on states and times alone, not on the machine.
+class Session {
+ public:
+  /// Builds the acceleration structure, on all threads.
+  Session(std::shared_ptr<const Scene> scene, const SessionSettings& settings);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// The scene's first camera, all lights as they are, in the scene's size or 512 x 512.
+  ViewState initial_state() const;
+  const Scene& scene() const { return *base_; }
+  const LightRig& rig() const { return rig_; }
+
+  /// The next frame. Throws Error for a state that cannot be shown, and Cancelled where the interrupt was requested;
+  /// then the next call goes on from what is done.
+  /// @param seconds of the session's clock; never less than in the call before
+  /// @param interacting a person is at it: frames must come in time though nothing changed since the last
+  ViewFrame next_frame(const ViewState& state, double seconds, bool interacting, const Interrupt& interrupt);
+  /// The same without anybody to interrupt it.
+  ViewFrame next_frame(const ViewState& state, double seconds);
+
+  /// Photons are traced anew for the next frame, though light has not changed: for measurements.
+  void forget_photons();
+  /// The next frame starts from nothing but the maps: for measurements.
+  void forget_frames();
+
+  const MemoryBudget& budget() const { return budget_; }
+  const Statistics& statistics() const { return statistics_; }
+
+ private:
+  struct Change;
+  Change compare(const ViewState& state) const;
+  void set_lights(const ViewState& state);
+  void reserve_photons(std::uint64_t photons);
+  void update_maps(const ViewState& state, std::uint64_t photons, const Interrupt& interrupt);
+  const PhotonMaps& resting_maps(const ViewState& state, const Interrupt& interrupt);
+  FrameEffort plan(const ViewState& state, bool moving) const;
+  ViewFrame render(const ViewState& state, bool moving, const Interrupt& interrupt);
+  void reuse(ViewFrame& frame, double seconds);
+  ViewFrame finish(const ViewState& state, const FrameSums& sums, int width, int height) const;
+  void show_false_colors(const ViewState& state, const FrameSums& sums, ViewFrame& frame) const;
+  void learn(const ViewFrame& frame);
+
+  SessionSettings settings_;
+  std::shared_ptr<const Scene> base_;
+  LightRig rig_;
+  std::shared_ptr<const Scene> scene_;  // in the light of state_
+  std::unique_ptr<Tracer> tracer_;
+  bool movable_ = false;  // whether the tracer's structure has movable triangles
+
+  MemoryBudget budget_;
+  std::unique_ptr<Reservation> photon_reservation_, refined_reservation_;
+  Statistics statistics_;
+  PhotonMaps maps_, refined_;
+  bool has_maps_ = false;  // maps_ are of this light
+  std::uint64_t map_photons_ = 0;
+  FrameSums sums_;
+  History history_;
+  Pace pace_;
+
+  bool started_ = false;
+  ViewState state_;                 // of the last frame
+  double history_seconds_ = 0;      // time of the last frame in the history
+  std::uint32_t first_sample_ = 0;  // number of the first camera sample of this view
+};
+
+}  // namespace glowworm

@@ -1,0 +1,46 @@
+// A frame of a session: what a window shows and a script writes.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "core/statistics.h"
+#include "image/image.h"
+#include "session/false_color.h"
+#include "session/pace.h"
+#include "session/view_image.h"
+
+namespace glowworm {
+
+/// What a frame cost.
+struct FrameCost {
+  double seconds = 0;  ///< wall time, all in all
+  std::array<double, static_cast<std::size_t>(Phase::count_)> phase_seconds{};
+  std::array<std::uint64_t, static_cast<std::size_t>(Counter::count_)> counts{};
+  double reuse_seconds = 0, filter_seconds = 0;
+
+  double phase(Phase phase) const { return phase_seconds[static_cast<std::size_t>(phase)]; }
+  std::uint64_t count(Counter counter) const { return counts[static_cast<std::size_t>(counter)]; }
+  /// Camera, gather and occlusion rays.
+  std::uint64_t rays() const {
+    return count(Counter::camera_rays) + count(Counter::gather_rays) + count(Counter::occlusion_rays);
+  }
+};
+
+/// A picture of a state, at the size it was rendered in.
+struct ViewFrame {
+  ViewImage image;
+  bool is_light = true;       ///< radiance, which a tone curve belongs on; else colours to be shown as they are
+  ColorScale scale;           ///< of false colours
+  std::string unit;           ///< of false colours: what the scale measures
+  std::uint32_t samples = 0;  ///< camera samples of each pixel in it
+  bool moving = false;        ///< one of those that had to come in time
+  FrameEffort effort;
+  std::uint64_t photons = 0;  ///< in the global map it was made with
+  FrameCost cost;
+};
+
+/// The frame as a picture for a file: light, and with it albedo, normal and depth.
+Image frame_image(const ViewFrame& frame);
+
+}  // namespace glowworm

@@ -1,0 +1,29 @@
+#include "session/view_image.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "session/camera_control.h"
+
+namespace glowworm {
+
+namespace {
+/// Stands for infinitely far, in metres: far enough, and its square is a float.
+constexpr float kFar = 1e9f;
+constexpr std::size_t kRows = 8;
+}  // namespace
+
+void ViewImage::find_positions() {
+  position.resize(size());
+  parallel_for(0, static_cast<std::size_t>(height), kRows, [&](std::size_t first, std::size_t last) {
+    for (std::size_t y = first; y < last; ++y)
+      for (int x = 0; x < width; ++x) {
+        const std::size_t i = y * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+        const Vec2 film{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
+        position[i] = unproject(camera, film, width, height, std::min(depth[i], kFar));
+      }
+  });
+}
+
+}  // namespace glowworm

@@ -1,0 +1,30 @@
+#include "session/view_state.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace glowworm {
+
+bool same_view(const Camera& a, const Camera& b) {
+  const Transform &m = a.to_world, &n = b.to_world;
+  return a.kind == b.kind && m.x == n.x && m.y == n.y && m.z == n.z && m.translation == n.translation &&
+         a.half_extent == b.half_extent && std::equal(std::begin(a.window), std::end(a.window), std::begin(b.window)) &&
+         a.lens_radius == b.lens_radius && a.focal_distance == b.focal_distance;
+}
+
+const std::vector<std::string>& view_mode_names() {
+  static const std::vector<std::string> names = {"gather", "photons", "albedo", "normal", "density", "radius", "cost"};
+  return names;
+}
+
+const std::vector<std::string>& light_part_names() {
+  static const std::vector<std::string> names = {"all", "direct", "indirect", "caustic"};
+  return names;
+}
+
+const std::vector<std::string>& kernel_names() {
+  static const std::vector<std::string> names = {"box", "cone", "epanechnikov", "gaussian"};
+  return names;
+}
+
+}  // namespace glowworm

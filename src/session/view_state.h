@@ -1,0 +1,61 @@
+// What an interactive session shows: plain data, which a window, a script or a test changes as it likes.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/vec.h"
+#include "density/engine.h"
+#include "scene/camera.h"
+
+namespace glowworm {
+
+/// What the pixels of a view are.
+enum class ViewMode : std::uint8_t {
+  gather,   ///< light by final gathering
+  photons,  ///< the photon map shown directly, without gathering
+  albedo,   ///< of the first surface
+  normal,   ///< shading normal of the first surface, (n + 1) / 2
+  density,  ///< photons per m^2, false colour
+  radius,   ///< mean radius of the photons that count, metres, false colour
+  cost      ///< shader operations for each pixel, false colour
+};
+
+/// Which light is shown where light is shown.
+enum class LightPart : std::uint8_t { all, direct, indirect, caustic };
+
+/// How a light differs from the scene file's. Applied about the light's own centre.
+struct LightEdit {
+  bool on = true;
+  float scale = 1;     ///< factor on its radiance or intensity
+  Vec3 move{0, 0, 0};  ///< metres; without effect on what comes from infinitely far
+  Vec3 turn{0, 0, 0};  ///< rotation vector: axis times radians
+  bool operator==(const LightEdit&) const = default;
+};
+
+/// A view of a scene. Two equal states give the same picture, refined further.
+struct ViewState {
+  Camera camera;
+  float pivot_distance = 1;       ///< from the camera along its axis to the point that it orbits, metres
+  std::vector<LightEdit> lights;  ///< one for each of LightRig::lights()
+  ViewMode mode = ViewMode::gather;
+  LightPart part = LightPart::all;
+  std::uint32_t gather = 16;       ///< final gather rays of each camera sample
+  std::string engine = "blocked";  ///< density engine
+  KernelShape kernel = KernelShape::epanechnikov;
+  std::uint64_t photons = 500'000;  ///< in the global map
+  std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch
+  int width = 512, height = 512;    ///< pixels
+  bool filter = false;              ///< the edge-aware filter of the preview
+  bool reuse = true;                ///< take earlier frames over where they show the same surface
+};
+
+/// Whether all rays of two cameras are the same.
+bool same_view(const Camera& a, const Camera& b);
+
+/// Names for menus, scripts and the command line; the index is the value of the enumeration.
+const std::vector<std::string>& view_mode_names();
+const std::vector<std::string>& light_part_names();
+const std::vector<std::string>& kernel_names();
+
+}  // namespace glowworm

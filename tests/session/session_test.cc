@@ -1,0 +1,259 @@
+// The session: what is redone and what is kept, and that what it shows is what the scene looks like.
+#include "session/session.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "render/job.h"
+#include "session/camera_control.h"
+#include "session/session_testing.h"
+
+namespace glowworm {
+namespace {
+
+class SessionTest : public testing::Test {
+ protected:
+  SessionTest() : session_(test_scene("cornell"), {}), state_(small_state(session_)) {}
+
+  ViewFrame next() { return session_.next_frame(state_, clock_ += 1.0 / 30); }
+  std::uint64_t photons_traced(const ViewFrame& frame) const { return frame.cost.count(Counter::photons_emitted); }
+
+  Session session_;
+  ViewState state_;
+  double clock_ = 0;
+};
+
+TEST_F(SessionTest, KeepsThePhotonMapWhenTheCameraMoves) {
+  EXPECT_GT(photons_traced(next()), 0u);
+  state_.camera = orbit(state_.camera, state_.pivot_distance, nearest_up(state_.camera), 0.1f, 0.05f);
+  const ViewFrame frame = next();
+  EXPECT_EQ(photons_traced(frame), 0u);
+  EXPECT_EQ(frame.cost.phase(Phase::build_photon_map), 0);
+  EXPECT_TRUE(frame.moving);
+  EXPECT_GT(frame.cost.count(Counter::query_points), 0u);
+}
+
+TEST_F(SessionTest, TracesPhotonsAnewWhenALightChanges) {
+  const double before = mean_luminance(next());
+  state_.lights[0].scale = 2;
+  state_.reuse = false;
+  const ViewFrame frame = next();
+  EXPECT_GT(photons_traced(frame), 0u);
+  // The same photons, camera rays and gather rays, with twice the flux.
+  state_.lights[0].scale = 1;
+  EXPECT_NEAR(mean_luminance(frame), 2 * mean_luminance(next()), 1e-4 * before);
+}
+
+TEST_F(SessionTest, TracesNoPhotonsForAnotherEngineKernelOrMode) {
+  next();
+  state_.engine = "forward";
+  EXPECT_EQ(photons_traced(next()), 0u);
+  state_.kernel = KernelShape::cone;
+  EXPECT_EQ(photons_traced(next()), 0u);
+  state_.nearest = 30;
+  EXPECT_EQ(photons_traced(next()), 0u);
+  for (const ViewMode mode :
+       {ViewMode::photons, ViewMode::density, ViewMode::radius, ViewMode::cost, ViewMode::albedo, ViewMode::normal}) {
+    state_.mode = mode;
+    EXPECT_EQ(photons_traced(next()), 0u);
+  }
+}
+
+TEST_F(SessionTest, TracesNoPhotonsWhereOnlySurfacesAreShown) {
+  state_.mode = ViewMode::albedo;
+  EXPECT_EQ(photons_traced(next()), 0u);
+}
+
+TEST_F(SessionTest, ShowsAPartWithoutRenderingOtherLight) {
+  state_.reuse = false;
+  state_.part = LightPart::direct;
+  const ViewFrame direct = next();
+  state_.mode = ViewMode::albedo;  // so that the next frame begins with the same samples
+  next();
+  state_.mode = ViewMode::gather;
+  state_.part = LightPart::indirect;
+  const ViewFrame indirect = next();
+  state_.mode = ViewMode::albedo;
+  next();
+  state_.mode = ViewMode::gather;
+  state_.part = LightPart::all;
+  const ViewFrame all = next();
+  EXPECT_GT(mean_luminance(direct), 0);
+  EXPECT_GT(mean_luminance(indirect), 0);
+  // What is left is light that is seen itself.
+  EXPECT_GT(mean_luminance(all), mean_luminance(direct) + mean_luminance(indirect));
+}
+
+TEST_F(SessionTest, RefinesWhileTheViewRests) {
+  Session other(test_scene("cornell"), {});
+  ViewState fine = state_;
+  fine.gather = 64;
+  ViewFrame reference;
+  for (int i = 0; i < 24; ++i) reference = other.next_frame(fine, i);
+  const ViewFrame first = next();
+  ViewFrame last;
+  for (int i = 0; i < 11; ++i) last = next();
+  EXPECT_EQ(first.samples, 1u);
+  EXPECT_EQ(last.samples, 12u);
+  EXPECT_FALSE(last.moving);
+  EXPECT_LT(relative_difference(last, reference), 0.5 * relative_difference(first, reference));
+}
+
+TEST_F(SessionTest, TakesOtherPhotonsAfterSomePasses) {
+  for (int i = 0; i < 16; ++i) {
+    const ViewFrame frame = next();
+    EXPECT_EQ(photons_traced(frame) > 0, i == 0) << i;
+  }
+  EXPECT_GT(photons_traced(next()), 0u);
+  EXPECT_EQ(photons_traced(next()), 0u);
+  // The map of views in motion is still there.
+  state_.camera = fly(state_.camera, {0, 0, 0.01f});
+  EXPECT_EQ(photons_traced(next()), 0u);
+}
+
+TEST_F(SessionTest, GivesTheSameBitsForAnyNumberOfThreads) {
+  std::vector<ViewFrame> frames[2];
+  for (int run = 0; run < 2; ++run) {
+    set_thread_count(run == 0 ? 1 : 3);
+    Session session(test_scene("cornell"), {});
+    ViewState state = small_state(session);
+    state.filter = true;
+    for (int i = 0; i < 6; ++i) {
+      if (i == 2) state.camera = fly(state.camera, {0.02f, 0, 0.05f});
+      if (i == 4) state.lights[0].move = {0.1f, -0.1f, 0};
+      frames[run].push_back(session.next_frame(state, i / 30.0));
+    }
+  }
+  set_thread_count(0);
+  for (std::size_t i = 0; i < frames[0].size(); ++i)
+    EXPECT_TRUE(frames[0][i].image.light == frames[1][i].image.light) << "frame " << i;
+}
+
+TEST_F(SessionTest, ShowsAMovedLightAsASceneThatWasMadeSo) {
+  state_.reuse = false;
+  state_.lights[0].move = {0.12f, -0.05f, 0.08f};
+  state_.lights[0].scale = 1.5f;
+  next();
+  SceneDescription description = builtin_scene("cornell");
+  Geometry& g = description.geometry;
+  std::set<std::uint32_t> vertices;
+  for (std::size_t t = 0; t < g.triangle_count(); ++t)
+    if (g.emission[t] != kNone) vertices.insert(g.triangles[t].begin(), g.triangles[t].end());
+  for (const std::uint32_t v : vertices) g.positions[v] += state_.lights[0].move;
+  for (Emission& e : description.emissions) e.radiance.value *= 1.5f;
+  Session made(std::make_shared<const Scene>(std::move(description)), {});
+  ViewState plain = state_;
+  plain.lights[0] = {};
+  state_.camera = plain.camera = fly(state_.camera, {0, 0, 0.01f});  // both from their first sample
+  ViewFrame edited, wanted;
+  for (int i = 0; i < 8; ++i) {
+    edited = next();
+    wanted = made.next_frame(plain, i / 30.0);
+  }
+  // The same paths, but for rays on edges between the two structures.
+  EXPECT_LT(relative_difference(edited, wanted), 0.02);
+}
+
+TEST_F(SessionTest, IsDarkWithoutLight) {
+  next();
+  state_.lights[0].on = false;
+  state_.reuse = false;
+  for (const ViewMode mode : {ViewMode::gather, ViewMode::photons}) {
+    state_.mode = mode;
+    EXPECT_EQ(mean_luminance(next()), 0);
+  }
+  state_.mode = ViewMode::density;
+  next();
+  state_.mode = ViewMode::gather;
+  state_.lights[0].on = true;
+  EXPECT_GT(mean_luminance(next()), 0);
+}
+
+TEST_F(SessionTest, StopsWhereItIsInterruptedAndGoesOn) {
+  Interrupt interrupt;
+  interrupt.request();
+  EXPECT_THROW(session_.next_frame(state_, 0, false, interrupt), Cancelled);
+  interrupt.clear();
+  const ViewFrame late = session_.next_frame(state_, 0.1, false, interrupt);
+  Session undisturbed(test_scene("cornell"), {});
+  const ViewFrame frame = undisturbed.next_frame(state_, 0);
+  EXPECT_NEAR(mean_luminance(late), mean_luminance(frame), 0.1 * mean_luminance(frame));
+}
+
+TEST_F(SessionTest, RefusesWhatCannotBeShown) {
+  state_.width = 0;
+  EXPECT_THROW(next(), Error);
+  state_.width = 32;
+  state_.gather = 0;
+  EXPECT_THROW(next(), Error);
+  state_.gather = 4;
+  state_.lights.resize(7);
+  EXPECT_THROW(next(), Error);
+  state_.lights.resize(1);
+  EXPECT_GT(mean_luminance(next()), 0);
+}
+
+TEST_F(SessionTest, StaysWithinItsMemory) {
+  SessionSettings settings;
+  settings.memory_bytes = 1'000'000;
+  Session session(test_scene("cornell"), settings);
+  ViewState state = small_state(session);
+  state.photons = 1'000'000;
+  EXPECT_THROW(session.next_frame(state, 0), Error);
+  state.photons = 2000;
+  EXPECT_NO_THROW(session.next_frame(state, 0));
+}
+
+TEST_F(SessionTest, AdaptsToTheTimeThereIs) {
+  SessionSettings settings;
+  settings.adapt = true;
+  settings.frames_per_second = 1000;  // more than any machine holds
+  Session session(test_scene("cornell"), settings);
+  ViewState state = small_state(session);
+  state.width = 320;
+  state.height = 240;
+  state.gather = 64;
+  ViewFrame frame;
+  for (int i = 0; i < 6; ++i) {
+    state.camera = fly(state.camera, {0, 0, 0.01f});
+    frame = session.next_frame(state, i / 30.0);
+  }
+  EXPECT_LT(frame.image.width, 320);
+  EXPECT_LT(frame.effort.gather, 64u);
+  // At rest the picture is whole again.
+  frame = session.next_frame(state, 1);
+  EXPECT_EQ(frame.image.width, 320);
+}
+
+/// A session at rest and a job converge to one picture: the same physics by two ways through the code.
+TEST(SlowSession, ConvergesToWhatAJobRenders) {
+  for (const char* name : {"cornell", "window-room"}) {
+    const auto scene = test_scene(name);
+    RenderSettings asked;
+    asked.width = 32;
+    asked.height = 24;
+    asked.samples = 32;
+    asked.gather = 16;
+    asked.photons = 100'000;
+    asked.boundary_correction = false;
+    Job job(scene, std::make_shared<const Tracer>(*scene), asked);
+    job.wait();
+    const Film film = job.snapshot();
+    double wanted = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) wanted += luminance(film.radiance(i, false));
+    wanted /= static_cast<double>(film.pixel_count());
+    Session session(scene, {});
+    ViewState state = small_state(session);
+    state.photons = 100'000;
+    state.gather = 16;
+    ViewFrame frame;
+    for (int i = 0; i < 16; ++i) frame = session.next_frame(state, i);
+    EXPECT_NEAR(mean_luminance(frame) / (wanted * scene->film().scale), 1, 0.03) << name;
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
