@@ -41,7 +41,7 @@ struct RenderOptions {
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
   std::string integrator = "photon", resume;
   float exposure = 0;
-  bool verbose = false, quiet = false, no_secondary = false, preview = false, resumes = false;
+  bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, preview = false, resumes = false;
   RenderSettings settings;
 };
 
@@ -76,6 +76,7 @@ void resolve_options(RenderOptions& o) {
   if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time, "--time");
   s.secondary_gather = !o.no_secondary;
   s.separate_layers = !s.aovs.empty();
+  s.guiding = !o.no_guiding;
   check_names(s);
   if (o.outputs.empty()) o.outputs.push_back("out.exr");
   for (const std::string& path : o.outputs) {
@@ -122,6 +123,13 @@ void describe_times(const Statistics& statistics) {
     const auto phase = static_cast<Phase>(i);
     if (statistics.seconds(phase) > 0) detail(fmt::format("{:>9.3f} s  {}", statistics.seconds(phase), name(phase)));
   }
+}
+
+/// What became of the photons of each light, for -v.
+void describe_photons(const Job& job) {
+  for (const LightPhotons& light : job.light_photons())
+    detail(fmt::format("photons of {} ({} sources): {} emitted, {} stored, {} used, {} wasted", light.name,
+                       light.sources, light.emitted, light.stored, light.used, light.wasted()));
 }
 
 /// Writes what the render goes on from to the file of --resume.
@@ -182,6 +190,7 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, Clock::time_p
   // The job counted its own time; the total is that of the whole run.
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
   describe_times(statistics);
+  describe_photons(job);
   if (!o.statistics.empty()) write_file(o.statistics, statistics_json(job, tracer) + "\n");
   inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
   if (interrupted)
@@ -261,6 +270,7 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
       ->group("Method");
   c.add_flag("--no-secondary-gather", o.no_secondary, "Look photons up in corners, too (for comparison)")
       ->group("Method");
+  c.add_flag("--no-guiding", o.no_guiding, "Emit photons by the lights' power alone (for comparison)")->group("Method");
   c.add_option("--seed", s.seed, "Seed of all random numbers: the same seed gives the same image, bit for bit")
       ->option_text("N [0]")
       ->group("Method");
@@ -319,7 +329,8 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
 void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   std::vector<const char*> ignored;
   if (o.integrator == "path")
-    ignored = {"--engine", "--gather", "--photons", "--nearest", "--progressive", "--no-secondary-gather"};
+    ignored = {"--engine",    "--gather", "--photons", "--nearest", "--progressive", "--no-secondary-gather",
+               "--no-guiding"};
   else if (o.integrator == "photons")
     ignored = {"--gather", "--no-secondary-gather"};
   for (const char* name : ignored)

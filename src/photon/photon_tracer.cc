@@ -31,8 +31,11 @@ struct ChunkResult {
   std::vector<std::uint32_t> path;
   std::vector<std::uint32_t> light;
   std::vector<std::uint8_t> caustic;
+  std::vector<std::uint8_t> used;
   FluxBalance balance;
   std::vector<std::uint32_t> emitted_light;
+  std::vector<EmissionNumbers> numbers;  // that each path was emitted with
+  std::vector<float> guide_weight;       // and the factor on its flux
 };
 
 void add(std::array<double, 3>& sum, RGB flux) {
@@ -49,6 +52,11 @@ float arrival_correction(Vec3 direction, Vec3 shading_normal, Vec3 geometric_nor
   const float geometric = std::abs(dot(direction, geometric_normal));
   const float shading = std::abs(dot(direction, shading_normal));
   return std::min(shading / std::max(geometric, 1e-6f), 8.0f);
+}
+
+/// How much the image asks for a photon: of the global map and, where it is one, of the caustic map.
+float demand_for(const PhotonDemand& demand, Vec3 position, Vec3 normal, bool caustic) {
+  return demand.gathered.value(position, normal) + (caustic ? demand.seen.value(position, normal) : 0.0f);
 }
 
 class ChunkTracer {
@@ -75,7 +83,14 @@ class ChunkTracer {
       Sampler sampler(SamplerKind::sobol, settings_.seed, sequence, static_cast<std::uint32_t>(first_path + i));
       const Vec2 direction_sample = sampler.next2();
       const Vec2 position_sample = sampler.next2();
-      const EmittedPhoton photon = sample_emission(tracer_.scene(), sampler.next1(), position_sample, direction_sample);
+      EmissionNumbers numbers = {sampler.next1(), position_sample.x, position_sample.y, direction_sample.x,
+                                 direction_sample.y};
+      const float guide_weight = settings_.guide ? settings_.guide->warp(numbers) : 1.0f;
+      EmittedPhoton photon =
+          sample_emission(tracer_.scene(), numbers[0], {numbers[1], numbers[2]}, {numbers[3], numbers[4]});
+      photon.flux *= guide_weight;
+      result_.numbers.push_back(numbers);
+      result_.guide_weight.push_back(guide_weight);
       result_.emitted_light.push_back(photon.light);
       add(result_.balance.emitted, photon.flux);
       if (is_black(photon.flux)) continue;
@@ -137,7 +152,9 @@ class ChunkTracer {
     result_.photons.push_back(point.position, back, paths_.flux[i] * correction, normal);
     result_.path.push_back(paths_.number[i]);
     result_.light.push_back(paths_.light[i]);
-    result_.caustic.push_back(bounce > 0 && paths_.sharp_only[i]);
+    const bool caustic = bounce > 0 && paths_.sharp_only[i];
+    result_.caustic.push_back(caustic);
+    result_.used.push_back(!settings_.demand || demand_for(*settings_.demand, point.position, normal, caustic) > 0);
     add(result_.balance.stored, paths_.flux[i]);
   }
 
@@ -183,6 +200,7 @@ void join(PhotonPass& pass, const ChunkResult& chunk) {
     if (light != kNone) ++pass.emitted_by_light[light];
   for (std::size_t i = 0; i < chunk.photons.size(); ++i) {
     ++pass.stored_by_light[chunk.light[i]];
+    pass.used_by_light[chunk.light[i]] += chunk.used[i];
     if (chunk.caustic[i])
       pass.caustic.push_back(chunk.photons.position[i], chunk.photons.direction[i], chunk.photons.flux[i],
                              chunk.photons.normal[i]);
@@ -208,6 +226,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   PhotonPass pass;
   pass.emitted_by_light.resize(tracer.scene().light_source_count());
   pass.stored_by_light.resize(tracer.scene().light_source_count());
+  pass.used_by_light.resize(tracer.scene().light_source_count());
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
   while (pass.global.size() < settings.photons && pass.emitted < limit) {
@@ -231,6 +250,28 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   statistics.add(Counter::photons_emitted, pass.emitted);
   statistics.add(Counter::photons_stored, pass.global.size());
   return pass;
+}
+
+std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSettings& settings, std::uint64_t first,
+                                   std::size_t count) {
+  std::vector<PilotPath> paths(count);
+  const double power = tracer.scene().light_power().total();
+  parallel_for(0, count, kPathsPerChunk, [&](std::size_t begin, std::size_t end) {
+    const ChunkResult chunk = ChunkTracer(tracer, settings).trace(first + begin, end - begin);
+    for (std::size_t i = 0; i < chunk.numbers.size(); ++i) {
+      paths[begin + i].numbers = chunk.numbers[i];
+      paths[begin + i].density = 1 / chunk.guide_weight[i];
+    }
+    for (std::size_t i = 0; i < chunk.photons.size(); ++i) {
+      if (!chunk.used[i]) continue;
+      const std::uint32_t path = chunk.path[i];
+      const float demand =
+          demand_for(*settings.demand, chunk.photons.position[i], chunk.photons.normal[i], chunk.caustic[i] != 0);
+      paths[begin + path].score += static_cast<float>(demand * luminance(chunk.photons.flux[i]) /
+                                                      static_cast<double>(chunk.guide_weight[path]) / power);
+    }
+  });
+  return paths;
 }
 
 }  // namespace glowworm

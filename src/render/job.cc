@@ -79,6 +79,11 @@ Checkpoint Job::checkpoint() const {
   return {key(), film_.whole_passes(), film_.save()};
 }
 
+std::vector<LightPhotons> Job::light_photons() const {
+  const std::lock_guard lock(film_mutex_);
+  return light_photons_;
+}
+
 std::string Job::key() const {
   RenderSettings s = settings_;
   // What may differ between the runs that make one image; more samples go on where fewer ended.
@@ -135,6 +140,8 @@ void Job::shoot_photons(PhotonRenderer& photons, std::uint32_t pass) {
   photons.shoot_photons(settings_.progressive ? pass : 0,
                         settings_.progressive ? progressive_radius_scale(pass) : 1.0f);
   photon_map_bytes_ = photons.photon_bytes();
+  const std::lock_guard lock(film_mutex_);
+  light_photons_ = photons.light_photons();
 }
 
 void Job::render_passes() {

@@ -11,6 +11,7 @@
 #include "core/statistics.h"
 #include "render/checkpoint.h"
 #include "render/film.h"
+#include "render/photon_report.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
@@ -56,6 +57,8 @@ class Job {
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
+  /// What became of the photons so far, light by light; any time. Empty with the path tracer.
+  std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
   const Scene& scene() const { return *scene_; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
@@ -83,6 +86,7 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  std::vector<LightPhotons> light_photons_;
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   std::atomic<bool> cancelled_{false}, done_{false};

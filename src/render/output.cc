@@ -74,6 +74,7 @@ json settings_json(const RenderSettings& s) {
               {"noise_target", s.noise_target},
               {"indirect_only", s.indirect_only},
               {"progressive", s.progressive},
+              {"guiding", s.guiding},
               {"secondary_gather", s.secondary_gather}};
   return out;
 }
@@ -170,6 +171,14 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"lanes", simd_lanes()}};
   const std::uint64_t reserved = job.budget().peak(), resident = job.peak_resident();
   const std::uint64_t beside_scene = job.peak_beside_scene_bytes();
+  out["lights"] = json::array();
+  for (const LightPhotons& light : job.light_photons())
+    out["lights"].push_back({{"name", light.name},
+                             {"sources", light.sources},
+                             {"photons_emitted", light.emitted},
+                             {"photons_stored", light.stored},
+                             {"photons_used", light.used},
+                             {"photons_wasted", light.wasted()}});
   out["memory_bytes"] = {{"budget", settings.memory_bytes},
                          {"peak_reserved", reserved},
                          {"peak_rss", resident},

@@ -58,7 +58,16 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   wanted.photons = settings_.photons;
   wanted.seed = settings_.seed;
   wanted.pass = pass;
+  if (settings_.guiding && !guiding_) {
+    const PhaseTimer timer(statistics_, Phase::trace_photons);
+    guiding_ = std::make_unique<PhotonGuiding>(guide_photons(tracer_, settings_));
+  }
+  if (guiding_) {
+    wanted.guide = &guiding_->guide;
+    wanted.demand = &guiding_->demand;
+  }
   pass_ = trace_photons(tracer_, wanted, statistics_);
+  add(light_photons_, photons_by_light(tracer_.scene(), pass_));
   const std::string name = settings_.engine;
   engine_ = make_engine(name);
   const RadiusPolicy policy = make_policy(pass_.global, settings_, name, settings_.nearest, radius_scale);

@@ -8,6 +8,8 @@
 #include "gather/camera_pass.h"
 #include "gather/radius_grid.h"
 #include "photon/photon_tracer.h"
+#include "render/photon_guiding.h"
+#include "render/photon_report.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
@@ -36,6 +38,8 @@ class PhotonRenderer {
   std::uint64_t photon_bytes() const;
   /// The pass whose photons are held, with its flux balance; the photons themselves are in the engines alone.
   const PhotonPass& photons() const { return pass_; }
+  /// What became of the photons of all passes so far.
+  const std::vector<LightPhotons>& light_photons() const { return light_photons_; }
   /// Most query points that were held at once, in bytes.
   std::uint64_t query_bytes() const { return query_bytes_; }
 
@@ -48,7 +52,9 @@ class PhotonRenderer {
   const RenderSettings& settings_;
   MemoryBudget& budget_;
   Statistics& statistics_;
+  std::unique_ptr<PhotonGuiding> guiding_;
   PhotonPass pass_;
+  std::vector<LightPhotons> light_photons_;
   std::unique_ptr<Reservation> photon_reservation_;
   std::unique_ptr<DensityEngine> engine_, caustic_engine_;
   RadiusGrid radii_;

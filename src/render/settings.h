@@ -36,6 +36,7 @@ struct RenderSettings {
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
   bool indirect_only = false;
   bool progressive = false;  ///< photons of its own for every pass, radii that shrink from pass to pass
+  bool guiding = true;       ///< photons emitted where the image needs them (render/photon_guiding.h)
   bool secondary_gather = true;
   bool boundary_correction = true;  ///< make up for kernels that reach over edges (density/boundary.h)
   int max_bounces = 64;             ///< path tracer: bounces at most (Russian roulette ends nearly all earlier)

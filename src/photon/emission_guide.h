@@ -1,0 +1,59 @@
+// Emission of photons guided to where the image needs them.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace glowworm {
+
+/// The random numbers in [0, 1) that an emitted photon is made of: choice of the light, place (2), direction (2).
+using EmissionNumbers = std::array<float, 5>;
+
+/// A path of a pilot pass: the numbers it was emitted with, what it was worth, and the density of those numbers.
+struct PilotPath {
+  EmissionNumbers numbers;
+  float score = 0;    ///< what it brought to the image, as emitted without guiding; not negative
+  float density = 1;  ///< over [0, 1)^5, of all pilot passes together
+};
+
+/// A piecewise constant density over the five random numbers that make an emitted photon, learnt from pilot paths: one
+/// tree serves every light and every kind of light, since they all are made of these numbers. A path of density p
+/// carries 1 / p of its flux, so that all means stay what they are. (Guiding in primary sample space: Guo, Bauszat,
+/// Bikker, Eisemann, "Primary Sample Space Path Guiding", EGSR 2018.)
+class EmissionGuide {
+ public:
+  EmissionGuide();  ///< the uniform density: no guiding
+
+  /// Learns a density. A split of a cell is the one after which the mean score varies least within both parts. The
+  /// density is in proportion to the root of the mean score, which is what spreads least the sum of what the photons
+  /// bring, where they bring it by chance; and never less than `kFloor`.
+  static EmissionGuide learn(std::span<const PilotPath> paths);
+
+  /// Turns uniform numbers into guided ones, strata into strata, and returns 1 / density at the place: the factor on
+  /// the path's flux.
+  float warp(EmissionNumbers& numbers) const;
+  float density(const EmissionNumbers& numbers) const;
+
+  /// Mean score of guided paths over that of unguided ones, as the pilot paths say.
+  double gain() const { return gain_; }
+  std::size_t cell_count() const { return (nodes_.size() + 1) / 2; }
+
+  static constexpr float kFloor = 0.05f;
+
+ private:
+  struct Node {
+    std::uint32_t child = 0;  // the left one; the right one follows; 0: a cell
+    std::uint8_t axis = 0;
+    float split = 0;        // place of the plane, in numbers
+    float left_share = 0;   // probability of the left child
+    float probability = 0;  // of the whole node
+    EmissionNumbers low{}, high{};
+  };
+  class Learner;
+
+  std::vector<Node> nodes_;
+  double gain_ = 1;
+};
+
+}  // namespace glowworm

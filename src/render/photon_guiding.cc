@@ -1,0 +1,123 @@
+#include "render/photon_guiding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "gather/camera_pass.h"
+#include "gather/final_gather.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr double kPilotPixels = 4096;
+constexpr std::uint32_t kPilotGatherRays = 6;
+/// Pilot rounds: the first is emitted by power alone, the others are guided by those before them.
+constexpr int kRounds = 4;
+/// More rounds, while fewer than this share of a round's paths bring something.
+constexpr int kMostRounds = 10;
+constexpr double kHardShare = 0.2;
+/// Paths of a round: a share of the photons wanted, within bounds.
+constexpr std::uint64_t kPhotonsAPath = 8, kFewestPaths = 16384, kMostPaths = 65536;
+/// Where fewer of the first paths than this bring anything, more are sent,
+constexpr std::size_t kFewestHits = 128;
+/// up to so many times as many.
+constexpr std::size_t kMoreFirstPaths = 32;
+/// Share of paths that bring something from which on guiding cannot gain much.
+constexpr double kEasyShare = 0.4;
+/// Gain of the mean score that pays for the unevenness of the photons' flux.
+constexpr double kLeastGain = 1.5;
+/// Passes of a seed that photons themselves never use.
+constexpr std::uint32_t kPilotPass = 0x70696c6fu;
+
+ImportanceGrid importance(const QueryPoints& queries) {
+  std::vector<float> weights;
+  for (const RGB& w : queries.weight) weights.push_back(std::max(0.0f, luminance(w)));
+  return ImportanceGrid(queries.position, queries.normal, weights);
+}
+
+PhotonDemand find_demand(const Tracer& tracer, const RenderSettings& settings) {
+  const double pixels = static_cast<double>(settings.width) * settings.height;
+  const double scale = std::min(1.0, std::sqrt(kPilotPixels / pixels));
+  CameraPassSettings camera_settings;
+  camera_settings.width = std::max(1, static_cast<int>(std::lround(settings.width * scale)));
+  camera_settings.height = std::max(1, static_cast<int>(std::lround(settings.height * scale)));
+  camera_settings.seed = settings.seed;
+  CameraTask task;
+  task.x1 = camera_settings.width;
+  task.y1 = camera_settings.height;
+  // A small picture is looked at with more samples a pixel.
+  task.sample_count =
+      static_cast<std::uint32_t>(std::clamp(kPilotPixels / (static_cast<double>(task.x1) * task.y1), 1.0, 64.0));
+  Statistics statistics;  // of the pilot, which is no part of the render's counts
+  SlotRadiance radiance;
+  FirstHit first_hit;
+  const GatherPoints points = camera_pass(tracer, tracer.scene().camera(settings.camera), task, camera_settings,
+                                          radiance, first_hit, statistics);
+  PhotonDemand demand;
+  const QueryPoints seen = gather_points_as_queries(points);
+  demand.seen = importance(seen);
+  if (settings.integrator == Integrator::photons) {
+    demand.gathered = demand.seen;
+    return demand;
+  }
+  FinalGatherSettings gather;
+  gather.rays = kPilotGatherRays;
+  gather.seed = settings.seed;
+  demand.gathered = importance(final_gather(tracer, points, 0, points.size(), gather, radiance, statistics));
+  return demand;
+}
+
+std::size_t count_hits(std::span<const PilotPath> paths) {
+  return static_cast<std::size_t>(
+      std::count_if(paths.begin(), paths.end(), [](const PilotPath& path) { return path.score > 0; }));
+}
+
+/// Learns from the paths of all rounds so far. @param guides of the rounds; @param counts their numbers of paths
+EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGuide>& guides,
+                    const std::vector<std::size_t>& counts) {
+  // Balance heuristic over the rounds: each path has the density of all of them together.
+  for (PilotPath& path : paths) {
+    double density = 0;
+    for (std::size_t r = 0; r < guides.size(); ++r)
+      density += guides[r].density(path.numbers) * static_cast<double>(counts[r]) / static_cast<double>(paths.size());
+    path.density = static_cast<float>(density);
+  }
+  return EmissionGuide::learn(paths);
+}
+
+}  // namespace
+
+PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings) {
+  PhotonGuiding out;
+  out.demand = find_demand(tracer, settings);
+  if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
+  PhotonPassSettings pilot;
+  pilot.seed = settings.seed;
+  pilot.pass = kPilotPass;
+  pilot.demand = &out.demand;
+  std::vector<PilotPath> paths;
+  std::vector<EmissionGuide> guides;
+  std::vector<std::size_t> counts;
+  const auto count = static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kFewestPaths, kMostPaths));
+  double share = 0;  // of the paths of the last round that brought something
+  for (int round = 0; round < kRounds || (round < kMostRounds && share < kHardShare); ++round) {
+    const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts);
+    pilot.guide = &guide;
+    const std::size_t before = paths.size();
+    do {
+      const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), count);
+      paths.insert(paths.end(), more.begin(), more.end());
+    } while (round == 0 && count_hits(paths) < kFewestHits && paths.size() < kMoreFirstPaths * count);
+    guides.push_back(guide);
+    counts.push_back(paths.size() - before);
+    share = static_cast<double>(count_hits(std::span(paths).subspan(before))) / static_cast<double>(counts.back());
+    if (round == 0 && (share == 0 || share > kEasyShare)) return out;
+  }
+  EmissionGuide guide = learn(paths, guides, counts);
+  if (guide.gain() >= kLeastGain) out.guide = std::move(guide);
+  return out;
+}
+
+}  // namespace glowworm
