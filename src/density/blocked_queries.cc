@@ -15,6 +15,10 @@ constexpr std::size_t kPiece = std::size_t{1} << 16;
 // Points of a bucket that are aimed at: their records stay in the second-level cache while they are sorted.
 constexpr std::size_t kPointsWanted = 1024;
 constexpr std::size_t kMostCells = 4096;
+// Points that the grid is laid around.
+constexpr std::size_t kSampledForBounds = std::size_t{1} << 16;
+// Points of a square of the finest level to which a bucket is sorted.
+constexpr std::size_t kPointsOfSquare = 4;
 // Rounds of dividing a bucket that is too large, before its points are taken as they are.
 constexpr int kMostRounds = 8;
 // How far ahead of its use memory is asked for, in points.
@@ -81,6 +85,15 @@ std::span<T> grown(LargeArray<T>& array, std::size_t n) {
   return array.span().first(n);
 }
 
+/// The box around some of the points: those outside of it count to the cells at its border.
+Box3 sampled_bounds(std::span<const Vec3> points) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kSampledForBounds);
+  Box3 box;
+  for (std::size_t i = 0; i < points.size(); i += step)
+    if (is_finite(points[i])) box.grow(points[i]);
+  return box;
+}
+
 /// Coordinates of points as the kernels read them.
 const float* coordinates(const Vec3* points) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
@@ -92,7 +105,7 @@ const float* coordinates(const Vec3* points) {
 QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last, QueryMemory& memory)
     : memory_(memory), first_(first), last_(last) {
   const std::size_t n = last - first;
-  const KeyGrid grid = grid_over(bounds_of(std::span(points.position).subspan(first, n)), cells_for(n));
+  const KeyGrid grid = grid_over(sampled_bounds(std::span(points.position).subspan(first, n)), cells_for(n));
   cells_ = cell_count(grid);
   const std::span<std::uint32_t> keys = grown(memory_.keys, n);
   const std::span<std::uint32_t> all_places = grown(memory_.places, pieces_of(n) * cells_);
@@ -133,7 +146,8 @@ void QueryBuckets::add_answers(const QueryPoints& points, std::span<RGB> radianc
       if (keys[i] == kNoKey) continue;
       const RGB answer = memory_.answers[--places[keys[i] >> kKeyCellShift]];
       const std::size_t q = first_ + i;
-      radiance[q] += points.bsdf[q] == kLambertianQuery ? points.reflectance[q] * answer : answer;
+      const bool lambertian = (keys[i] >> kKeyGroupShift & 7) != kNotLambertianGroup;
+      radiance[q] += lambertian ? points.reflectance[q] * answer : answer;
     }
   });
 }
@@ -191,28 +205,34 @@ std::uint64_t QueryBuckets::bytes(std::size_t points) {
 
 void BucketOrder::sort(std::span<const BucketPoint> points) {
   const std::size_t n = points.size();
-  // As many levels of the curve as make cells of a few points on a surface.
-  int levels = 0;
-  while (levels < kKeyLevels && (std::size_t{4} << (2 * levels)) < n) ++levels;
-  const int shift = 3 * (kKeyLevels - levels);
-  // The upper digit holds the group in its highest three bits.
-  const int key_bits = 3 * levels + 3, low_bits = std::min(key_bits / 2, 3 * levels), high_bits = key_bits - low_bits;
-  const std::uint32_t low_mask = (1u << low_bits) - 1, key_mask = (1u << kKeyCellShift) - 1;
-  std::array<std::uint32_t, 1 << (kKeyCellShift / 2)> low_places{}, high_places{};
-  entries_.resize(n);
-  other_.resize(n);
+  constexpr std::uint32_t kSheets = 1u << (kKeyCellShift - kKeyCurveBits), kSheetMask = kSheets - 1;
+  keys_.resize(n);
   order_.resize(n);
+  // A sheet is a group and a slab; few of them are there in a cell, and only these take part.
+  std::array<std::uint32_t, kSheets> sheet_points{}, sheet_place{};
   for (std::size_t i = 0; i < n; ++i) {
-    const std::uint32_t key = (points[i].key & key_mask) >> shift;
-    entries_[i] = {key, static_cast<std::uint32_t>(i)};
-    ++low_places[key & low_mask];
-    ++high_places[key >> low_bits];
+    keys_[i] = points[i].key;
+    ++sheet_points[keys_[i] >> kKeyCurveBits & kSheetMask];
   }
-  std::exclusive_scan(low_places.begin(), low_places.end(), low_places.begin(), 0u);
-  std::exclusive_scan(high_places.begin(), high_places.end(), high_places.begin(), 0u);
-  for (std::size_t g = 0; g <= kKeyGroups; ++g) first_[g] = high_places[g << (high_bits - 3)];
-  for (const Entry& entry : entries_) other_[low_places[entry.key & low_mask]++] = entry;
-  for (const Entry& entry : other_) order_[high_places[entry.key >> low_bits]++] = entry.index;
+  std::uint32_t sheets = 0, before = 0;
+  for (std::uint32_t s = 0; s < kSheets; ++s) {
+    if (s % (1u << kKeySlabBits) == 0) first_[s >> kKeySlabBits] = before;
+    before += sheet_points[s];
+    sheet_place[s] = sheets;
+    sheets += sheet_points[s] > 0;
+  }
+  // As many levels of the curve as make squares of a few points on a sheet.
+  int levels = 0;
+  while (levels < kKeyLevels && (std::size_t{kPointsOfSquare} << (2 * levels)) * sheets < n) ++levels;
+  const int shift = kKeyCurveBits - 2 * levels;
+  const std::uint32_t curve_mask = (1u << kKeyCurveBits) - 1;
+  places_.assign(std::size_t{sheets} << (2 * levels), 0);
+  for (std::uint32_t& key : keys_) {
+    key = sheet_place[key >> kKeyCurveBits & kSheetMask] << (2 * levels) | (key & curve_mask) >> shift;
+    ++places_[key];
+  }
+  std::exclusive_scan(places_.begin(), places_.end(), places_.begin(), 0u);
+  for (std::size_t i = 0; i < n; ++i) order_[places_[keys_[i]]++] = static_cast<std::uint32_t>(i);
 }
 
 }  // namespace glowworm

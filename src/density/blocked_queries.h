@@ -38,7 +38,7 @@ class QueryBuckets {
     std::uint32_t first, last;
   };
   /// A bucket holds no more points than this.
-  static constexpr std::size_t kMostPoints = std::size_t{1} << 15;
+  static constexpr std::size_t kMostPoints = std::size_t{1} << 17;
 
   /// Takes points first to last - 1, but for those with a position or normal that is not finite. On all threads; the
   /// same buckets for any number of them. The memory must outlive this.
@@ -84,11 +84,7 @@ class BucketOrder {
   }
 
  private:
-  struct Entry {
-    std::uint32_t key, index;
-  };
-  std::vector<Entry> entries_, other_;
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> keys_, places_, order_;
   std::array<std::uint32_t, kKeyGroups + 1> first_{};
 };
 

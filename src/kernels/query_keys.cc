@@ -20,50 +20,52 @@ using U = hn::RebindToUnsigned<F>;
 using FloatVector = hn::Vec<F>;
 using Bits = hn::Vec<U>;
 
-/// Bit i of each lane to bit 3i, for kKeyLevels bits.
+/// Bit i of each lane to bit 2i, for kKeyLevels bits.
 HWY_INLINE Bits spread(Bits v) {
   static_assert(kKeyLevels <= 8);
   const U u;
-  v = hn::And(hn::Or(v, hn::ShiftLeft<8>(v)), hn::Set(u, 0x0000f00fu));
-  v = hn::And(hn::Or(v, hn::ShiftLeft<4>(v)), hn::Set(u, 0x000c30c3u));
-  return hn::And(hn::Or(v, hn::ShiftLeft<2>(v)), hn::Set(u, 0x00249249u));
+  v = hn::And(hn::Or(v, hn::ShiftLeft<4>(v)), hn::Set(u, 0x0f0fu));
+  v = hn::And(hn::Or(v, hn::ShiftLeft<2>(v)), hn::Set(u, 0x3333u));
+  return hn::And(hn::Or(v, hn::ShiftLeft<1>(v)), hn::Set(u, 0x5555u));
 }
 
-/// The place of cell (x, y, z) of 2^kKeyLevels along each axis on a Hilbert curve (Skilling, "Programming the Hilbert
+/// The place of square (x, y) of 2^kKeyLevels along each axis on a Hilbert curve (Skilling, "Programming the Hilbert
 /// curve", AIP Conference Proceedings 707, 2004: coordinates are turned into the key's bits level by level).
-HWY_INLINE Bits curve(Bits x, Bits y, Bits z) {
+HWY_INLINE Bits curve(Bits x, Bits y) {
   const U u;
   const Bits zero = hn::Zero(u);
   for (std::uint32_t bit = 1u << (kKeyLevels - 1); bit > 1; bit >>= 1) {
     const Bits upper = hn::Set(u, bit), lower = hn::Set(u, bit - 1);
     x = hn::Xor(x, hn::IfThenElse(hn::TestBit(x, upper), lower, zero));
-    const auto exchange = [&](Bits& other) HWY_ATTR {
-      const auto set = hn::TestBit(other, upper);
-      const Bits difference = hn::And(hn::Xor(x, other), lower);
-      x = hn::Xor(x, hn::IfThenElse(set, lower, difference));
-      other = hn::Xor(other, hn::IfThenElse(set, zero, difference));
-    };
-    exchange(y);
-    exchange(z);
+    const auto set = hn::TestBit(y, upper);
+    const Bits difference = hn::And(hn::Xor(x, y), lower);
+    x = hn::Xor(x, hn::IfThenElse(set, lower, difference));
+    y = hn::Xor(y, hn::IfThenElse(set, zero, difference));
   }
   y = hn::Xor(y, x);
-  z = hn::Xor(z, y);
-  Bits turned = zero;
-  for (std::uint32_t bit = 1u << (kKeyLevels - 1); bit > 1; bit >>= 1)
-    turned = hn::Xor(turned, hn::IfThenElse(hn::TestBit(z, hn::Set(u, bit)), hn::Set(u, bit - 1), zero));
-  return hn::Or(hn::ShiftLeft<2>(spread(hn::Xor(x, turned))),
-                hn::Or(hn::ShiftLeft<1>(spread(hn::Xor(y, turned))), spread(hn::Xor(z, turned))));
+  // Bit i: the parity of the bits of y above it.
+  Bits turned = hn::ShiftRight<1>(y);
+  turned = hn::Xor(turned, hn::ShiftRight<1>(turned));
+  turned = hn::Xor(turned, hn::ShiftRight<2>(turned));
+  turned = hn::Xor(turned, hn::ShiftRight<4>(turned));
+  return hn::Or(hn::ShiftLeft<1>(spread(hn::Xor(x, turned))), spread(hn::Xor(y, turned)));
 }
 
-/// Which axis the normals are nearest to, and which way they point along it.
-HWY_INLINE Bits direction(FloatVector x, FloatVector y, FloatVector z) {
+/// Where the points of a vector lie on their surfaces: slab and curve of the key, and the group that their normals make
+/// (of Lambertian points), in their places.
+HWY_INLINE Bits place_on_surface(const FloatVector* n, const Bits* fine) {
   const U u;
-  const FloatVector of_x = hn::Abs(x), of_y = hn::Abs(y), of_z = hn::Abs(z);
+  const FloatVector of_x = hn::Abs(n[0]), of_y = hn::Abs(n[1]), of_z = hn::Abs(n[2]);
   const auto second = hn::Gt(of_y, of_x), third = hn::Gt(of_z, hn::Max(of_x, of_y));
-  const FloatVector along = hn::IfThenElse(third, z, hn::IfThenElse(second, y, x));
-  const Bits axis = hn::IfThenElse(hn::RebindMask(u, third), hn::Set(u, 4u),
-                                   hn::IfThenElseZero(hn::RebindMask(u, second), hn::Set(u, 2u)));
-  return hn::Add(axis, hn::ShiftRight<31>(hn::BitCast(u, along)));
+  const auto is_z = hn::RebindMask(u, third), is_y = hn::AndNot(is_z, hn::RebindMask(u, second));
+  const auto is_x = hn::Not(hn::Or(is_y, is_z));
+  const FloatVector along = hn::IfThenElse(third, n[2], hn::IfThenElse(second, n[1], n[0]));
+  const Bits group = hn::Add(hn::IfThenElse(is_z, hn::Set(u, 4u), hn::IfThenElseZero(is_y, hn::Set(u, 2u))),
+                             hn::ShiftRight<31>(hn::BitCast(u, along)));
+  const Bits depth = hn::IfThenElse(is_z, fine[2], hn::IfThenElse(is_y, fine[1], fine[0]));
+  const Bits slab = hn::ShiftRight<kKeyLevels - kKeySlabBits>(depth);
+  return hn::Or(hn::Or(hn::ShiftLeft<kKeyGroupShift>(group), hn::ShiftLeft<kKeyCurveBits>(slab)),
+                curve(hn::IfThenElse(is_x, fine[1], fine[0]), hn::IfThenElse(is_z, fine[1], fine[2])));
 }
 
 /// The keys of as many points as a vector has lanes.
@@ -88,9 +90,10 @@ HWY_INLINE void keys_of_vector(const KeyGrid& grid, const float* position, const
     stride *= grid.cells[axis];
   }
   const auto lambertian = hn::Eq(hn::LoadU(u, bsdf), hn::Set(u, 0xffffffffu));
-  const Bits group = hn::IfThenElse(lambertian, direction(n[0], n[1], n[2]), hn::Set(u, kNotLambertianGroup));
-  const Bits key = hn::Or(hn::ShiftLeft<kKeyCellShift>(cell),
-                          hn::Or(hn::ShiftLeft<kKeyCurveBits>(group), curve(fine[0], fine[1], fine[2])));
+  const Bits place = place_on_surface(n, fine);
+  const Bits other =
+      hn::Or(hn::And(place, hn::Set(u, (1u << kKeyGroupShift) - 1)), hn::Set(u, kNotLambertianGroup << kKeyGroupShift));
+  const Bits key = hn::Or(hn::ShiftLeft<kKeyCellShift>(cell), hn::IfThenElse(lambertian, place, other));
   // Zero times what is not finite is not a number.
   const FloatVector sum = hn::Add(hn::Add(hn::Add(p[0], p[1]), hn::Add(p[2], n[0])), hn::Add(n[1], n[2]));
   const auto finite = hn::Eq(hn::Mul(sum, hn::Zero(f)), hn::Zero(f));

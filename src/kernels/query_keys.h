@@ -1,5 +1,7 @@
-// Sort keys of query points: which cell of a grid they lie in, which way they face, and where on a Hilbert curve
-// through the cell they lie.
+// Sort keys of query points: which cell of a grid they lie in, which way they face, and where on their surface they
+// lie. A surface that faces along an axis is a sheet over the plane of the other two, so a Hilbert curve through that
+// plane orders it as well as one through space would, with a third fewer bits; sheets that lie one behind the other are
+// told apart by a few slabs along the axis.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -7,10 +9,12 @@
 namespace glowworm {
 
 /// Halvings of a cell along each axis that a key tells apart.
-inline constexpr int kKeyLevels = 5;
-/// Bits of a key: cell, then group, then place on the curve. No more than 2^14 - 1 cells.
-inline constexpr int kKeyCurveBits = 3 * kKeyLevels;
-inline constexpr int kKeyCellShift = kKeyCurveBits + 3;
+inline constexpr int kKeyLevels = 6;
+/// Bits of a key, from the lowest: place on the curve, slab, group, cell. No more than 2^14 - 1 cells.
+inline constexpr int kKeyCurveBits = 2 * kKeyLevels;
+inline constexpr int kKeySlabBits = 3;
+inline constexpr int kKeyGroupShift = kKeyCurveBits + kKeySlabBits;
+inline constexpr int kKeyCellShift = kKeyGroupShift + 3;
 /// Groups 0 to 5 are Lambertian points by the axis their normal is nearest to (2 axis + 1 where it points down the
 /// axis); the last is for all others.
 inline constexpr std::uint32_t kKeyGroups = 7;

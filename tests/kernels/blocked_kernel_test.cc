@@ -208,28 +208,34 @@ TEST(BlockedKernel, FindsThePhotonsThatAreSummed) {
 
 constexpr std::uint32_t kLambertian = 0xffffffffu;
 
-TEST(QueryKeys, TheCurveVisitsEveryCellOnceAndMovesOneCellAStep) {
-  constexpr std::uint32_t kSide = 1u << kKeyLevels, kCells = kSide * kSide * kSide;
+TEST(QueryKeys, TheCurveVisitsEverySquareOfASheetOnceAndMovesOneSquareAStep) {
+  constexpr std::uint32_t kSide = 1u << kKeyLevels, kSquares = kSide * kSide;
   KeyGrid grid;
   grid.cells_per_metre = 1.0f / kSide;  // one cell, whose parts are cubes of a metre
-  std::vector<Vec3> positions(kCells), normals(kCells, Vec3{0, 0, 1});
-  for (std::uint32_t i = 0; i < kCells; ++i)
-    positions[i] = {static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide % kSide) + 0.5f,
-                    static_cast<float>(i / kSide / kSide) + 0.5f};
-  const std::vector<std::uint32_t> bsdf(kCells, kLambertian);
-  std::vector<std::uint32_t> keys(kCells);
-  query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), kCells, keys.data());
-  std::vector<Vec3> by_key(kCells, Vec3{-1, -1, -1});
-  for (std::uint32_t i = 0; i < kCells; ++i) {
-    ASSERT_EQ(keys[i] >> kKeyCellShift, 0u);
-    ASSERT_EQ(keys[i] >> kKeyCurveBits & 7, 4u);
-    by_key[keys[i] & (kCells - 1)] = positions[i];
-  }
-  for (std::uint32_t i = 0; i < kCells; ++i) {
-    ASSERT_GE(by_key[i].x, 0) << "no cell at " << i;
-    if (i > 0) {
-      const Vec3 step = by_key[i] - by_key[i - 1];
-      ASSERT_EQ(std::abs(step.x) + std::abs(step.y) + std::abs(step.z), 1.0f);
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t slab = 0; slab < 1u << kKeySlabBits; ++slab) {
+      Vec3 normal{0, 0, 0};
+      normal[static_cast<int>(axis)] = 1;
+      std::vector<Vec3> positions(kSquares), normals(kSquares, normal);
+      for (std::uint32_t i = 0; i < kSquares; ++i) {
+        positions[i][static_cast<int>(axis)] = static_cast<float>(slab * kSide >> kKeySlabBits) + 0.5f;
+        positions[i][static_cast<int>(axis + 1) % 3] = static_cast<float>(i % kSide) + 0.5f;
+        positions[i][static_cast<int>(axis + 2) % 3] = static_cast<float>(i / kSide) + 0.5f;
+      }
+      const std::vector<std::uint32_t> bsdf(kSquares, kLambertian);
+      std::vector<std::uint32_t> keys(kSquares);
+      query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), kSquares, keys.data());
+      std::vector<Vec3> by_key(kSquares, Vec3{-1, -1, -1});
+      for (std::uint32_t i = 0; i < kSquares; ++i) {
+        ASSERT_EQ(keys[i] >> kKeyCurveBits, 2 * axis << kKeySlabBits | slab);
+        by_key[keys[i] & (kSquares - 1)] = positions[i];
+      }
+      for (std::uint32_t i = 0; i < kSquares; ++i) {
+        ASSERT_GE(by_key[i].x, 0) << "no square at " << i;
+        if (i == 0) continue;
+        const Vec3 step = by_key[i] - by_key[i - 1];
+        ASSERT_EQ(std::abs(step.x) + std::abs(step.y) + std::abs(step.z), 1.0f);
+      }
     }
   }
 }
@@ -251,7 +257,7 @@ TEST(QueryKeys, TellsCellsAndDirectionsApart) {
   std::vector<std::uint32_t> keys(8);
   query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), 8, keys.data());
   const auto cell = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyCellShift; };
-  const auto group = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyCurveBits & 7; };
+  const auto group = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyGroupShift & 7; };
   EXPECT_EQ(cell(0), 0u);
   EXPECT_EQ(cell(1), 23u);
   EXPECT_EQ(cell(2), 8u);
