@@ -16,8 +16,4 @@ namespace glowworm {
 /// photon, estimated by lines along its normal. Between 1/4 and 8; 1 on plain surfaces. On all threads; deterministic.
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy);
 
-/// A distance in [0, 1] (share of the radius) such that points of the disc are spread like the kernel.
-/// @param u in [0, 1)
-float sample_kernel_distance(KernelShape kernel, float u);
-
 }  // namespace glowworm
