@@ -102,9 +102,8 @@ Examples:
 
 }  // namespace
 
-ViewState first_state(const ViewOptions& o, const Script& script, const Session& session) {
-  ViewState state = session.initial_state();
-  state.camera = session.scene().camera(o.camera);
+ViewState first_state(const ViewOptions& o, const Script& script, const Scene& scene, ViewState state) {
+  state.camera = scene.camera(o.camera);
   set_mode(state, o.mode);
   set_part(state, o.part);
   set_kernel(state, o.kernel);
@@ -127,6 +126,14 @@ ViewState first_state(const ViewOptions& o, const Script& script, const Session&
     state.height = size.height;
   }
   return state;
+}
+
+std::uint32_t script_length(const Script& script, std::uint32_t asked) {
+  if (asked > 0) return asked;
+  if (script.frames > 0) return script.frames;
+  std::uint32_t last = 1;
+  for (const ScriptMove& move : script.moves) last = std::max(last, move.to);
+  return last;
 }
 
 SessionSettings session_settings(const ViewOptions& o, bool window) {

@@ -41,14 +41,6 @@ std::string table_row(std::uint32_t number, const ViewFrame& frame) {
   return text + "\n";
 }
 
-std::uint32_t frame_count(const ViewOptions& o, const Script& script) {
-  if (o.frames > 0) return o.frames;
-  if (script.frames > 0) return script.frames;
-  std::uint32_t last = 1;
-  for (const ScriptMove& move : script.moves) last = std::max(last, move.to);
-  return last;
-}
-
 /// A session of a scene and the state it is in.
 struct Stage {
   std::unique_ptr<Session> session;
@@ -56,7 +48,7 @@ struct Stage {
 
   Stage(const ViewOptions& o, const Script& script, const std::string& scene)
       : session(std::make_unique<Session>(open_scene(scene, {}), session_settings(o, false))),
-        state(first_state(o, script, *session)) {}
+        state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
 }  // namespace
@@ -70,7 +62,7 @@ int run_headless_view(const ViewOptions& o, const Script& script) {
     throw Error(fmt::format("the folder '{}' cannot be made: {}", o.out, error.message()),
                 "Give --out a folder that may be written to.");
   catch_interrupts();
-  const std::uint32_t frames = frame_count(o, script);
+  const std::uint32_t frames = script_length(script, o.frames);
   std::string table = table_head();
   ViewFrame frame;
   double clock = 0;

@@ -4,6 +4,7 @@
 
 #include "session/script.h"
 #include "session/session.h"
+#include "session/worker.h"
 
 namespace glowworm {
 
@@ -20,8 +21,12 @@ struct ViewOptions {
   bool filter = false, no_reuse = false;
 };
 
-/// The state that a session begins with, as the options say. Throws Error for what there is not.
-ViewState first_state(const ViewOptions& options, const Script& script, const Session& session);
+/// The state that a session begins with: `state` (Session::initial_state()), changed as the options say. Throws Error
+/// for what there is not.
+ViewState first_state(const ViewOptions& options, const Script& script, const Scene& scene, ViewState state);
+
+/// Frames to play: as asked for, else as the script says, else as long as something happens in it.
+std::uint32_t script_length(const Script& script, std::uint32_t asked);
 
 /// Settings of the session; frames adapt in a window, and elsewhere where asked to.
 SessionSettings session_settings(const ViewOptions& options, bool window);

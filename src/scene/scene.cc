@@ -90,23 +90,25 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   find_light_sources();
 }
 
-Scene::Scene(const Scene& scene, LightTables tables)
+Scene::Scene(const Scene& scene, SceneEdit edit)
     : d_(scene.d_),
       geometry_(scene.geometry_),
       bounds_(scene.bounds_),
       center_(scene.center_),
       radius_(scene.radius_),
       material_has_alpha_(scene.material_has_alpha_) {
-  const bool same_triangles = !tables.geometry || (tables.geometry->triangles.size() == geometry_->triangles.size() &&
-                                                   tables.geometry->emission.size() == geometry_->emission.size());
-  if (tables.emissions.size() != d_.emissions.size() || tables.lights.size() != d_.lights.size() || !same_triangles)
-    throw Error("the light tables are those of another scene");
-  d_.emissions = std::move(tables.emissions);
-  d_.lights = std::move(tables.lights);
-  d_.environment = std::move(tables.environment);
+  const bool same_triangles = !edit.geometry || (edit.geometry->triangles.size() == geometry_->triangles.size() &&
+                                                   edit.geometry->emission.size() == geometry_->emission.size());
+  if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() != d_.lights.size() || !same_triangles)
+    throw Error("the edit is of another scene");
+  d_.emissions = std::move(edit.emissions);
+  d_.lights = std::move(edit.lights);
+  d_.environment = std::move(edit.environment);
+  d_.cameras.insert(d_.cameras.end(), edit.more_cameras.begin(), edit.more_cameras.end());
+  if (!edit.name.empty()) d_.name = std::move(edit.name);
   normalize_lights(d_);
-  if (tables.geometry) {
-    geometry_ = std::move(tables.geometry);
+  if (edit.geometry) {
+    geometry_ = std::move(edit.geometry);
     measure();
   }
   find_light_sources();

@@ -37,12 +37,14 @@ struct SceneDescription {
   std::vector<std::string> notes;
 };
 
-/// What of a scene a person at a viewer changes: its lights. Everything else is the scene's that it is laid over.
-struct LightTables {
+/// What of a scene a person at a viewer changes. Everything else is the scene's that it is laid over.
+struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
   std::vector<Light> lights;        ///< as many as the scene has
   std::optional<Environment> environment;
   std::shared_ptr<const Geometry> geometry;  ///< the same triangles with other positions; null: the scene's own
+  std::vector<Camera> more_cameras;          ///< beside the scene's own
+  std::string name;                          ///< empty: the scene's own
 };
 
 /// An immutable scene with the tables derived from its description.
@@ -52,8 +54,8 @@ class Scene {
   /// says so in the notes). Throws Error for a scene without triangles.
   explicit Scene(SceneDescription description);
   /// The same scene in another light; shares the geometry. No sky is added where nothing emits: then light_power() has
-  /// a total of 0, and no light may be sampled. Throws Error where the tables are not of this scene.
-  Scene(const Scene& scene, LightTables tables);
+  /// a total of 0, and no light may be sampled. Throws Error where the edit is not of this scene.
+  Scene(const Scene& scene, SceneEdit edit);
 
   const std::string& name() const { return d_.name; }
   const Geometry& geometry() const { return *geometry_; }

@@ -125,7 +125,7 @@ std::shared_ptr<const Scene> LightRig::edited(const std::vector<LightEdit>& edit
   if (edits.size() != lights_.size())
     throw Error(fmt::format("{} lights were to be edited, but the scene has {}", edits.size(), lights_.size()));
   if (std::all_of(edits.begin(), edits.end(), [](const LightEdit& e) { return e == LightEdit(); })) return scene_;
-  LightTables tables{scene_->emissions(), scene_->lights(), scene_->environment(), moved_geometry(edits)};
+  SceneEdit tables{scene_->emissions(), scene_->lights(), scene_->environment(), moved_geometry(edits), {}, {}};
   for (std::size_t i = 0; i < edits.size(); ++i) {
     const LightEdit& edit = edits[i];
     const float factor = edit.on ? std::max(edit.scale, 0.0f) : 0.0f;

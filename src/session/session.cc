@@ -201,7 +201,9 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   const bool moving = change.any() || first || (settings_.adapt && interacting);
   // Frames that are to be mixed need noise of their own; others shall not flicker.
   if (moving) first_sample_ = state.reuse && shows_light(state.mode) ? first_sample_ + 1 : 0;
-  ViewFrame frame = render(state, moving, interrupt);
+  // A frame that must come in time comes: were it left for the next state, a moving view would show nothing at all.
+  const Interrupt none;
+  ViewFrame frame = render(state, moving, moving && settings_.adapt ? none : interrupt);
   const bool light = shows_light(state.mode);
   if (light && (state.reuse || state.filter)) frame.image.find_positions();
   if (light && state.reuse) reuse(frame, seconds);

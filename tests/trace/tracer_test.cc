@@ -282,7 +282,7 @@ TEST(Tracer, FollowsMovedTriangles) {
   auto moved = std::make_shared<Geometry>(before.geometry());
   for (const std::uint32_t i : movable)
     for (const std::uint32_t vertex : moved->triangles[i]) moved->positions[vertex] += Vec3{0.3f, -0.2f, 0.1f};
-  const Scene after(before, {before.emissions(), before.lights(), before.environment(), moved});
+  const Scene after(before, {before.emissions(), before.lights(), before.environment(), moved, {}, {}});
   Tracer following(before, movable);
   const Tracer made(after);
   const std::vector<Ray> rays = random_rays(4000, 5);

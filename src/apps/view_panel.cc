@@ -1,0 +1,193 @@
+#include "apps/view_panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "density/engine.h"
+#include "session/camera_control.h"
+#include "session/command_text.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr float kDegree = kPi / 180;
+
+/// A list of names of which one is chosen; true where another was.
+bool choose(const char* label, const std::vector<std::string>& names, std::size_t& chosen) {
+  bool changed = false;
+  if (!ImGui::BeginCombo(label, chosen < names.size() ? names[chosen].c_str() : "")) return false;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (ImGui::Selectable(names[i].c_str(), i == chosen)) {
+      chosen = i;
+      changed = true;
+    }
+  ImGui::EndCombo();
+  return changed;
+}
+
+template <typename Enumeration>
+void choose_enumeration(const char* label, const std::vector<std::string>& names, Enumeration& value) {
+  auto chosen = static_cast<std::size_t>(value);
+  if (choose(label, names, chosen)) value = static_cast<Enumeration>(chosen);
+}
+
+void draw_picture(ViewModel& model) {
+  ViewState& s = model.state;
+  choose_enumeration("mode", view_mode_names(), s.mode);
+  choose_enumeration("light shown", light_part_names(), s.part);
+  static const std::vector<std::string> counts = {"1", "4", "16", "64", "100"};
+  std::size_t chosen = std::find(counts.begin(), counts.end(), std::to_string(s.gather)) - counts.begin();
+  if (choose("gather rays", counts, chosen)) s.gather = static_cast<std::uint32_t>(std::stoul(counts[chosen]));
+  std::vector<std::string> engines = engine_names();
+  std::erase(engines, "brute");
+  std::size_t engine = std::find(engines.begin(), engines.end(), s.engine) - engines.begin();
+  if (choose("engine", engines, engine)) s.engine = engines[engine];
+  choose_enumeration("kernel", kernel_names(), s.kernel);
+  static const std::vector<std::string> photons = {"10000", "50000", "200000", "500000", "2000000"};
+  std::size_t photon_count = std::find(photons.begin(), photons.end(), std::to_string(s.photons)) - photons.begin();
+  if (choose("photons", photons, photon_count)) s.photons = std::stoull(photons[photon_count]);
+  ImGui::Checkbox("smooth noise", &s.filter);
+  ImGui::SameLine();
+  ImGui::Checkbox("reuse frames", &s.reuse);
+  bool filmic = model.tone == ToneCurve::filmic;
+  if (ImGui::Checkbox("filmic", &filmic)) {
+    model.tone = filmic ? ToneCurve::filmic : ToneCurve::srgb;
+    model.picture_changed = true;
+  }
+  if (ImGui::SliderFloat("exposure", &model.exposure, -8, 8, "%.1f stops")) model.picture_changed = true;
+}
+
+void draw_cameras(ViewModel& model) {
+  for (const Camera& camera : model.scene->scene->cameras()) {
+    const std::string name = camera.name.empty() ? "(unnamed)" : camera.name;
+    if (ImGui::Selectable(fmt::format("{}##scene", name).c_str())) model.state.camera = camera;
+  }
+  for (std::size_t i = 0; i < model.saved_cameras.size(); ++i) {
+    const auto& [name, camera] = model.saved_cameras[i];
+    if (ImGui::Selectable(fmt::format("{}##saved{}", name, i).c_str())) model.state.camera = camera;
+  }
+  if (ImGui::Button("save this camera"))
+    model.saved_cameras.emplace_back(fmt::format("saved {}", model.saved_cameras.size() + 1), model.state.camera);
+}
+
+/// Azimuth and elevation of what has a direction, or turns of the rest.
+bool draw_turning(ViewModel& model, const RigLight& light, LightEdit& edit) {
+  if (length_squared(light.direction) > 0) {
+    const Vec3 up = model.up();
+    SunAngles angles = sun_angles(rotate(light.direction, edit.turn), up);
+    float azimuth = angles.azimuth / kDegree, elevation = angles.elevation / kDegree;
+    bool busy = ImGui::SliderFloat("azimuth", &azimuth, -180, 180, "%.1f deg");
+    busy = ImGui::SliderFloat("elevation", &elevation, -89, 89, "%.1f deg") || busy;
+    if (busy)
+      edit.turn = rotation_between(light.direction, sun_direction({azimuth * kDegree, elevation * kDegree}, up));
+    return busy;
+  }
+  if (light.kind == RigLightKind::point) return false;
+  float degrees[3] = {edit.turn.x / kDegree, edit.turn.y / kDegree, edit.turn.z / kDegree};
+  if (!ImGui::DragFloat3("turn", degrees, 0.5f, -180, 180, "%.1f deg")) return false;
+  edit.turn = {degrees[0] * kDegree, degrees[1] * kDegree, degrees[2] * kDegree};
+  return true;
+}
+
+bool draw_light(ViewModel& model, const RigLight& light, LightEdit& edit) {
+  ImGui::Checkbox("on", &edit.on);
+  bool busy = ImGui::SliderFloat("scale", &edit.scale, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic);
+  edit.scale = std::max(edit.scale, 0.0f);
+  if (light.has_place()) {
+    const float step = 0.002f * model.scene->scene->radius();
+    float move[3] = {edit.move.x, edit.move.y, edit.move.z};
+    if (ImGui::DragFloat3("move", move, step, 0, 0, "%.3f m")) {
+      edit.move = {move[0], move[1], move[2]};
+      busy = true;
+    }
+  }
+  busy = draw_turning(model, light, edit) || busy;
+  if (ImGui::Button("as in the file")) edit = {};
+  return busy || ImGui::IsAnyItemActive();
+}
+
+bool draw_lights(ViewModel& model) {
+  const std::vector<RigLight>& lights = model.scene->lights;
+  model.state.lights.resize(lights.size());
+  for (std::size_t i = 0; i < lights.size(); ++i)
+    if (ImGui::Selectable(fmt::format("{}##light{}", lights[i].name, i).c_str(), model.light == static_cast<int>(i)))
+      model.light = model.light == static_cast<int>(i) ? -1 : static_cast<int>(i);
+  if (model.light < 0 || static_cast<std::size_t>(model.light) >= lights.size()) return false;
+  const auto chosen = static_cast<std::size_t>(model.light);
+  return draw_light(model, lights[chosen], model.state.lights[chosen]);
+}
+
+void plot(const ViewModel& model, const char* label, const char* unit, float FrameTimes::*value) {
+  std::vector<float> values;
+  for (const FrameTimes& t : model.times) values.push_back(t.*value);
+  const float now = values.empty() ? 0 : values.back();
+  ImGui::PlotLines(label, values.data(), static_cast<int>(values.size()), 0,
+                   fmt::format("{:.1f} {}", now, unit).c_str(), 0, FLT_MAX, ImVec2(0, 34));
+}
+
+void draw_curves(const ViewModel& model) {
+  plot(model, "frame", "ms", &FrameTimes::total);
+  plot(model, "photons", "ms", &FrameTimes::photons);
+  plot(model, "map", "ms", &FrameTimes::map);
+  plot(model, "camera", "ms", &FrameTimes::camera);
+  plot(model, "direct", "ms", &FrameTimes::direct);
+  plot(model, "gather rays", "ms", &FrameTimes::gather);
+  plot(model, "density", "ms", &FrameTimes::density);
+  plot(model, "rays", "M/s", &FrameTimes::rays);
+  plot(model, "shader ops", "M/s", &FrameTimes::operations);
+}
+
+void draw_files(ViewModel& model) {
+  ImGui::InputText("file", &model.save_path);
+  if (ImGui::Button("save image (.exr .png)")) model.save(model.save_path);
+  if (ImGui::Button("copy render command"))
+    ImGui::SetClipboardText(
+        render_command_text(model.scene->path, *model.scene->scene, model.scene->lights, model.state).c_str());
+}
+
+void draw_status(const ViewModel& model) {
+  if (model.worker.loading()) ImGui::TextUnformatted("loading ...");
+  if (model.shown) {
+    const ViewFrame& f = model.shown->frame;
+    ImGui::TextUnformatted(fmt::format("{}x{}  {} samples  {} rays  {:.0f} fps", f.image.width, f.image.height,
+                                       f.samples, f.effort.gather, 1 / std::max(f.cost.seconds, 1e-6))
+                               .c_str());
+    if (!f.unit.empty())
+      ImGui::TextUnformatted(
+          fmt::format("{:.3g} (blue) to {:.3g} (white) {}", f.scale.low, f.scale.high, f.unit).c_str());
+  }
+  for (const std::string& message : model.messages) {
+    ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.45f, 0.4f, 1));
+    ImGui::TextWrapped("%s", message.c_str());
+    ImGui::PopStyleColor();
+  }
+}
+
+}  // namespace
+
+bool draw_panel(ViewModel& model, float window_width, float window_height) {
+  const auto width = static_cast<float>(model.panel_width);
+  ImGui::SetNextWindowPos(ImVec2(window_width - width, 0));
+  ImGui::SetNextWindowSize(ImVec2(width, window_height));
+  bool busy = false;
+  ImGui::Begin("panel", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                   ImGuiWindowFlags_NoSavedSettings);
+  draw_status(model);
+  if (model.scene) {
+    if (ImGui::CollapsingHeader("picture", ImGuiTreeNodeFlags_DefaultOpen)) draw_picture(model);
+    if (ImGui::CollapsingHeader("lights", ImGuiTreeNodeFlags_DefaultOpen)) busy = draw_lights(model);
+    if (ImGui::CollapsingHeader("cameras")) draw_cameras(model);
+    if (ImGui::CollapsingHeader("file")) draw_files(model);
+    if (ImGui::CollapsingHeader("curves")) draw_curves(model);
+  }
+  ImGui::End();
+  return busy;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,100 @@
+#include "session/command_text.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "core/error.h"
+#include "session/camera_control.h"
+
+namespace glowworm {
+
+namespace {
+
+/// A word that a POSIX shell reads as it is.
+std::string quoted(const std::string& word) {
+  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// The scene's camera that has the same lens, whose name the command gives.
+const Camera& like_camera(const Scene& scene, const Camera& camera) {
+  for (const Camera& c : scene.cameras())
+    if (c.name == camera.name) return c;
+  return scene.cameras().front();
+}
+
+}  // namespace
+
+std::string view_text(const Camera& camera) {
+  const Transform& m = camera.to_world;
+  const Vec3 eye = m.translation, target = eye + forward(camera), up = normalize(m.y);
+  return fmt::format("{},{},{},{},{},{},{},{},{}", eye.x, eye.y, eye.z, target.x, target.y, target.z, up.x, up.y, up.z);
+}
+
+Camera camera_of_view(const Camera& camera, const std::string& text) {
+  float v[9];
+  std::string_view rest = text;
+  bool good = true;
+  for (int i = 0; i < 9 && good; ++i) {
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), v[i]);
+    good = error == std::errc() && std::isfinite(v[i]);
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    if (i < 8) good = good && !rest.empty() && rest[0] == ',';
+    if (good && i < 8) rest.remove_prefix(1);
+  }
+  if (!good || !rest.empty())
+    throw Error(fmt::format("--view '{}' is not a view", text),
+                "Give nine numbers: eye, target and up, for example 0,1,5,0,1,0,0,1,0.");
+  Camera out = placed(camera, {v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});
+  out.name = "view " + text;
+  return out;
+}
+
+std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, const std::vector<std::string>& lights,
+                                           const std::string& view, std::string& camera) {
+  if (lights.empty() && view.empty()) return scene;
+  const LightRig rig(scene);
+  std::vector<LightEdit> edits(rig.lights().size());
+  std::string name = scene->name();
+  for (const std::string& text : lights) {
+    const auto [light, edit] = parse_light_edit(text);
+    edits[rig.find(light)] = edit;
+    name += " " + text;
+  }
+  const std::shared_ptr<const Scene> lit = rig.edited(edits);
+  if (!(lit->light_power().total() > 0))
+    throw Error("--light leaves the scene without any light", "Leave one of the lights on.");
+  SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, name};
+  if (!view.empty()) {
+    edit.more_cameras.push_back(camera_of_view(scene->camera(camera), view));
+    camera = edit.more_cameras.back().name;
+  }
+  return std::make_shared<const Scene>(*scene, std::move(edit));
+}
+
+std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
+                                const ViewState& state) {
+  std::string text = fmt::format("glowworm render {} --size {}x{}", quoted(path), state.width, state.height);
+  const Camera& base = like_camera(scene, state.camera);
+  if (&base != &scene.cameras().front()) text += fmt::format(" --camera {}", quoted(base.name));
+  if (!same_view(base, state.camera)) text += fmt::format(" --view {}", view_text(state.camera));
+  for (std::size_t i = 0; i < lights.size() && i < state.lights.size(); ++i)
+    if (!(state.lights[i] == LightEdit()))
+      text += fmt::format(" --light {}", quoted(light_edit_text(lights[i].name, state.lights[i])));
+  if (state.mode == ViewMode::photons) text += " --integrator photons";
+  if (state.engine != ViewState().engine) text += fmt::format(" --engine {}", state.engine);
+  if (state.kernel != ViewState().kernel)
+    text += fmt::format(" --kernel {}", kernel_names()[static_cast<std::size_t>(state.kernel)]);
+  if (state.photons != ViewState().photons) text += fmt::format(" --photons {}", state.photons);
+  if (state.nearest != ViewState().nearest) text += fmt::format(" --nearest {}", state.nearest);
+  return text + " --samples 64 --gather 64 -o view.exr -o view.png";
+}
+
+}  // namespace glowworm

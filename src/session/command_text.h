@@ -1,0 +1,28 @@
+// A view as a command line.
+#pragma once
+#include <string>
+
+#include "scene/scene.h"
+#include "session/light_rig.h"
+#include "session/view_state.h"
+
+namespace glowworm {
+
+/// The command that renders a state at full quality: `glowworm render SCENE` with the view, edited lights and method.
+/// Quoted for a POSIX shell. @param path the scene, as it was opened
+std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
+                                const ViewState& state);
+
+/// A camera's place as the text of --view: eye, target and up, nine numbers with commas.
+std::string view_text(const Camera& camera);
+/// A camera of that kind, lens and field of view at the place a --view text says, named after it. Throws Error with an
+/// example for a text that is none.
+Camera camera_of_view(const Camera& camera, const std::string& text);
+
+/// The scene with the lights edited as texts say (parse_light_edit()) and, where `view` is not empty, one more camera
+/// of that view, whose name is set in `camera`. The edits become part of the scene's name.
+/// @param camera name of the camera that the view takes its lens from; empty is the first
+std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, const std::vector<std::string>& lights,
+                                           const std::string& view, std::string& camera);
+
+}  // namespace glowworm

@@ -1,0 +1,56 @@
+#include "session/display.h"
+
+#include <bit>
+
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Bits of a float that are left out: 11 of the 23 of its mantissa stay, far finer than 8-bit steps.
+constexpr int kDropped = 12;
+constexpr std::uint32_t kEntries = 0x7f800000u >> kDropped;
+constexpr std::size_t kPixelsAtOnce = 16384;
+
+}  // namespace
+
+void Display::tabulate(ToneCurve curve, float exposure) {
+  if (tabulated_ && curve == curve_ && exposure == exposure_) return;
+  table_.resize(kEntries);
+  parallel_for(0, kEntries, 8192, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const auto value = std::bit_cast<float>((static_cast<std::uint32_t>(i) << kDropped) + (1u << (kDropped - 1)));
+      table_[i] = to_byte(tone_map(RGB(value), curve, exposure).g);
+    }
+  });
+  tabulated_ = true;
+  curve_ = curve;
+  exposure_ = exposure;
+}
+
+const std::vector<std::uint8_t>& Display::bytes(const ViewFrame& frame, ToneCurve curve, float exposure) {
+  if (frame.is_light)
+    tabulate(curve, exposure);
+  else
+    tabulate(ToneCurve::srgb, 0);
+  const std::vector<RGB>& light = frame.image.light;
+  bytes_.resize(4 * light.size());
+  // Negative numbers and what is not a number show as black, infinity as white.
+  const auto look_up = [&](float value) -> std::uint8_t {
+    if (!(value > 0)) return 0;
+    const std::uint32_t place = std::bit_cast<std::uint32_t>(value) >> kDropped;
+    return place < kEntries ? table_[place] : 255;
+  };
+  parallel_for(0, light.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      bytes_[4 * i] = look_up(light[i].r);
+      bytes_[4 * i + 1] = look_up(light[i].g);
+      bytes_[4 * i + 2] = look_up(light[i].b);
+      bytes_[4 * i + 3] = 255;
+    }
+  });
+  return bytes_;
+}
+
+}  // namespace glowworm
