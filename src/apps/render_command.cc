@@ -14,6 +14,7 @@
 #include "apps/open_scene.h"
 #include "apps/option_values.h"
 #include "apps/progress_bar.h"
+#include "apps/tev_stream.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
@@ -24,6 +25,7 @@
 #include "render/job.h"
 #include "render/output.h"
 #include "scene/builtin.h"
+#include "session/command_text.h"
 
 namespace glowworm {
 
@@ -39,7 +41,8 @@ struct RenderOptions {
   std::vector<std::string> outputs;
   std::string samples = "auto", gather = "auto", photons = "auto", nearest = "auto";
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
-  std::string integrator = "photon", resume;
+  std::string integrator = "photon", resume, view, tev, kernel = "epanechnikov";
+  std::vector<std::string> lights;
   float exposure = 0;
   bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, preview = false, resumes = false;
   RenderSettings settings;
@@ -77,6 +80,8 @@ void resolve_options(RenderOptions& o) {
   s.secondary_gather = !o.no_secondary;
   s.separate_layers = !s.aovs.empty();
   s.guiding = !o.no_guiding;
+  const auto& kernels = kernel_names();
+  s.kernel = static_cast<KernelShape>(std::find(kernels.begin(), kernels.end(), o.kernel) - kernels.begin());
   check_names(s);
   if (o.outputs.empty()) o.outputs.push_back("out.exr");
   for (const std::string& path : o.outputs) {
@@ -162,13 +167,14 @@ class Repeated {
 };
 
 /// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it.
-void attend(Job& job, const RenderOptions& o) {
+void attend(Job& job, const RenderOptions& o, TevStream& tev) {
   ProgressBar bar(!o.quiet);
-  Repeated checkpoint(1), preview(2);
+  Repeated checkpoint(1), preview(2), stream(0.25);
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
     checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job); });
     preview.run_if_due(job, [&] { keep_preview(o, job); });
+    stream.run_if_due(job, [&] { tev.show(job); });
     const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
@@ -176,6 +182,7 @@ void attend(Job& job, const RenderOptions& o) {
   bar.finish();
   job.wait();
   keep_checkpoint(o, job);
+  tev.show(job);
 }
 
 /// Writes what there is and returns the exit status.
@@ -211,7 +218,9 @@ int run_render(RenderOptions& o) {
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
   import_options.texture_memory_bytes = o.settings.memory_bytes / 4;
-  const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options);
+  TevStream tev(o.tev);
+  const std::shared_ptr<const Scene> scene =
+      scene_of_view(open_scene(o.scene, import_options), o.lights, o.view, o.settings.camera);
   const Clock::time_point loaded = Clock::now();
   for (const std::string& note : scene->notes()) inform(fmt::format("note: {}: {}", o.scene, note));
   const auto tracer = std::make_shared<const Tracer>(*scene);
@@ -224,7 +233,7 @@ int run_render(RenderOptions& o) {
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
-  attend(job, o);
+  attend(job, o, tev);
   return finish(o, job, *tracer, start);
 }
 
@@ -237,6 +246,13 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--camera", s.camera, "Camera of the scene; 'glowworm info SCENE' lists them")
       ->option_text("NAME [the first]")
       ->group("Picture");
+  c.add_option("--view", o.view, "Stand elsewhere: nine numbers for eye, target and up; the rest as the camera has it")
+      ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
+      ->group("Picture");
+  c.add_option("--light", o.lights, "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians)")
+      ->option_text("NAME,CHANGE,...")
+      ->group("Picture");
+  c.add_option("--tev", o.tev, "Show the image so far in a running tev")->option_text("HOST:PORT")->group("Picture");
   c.add_option("--aov", s.aovs, fmt::format("Layers beside the image: {}", fmt::join(aov_names(), ",")))
       ->delimiter(',')
       ->option_text("NAME,...")
@@ -264,6 +280,10 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--engine", s.engine,
                "Density engine, which looks photons up: auto takes the fastest; brute is for tests of tiny pictures")
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
+      ->group("Method");
+  c.add_option("--kernel", o.kernel, "Kernel of density estimation")
+      ->check(CLI::IsMember(kernel_names()))
+      ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
       ->group("Method");
   c.add_flag("--indirect-only", s.indirect_only, "Only the light that is gathered over surfaces")->group("Method");
   c.add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth")

@@ -98,7 +98,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       radius_(scene.radius_),
       material_has_alpha_(scene.material_has_alpha_) {
   const bool same_triangles = !edit.geometry || (edit.geometry->triangles.size() == geometry_->triangles.size() &&
-                                                   edit.geometry->emission.size() == geometry_->emission.size());
+                                                 edit.geometry->emission.size() == geometry_->emission.size());
   if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() != d_.lights.size() || !same_triangles)
     throw Error("the edit is of another scene");
   d_.emissions = std::move(edit.emissions);

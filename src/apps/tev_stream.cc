@@ -1,0 +1,25 @@
+#include "apps/tev_stream.h"
+
+#include "core/error.h"
+#include "core/log.h"
+#include "render/output.h"
+
+namespace glowworm {
+
+TevStream::TevStream(const std::string& address) {
+  if (!address.empty()) connection_ = std::make_unique<TevConnection>(address);
+}
+
+void TevStream::show(const Job& job) {
+  if (!connection_ || job.progress() == shown_progress_) return;
+  shown_progress_ = job.progress();
+  if (shown_progress_ == 0) return;
+  try {
+    connection_->show(job.scene().name(), make_image(job.snapshot(), job));
+  } catch (const Error& error) {
+    warn(error.what());
+    connection_.reset();
+  }
+}
+
+}  // namespace glowworm

@@ -1,0 +1,172 @@
+#include "image/tev.h"
+
+#include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::uint8_t kCloseImage = 2, kCreateImage = 4, kUpdateImage = 6;
+constexpr const char* kDefaultPort = "14158";
+constexpr long kPatienceSeconds = 5;
+/// Bytes of pixels in one packet, about: so that tev shows large pictures as they come.
+constexpr std::size_t kPacketBytes = std::size_t{1} << 20;
+constexpr const char* kRemedy = "Start tev, and give --tev the HOST:PORT it listens on (127.0.0.1:14158).";
+
+static_assert(std::endian::native == std::endian::little, "tev's packets are little-endian");
+
+struct Place {
+  std::string host, port;
+};
+
+Place parse_address(const std::string& address) {
+  Place place{address, kDefaultPort};
+  const std::size_t bracket = address.rfind(']'), colon = address.rfind(':');
+  if (colon != std::string::npos && (bracket == std::string::npos ? address.find(':') == colon : colon > bracket)) {
+    place.host = address.substr(0, colon);
+    place.port = address.substr(colon + 1);
+  }
+  if (place.host.size() > 2 && place.host.front() == '[' && place.host.back() == ']')
+    place.host = place.host.substr(1, place.host.size() - 2);
+  const bool digits = !place.port.empty() && place.port.find_first_not_of("0123456789") == std::string::npos;
+  if (place.host.empty() || !digits || place.port.size() > 5 || std::stoul(place.port) > 65535)
+    throw Error(fmt::format("--tev '{}' is not HOST:PORT", address), kRemedy);
+  return place;
+}
+
+/// A socket connected to one of the addresses, or -1 with errno of the last try.
+int connect_to(const addrinfo* list) {
+  for (const addrinfo* a = list; a; a = a->ai_next) {
+    const int made = socket(a->ai_family, a->ai_socktype | SOCK_CLOEXEC, a->ai_protocol);
+    if (made < 0) continue;
+    const timeval patience{kPatienceSeconds, 0};
+    setsockopt(made, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
+    if (connect(made, a->ai_addr, a->ai_addrlen) == 0) return made;
+    const int why = errno;
+    close(made);
+    errno = why;
+  }
+  return -1;
+}
+
+}  // namespace
+
+TevPacket::TevPacket(std::uint8_t kind) {
+  add(std::uint32_t{0});  // the length, known at the end
+  add(kind);
+}
+
+void TevPacket::add_bytes(const void* data, std::size_t count) {
+  if (count == 0) return;
+  const std::size_t at = bytes_.size();
+  bytes_.resize(at + count);
+  std::memcpy(bytes_.data() + at, data, count);
+}
+
+template <typename Integer>
+void TevPacket::add(Integer value) {
+  add_bytes(&value, sizeof(value));
+}
+
+void TevPacket::add_text(std::string_view text) {
+  // A zero inside would end the text.
+  add_bytes(text.data(), std::min(text.size(), text.find('\0')));
+  add('\0');
+}
+
+void TevPacket::add_names(const Image& image) {
+  add(static_cast<std::int32_t>(image.channels().size()));
+  for (const ImageChannel& channel : image.channels()) add_text(channel.name);
+}
+
+void TevPacket::finish() {
+  const auto length = static_cast<std::uint32_t>(bytes_.size());
+  std::memcpy(bytes_.data(), &length, sizeof(length));
+}
+
+TevPacket TevPacket::create_image(std::string_view name, const Image& image) {
+  TevPacket packet(kCreateImage);
+  packet.add(std::uint8_t{1});  // grab the focus
+  packet.add_text(name);
+  packet.add(static_cast<std::int32_t>(image.width()));
+  packet.add(static_cast<std::int32_t>(image.height()));
+  packet.add(static_cast<std::int32_t>(image.channels().size()));
+  for (const ImageChannel& channel : image.channels()) packet.add_text(channel.name);
+  packet.finish();
+  return packet;
+}
+
+TevPacket TevPacket::update_image(std::string_view name, const Image& image, int first, int last) {
+  TevPacket packet(kUpdateImage);
+  packet.add(std::uint8_t{0});  // leave the focus where it is
+  packet.add_text(name);
+  packet.add_names(image);
+  for (const int number : {0, first, image.width(), last - first}) packet.add(static_cast<std::int32_t>(number));
+  const std::int64_t pixels = static_cast<std::int64_t>(image.width()) * (last - first);
+  // Channel after channel: where each begins, and how far apart its samples are.
+  for (std::size_t c = 0; c < image.channels().size(); ++c) packet.add(static_cast<std::int64_t>(c) * pixels);
+  for (std::size_t c = 0; c < image.channels().size(); ++c) packet.add(std::int64_t{1});
+  const auto offset = static_cast<std::size_t>(first) * static_cast<std::size_t>(image.width());
+  for (const ImageChannel& channel : image.channels())
+    packet.add_bytes(channel.samples.data() + offset, static_cast<std::size_t>(pixels) * sizeof(float));
+  packet.finish();
+  return packet;
+}
+
+TevPacket TevPacket::close_image(std::string_view name) {
+  TevPacket packet(kCloseImage);
+  packet.add_text(name);
+  packet.finish();
+  return packet;
+}
+
+TevConnection::TevConnection(const std::string& address) : address_(address) {
+  const Place place = parse_address(address);
+  addrinfo wanted{};
+  wanted.ai_family = AF_UNSPEC;
+  wanted.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (const int code = getaddrinfo(place.host.c_str(), place.port.c_str(), &wanted, &found); code != 0)
+    throw Error(fmt::format("--tev '{}': {}", address, gai_strerror(code)), kRemedy);
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> list(found, freeaddrinfo);
+  socket_ = connect_to(list.get());
+  if (socket_ < 0) throw Error(fmt::format("--tev '{}': {}", address, std::strerror(errno)), kRemedy);
+}
+
+TevConnection::~TevConnection() { close(socket_); }
+
+void TevConnection::send(const TevPacket& packet) {
+  const std::vector<char>& bytes = packet.bytes();
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t count = ::send(socket_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0)
+      throw Error(fmt::format("tev at {} takes no more of the picture: {}", address_, std::strerror(errno)));
+    sent += static_cast<std::size_t>(count);
+  }
+}
+
+void TevConnection::show(const std::string& name, const Image& image) {
+  std::string what = fmt::format("{} {}x{}", name, image.width(), image.height());
+  for (const ImageChannel& channel : image.channels()) what += " " + channel.name;
+  if (what != shown_) send(TevPacket::create_image(name, image));
+  shown_ = what;
+  const std::size_t row = static_cast<std::size_t>(image.width()) * image.channels().size() * sizeof(float);
+  const int rows = static_cast<int>(std::max<std::size_t>(1, kPacketBytes / std::max<std::size_t>(row, 1)));
+  for (int first = 0; first < image.height(); first += rows)
+    send(TevPacket::update_image(name, image, first, std::min(first + rows, image.height())));
+}
+
+}  // namespace glowworm

@@ -1,0 +1,60 @@
+// Showing pictures in a running tev (github.com/Tom94/tev) over its network protocol.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "image/image.h"
+
+namespace glowworm {
+
+/// The bytes of one packet of tev's protocol, little-endian: its length in bytes, this number's four included (uint32),
+/// the kind of packet (uint8), then the fields, texts ended by a zero. As tev's own Python client (tev.py, ipc.py)
+/// writes them.
+class TevPacket {
+ public:
+  /// A blank picture with these channels (CreateImage, kind 4).
+  static TevPacket create_image(std::string_view name, const Image& image);
+  /// Rows [first, last) of all channels, channel by channel (UpdateImage, version 3, kind 6).
+  static TevPacket update_image(std::string_view name, const Image& image, int first, int last);
+  /// Removes a picture (CloseImage, kind 2).
+  static TevPacket close_image(std::string_view name);
+
+  const std::vector<char>& bytes() const { return bytes_; }
+
+ private:
+  explicit TevPacket(std::uint8_t kind);
+  void add_bytes(const void* data, std::size_t count);
+  template <typename Integer>
+  void add(Integer value);
+  void add_text(std::string_view text);
+  void add_names(const Image& image);
+  void finish();
+
+  std::vector<char> bytes_;
+};
+
+/// A connection to a tev.
+class TevConnection {
+ public:
+  /// @param address HOST:PORT, or HOST for tev's own port 14158; an IPv6 address in brackets. Throws Error where it is
+  /// none, or nothing answers there.
+  explicit TevConnection(const std::string& address);
+  ~TevConnection();
+  TevConnection(const TevConnection&) = delete;
+  TevConnection& operator=(const TevConnection&) = delete;
+
+  /// Shows all channels of a picture under a name; replaces what was shown under it. Throws Error where the connection
+  /// was closed, or tev takes nothing for seconds.
+  void show(const std::string& name, const Image& image);
+
+ private:
+  void send(const TevPacket& packet);
+
+  std::string address_;
+  int socket_ = -1;
+  std::string shown_;  // name, size and channels of the picture that tev has
+};
+
+}  // namespace glowworm
