@@ -13,12 +13,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// A light source (counted as in Scene::light_power()) chosen for a point.
-struct Choice {
-  std::uint32_t source;
-  float probability;
-  float remapped;
-};
+using Choice = LightSelector::Choice;
 
 /// A number that chose a light of at least this share has digits enough left to choose the place on it.
 constexpr float kSmallestStretched = 1.0f / 4096;
@@ -27,8 +22,6 @@ Choice choose_source(const Scene& scene, float u) {
   const auto sample = scene.light_power().sample(u);
   return {sample.index, sample.probability, sample.remapped};
 }
-
-float source_probability(const Scene& scene, std::uint32_t source) { return scene.light_power().probability(source); }
 
 bool behind(Vec3 normal, Vec3 direction) {
   return !(normal.x == 0 && normal.y == 0 && normal.z == 0) && dot(normal, direction) <= 0;
@@ -187,7 +180,8 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
   if (!(scene.light_power().total() > 0)) return {};
-  const Choice choice = choose_source(scene, u_light);
+  const LightSelector::Choice choice = scene.light_selector().choose(position, u_light);
+  if (!(choice.probability > 0)) return {};
   const std::size_t triangles = scene.emissive_triangles().size();
   if (choice.probability > kSmallestStretched) u.x = choice.remapped;
   LightSample out;
@@ -212,14 +206,14 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
   if (source == kNone) return 0;
   const Vec3 offset = on_light.position - position;
   if (behind(normal, offset)) return 0;
-  return source_probability(scene, source) * triangle_solid_angle_pdf(scene.geometry().scaled_normal(on_light.triangle),
-                                                                      emission_of(scene, on_light.triangle).two_sided,
-                                                                      offset);
+  const float density = triangle_solid_angle_pdf(scene.geometry().scaled_normal(on_light.triangle),
+                                                 emission_of(scene, on_light.triangle).two_sided, offset);
+  return density > 0 ? scene.light_selector().probability(position, source) * density : 0.0f;
 }
 
-float environment_pdf(const Scene& scene, [[maybe_unused]] Vec3 position, Vec3 normal, Vec3 direction) {
+float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction) {
   if (!scene.environment() || behind(normal, direction)) return 0;
-  return source_probability(scene, environment_source(scene)) *
+  return scene.light_selector().probability(position, environment_source(scene)) *
          radiance_and_pdf(*scene.environment(), scene.environment_distribution(), direction).pdf;
 }
 

@@ -142,6 +142,7 @@ void Scene::find_light_sources() {
   std::vector<float> weights;
   for (const RGB& power : source_powers_) weights.push_back(power_weight(power));
   light_power_ = Distribution1D(weights);
+  light_selector_ = LightSelector(g, emissive_triangles_, d_.emissions, d_.lights, weights, disc);
 }
 
 const Camera& Scene::camera(const std::string& name) const {

@@ -10,6 +10,7 @@
 #include "scene/camera.h"
 #include "scene/geometry.h"
 #include "scene/light.h"
+#include "scene/light_selector.h"
 #include "scene/material.h"
 #include "scene/texture.h"
 
@@ -90,6 +91,8 @@ class Scene {
   std::size_t light_source_count() const {
     return emissive_triangles_.size() + d_.lights.size() + (d_.environment ? 1 : 0);
   }
+  /// Chooses a light source for a point that is to be lit.
+  const LightSelector& light_selector() const { return light_selector_; }
   const Distribution2D& environment_distribution() const { return environment_distribution_; }
   /// True where a material has an alpha that rays must be tested against.
   bool has_alpha(std::uint32_t material) const { return material_has_alpha_[material]; }
@@ -106,6 +109,7 @@ class Scene {
   std::vector<std::uint32_t> emissive_triangles_, emissive_index_;
   std::vector<RGB> source_powers_;
   Distribution1D light_power_;
+  LightSelector light_selector_;
   Distribution2D environment_distribution_;
   std::vector<bool> material_has_alpha_;
 };

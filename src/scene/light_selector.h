@@ -1,0 +1,47 @@
+// Which light source to sample at a point: by a tree those at finite places, by power those infinitely far.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/distribution.h"
+#include "scene/geometry.h"
+#include "scene/light.h"
+#include "scene/light_tree.h"
+
+namespace glowworm {
+
+/// Chooses light sources (counted as in Scene::light_power()) for points.
+class LightSelector {
+ public:
+  LightSelector() = default;
+  /// @param emissive_triangles of `geometry`, whose sources come first
+  /// @param lights the sources behind them
+  /// @param powers of all sources, W (luminance); one more than triangles and lights where there is an environment
+  /// @param disc area through which far light reaches the scene, m^2
+  LightSelector(const Geometry& geometry, std::span<const std::uint32_t> emissive_triangles,
+                std::span<const Emission> emissions, std::span<const Light> lights, std::span<const float> powers,
+                float disc);
+
+  struct Choice {
+    std::uint32_t source = 0;
+    float probability = 0;  ///< 0: no source can light the point
+    float remapped = 0;     ///< u stretched over the choice: uniform in [0, 1) again
+  };
+  /// @param position metres; @param u in [0, 1)
+  Choice choose(Vec3 position, float u) const;
+  /// The probability with which choose() gives that source.
+  float probability(Vec3 position, std::uint32_t source) const;
+
+ private:
+  float far_share(Vec3 position) const;
+
+  LightTree tree_;
+  Distribution1D far_;
+  float far_irradiance_ = 0;                             // W m^-2
+  std::vector<std::uint32_t> near_source_, far_source_;  // sources in the tree's and in far_'s order
+  std::vector<std::uint32_t> place_;                     // of each source in the tree or, with kFar set, in far_
+  static constexpr std::uint32_t kFar = 0x80000000u;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,66 @@
+// Choosing one of many lights for a point by how much it may light it.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/box.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// What the tree knows of one or more lights: where they are, where they shine, how strongly at most.
+struct LightBounds {
+  Box3 box;
+  Vec3 axis{0, 0, 1};      ///< unit: middle of the cone of normals (or of a spot's directions)
+  float cos_normals = 1;   ///< cosine of the angle around `axis` in which all normals lie: 1: all alike, -1: any
+  float cos_emission = 0;  ///< cosine of the angle around its normal in which a light shines
+  bool two_sided = false;
+  float intensity = 0;  ///< luminance of the sum of greatest intensities, W sr^-1
+};
+
+/// A binary tree over lights at finite places. A light is chosen by going down from the root, at each node to one child
+/// with a probability in proportion to a bound of what its lights may send to the point, by distance and direction: A.
+/// Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, section 4.
+class LightTree {
+ public:
+  LightTree() = default;
+  /// @param lights one each; those without intensity are never chosen
+  explicit LightTree(std::span<const LightBounds> lights);
+
+  bool empty() const { return nodes_.empty(); }
+
+  struct Choice {
+    std::uint32_t light;    ///< index into the lights
+    float probability = 0;  ///< 0: no light can light the point
+    float remapped = 0;     ///< u stretched over the choice: uniform in [0, 1) again
+  };
+  /// @param position the point to be lit, metres; @param u in [0, 1)
+  Choice choose(Vec3 position, float u) const;
+  /// The probability with which choose() gives that light.
+  float probability(Vec3 position, std::uint32_t light) const;
+  /// An estimate of the irradiance (luminance, W m^-2) at the point of a surface that faces all lights, none hidden.
+  float irradiance(Vec3 position) const;
+
+ private:
+  struct Node {
+    LightBounds bounds;
+    std::uint32_t child = 0;  // the left one; the right one follows; 0: a leaf
+    std::uint32_t light = 0;
+  };
+  class Builder;
+  float irradiance(Vec3 position, std::uint32_t node, int levels) const;
+
+  std::vector<Node> nodes_;
+  std::vector<std::uint64_t> way_;   // to each light: bit i says which child to take at level i
+  std::vector<std::uint8_t> depth_;  // of each light's leaf; kNotThere for lights without intensity
+};
+
+/// Bounds of two sets of lights together.
+LightBounds merge(const LightBounds& a, const LightBounds& b);
+
+/// A bound, near enough to choose by, of the irradiance (W m^-2) that the lights send over a surface at `position` that
+/// faces them; 0 only where none of them can reach it.
+float light_importance(const LightBounds& lights, Vec3 position);
+
+}  // namespace glowworm
