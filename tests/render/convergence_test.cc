@@ -72,8 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Slow, SlowIndirectLight,
                          case_name);
 
 /// Root of the mean relative squared error of the indirect light against a reference.
-double relative_rmse(const Film& film, const std::vector<RGB>& reference) {
-  const std::vector<RGB> found = pixels(film, true);
+double relative_rmse(const std::vector<RGB>& found, const std::vector<RGB>& reference) {
   const double floor = 0.1 * mean(reference).luminance();
   double sum = 0;
   for (std::size_t i = 0; i < found.size(); ++i)
@@ -84,6 +83,10 @@ double relative_rmse(const Film& film, const std::vector<RGB>& reference) {
   return std::sqrt(sum / (3 * static_cast<double>(found.size())));
 }
 
+double relative_rmse(const Film& film, const std::vector<RGB>& reference) {
+  return relative_rmse(pixels(film, true), reference);
+}
+
 TEST(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
   const Stage stage(builtin_scene("cornell"));
   const std::vector<RGB> reference = pixels(stage.render(indirect(by_path(12, 2048))), true);
@@ -92,15 +95,42 @@ TEST(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
     double last = 1e9;
     for (const std::uint64_t photons : {500u, 4'000u, 32'000u, 256'000u}) {
       const double error = relative_rmse(stage.render(indirect(by_photons(12, 16, 64, photons, engine))), reference);
+      printf("%s, %llu photons: relative RMSE %.4f\n", engine, static_cast<unsigned long long>(photons), error);
       EXPECT_LT(error, last) << photons << " photons";
       last = error;
     }
     last = 1e9;
     for (const std::uint32_t gather : {1u, 8u, 64u}) {
       const double error = relative_rmse(stage.render(indirect(by_photons(12, 1, gather, 256'000, engine))), reference);
+      printf("%s, %u gather rays: relative RMSE %.4f\n", engine, gather, error);
       EXPECT_LT(error, last) << gather << " gather rays";
       last = error;
     }
+  }
+}
+
+/// Rays shorter than the radius at their end gather again: in corners, where few photons blur most, that comes nearer
+/// to the truth. Looked at where it changes the image, by the same photons and the same first rays.
+TEST(Convergence, GatheringAgainMendsCorners) {
+  const Stage stage(builtin_scene("cornell"));
+  const std::vector<RGB> reference = pixels(stage.render(indirect(by_path(16, 2048))), true);
+  for (const char* engine : {"knn", "blocked"}) {
+    RenderSettings settings = indirect(by_photons(16, 16, 64, 2'000, engine));
+    const std::vector<RGB> with = pixels(stage.render(settings), true);
+    settings.secondary_gather = false;
+    const std::vector<RGB> without = pixels(stage.render(settings), true);
+    std::vector<RGB> corners, mended, blurred;
+    for (std::size_t i = 0; i < with.size(); ++i) {
+      if (std::abs(luminance(with[i]) / luminance(without[i]) - 1) < 0.01) continue;
+      corners.push_back(reference[i]);
+      mended.push_back(with[i]);
+      blurred.push_back(without[i]);
+    }
+    ASSERT_GT(corners.size(), 10u) << engine;
+    const double mended_error = relative_rmse(mended, corners), blurred_error = relative_rmse(blurred, corners);
+    printf("%s, %zu pixels: relative RMSE %.4f gathering again, %.4f not\n", engine, corners.size(), mended_error,
+           blurred_error);
+    EXPECT_LT(mended_error, blurred_error) << engine;
   }
 }
 
