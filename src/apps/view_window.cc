@@ -278,6 +278,7 @@ void Window::recreate() {
 /// Plays one frame of the script, once the one before is shown; false at its end.
 bool Window::step_script() {
   const bool bounded = options_.frames > 0 || !options_.script.empty();
+  if (bounded && !model_.scene && model_.failed) return false;
   if (!bounded || !model_.scene || model_.worker.loading() || !fitted_) return true;
   const double waited = std::chrono::duration<double>(std::chrono::steady_clock::now() - played_).count();
   if (playing_) {
@@ -316,7 +317,8 @@ int Window::run() {
   }
   if (model_.longest_latency > 0)
     detail(fmt::format("longest time from input to picture: {:.0f} ms", 1e3 * model_.longest_latency));
-  return caught_interrupt() ? kExitSignalled + caught_interrupt() : 0;
+  if (caught_interrupt()) return kExitSignalled + caught_interrupt();
+  return model_.scene ? 0 : 1;
 }
 
 }  // namespace

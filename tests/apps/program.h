@@ -29,6 +29,7 @@ class Running {
   Running& operator=(const Running&) = delete;
 
   void send(int signal_number) const;
+  pid_t id() const { return process_; }
   /// What it has written to standard error so far.
   std::string errors_so_far() const;
   /// Whether standard error holds the text before the time is over.
