@@ -39,9 +39,9 @@ constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 struct RenderOptions {
   std::string scene;
   std::vector<std::string> outputs;
-  std::string samples = "auto", gather = "auto", photons = "auto", nearest = "auto";
+  std::string samples = "auto", gather = "auto", photons = "auto", traced = "auto", nearest = "auto";
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
-  std::string integrator = "photon", resume, view, tev, kernel = "epanechnikov";
+  std::string integrator = "photon", resume, disk = "auto", view, tev, kernel = "epanechnikov";
   std::vector<std::string> lights;
   float exposure = 0;
   bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, preview = false, resumes = false;
@@ -66,9 +66,11 @@ void resolve_options(RenderOptions& o) {
   s.integrator = o.integrator == "path"      ? Integrator::path
                  : o.integrator == "photons" ? Integrator::photons
                                              : Integrator::photon;
+  s.disk = o.disk == "always" ? DiskUse::always : o.disk == "never" ? DiskUse::never : DiskUse::automatic;
   s.samples = static_cast<std::uint32_t>(parse_count(o.samples, "--samples", 1u << 24));
   s.gather = static_cast<std::uint32_t>(parse_count(o.gather, "--gather", 1u << 20));
   s.photons = parse_count(o.photons, "--photons", 1u << 30);
+  s.photons_traced = parse_count(o.traced, "--traced", 1u << 30);
   s.nearest = static_cast<std::uint32_t>(parse_count(o.nearest, "--nearest", 100'000));
   if (!o.size.empty()) {
     const PixelSize size = parse_pixel_size(o.size, "--size");
@@ -119,7 +121,11 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
                                  scene.geometry().triangle_count(), s.width, s.height, s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
   if (s.integrator == Integrator::photon) text += fmt::format(" x {} gather rays", s.gather);
-  return text + fmt::format(", {} photons, k = {}, engine {}", s.photons, s.nearest, s.engine);
+  if (s.photons_traced > s.photons)
+    text += fmt::format(", {} photons thinned to {}", s.photons_traced, s.photons);
+  else
+    text += fmt::format(", {} photons", s.photons);
+  return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
 }
 
 /// Where the time went, for -v.
@@ -305,6 +311,10 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--photons", o.photons, "Photons in the map, for example 500k or 2M")
       ->option_text("N [auto]")
       ->group("Effort");
+  c.add_option("--traced", o.traced,
+               "Photons to trace, where they are more than --photons: density control thins them to that")
+      ->option_text("N [auto]")
+      ->group("Effort");
   c.add_option("--nearest", o.nearest, "Photons that an estimate should catch (k)")
       ->option_text("N [auto]")
       ->group("Effort");
@@ -332,6 +342,10 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
       ->option_text("SIZE [half of the machine's]")
       ->group("Machine");
+  c.add_option("--disk", o.disk, "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups")
+      ->check(CLI::IsMember({"auto", "never", "always"}))
+      ->option_text("auto|never|always [auto]")
+      ->group("Machine");
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
       ->group("Machine");
@@ -349,8 +363,9 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
 void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   std::vector<const char*> ignored;
   if (o.integrator == "path")
-    ignored = {"--engine",    "--gather", "--photons", "--nearest", "--progressive", "--no-secondary-gather",
-               "--no-guiding"};
+    ignored = {
+        "--engine",    "--gather", "--photons", "--traced", "--nearest", "--progressive", "--no-secondary-gather",
+        "--no-guiding"};
   else if (o.integrator == "photons")
     ignored = {"--gather", "--no-secondary-gather"};
   for (const char* name : ignored)

@@ -6,7 +6,7 @@ namespace glowworm {
 
 namespace {
 
-std::uint32_t reverse_bits(std::uint32_t x) {
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
   x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
   x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
   x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
@@ -16,7 +16,7 @@ std::uint32_t reverse_bits(std::uint32_t x) {
 /// Second Sobol' dimension: column k of its generator matrix, from the primitive polynomial x + 1 (Pascal's triangle
 /// mod 2). Four tables of a byte each make a point four look-ups.
 struct SobolTables {
-  std::array<std::array<std::uint32_t, 256>, 4> y{};
+  std::array<std::array<std::uint32_t, 256>, 4> y{};  // bits reversed
   constexpr SobolTables() {
     std::array<std::uint32_t, 32> column{};
     column[0] = 1u << 31;
@@ -26,28 +26,33 @@ struct SobolTables {
         std::uint32_t sum = 0;
         for (int bit = 0; bit < 8; ++bit)
           if (value >> bit & 1) sum ^= column[byte * 8 + bit];
-        y[byte][value] = sum;
+        y[byte][value] = reverse_bits(sum);
       }
   }
 };
 constexpr SobolTables tables;
 
-}  // namespace
+std::uint32_t reversed_sobol_y(std::uint32_t index) {
+  return tables.y[0][index & 255] ^ tables.y[1][index >> 8 & 255] ^ tables.y[2][index >> 16 & 255] ^
+         tables.y[3][index >> 24];
+}
 
-std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed) {
-  x = reverse_bits(x);
+/// The hash of Laine and Karras: scrambles bits that stand in reversed order.
+std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1;
   x ^= x * 0x05526c56u;
-  x ^= x * 0x53a22864u;
-  return reverse_bits(x);
+  return x ^ x * 0x53a22864u;
 }
 
-SobolPoint sobol2(std::uint32_t index) {
-  return {reverse_bits(index), tables.y[0][index & 255] ^ tables.y[1][index >> 8 & 255] ^
-                                   tables.y[2][index >> 16 & 255] ^ tables.y[3][index >> 24]};
+}  // namespace
+
+std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed) {
+  return reverse_bits(scramble_reversed(reverse_bits(x), seed));
 }
+
+SobolPoint sobol2(std::uint32_t index) { return {reverse_bits(index), reverse_bits(reversed_sobol_y(index))}; }
 
 Vec2 Sampler::next2() {
   const std::uint32_t key = hash_combine(key_, dimension_++);
@@ -58,9 +63,10 @@ Vec2 Sampler::next2() {
   // Shuffling the index by a scramble of its own decorrelates the dimension pairs but keeps every power-of-two
   // block of samples a (0,2)-sequence block.
   const std::uint32_t shuffled = nested_uniform_scramble(index_, key);
-  const SobolPoint p = sobol2(shuffled);
-  return {to_unit_float(nested_uniform_scramble(p.x, hash32(key ^ 0x68bc21ebu))),
-          to_unit_float(nested_uniform_scramble(p.y, hash32(key ^ 0x02e5be93u)))};
+  // nested_uniform_scramble() of sobol2(shuffled), less the reversals that undo one another.
+  const std::uint32_t x = scramble_reversed(shuffled, hash32(key ^ 0x68bc21ebu));
+  const std::uint32_t y = scramble_reversed(reversed_sobol_y(shuffled), hash32(key ^ 0x02e5be93u));
+  return {to_unit_float(reverse_bits(x)), to_unit_float(reverse_bits(y))};
 }
 
 }  // namespace glowworm

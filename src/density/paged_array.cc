@@ -59,6 +59,14 @@ double PagedCounts::hit_rate() const {
   return all == 0 ? 1 : static_cast<double>(hits) / static_cast<double>(all);
 }
 
+PagedCounts& PagedCounts::operator+=(const PagedCounts& other) {
+  hits += other.hits;
+  misses += other.misses;
+  bytes_read += other.bytes_read;
+  bytes_written += other.bytes_written;
+  return *this;
+}
+
 PagedFile::PagedFile(std::uint64_t bytes, const PagedSettings& settings)
     : bytes_(bytes),
       block_bytes_(settings.block_bytes),

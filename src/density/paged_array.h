@@ -30,6 +30,7 @@ struct PagedCounts {
 
   /// Share of accesses that found their block; 1 where there were none.
   double hit_rate() const;
+  PagedCounts& operator+=(const PagedCounts& other);
 };
 
 /// Bytes on disk behind an 8-way set-associative write-back cache. The file has no name from the moment it is open: it

@@ -154,7 +154,7 @@ void Job::render_passes() {
     if (should_stop()) return;
     if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(photons, done);
     const Schedule schedule = make_schedule(settings_, budget_.available());
-    photons.set_queries_at_once(schedule.queries_at_once);
+    photons.set_portions(schedule.queries_at_once, schedule.by_disk);
     const std::uint32_t samples = samples_of_pass(schedule, settings_, done);
     if (!render_pass(photons, tasks_of_pass(schedule, settings_, done, samples))) return;
     passes_ = done + samples;
@@ -180,6 +180,8 @@ bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& ta
     else
       photons.render(camera, task, radiance, first_hit);
     query_point_bytes_ = photons.query_bytes();
+    paged_counts_ = photons.paged_counts();
+    ++tasks_;
     const std::lock_guard lock(film_mutex_);
     film_.add(task, radiance, first_hit);
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);

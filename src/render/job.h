@@ -9,6 +9,7 @@
 
 #include "core/memory_budget.h"
 #include "core/statistics.h"
+#include "density/paged_array.h"
 #include "render/checkpoint.h"
 #include "render/film.h"
 #include "render/photon_report.h"
@@ -47,6 +48,8 @@ class Job {
   double progress() const;
   /// Passes (camera samples of every pixel) done so far.
   std::uint32_t passes() const { return passes_; }
+  /// Tasks done so far: parts of the picture that went the whole way at once.
+  std::uint64_t tasks() const { return tasks_; }
   /// Wall seconds since the start (until the end).
   double seconds() const;
 
@@ -61,6 +64,8 @@ class Job {
   std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
   const Scene& scene() const { return *scene_; }
+  /// What went through the caches of files with query points; once the render has ended.
+  const PagedCounts& paged_counts() const { return paged_counts_; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
   std::uint64_t query_point_bytes() const { return query_point_bytes_; }
   /// What the process held when the render began: program, scene and what rays are traced against.
@@ -94,7 +99,8 @@ class Job {
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
-  std::atomic<std::uint64_t> photon_map_bytes_{0}, query_point_bytes_{0};
+  std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
+  PagedCounts paged_counts_;
   std::exception_ptr failure_;
   std::thread thread_;
 };

@@ -38,6 +38,18 @@ const char* kernel_name(KernelShape kernel) {
   return "";
 }
 
+const char* disk_name(DiskUse disk) {
+  switch (disk) {
+    case DiskUse::automatic:
+      return "auto";
+    case DiskUse::never:
+      return "never";
+    case DiskUse::always:
+      return "always";
+  }
+  return "";
+}
+
 const char* ending_name(Ending ending) {
   switch (ending) {
     case Ending::running:
@@ -62,6 +74,7 @@ json settings_json(const RenderSettings& s) {
               {"samples", s.samples},
               {"gather", s.gather},
               {"photons", s.photons},
+              {"photons_traced", s.photons_traced},
               {"nearest", s.nearest},
               {"kernel", kernel_name(s.kernel)},
               {"light_samples", s.light_samples},
@@ -70,6 +83,7 @@ json settings_json(const RenderSettings& s) {
               {"camera", s.camera},
               {"seed", s.seed},
               {"memory_bytes", s.memory_bytes},
+              {"disk", disk_name(s.disk)},
               {"time_limit_s", s.time_limit_s},
               {"noise_target", s.noise_target},
               {"indirect_only", s.indirect_only},
@@ -148,6 +162,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
   out["settings"]["aovs"] = settings.aovs;
   out["version"] = version();
   out["passes"] = job.passes();
+  out["tasks"] = job.tasks();
   out["ending"] = ending_name(job.ending());
   out["isa"] = simd_name();
   out["threads"] = settings.threads;
@@ -169,6 +184,12 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"active_lanes",
        steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
       {"lanes", simd_lanes()}};
+  const PagedCounts& paged = job.paged_counts();
+  out["paged"] = {{"hits", paged.hits},
+                  {"misses", paged.misses},
+                  {"hit_rate", paged.hit_rate()},
+                  {"bytes_read", paged.bytes_read},
+                  {"bytes_written", paged.bytes_written}};
   const std::uint64_t reserved = job.budget().peak(), resident = job.peak_resident();
   const std::uint64_t beside_scene = job.peak_beside_scene_bytes();
   out["lights"] = json::array();

@@ -4,6 +4,8 @@
 #include <numeric>
 
 #include "density/boundary.h"
+#include "density/density_control.h"
+#include "density/query_store.h"
 #include "density/radius.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
@@ -13,6 +15,8 @@ namespace glowworm {
 
 namespace {
 
+/// Memory for the cache of a file with query points.
+constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::uint64_t{64} << 20;
 /// Caustics are sharp: their estimate catches fewer photons.
 constexpr std::uint32_t kCausticShare = 2;
 
@@ -53,9 +57,10 @@ std::uint64_t PhotonRenderer::photon_bytes() const { return photon_count_ * (Pho
 
 void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   photon_reservation_.reset();
-  photon_reservation_ = std::make_unique<Reservation>(budget_, "photon map", settings_.photons * kBytesPerPhoton);
+  photon_reservation_ =
+      std::make_unique<Reservation>(budget_, "photon map", settings_.photons_traced * kBytesPerPhoton);
   PhotonPassSettings wanted;
-  wanted.photons = settings_.photons;
+  wanted.photons = settings_.photons_traced;
   wanted.seed = settings_.seed;
   wanted.pass = pass;
   if (settings_.guiding && !guiding_) {
@@ -68,6 +73,13 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   }
   pass_ = trace_photons(tracer_, wanted, statistics_);
   add(light_photons_, photons_by_light(tracer_.scene(), pass_));
+  if (settings_.photons_traced > settings_.photons) {
+    const PhaseTimer timer(statistics_, Phase::build_photon_map);
+    DensityControlSettings control;
+    control.wanted = settings_.photons;
+    control.seed = settings_.seed;
+    pass_.global = control_density(pass_.global, control);
+  }
   const std::string name = settings_.engine;
   engine_ = make_engine(name);
   const RadiusPolicy policy = make_policy(pass_.global, settings_, name, settings_.nearest, radius_scale);
@@ -89,6 +101,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
 }
 
 void PhotonRenderer::hold_engines_only() {
+  photon_bounds_ = pass_.global.bounds();
   photon_count_ = pass_.global.size() + pass_.caustic.size();
   const std::uint64_t held = engine_->plan(0, photon_count_, 0).bytes;
   pass_.global = PhotonBatch();
@@ -126,12 +139,28 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   const std::uint64_t room = budget_.available() / kBytesPerQuery;
   const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(queries_at_once_, room));
   const std::size_t step = std::max<std::size_t>(1, queries_at_once / settings_.gather);
-  for (std::size_t first = 0; first < points.size(); first += step) {
-    const std::size_t last = std::min(first + step, points.size());
-    const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * kBytesPerQuery);
-    look_up(final_gather(tracer_, points, first, last, gather_settings, radiance, statistics_), *engine_,
-            radiance.indirect);
+  const auto trace = [&](std::size_t first) {
+    return final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance,
+                        statistics_);
+  };
+  const Reservation reservation(budget_, "query points",
+                                std::min(step, points.size()) * settings_.gather * kBytesPerQuery);
+  if (!by_disk_) {
+    for (std::size_t first = 0; first < points.size(); first += step)
+      look_up(trace(first), *engine_, radiance.indirect);
+    return;
   }
+  const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kLeastCache, kMostCache);
+  const Reservation cache(budget_, "disk cache", cache_bytes);
+  // A ray that ends on a translucent sheet gives two.
+  QueryStore store(photon_bounds_, 2 * points.size() * settings_.gather, cache_bytes);
+  for (std::size_t first = 0; first < points.size(); first += step) {
+    const QueryPoints portion = trace(first);
+    const PhaseTimer timer(statistics_, Phase::reorder);
+    store.append(portion);
+  }
+  store.visit(queries_at_once, [&](const QueryPoints& run) { look_up(run, *engine_, radiance.indirect); });
+  paged_ += store.counts();
 }
 
 void PhotonRenderer::look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {

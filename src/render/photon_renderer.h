@@ -5,6 +5,7 @@
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "density/engine.h"
+#include "density/paged_array.h"
 #include "gather/camera_pass.h"
 #include "gather/radius_grid.h"
 #include "photon/photon_tracer.h"
@@ -26,8 +27,11 @@ class PhotonRenderer {
   /// `radius_scale`.
   void shoot_photons(std::uint32_t pass, float radius_scale);
 
-  /// Query points that are looked up at once, where the budget allows.
-  void set_queries_at_once(std::size_t queries) { queries_at_once_ = queries; }
+  /// How many query points of a task are looked up at once, where the budget allows, and whether by way of a file.
+  void set_portions(std::size_t queries_at_once, bool by_disk) {
+    queries_at_once_ = queries_at_once;
+    by_disk_ = by_disk;
+  }
 
   /// Renders one task the whole way: camera pass, direct light, final gather, density estimation, completion.
   void render(const Camera& camera, const CameraTask& task, SlotRadiance& radiance, FirstHit& first_hit);
@@ -40,6 +44,8 @@ class PhotonRenderer {
   const PhotonPass& photons() const { return pass_; }
   /// What became of the photons of all passes so far.
   const std::vector<LightPhotons>& light_photons() const { return light_photons_; }
+  /// What went through the caches of files with query points.
+  const PagedCounts& paged_counts() const { return paged_; }
   /// Most query points that were held at once, in bytes.
   std::uint64_t query_bytes() const { return query_bytes_; }
 
@@ -59,7 +65,10 @@ class PhotonRenderer {
   std::unique_ptr<DensityEngine> engine_, caustic_engine_;
   RadiusGrid radii_;
   std::uint64_t query_bytes_ = 0, photon_count_ = 0;
+  PagedCounts paged_;
+  Box3 photon_bounds_;
   std::size_t queries_at_once_ = std::size_t{1} << 22;
+  bool by_disk_ = false;
 };
 
 }  // namespace glowworm

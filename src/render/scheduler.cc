@@ -15,6 +15,10 @@ namespace {
 constexpr std::uint64_t kMostQueries = std::uint64_t{1} << 22;
 // Below this a portion is hardly worth the work around it.
 constexpr std::uint64_t kFewestQueries = 4096;
+// Query points that a file takes at once: a few gigabytes.
+constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
+// Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
+constexpr std::uint64_t kFewQueriesPerPhoton = 2;
 // Sides of tiles are multiples of this, the side of the blocks in which the camera pass takes pixels.
 constexpr int kSmallestTile = 16;
 // Tiles go over the whole width where they are no lower than this.
@@ -43,9 +47,15 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
   schedule.queries_at_once =
       static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
+  // Every portion costs a reverse engine a look at all photons; what comes back from a file by place, at those near.
+  schedule.by_disk =
+      gathers && (settings.disk == DiskUse::always ||
+                  (settings.disk == DiskUse::automatic && settings.engine == "reverse" &&
+                   schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMostQueries)));
+  const std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
   // A task as large as a portion of its query points, so that a picture comes in even steps.
-  const std::uint64_t slots = std::max<std::uint64_t>(
-      std::min(left / 3 / kBytesPerSlot, schedule.queries_at_once / per_slot), kSmallestTile * kSmallestTile);
+  const std::uint64_t slots = std::max<std::uint64_t>(std::min(left / 3 / kBytesPerSlot, task_queries / per_slot),
+                                                      kSmallestTile * kSmallestTile);
   const auto width = static_cast<std::uint64_t>(settings.width);
   const bool bands = slots / width >= kLowestBand;
   const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));

@@ -15,6 +15,7 @@ struct Schedule {
   int tile_width = 256, tile_height = 256;             ///< of all tiles but those at the right and the bottom, pixels
   std::uint32_t samples_at_once = 1;                   ///< camera samples of a pixel that a pass takes at most
   std::size_t queries_at_once = std::size_t{1} << 22;  ///< final gather rays that are looked up at once
+  bool by_disk = false;  ///< query points of a task go through a file (density/query_store.h)
 };
 
 /// Bytes that a camera sample costs while its task runs: its gather point, twice while they are joined, and its light.

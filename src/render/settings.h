@@ -17,21 +17,30 @@ enum class Integrator : std::uint8_t {
   photons,  ///< the photon map shown directly, without final gathering
 };
 
+/// Whether query points may go through a file (density/query_store.h).
+enum class DiskUse : std::uint8_t {
+  automatic,  ///< where memory holds too few of them at once for the engine to be fast
+  never,
+  always,
+};
+
 /// Settings of a render. 0 (or "auto", or empty) is automatic everywhere; resolve() replaces those by numbers.
 struct RenderSettings {
   Integrator integrator = Integrator::photon;
   std::string engine = "auto";
-  std::uint32_t samples = 0;        ///< camera samples of each pixel
-  std::uint32_t gather = 0;         ///< final gather rays of each camera sample
-  std::uint64_t photons = 0;        ///< photons in the global map
-  std::uint32_t nearest = 0;        ///< k: photons that an estimate should catch
-  std::uint32_t light_samples = 0;  ///< light samples of each gather point
+  std::uint32_t samples = 0;         ///< camera samples of each pixel
+  std::uint32_t gather = 0;          ///< final gather rays of each camera sample
+  std::uint64_t photons = 0;         ///< photons in the global map
+  std::uint64_t photons_traced = 0;  ///< photons that are traced for it; density control thins them to `photons`
+  std::uint32_t nearest = 0;         ///< k: photons that an estimate should catch
+  std::uint32_t light_samples = 0;   ///< light samples of each gather point
   KernelShape kernel = KernelShape::epanechnikov;
   int width = 0, height = 0;  ///< pixels
   std::string camera;         ///< name; empty is the scene's first
   std::uint32_t seed = 0;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
+  DiskUse disk = DiskUse::automatic;
   double time_limit_s = 0;  ///< stops after the task under way; 0: no limit
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
   bool indirect_only = false;

@@ -78,6 +78,7 @@ TEST(Scheduler, MemoryDoesNotShowInThePicture) {
   const Stage stage(builtin_scene("cornell"));
   for (const char* engine : {"reverse", "forward", "knn"}) {
     RenderSettings settings = by_photons(40, 6, 20, 4000, engine);
+    settings.disk = DiskUse::never;
     std::vector<std::vector<float>> films;
     for (const std::uint64_t megabytes : {32, 64, 2000}) {
       settings.memory_bytes = megabytes << 20;

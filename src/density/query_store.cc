@@ -1,0 +1,115 @@
+#include "density/query_store.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+// Cells an axis, as a power of two: coarse enough that a portion's directory is small, fine enough for even runs.
+constexpr int kGridBits = 4;
+constexpr std::size_t kCells = std::size_t{1} << (3 * kGridBits);
+// Runs of a portion are some tens of kilobytes: larger blocks would be read for a part of them.
+constexpr std::size_t kBlockBytes = std::size_t{1} << 16;
+// Records that are copied at once.
+constexpr std::size_t kRecordsAtOnce = 4096;
+
+PagedSettings disk_settings(std::uint64_t cache_bytes) {
+  PagedSettings settings;
+  settings.on_disk = true;
+  settings.block_bytes = kBlockBytes;
+  settings.cache_blocks = std::max<std::size_t>(static_cast<std::size_t>(cache_bytes / kBlockBytes), 1);
+  return settings;
+}
+
+}  // namespace
+
+QueryStore::QueryStore(const Box3& bounds, std::size_t most_points, std::uint64_t cache_bytes)
+    : grid_(bounds, kGridBits),
+      points_(most_points, disk_settings(cache_bytes / 4 * 3)),
+      bsdfs_(most_points, disk_settings(cache_bytes / 4)) {}
+
+void QueryStore::append(const QueryPoints& portion) {
+  if (portion.size() > points_.size() - size_) throw Error("more query points than there was room made for");
+  std::vector<std::uint16_t> cells(portion.size());
+  Portion& entry = portions_.emplace_back();
+  entry.next = size_;
+  entry.cell_counts.resize(kCells);
+  for (std::size_t i = 0; i < portion.size(); ++i) {
+    cells[i] = static_cast<std::uint16_t>(hilbert_key_of_morton(grid_.morton(portion.position[i]), kGridBits));
+    ++entry.cell_counts[cells[i]];
+  }
+  std::vector<std::uint32_t> next(kCells), order(portion.size());
+  std::exclusive_scan(entry.cell_counts.begin(), entry.cell_counts.end(), next.begin(), 0u);
+  for (std::size_t i = 0; i < portion.size(); ++i) order[next[cells[i]]++] = static_cast<std::uint32_t>(i);
+  for (std::size_t first = 0; first < order.size(); first += kRecordsAtOnce) {
+    records_.clear();
+    for (std::size_t i = first; i < std::min(first + kRecordsAtOnce, order.size()); ++i) {
+      const std::uint32_t p = order[i];
+      Record record{portion.position[p], portion.normal[p],       portion.reflectance[p],
+                    portion.weight[p],   portion.gather_point[p], portion.bsdf[p]};
+      if (record.bsdf != kLambertianQuery) {
+        bsdfs_.set(bsdf_count_, portion.bsdfs[record.bsdf]);
+        record.bsdf = static_cast<std::uint32_t>(bsdf_count_++);
+      }
+      records_.push_back(record);
+    }
+    points_.write(size_, records_);
+    size_ += records_.size();
+  }
+}
+
+void QueryStore::read(std::size_t first, std::size_t count, QueryPoints& to) {
+  for (const std::size_t end = first + count; first < end; first += records_.size()) {
+    records_.resize(std::min(kRecordsAtOnce, end - first));
+    points_.read(first, records_);
+    for (const Record& r : records_) {
+      if (r.bsdf == kLambertianQuery)
+        to.push_back(r.position, r.normal, r.reflectance, r.weight, r.gather_point);
+      else
+        to.push_back(r.position, r.normal, bsdfs_.get(r.bsdf), r.weight, r.gather_point);
+    }
+  }
+}
+
+void QueryStore::visit(std::size_t most_points, const std::function<void(const QueryPoints& run)>& work) {
+  std::vector<std::size_t> totals(kCells, 0);
+  for (const Portion& portion : portions_)
+    for (std::size_t c = 0; c < kCells; ++c) totals[c] += portion.cell_counts[c];
+  QueryPoints run;
+  run.reserve(std::min(most_points, size_));
+  const auto hand_out = [&] {
+    if (run.size() == 0) return;
+    work(run);
+    run = QueryPoints();
+    run.reserve(std::min(most_points, size_));
+  };
+  for (std::size_t first = 0; first < kCells;) {
+    std::size_t last = first + 1, count = totals[first];
+    for (; last < kCells && count + totals[last] <= most_points; ++last) count += totals[last];
+    for (Portion& portion : portions_) {
+      const auto from = portion.cell_counts.begin();
+      const std::size_t piece = std::accumulate(from + static_cast<std::ptrdiff_t>(first),
+                                                from + static_cast<std::ptrdiff_t>(last), std::size_t{0});
+      // One cell may hold more than a run.
+      if (run.size() + piece > most_points) hand_out();
+      read(portion.next, piece, run);
+      portion.next += piece;
+    }
+    hand_out();
+    first = last;
+  }
+  portions_.clear();
+  size_ = bsdf_count_ = 0;
+}
+
+PagedCounts QueryStore::counts() const {
+  PagedCounts sum = points_.counts();
+  sum += bsdfs_.counts();
+  return sum;
+}
+
+}  // namespace glowworm

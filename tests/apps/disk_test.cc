@@ -1,0 +1,60 @@
+// Query points in a file of the temporary folder: the same picture, and clear errors where the disk fails.
+#include <sys/resource.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "image/image.h"
+#include "program.h"
+
+namespace glowworm {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class DiskTest : public ProgramTest {
+ protected:
+  Outcome render_by_disk(const std::string& name, const std::string& use, const std::function<void()>& prepare = {}) {
+    return render("builtin:cornell",
+                  {"--engine", "reverse", "--size", "128x128", "--gather", "25", "--precision", "float", "--memory",
+                   "40M", "--disk", use, "-q", "-o", name, "--stats", "s.json"},
+                  prepare);
+  }
+};
+
+TEST_F(DiskTest, GivesTheSamePictureToRounding) {
+  for (const char* use : {"never", "always"})
+    ASSERT_EQ(render_by_disk(std::string(use) + ".exr", use).status, 0) << use;
+  const nlohmann::json s = read_json("s.json");
+  EXPECT_GT(s["paged"]["bytes_written"], 0);
+  EXPECT_GT(s["paged"]["bytes_read"], 0);
+  EXPECT_GT(s["paged"]["misses"], 0);
+  const Image a = read_image(path("never.exr")), b = read_image(path("always.exr"));
+  for (const char* channel : {"R", "G", "B"})
+    for (std::size_t i = 0; i < a.pixel_count(); ++i)
+      EXPECT_NEAR(a.channel(channel)[i], b.channel(channel)[i], 1e-5f * (0.1f + std::abs(a.channel(channel)[i])));
+}
+
+TEST_F(DiskTest, FullDiskIsSaidAndLeavesNothing) {
+  // A limit on the size of files stands for a disk that is full: writes are cut short at it, then fail.
+  const Outcome outcome = render_by_disk("a.exr", "always", [] {
+    const rlimit limit{2'000'000, 2'000'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  EXPECT_TRUE(refused(outcome, {"temporary file", "TMPDIR"}));
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(DiskTest, TemporaryFolderThatCannotBeUsedIsSaid) {
+  for (const std::string& folder : {path("missing"), std::string("/proc")}) {
+    static std::string variable;
+    variable = "TMPDIR=" + folder;
+    const Outcome outcome = render_by_disk("a.exr", "always", [] { putenv(variable.data()); });
+    EXPECT_TRUE(refused(outcome, {folder, "temporary file", "TMPDIR"}));
+    EXPECT_THAT(names(), IsEmpty());
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
