@@ -1,7 +1,8 @@
 #include "density/kd_tree.h"
 
 #include <algorithm>
-#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -15,6 +16,8 @@ constexpr std::size_t kParallelCount = 16384;
 // Below this depth cells are halved by count, which bounds the depth for points at ever smaller distances: two levels
 // a halving where coordinates are equal, and one an axis in which all are.
 constexpr int kMidpointDepth = 64;
+// Points that are copied by one piece of work.
+constexpr std::size_t kPointGrain = 65536;
 constexpr std::size_t kMaxPoints = std::size_t{1} << 30;
 
 struct Split {
@@ -25,11 +28,11 @@ struct Split {
 
 class Builder {
  public:
-  Builder(std::vector<KdPoint>& points, std::uint32_t leaf_size)
-      : points_(points), scratch_(std::make_unique_for_overwrite<KdPoint[]>(points.size())), leaf_size_(leaf_size) {}
+  Builder(LargeArray<KdPoint>& points, std::uint32_t leaf_size)
+      : points_(points), scratch_(points.size()), leaf_size_(leaf_size) {}
 
   void build(std::vector<KdNode>& nodes, const Box3& bounds) {
-    subtree({points_.data(), scratch_.get(), points_.size(), false}, bounds, 0, nodes);
+    subtree({points_.data(), scratch_.data(), points_.size(), false}, bounds, 0, nodes);
   }
 
  private:
@@ -149,8 +152,8 @@ class Builder {
     return left;
   }
 
-  std::vector<KdPoint>& points_;
-  std::unique_ptr<KdPoint[]> scratch_;
+  LargeArray<KdPoint>& points_;
+  LargeArray<KdPoint> scratch_;
   std::uint32_t leaf_size_;
 };
 
@@ -158,13 +161,23 @@ class Builder {
 
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size) {
   if (positions.size() >= kMaxPoints) throw Error("a photon map holds fewer than 2^30 photons at once");
+  LargeArray<KdPoint> points(positions.size());
+  parallel_for(0, positions.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) points[i] = {positions[i], static_cast<std::uint32_t>(i)};
+  });
+  return build_kd_tree(std::move(points), leaf_size);
+}
+
+KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size) {
+  if (points.size() >= kMaxPoints) throw Error("a kd-tree holds fewer than 2^30 points");
   KdTree tree;
-  if (positions.empty()) return tree;
-  tree.points.resize(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    tree.points[i] = {positions[i], static_cast<std::uint32_t>(i)};
-    tree.bounds.grow(positions[i]);
-  }
+  if (points.size() == 0) return tree;
+  tree.points = std::move(points);
+  std::vector<Box3> parts((tree.points.size() + kPointGrain - 1) / kPointGrain);
+  parallel_for(0, tree.points.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) parts[first / kPointGrain].grow(tree.points[i].position);
+  });
+  for (const Box3& part : parts) tree.bounds.grow(part);
   Builder(tree.points, std::max(leaf_size, 1u)).build(tree.nodes, tree.bounds);
   return tree;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/box.h"
+#include "core/large_array.h"
 #include "core/vec.h"
 
 namespace glowworm {
@@ -37,7 +38,7 @@ struct KdTree {
   /// No way from the root to a leaf is longer than this; stacks may have this size.
   static constexpr int kMaxDepth = 128;
 
-  std::vector<KdPoint> points;
+  LargeArray<KdPoint> points;
   std::vector<KdNode> nodes;  ///< empty where there are no points
   Box3 bounds;                ///< of the points
 };
@@ -47,5 +48,7 @@ struct KdTree {
 /// Skinny, If Your Friends Are Fat", 1999). Leaves hold at most `leaf_size` points, or more that all coincide.
 /// @param positions fewer than 2^30, finite
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size);
+/// The same over points that come with indices of their own.
+KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size);
 
 }  // namespace glowworm

@@ -127,6 +127,13 @@ void complete(const ReverseTree& tree, const ReverseSubtree& subtree, const floa
     const std::size_t n = node.count(), first = node.first() - subtree.first_point;
     const float* targets = fields + first * kReverseFields + 6 * n;
     const float* sum = sums + first * kReverseSums;
+    // Neighbours in space lie about in memory in the order of the rays.
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      std::uint32_t target;
+      std::memcpy(&target, targets + lane, sizeof target);
+      __builtin_prefetch(&radiance[target], 1);
+      __builtin_prefetch(&points.reflectance[target]);
+    }
     for (std::size_t lane = 0; lane < n; ++lane) {
       std::uint32_t target;
       std::memcpy(&target, targets + lane, sizeof target);
@@ -172,6 +179,7 @@ class ReverseEngine final : public DensityEngine {
       lambertian.clear();
       others.clear();
       const std::size_t last = std::min(first + kPartPoints, points.size());
+      lambertian.reserve(last - first);
       for (std::size_t i = first; i < last; ++i) {
         (points.bsdf[i] == kLambertianQuery ? lambertian : others).push_back(static_cast<std::uint32_t>(i));
       }

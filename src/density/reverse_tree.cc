@@ -18,6 +18,8 @@ static_assert(ReverseTree::kLeafSize <= ReverseNode::kMaxCount);
 
 // Points are copied into A_R in pieces of so many subtrees.
 constexpr std::size_t kSubtreeGrain = 4;
+// Points that one piece of work looks through.
+constexpr std::size_t kPointGrain = 65536;
 
 /// Turns a kd-tree into the nodes of the reverse photon map, and cuts it into subtrees.
 class Converter {
@@ -92,20 +94,45 @@ class Converter {
   std::vector<ReverseSubtree>& subtrees_;
 };
 
+/// The chosen points whose positions are finite, with their targets as indices.
+LargeArray<KdPoint> finite_points(const QueryPoints& points, std::span<const std::uint32_t> chosen) {
+  std::vector<std::size_t> starts((chosen.size() + kPointGrain - 1) / kPointGrain + 1, 0);
+  parallel_for(0, chosen.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) starts[first / kPointGrain + 1] += is_finite(points.position[chosen[i]]);
+  });
+  for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
+  LargeArray<KdPoint> found(starts.back());
+  parallel_for(0, chosen.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
+    std::size_t to = starts[first / kPointGrain];
+    for (std::size_t i = first; i < last; ++i) {
+      const Vec3 position = points.position[chosen[i]];
+      if (is_finite(position)) found[to++] = {position, chosen[i]};
+    }
+  });
+  return found;
+}
+
+/// Asks for what the points of the next leaf need, which lies about in memory in the order of the rays.
+void prefetch_points(const KdTree& tree, std::size_t first, const QueryPoints& points) {
+  const std::size_t last = std::min(first + ReverseTree::kLeafSize, tree.points.size());
+  for (std::size_t i = first; i < last; ++i) {
+    __builtin_prefetch(&points.normal[tree.points[i].index]);
+    __builtin_prefetch(&points.bsdf[tree.points[i].index]);
+  }
+}
+
 /// Writes one leaf of A_R.
-void fill_leaf(const ReverseNode& leaf, const KdTree& tree, const QueryPoints& points,
-               std::span<const std::uint32_t> chosen, float* to) {
+void fill_leaf(const ReverseNode& leaf, const KdTree& tree, const QueryPoints& points, float* to) {
   const std::size_t n = leaf.count();
+  prefetch_points(tree, leaf.first() + n, points);
   to += std::size_t{leaf.first()} * kReverseFields;
   for (std::size_t i = 0; i < n; ++i) {
     const KdPoint& point = tree.points[leaf.first() + i];
-    const std::uint32_t target = chosen[point.index];
-    const Vec3 normal = points.normal[target];
-    const float fields[kReverseFields] = {
-        point.position.x, point.position.y, point.position.z, normal.x, normal.y, normal.z, 0, 0};
+    const Vec3 normal = points.normal[point.index];
+    const float fields[6] = {point.position.x, point.position.y, point.position.z, normal.x, normal.y, normal.z};
     for (std::size_t f = 0; f < 6; ++f) to[f * n + i] = fields[f];
-    std::memcpy(to + 6 * n + i, &target, sizeof target);
-    std::memcpy(to + 7 * n + i, &points.bsdf[target], sizeof(float));
+    std::memcpy(to + 6 * n + i, &point.index, sizeof point.index);
+    std::memcpy(to + 7 * n + i, &points.bsdf[point.index], sizeof(float));
   }
 }
 
@@ -138,27 +165,19 @@ ReverseLeafBounds measure_leaf(const float* points, std::size_t n) {
 
 ReverseTree::ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size) {
   if (chosen.size() >= ReverseNode::kMaxNodes / 2) throw Error("a reverse photon map holds fewer than 2^27 points");
-  std::vector<Vec3> positions;
-  std::vector<std::uint32_t> targets;
-  positions.reserve(chosen.size());
-  targets.reserve(chosen.size());
-  for (const std::uint32_t i : chosen) {
-    if (!is_finite(points.position[i])) continue;
-    positions.push_back(points.position[i]);
-    targets.push_back(i);
-  }
-  size_ = static_cast<std::uint32_t>(positions.size());
+  LargeArray<KdPoint> found = finite_points(points, chosen);
+  size_ = static_cast<std::uint32_t>(found.size());
   points_ = LargeArray<float>(size_ * kReverseFields + kReversePadding);
   std::fill_n(points_.data() + size_ * kReverseFields, kReversePadding, 0.0f);
   if (size_ == 0) return;
-  const KdTree tree = build_kd_tree(positions, std::clamp(leaf_size, 1u, ReverseNode::kMaxCount));
+  const KdTree tree = build_kd_tree(std::move(found), std::clamp(leaf_size, 1u, ReverseNode::kMaxCount));
   Converter(tree, nodes_, subtrees_).run();
   parallel_for(0, subtrees_.size(), kSubtreeGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t s = first; s < last; ++s) {
       const ReverseSubtree& subtree = subtrees_[s];
       for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
         const ReverseNode& node = nodes_[subtree.root + i];
-        if (node.is_leaf()) fill_leaf(node, tree, points, targets, points_.data());
+        if (node.is_leaf()) fill_leaf(node, tree, points, points_.data());
       }
     }
   });

@@ -95,7 +95,7 @@ TEST(KdTree, SplitsNeighbouringFloats) {
   check(points, 1);
 }
 
-TEST(KdTree, IsEmptyWithoutPoints) { EXPECT_TRUE(build_kd_tree({}, 8).nodes.empty()); }
+TEST(KdTree, IsEmptyWithoutPoints) { EXPECT_TRUE(build_kd_tree(std::span<const Vec3>(), 8).nodes.empty()); }
 
 TEST(KdTree, IsTheSameForAnyNumberOfThreads) {
   std::vector<Vec3> points;
