@@ -56,7 +56,7 @@ void move_on(ViewState& state) {
   state.camera = fly(state.camera, {0.0005f * state.pivot_distance, 0, 0});
 }
 
-std::vector<Cell> cells(const std::string& scene, const Row& row, const char* what,
+std::vector<Cell> cells(const std::string& scene, const Row& row, const char* shows, const char* what,
                         const std::vector<ViewFrame>& frames) {
   std::vector<double> seconds;
   for (const ViewFrame& frame : frames) seconds.push_back(frame.cost.seconds);
@@ -71,6 +71,7 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* wh
   };
   return {scene,
           std::string(row.name),
+          std::string(shows),
           std::string(what),
           spread_of(seconds).rate(1),
           std::string(row.paper),
@@ -85,20 +86,26 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* wh
 void measure(Table& table, const std::string& path) {
   const auto scene = std::make_shared<const Scene>(load_scene(path, {}));
   Session session(scene, {});
-  for (const Row& row : kRows) {
-    ViewState state = state_of(session, row);
-    double clock = 0;
-    session.next_frame(state, clock);
-    for (const bool anew : {true, false}) {
-      std::vector<ViewFrame> frames;
-      for (int run = 0; run < (anew ? row.anew_runs : row.kept_runs); ++run) {
-        move_on(state);
-        if (anew) session.forget_photons();
-        frames.push_back(session.next_frame(state, clock += 0.1));
+  double clock = 0;
+  for (const Row& row : kRows)
+    for (const bool all : {false, true}) {
+      // The photon map shown has its light in one part.
+      if (all && row.mode == ViewMode::photons) continue;
+      ViewState state = state_of(session, row);
+      state.part = all ? LightPart::all : row.mode == ViewMode::photons ? LightPart::all : LightPart::indirect;
+      state.corners = all;
+      session.next_frame(state, clock);
+      for (const bool anew : {true, false}) {
+        std::vector<ViewFrame> frames;
+        for (int run = 0; run < (anew ? row.anew_runs : row.kept_runs); ++run) {
+          move_on(state);
+          if (anew) session.forget_photons();
+          frames.push_back(session.next_frame(state, clock += 0.1));
+        }
+        table.add(
+            cells(short_name(path), row, all ? "all light" : "as [SF07]", anew ? "all anew" : "map kept", frames));
       }
-      table.add(cells(short_name(path), row, anew ? "all anew" : "map kept", frames));
     }
-  }
 }
 
 /// A view that turns for three seconds, as a window drives it: the worker's thread renders, states come 60 times a
@@ -156,11 +163,12 @@ int main(int argc, char** argv) try {
   std::vector<std::string> scenes(argv + std::min(argc, 2), argv + argc);
   if (scenes.empty()) scenes = {"builtin:cornell", "builtin:atrium"};
   Table table("view", "Interactive sessions: 256x256 pixels, 500,000 photons, nothing reused across frames",
-              {"scene", "mode", "what", "frames/s", "[SF07], 4 cores, frames/s", "photons, ms", "map, ms", "camera, ms",
-               "direct, ms", "gather rays, ms", "density, ms"});
+              {"scene", "mode", "light", "redone", "frames/s", "[SF07], 4 cores, frames/s", "photons, ms", "map, ms",
+               "camera, ms", "direct, ms", "gather rays, ms", "density, ms"});
   table.note(
       "Photons, map, ...: medians of wall time. 'map kept': only the camera moved. Samples: final gather rays of "
-      "each pixel; direct light, shadow rays and caustics come on top of them.");
+      "each pixel. 'as [SF07]': what they bring from the map; 'all light': with direct light by shadow rays, "
+      "caustics, and a second gather in corners.");
   for (const std::string& scene : scenes) measure(table, scene);
   table.write(folder);
   Table adapting("view_adapting",

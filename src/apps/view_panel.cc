@@ -54,6 +54,8 @@ void draw_picture(ViewModel& model) {
   ImGui::Checkbox("smooth noise", &s.filter);
   ImGui::SameLine();
   ImGui::Checkbox("reuse frames", &s.reuse);
+  ImGui::Checkbox("corners", &s.corners);
+  ImGui::SameLine();
   bool filmic = model.tone == ToneCurve::filmic;
   if (ImGui::Checkbox("filmic", &filmic)) {
     model.tone = filmic ? ToneCurve::filmic : ToneCurve::srgb;

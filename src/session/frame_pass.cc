@@ -53,14 +53,20 @@ class PassRenderer {
     complete(queries, found, target, statistics_);
   }
 
+  bool wants(LightPart part) const { return settings_.part == LightPart::all || settings_.part == part; }
+
   void gather_light(const GatherPoints& points) {
     if (!(tracer_.scene().light_power().total() > 0)) return;
-    add_direct_light(tracer_, points, settings_.seed, light_samples(settings_.gather), settings_.gather, pass_.radiance,
-                     statistics_);
+    if (wants(LightPart::direct))
+      add_direct_light(tracer_, points, settings_.seed, light_samples(settings_.gather), settings_.gather,
+                       pass_.radiance, statistics_);
     interrupt_.check();
-    if (maps_.caustic_engine())
+    if (wants(LightPart::caustic) && maps_.caustic_engine())
       look_up(gather_points_as_queries(points), *maps_.caustic_engine(), pass_.radiance.caustic);
-    gather(points, [&](const QueryPoints& queries) { look_up(queries, maps_.engine(), pass_.radiance.indirect); });
+    if (settings_.part == LightPart::caustic) return;
+    gather(points, [&](const QueryPoints& queries) {
+      if (wants(LightPart::indirect)) look_up(queries, maps_.engine(), pass_.radiance.indirect);
+    });
   }
 
   /// Final gathering in portions; `answer` is called with the query points of each.
@@ -69,8 +75,8 @@ class PassRenderer {
     FinalGatherSettings gather_settings;
     gather_settings.rays = settings_.gather;
     gather_settings.seed = settings_.seed;
-    gather_settings.light_samples = light_samples(settings_.gather);
-    gather_settings.radii = &maps_.radii();
+    gather_settings.light_samples = wants(LightPart::direct) ? light_samples(settings_.gather) : 0;
+    gather_settings.radii = settings_.corners ? &maps_.radii() : nullptr;
     const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
     const auto at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));
     const std::size_t step = std::max<std::size_t>(1, at_once / settings_.gather);

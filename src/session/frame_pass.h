@@ -20,6 +20,8 @@ struct FramePassSettings {
   std::uint32_t gather = 16;  ///< final gather rays of each camera sample
   std::uint32_t seed = 0;
   ViewMode mode = ViewMode::gather;
+  LightPart part = LightPart::all;  ///< of gathered light: nothing else is computed
+  bool corners = true;              ///< short gather rays gather again (FinalGatherSettings::radii)
 };
 
 /// What a pass found, one entry a pixel.

@@ -105,9 +105,10 @@ Session::Change Session::compare(const ViewState& state) const {
   Change change;
   change.camera = !same_view(state.camera, state_.camera);
   change.lights = state.lights != state_.lights;
-  change.picture = state.mode != state_.mode || state.gather != state_.gather || state.engine != state_.engine ||
-                   state.kernel != state_.kernel || state.photons != state_.photons ||
-                   state.nearest != state_.nearest || state.width != state_.width || state.height != state_.height;
+  change.picture = state.mode != state_.mode || state.part != state_.part || state.corners != state_.corners ||
+                   state.gather != state_.gather || state.engine != state_.engine || state.kernel != state_.kernel ||
+                   state.photons != state_.photons || state.nearest != state_.nearest || state.width != state_.width ||
+                   state.height != state_.height;
   return change;
 }
 
@@ -248,6 +249,8 @@ ViewFrame Session::render(const ViewState& state, bool moving, const Interrupt& 
   pass.gather = effort.gather;
   pass.seed = settings_.seed;
   pass.mode = state.mode;
+  pass.part = state.part;
+  pass.corners = state.corners && !(moving && settings_.adapt);
   sums.add(render_frame_pass(*tracer_, maps, state.camera, pass, budget_, interrupt, statistics_));
   ViewFrame frame = finish(state, sums, pass.width, pass.height);
   frame.moving = moving;
