@@ -87,31 +87,37 @@ double relative_rmse(const Film& film, const std::vector<RGB>& reference) {
   return relative_rmse(pixels(film, true), reference);
 }
 
-TEST(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
-  const Stage stage(builtin_scene("cornell"));
+class Convergence : public testing::TestWithParam<const char*> {};
+
+TEST_P(Convergence, ErrorFallsWithPhotonsAndWithGatherRays) {
+  const Stage stage(builtin_scene(GetParam()));
   const std::vector<RGB> reference = pixels(stage.render(indirect(by_path(12, 2048))), true);
   for (const char* engine : {"knn", "blocked"}) {
     SCOPED_TRACE(engine);
     double last = 1e9;
     for (const std::uint64_t photons : {500u, 4'000u, 32'000u, 256'000u}) {
       const double error = relative_rmse(stage.render(indirect(by_photons(12, 16, 64, photons, engine))), reference);
-      printf("%s, %llu photons: relative RMSE %.4f\n", engine, static_cast<unsigned long long>(photons), error);
+      printf("%s, %s, %llu photons: relative RMSE %.4f\n", GetParam(), engine, static_cast<unsigned long long>(photons),
+             error);
       EXPECT_LT(error, last) << photons << " photons";
       last = error;
     }
     last = 1e9;
-    for (const std::uint32_t gather : {1u, 8u, 64u}) {
-      const double error = relative_rmse(stage.render(indirect(by_photons(12, 1, gather, 256'000, engine))), reference);
-      printf("%s, %u gather rays: relative RMSE %.4f\n", engine, gather, error);
+    for (const std::uint32_t gather : {4u, 32u, 256u}) {
+      const double error = relative_rmse(stage.render(indirect(by_photons(12, 4, gather, 256'000, engine))), reference);
+      printf("%s, %s, %u gather rays: relative RMSE %.4f\n", GetParam(), engine, gather, error);
       EXPECT_LT(error, last) << gather << " gather rays";
       last = error;
     }
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Slow, Convergence, testing::Values("cornell", "ajar"),
+                         [](const auto& info) { return std::string(info.param); });
+
 /// Rays shorter than the radius at their end gather again: in corners, where few photons blur most, that comes nearer
 /// to the truth. Looked at where it changes the image, by the same photons and the same first rays.
-TEST(Convergence, GatheringAgainMendsCorners) {
+TEST(SlowCorners, GatheringAgainMendsThem) {
   const Stage stage(builtin_scene("cornell"));
   const std::vector<RGB> reference = pixels(stage.render(indirect(by_path(16, 2048))), true);
   for (const char* engine : {"knn", "blocked"}) {
