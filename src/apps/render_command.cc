@@ -39,7 +39,8 @@ constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 struct RenderOptions {
   std::string scene;
   std::vector<std::string> outputs;
-  std::string samples = "auto", gather = "auto", photons = "auto", traced = "auto", nearest = "auto";
+  std::string samples = "auto", gather = "auto", photons = "auto", traced = "auto", nearest = "auto", reorder = "auto";
+  std::string radius = "per-photon";
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
   std::string integrator = "photon", resume, disk = "auto", view, tev, kernel = "epanechnikov";
   std::vector<std::string> lights;
@@ -72,6 +73,8 @@ void resolve_options(RenderOptions& o) {
   s.photons = parse_count(o.photons, "--photons", 1u << 30);
   s.photons_traced = parse_count(o.traced, "--traced", 1u << 30);
   s.nearest = static_cast<std::uint32_t>(parse_count(o.nearest, "--nearest", 100'000));
+  s.reorder = static_cast<std::uint32_t>(parse_count(o.reorder, "--reorder", 1u << 20));
+  s.fixed_radius = o.radius == "fixed";
   if (!o.size.empty()) {
     const PixelSize size = parse_pixel_size(o.size, "--size");
     s.width = size.width;
@@ -291,6 +294,16 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::IsMember(kernel_names()))
       ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
       ->group("Method");
+  c.add_option("--radius", o.radius, "Radii of photons: one for each, by the density around it, or one for all")
+      ->check(CLI::IsMember({"per-photon", "fixed"}))
+      ->option_text("per-photon|fixed [per-photon]")
+      ->group("Method");
+  c.add_option(
+       "--reorder", o.reorder,
+       "Engine forward: query points of an octree's cell that is not divided further (auto: sorted as far as it "
+       "pays)")
+      ->option_text("N [auto]")
+      ->group("Method");
   c.add_flag("--indirect-only", s.indirect_only, "Only the light that is gathered over surfaces")->group("Method");
   c.add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth")
       ->group("Method");
@@ -363,9 +376,9 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
 void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   std::vector<const char*> ignored;
   if (o.integrator == "path")
-    ignored = {
-        "--engine",    "--gather", "--photons", "--traced", "--nearest", "--progressive", "--no-secondary-gather",
-        "--no-guiding"};
+    ignored = {"--engine",    "--kernel", "--radius",  "--reorder",     "--gather",
+               "--photons",   "--traced", "--nearest", "--progressive", "--no-secondary-gather",
+               "--no-guiding"};
   else if (o.integrator == "photons")
     ignored = {"--gather", "--no-secondary-gather"};
   for (const char* name : ignored)

@@ -30,8 +30,9 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
 struct ForwardOptions {
   /// Query points in a packet: 1, 4, 8 or 16, or 0 for as many as the machine's vectors hold (at least 4).
   int lanes = 0;
-  /// How query points are ordered before they are looked up; the paper's way by default.
-  ReorderSettings reorder{ReorderMethod::octree, 16, kAutomaticDepth};
+  /// How query points are ordered before they are looked up: along the Hilbert curve as far as it pays. The paper's way
+  /// is {ReorderMethod::octree, 16, kAutomaticDepth}.
+  ReorderSettings reorder;
 };
 
 /// make_forward_engine() with other options.

@@ -41,6 +41,25 @@ void replace_top(std::uint64_t* heap, std::size_t size, std::uint64_t value) {
   heap[hole] = value;
 }
 
+/// Goes down from a subtree to its leaf whose cell is nearest to x; hands over the siblings on the way.
+template <class Wait>
+const KdNode& descend(const KdTree& tree, Vec3 x, Pending& at, const Wait& wait) {
+  const KdNode* node = &tree.nodes[at.node];
+  while (!node->is_leaf()) {
+    const int axis = node->axis();
+    const float distance = x[axis] - node->split;
+    const std::uint32_t left = at.node + 1, right = at.node + node->right_offset();
+    const bool on_left = distance <= 0;
+    Pending far{on_left ? right : left, 0, at.offset};
+    far.offset[axis] = std::abs(distance);
+    far.distance_squared = length_squared(far.offset);
+    wait(far);
+    at.node = on_left ? left : right;
+    node = &tree.nodes[at.node];
+  }
+  return *node;
+}
+
 /// How far x lies outside the box, by axis.
 Vec3 outside(const Box3& box, Vec3 x) {
   Vec3 offset;
@@ -103,24 +122,11 @@ std::size_t PhotonMap::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_
   Pending at{0, 0, outside(tree_.bounds, x)};
   at.distance_squared = length_squared(at.offset);
   for (;;) {
-    // Down to the leaf whose cell is nearest; the siblings wait.
-    const KdNode* node = &tree_.nodes[at.node];
-    while (!node->is_leaf()) {
-      const int axis = node->axis();
-      const float distance = x[axis] - node->split;
-      const std::uint32_t left = at.node + 1, right = at.node + node->right_offset();
-      const bool on_left = distance <= 0;
-      Vec3 far_offset = at.offset;
-      far_offset[axis] = std::abs(distance);
-      const float far_squared = length_squared(far_offset);
-      if (pack(far_squared, 0) <= bound) {
-        stack[depth++] = {on_left ? right : left, far_squared, far_offset};
-      }
-      at.node = on_left ? left : right;
-      node = &tree_.nodes[at.node];
-    }
-    tested += node->count;
-    for (std::uint32_t place = node->first(); place < node->first() + node->count; ++place) {
+    const KdNode& leaf = descend(tree_, x, at, [&](const Pending& far) {
+      if (pack(far.distance_squared, 0) <= bound) stack[depth++] = far;
+    });
+    tested += leaf.count;
+    for (std::uint32_t place = leaf.first(); place < leaf.first() + leaf.count; ++place) {
       const std::uint64_t candidate = pack(length_squared(tree_.points[place].position - x), place);
       if (candidate >= bound || !(dot(normal_[place], normal) > min_cosine)) continue;
       if (size < k) {
@@ -150,24 +156,11 @@ void PhotonMap::search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSq
   Pending at{0, 0, outside(tree_.bounds, x)};
   at.distance_squared = length_squared(at.offset);
   for (;;) {
-    const KdNode* node = &tree_.nodes[at.node];
-    while (!node->is_leaf()) {
-      const int axis = node->axis();
-      const float distance = x[axis] - node->split;
-      const std::uint32_t left = at.node + 1, right = at.node + node->right_offset();
-      const bool on_left = distance <= 0;
-      Vec3 far_offset = at.offset;
-      far_offset[axis] = std::abs(distance);
-      const float far_squared = length_squared(far_offset);
-      const std::uint32_t far_node = on_left ? right : left;
-      if (far_squared <= node_radius_squared(far_node)) {
-        stack[depth++] = {far_node, far_squared, far_offset};
-      }
-      at.node = on_left ? left : right;
-      node = &tree_.nodes[at.node];
-    }
-    tested += node->count;
-    for (std::uint32_t place = node->first(); place < node->first() + node->count; ++place) {
+    const KdNode& leaf = descend(tree_, x, at, [&](const Pending& far) {
+      if (far.distance_squared <= node_radius_squared(far.node)) stack[depth++] = far;
+    });
+    tested += leaf.count;
+    for (std::uint32_t place = leaf.first(); place < leaf.first() + leaf.count; ++place) {
       const float d2 = length_squared(tree_.points[place].position - x);
       if (d2 < photon_radius_squared(place) && dot(normal_[place], normal) > min_cosine) found.push_back({d2, place});
     }

@@ -77,6 +77,7 @@ json settings_json(const RenderSettings& s) {
               {"photons_traced", s.photons_traced},
               {"nearest", s.nearest},
               {"kernel", kernel_name(s.kernel)},
+              {"radius", s.fixed_radius ? "fixed" : "per-photon"},
               {"light_samples", s.light_samples},
               {"width", s.width},
               {"height", s.height},

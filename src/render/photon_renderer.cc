@@ -5,6 +5,7 @@
 
 #include "density/boundary.h"
 #include "density/density_control.h"
+#include "density/forward.h"
 #include "density/query_store.h"
 #include "density/radius.h"
 #include "gather/direct_light.h"
@@ -28,6 +29,12 @@ void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, RadiusPolicy
   for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factors[i];
 }
 
+std::unique_ptr<DensityEngine> engine_of(const RenderSettings& settings) {
+  if (settings.engine == "forward" && settings.reorder > 0)
+    return make_forward_engine({0, {ReorderMethod::octree, settings.reorder, kAutomaticDepth}});
+  return make_engine(settings.engine);
+}
+
 RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& settings, const std::string& engine,
                          std::uint32_t k, float radius_scale) {
   RadiusPolicy policy;
@@ -35,8 +42,14 @@ RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& setti
   policy.k = k;
   policy.kind = engine == "knn" ? RadiusKind::nearest : RadiusKind::per_photon;
   if (photons.size() == 0) return policy;
-  policy.radii = per_photon_radii(photons, k);
-  for (float& radius : policy.radii) radius *= radius_scale;
+  if (settings.fixed_radius) {
+    policy.kind = RadiusKind::fixed;
+    policy.radius = fixed_radius(photons, k) * radius_scale;
+    policy.radii.assign(photons.size(), policy.radius);
+  } else {
+    policy.radii = per_photon_radii(photons, k);
+    for (float& radius : policy.radii) radius *= radius_scale;
+  }
   // Where photons are few, the nearest may be in another part of the scene: no estimate reaches further than the
   // widest of the radii that density asks for.
   policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
@@ -81,7 +94,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
     pass_.global = control_density(pass_.global, control);
   }
   const std::string name = settings_.engine;
-  engine_ = make_engine(name);
+  engine_ = engine_of(settings_);
   const RadiusPolicy policy = make_policy(pass_.global, settings_, name, settings_.nearest, radius_scale);
   if (settings_.boundary_correction) {
     const PhaseTimer timer(statistics_, Phase::build_photon_map);
@@ -91,7 +104,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   radii_ = RadiusGrid(pass_.global.position, policy.radii);
   caustic_engine_.reset();
   if (pass_.caustic.size() > 0) {
-    caustic_engine_ = make_engine(name);
+    caustic_engine_ = engine_of(settings_);
     const std::uint32_t k = std::max<std::uint32_t>(1, settings_.nearest / kCausticShare);
     const RadiusPolicy caustic_policy = make_policy(pass_.caustic, settings_, name, k, radius_scale);
     if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, caustic_policy);

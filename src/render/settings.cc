@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "density/engine_choice.h"
 #include "render/scheduler.h"
 #include "scene/scene.h"
 
@@ -16,6 +17,8 @@ namespace glowworm {
 
 namespace {
 
+/// Query points that the photon renderer looks up at once, where memory allows.
+constexpr double kQueriesAtOnce = 1 << 22;
 constexpr int kLargestSide = 65536;
 /// Camera samples of a render that ends by time or noise, at most.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
@@ -71,6 +74,20 @@ void resolve_photons(RenderSettings& s) {
   s.photons /= kShareKept;
 }
 
+/// What the engine will be asked for, with all else resolved.
+EngineWorkload workload(const RenderSettings& s) {
+  constexpr double kTilePixels = 65536;  // of a task
+  const double pixels = static_cast<double>(s.width) * s.height;
+  const double rays = s.integrator == Integrator::photons ? 1 : s.gather;
+  EngineWorkload w;
+  w.photons = static_cast<double>(s.photons);
+  // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its engine.
+  w.queries = pixels * rays * (s.progressive ? 1 : kUsualSamples);
+  w.queries_at_once = std::min({pixels, kTilePixels, kQueriesAtOnce / rays}) * rays;
+  w.nearest = s.nearest;
+  return w;
+}
+
 }  // namespace
 
 std::vector<std::string> aov_names() {
@@ -99,7 +116,6 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   if (s.integrator == Integrator::path) {
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
   } else {
-    if (s.engine == "auto") s.engine = "blocked";
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kUsualSamples;
     if (s.gather == 0) resolve_gather(s);
     if (s.photons == 0) resolve_photons(s);
@@ -108,6 +124,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     // lower than 30.
     if (s.nearest == 0) s.nearest = s.engine == "knn" ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = std::clamp<std::uint32_t>(s.gather / 8, 2, 16);
+    if (s.engine == "auto") s.engine = choose_engine(workload(s));
   }
   return s;
 }

@@ -35,6 +35,8 @@ struct RenderSettings {
   std::uint32_t nearest = 0;         ///< k: photons that an estimate should catch
   std::uint32_t light_samples = 0;   ///< light samples of each gather point
   KernelShape kernel = KernelShape::epanechnikov;
+  bool fixed_radius = false;  ///< one radius for all photons, as in [SF07], in place of one for each
+  std::uint32_t reorder = 0;  ///< engine forward: points of an octree's cell that is not divided; 0: as far as it pays
   int width = 0, height = 0;  ///< pixels
   std::string camera;         ///< name; empty is the scene's first
   std::uint32_t seed = 0;

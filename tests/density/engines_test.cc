@@ -10,6 +10,7 @@
 #include "core/random.h"
 #include "density/density_scenes.h"
 #include "density/radius.h"
+#include "kernels/simd.h"
 
 namespace glowworm::density_tests {
 namespace {
@@ -68,6 +69,35 @@ TEST_P(EveryEngine, AgreesForOddCounts) {
       EXPECT_LT(difference(photons, fixed(0.7f), points), 1e-5) << photon_count << " " << query_count;
       EXPECT_LT(difference(photons, varied(photons), points), 1e-5) << photon_count << " " << query_count;
     }
+  }
+}
+
+TEST_P(EveryEngine, AgreesOnEveryInstructionSetForEveryKernelAndOddCounts) {
+  const PhotonBatch photons = room_photons(1237);
+  const QueryPoints points = room_queries(331);
+  for (const KernelShape shape : kShapes) {
+    const RadiusPolicy one = fixed(0.13f, shape), own = varied(photons, shape);
+    const std::vector<RGB> by_one = run("brute", photons, one, points), by_own = run("brute", photons, own, points);
+    for (const std::string& name : simd_names()) {
+      set_simd(name);
+      EXPECT_LT(largest_difference(run(GetParam(), photons, one, points), by_one), 1e-5) << name << int(shape);
+      EXPECT_LT(largest_difference(run(GetParam(), photons, own, points), by_own), 1e-5) << name << int(shape);
+    }
+    set_simd("auto");
+  }
+}
+
+TEST_P(EveryEngine, AgreesForOneQueryPointAndForOnePhoton) {
+  const PhotonBatch photons = room_photons(700);
+  PhotonBatch single;
+  add_photon(single, {0.5f, 0.5f, 0}, {0, 0, 1});
+  QueryPoints point;
+  add_query(point, {0.52f, 0.47f, 0}, {0, 0, 1});
+  for (const KernelShape shape : kShapes) {
+    EXPECT_LT(difference(photons, fixed(0.2f, shape), point), 1e-5) << int(shape);
+    EXPECT_LT(difference(single, fixed(0.2f, shape), point), 1e-5) << int(shape);
+    EXPECT_GT(run(GetParam(), single, fixed(0.2f, shape), point)[0].r, 0) << int(shape);
+    EXPECT_LT(difference(single, fixed(0.2f, shape), room_queries(50)), 1e-5) << int(shape);
   }
 }
 

@@ -1,0 +1,39 @@
+#include "density/engine_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+// Printed by bench/engine_costs.cc: AMD EPYC (Zen 3), AVX2.
+constexpr EngineCosts kCosts[] = {
+    {"blocked", 254, 0.11, 31.1, 0.506, 0.488, 36.9, 1.84},
+    {"forward", 213, 0.131, 48.1, 11.3, 11.4, 1.79, 0},
+    {"reverse", 143, 0.261, 54.1, 5.32, 2.4, 3.98, 18.6},
+};
+
+}  // namespace
+
+std::span<const EngineCosts> engine_costs() { return kCosts; }
+
+double expected_seconds(const EngineCosts& costs, const EngineWorkload& workload) {
+  const double photons = std::max(workload.photons, 1.0), queries = std::max(workload.queries, 1.0);
+  const double at_once = std::clamp(workload.queries_at_once, 1.0, queries), k = std::max(workload.nearest, 1.0);
+  const double reach = 1 + std::sqrt(costs.spread * photons / (k * at_once));
+  const double tested = std::min(photons, k * reach * reach);
+  const double query = costs.query + costs.level * std::log2(photons) + costs.pair * tested;
+  const double build = costs.build * std::pow(photons / kCostPhotons, costs.growth);
+  return 1e-9 * (photons * build + queries * query + queries / at_once * photons * costs.batch);
+}
+
+std::string choose_engine(const EngineWorkload& workload) {
+  return std::min_element(std::begin(kCosts), std::end(kCosts),
+                          [&](const auto& a, const auto& b) {
+                            return expected_seconds(a, workload) < expected_seconds(b, workload);
+                          })
+      ->engine;
+}
+
+}  // namespace glowworm
