@@ -131,7 +131,9 @@ class MaterialBuilder {
 
   void coat(const char* thickness) {
     material_.coat_thickness = std::max(parameters_.real(thickness, 0.01f), 0.0f);
-    ignore({"maxdepth", "nsamples", "g"});
+    const int depth = std::clamp(parameters_.integer("maxdepth", 10), 1, 500);
+    material_.coat_bounces = static_cast<std::uint8_t>((depth + 1) / 2);
+    ignore({"nsamples", "g"});
     if (!parameters_.has("albedo")) return;
     const ColorInput albedo = color_input(context_, parameters_, "albedo", RGB(0.0f));
     if (!is_black(albedo.value)) {

@@ -4,8 +4,9 @@
 
 namespace glowworm {
 
-/// Radiance of an emission averaged over a triangle, W sr^-1 m^-2: exact where it is constant, the mean of a grid of
-/// points where it is textured. `scene` gives the emissions and textures; its own geometry is not looked at.
+/// Radiance of an emission averaged over a triangle, W sr^-1 m^-2: exact where it is constant, the mean of points, one
+/// to a texel, where it is textured; black only where all texels are. `scene` gives the emissions and textures; its own
+/// geometry is not looked at.
 RGB mean_radiance(const Geometry& geometry, const SceneDescription& scene, std::uint32_t triangle);
 
 /// Flux of an emissive triangle, W: pi A L, twice where it is two-sided.

@@ -35,8 +35,11 @@ struct Material {
   FloatInput roughness_u{0.0f}, roughness_v{0.0f};  ///< GGX alpha along and across the tangent; 0 is smooth
   FloatInput coat_roughness{0.0f};                  ///< GGX alpha of the coat (coated_conductor, clearcoat)
   float coat_thickness = 0.01f;                     ///< pbrt-v4 coated materials: thickness in scene units
-  FloatInput metallic{0.0f};                        ///< metallic_roughness
-  FloatInput specular{1.0f};                        ///< KHR_materials_specular factor
+  /// Most reflections at the base under a coat. pbrt-v4's random walk of "maxdepth" steps, 10 unless said, counts each
+  /// passage of the coat.
+  std::uint8_t coat_bounces = 5;
+  FloatInput metallic{0.0f};  ///< metallic_roughness
+  FloatInput specular{1.0f};  ///< KHR_materials_specular factor
   ColorInput specular_color{RGB(1.0f)};
   FloatInput clearcoat{0.0f};     ///< KHR_materials_clearcoat factor
   FloatInput transmission{0.0f};  ///< KHR_materials_transmission factor

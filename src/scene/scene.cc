@@ -129,9 +129,11 @@ void Scene::find_light_sources() {
   source_powers_.clear();
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
     if (g.emission[t] == kNone || is_black(d_.emissions[g.emission[t]].radiance.value)) continue;
+    const RGB power = triangle_power(g, d_, t);
+    if (is_black(power) && d_.emissions[g.emission[t]].radiance.texture != kNone) continue;
     emissive_index_[t] = static_cast<std::uint32_t>(emissive_triangles_.size());
     emissive_triangles_.push_back(t);
-    source_powers_.push_back(triangle_power(g, d_, t));
+    source_powers_.push_back(power);
   }
   for (const Light& light : d_.lights) source_powers_.push_back(glowworm::light_power(light, radius_));
   if (d_.environment) {

@@ -77,7 +77,7 @@ class Scene {
   Vec3 center() const { return center_; }
   /// Radius of a sphere around center() that holds the scene, metres.
   float radius() const { return radius_; }
-  /// Triangles that emit, in order.
+  /// Triangles that emit, in order; not those whose texture of emission is black all over them.
   const std::vector<std::uint32_t>& emissive_triangles() const { return emissive_triangles_; }
   /// Place of a triangle in emissive_triangles(), or kNone.
   std::uint32_t emissive_index(std::uint32_t triangle) const {

@@ -98,10 +98,6 @@ std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfaceP
 float unit(float x) { return std::clamp(x, 0.0f, 1.0f); }
 
 /// The numbers of the material; `m` is not a mix.
-/// Reflections at the base under a coat that pbrt-v4's random walk allows by default (its maxdepth of 10 counts each
-/// passage of the coat).
-constexpr std::uint8_t kCoatBounces = 5;
-
 Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 uv) {
   Bsdf out;
   const RGB reflectance = clamp(evaluate(textures, m.reflectance, uv), 0, 1);
@@ -126,7 +122,7 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
       out.coat_eta = m.ior;
       out.coat_alpha = unit(evaluate(textures, m.coat_roughness, uv));
       out.coat_thickness = m.coat_thickness;
-      out.coat_bounces = kCoatBounces;
+      out.coat_bounces = m.coat_bounces;
       break;
     case MaterialKind::dielectric:
     case MaterialKind::thin_dielectric:
@@ -144,7 +140,7 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
       out.coat_eta = m.ior;
       out.coat_alpha = std::sqrt(out.alpha_x * out.alpha_y);
       out.coat_thickness = m.coat_thickness;
-      out.coat_bounces = kCoatBounces;
+      out.coat_bounces = m.coat_bounces;
       break;
     case MaterialKind::metallic_roughness:
       out.kind = BsdfKind::metallic_roughness;

@@ -103,6 +103,22 @@ TEST_F(GltfSceneTest, LightsBecomeRadiometric) {
   EXPECT_THAT(d.notes, HasNote("range of a light"));
 }
 
+TEST_F(GltfSceneTest, DecalsOfLightDoNotLightAScene) {
+  for (const bool lamp : {false, true}) {
+    GltfFile file;
+    file.add("nodes", {{"mesh", file.add_triangle({{"material", 0}})}});
+    file.add("materials", {{"emissiveFactor", {1, 1, 1}}});
+    if (!lamp) {
+      file.add("images", {{"uri", "not-there.png"}});
+      file.add("textures", {{"source", 0}});
+      file.json["materials"][0]["emissiveTexture"] = {{"index", 0}};
+    }
+    const auto d = load(file);
+    EXPECT_EQ(d.environment.has_value(), !lamp);
+    EXPECT_EQ(testing::Matches(HasNote("no light but textures of emission"))(d.notes), !lamp);
+  }
+}
+
 TEST_F(GltfSceneTest, StripsFansAndIndicesOfEveryWidth) {
   const std::vector<float> square = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   for (const int mode : {5, 6}) {

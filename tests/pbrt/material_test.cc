@@ -114,6 +114,7 @@ TEST(PbrtMaterial, Coats) {
   EXPECT_FLOAT_EQ(diffuse.roughness_u.value, 0.5f);
   EXPECT_FLOAT_EQ(diffuse.ior, 1.3f);
   EXPECT_FLOAT_EQ(diffuse.coat_thickness, 0.5f);
+  EXPECT_EQ(diffuse.coat_bounces, 3);
   const Material conductor = material(
       "Material \"coatedconductor\" \"rgb conductor.eta\" [1 1 1] \"rgb conductor.k\" [3 3 3] "
       "\"float conductor.roughness\" .04 \"float interface.roughness\" .01 \"float interface.eta\" 1.6");
@@ -121,6 +122,7 @@ TEST(PbrtMaterial, Coats) {
   expect_near(conductor.k, RGB(3.0f));
   EXPECT_FLOAT_EQ(conductor.roughness_u.value, 0.2f);
   EXPECT_FLOAT_EQ(conductor.coat_roughness.value, 0.1f);
+  EXPECT_EQ(conductor.coat_bounces, 5);
   EXPECT_FLOAT_EQ(conductor.ior, 1.6f);
 }
 

@@ -166,5 +166,28 @@ TEST(EmissionOrigins, PanelPhotonsStartOnItsFront) {
   }
 }
 
+TEST(TexturedEmission, MakesLightsOfTrianglesThatAreNotBlack) {
+  // Eight squares in a row over one texture, whose third square alone has a lit spot: a single texel of 64.
+  SceneDescription d = floor_description();
+  d.textures.push_back(image_node([](Vec2 uv) {
+    const Vec2 texel{uv.x * 64, uv.y * 64};
+    return std::abs(texel.x - 20) < 1 && std::abs(texel.y - 30) < 1 ? RGB(1.0f) : RGB(0.0f);
+  }));
+  const std::uint32_t emission = add_emission(d, RGB(4.0f), false, 0);
+  for (int i = 0; i < 8; ++i) {
+    add_quad(d, {static_cast<float>(i), 0, 2}, {0, 1, 0}, {1, 0, 0}, 0, emission);
+    for (int k = 0; k < 4; ++k) {
+      Vec2& uv = d.geometry.uvs[d.geometry.uvs.size() - 1 - static_cast<std::size_t>(k)];
+      uv = {(static_cast<float>(i) + uv.x) / 8, uv.y};
+    }
+  }
+  const Scene scene(std::move(d));
+  // Place 20 of 64 is in square 2; the spot lies in one triangle of it, or reaches over its diagonal.
+  ASSERT_GE(scene.emissive_triangles().size(), 1u);
+  ASSERT_LE(scene.emissive_triangles().size(), 2u);
+  for (const std::uint32_t t : scene.emissive_triangles()) EXPECT_EQ((t - 2) / 2, 2u);
+  EXPECT_TRUE(scene.notes().empty() || scene.notes().front().find("sky") == std::string::npos);
+}
+
 }  // namespace
 }  // namespace glowworm
