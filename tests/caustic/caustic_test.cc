@@ -1,0 +1,173 @@
+// Caustics of the photon map against tracing light alone: their energy, and how
+// sharp their edges are.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "caustic/light_traced.h"
+#include "render/render_testing.h"
+#include "scene/builtin.h"
+
+namespace glowworm {
+namespace {
+
+/// The scene seen straight from above, from under what stands on the floor or
+/// between it.
+Stage from_above(const char *name, const FloorSquare &square, float height) {
+  SceneDescription scene = builtin_scene(name);
+  scene.cameras = {square_view({square.x, 0, square.z}, {0, 1, 0}, height, square.side)};
+  return Stage(std::move(scene));
+}
+
+/// The caustic layer as exitance: pi times radiance, since the floor is
+/// diffuse. The mean of maps of several seeds, whose spread is its error.
+FloorLight mapped_caustic(const Stage &stage, const FloorSquare &square, std::uint32_t maps) {
+  RenderSettings settings = by_photons(square.pixels, 32, 1, 500'000, "blocked");
+  // Guiding looks after pictures, whose camera stands elsewhere than this one
+  // under the ball. Many samples of each pixel, since the brightest place is
+  // far smaller than one.
+  settings.guiding = false;
+  FloorLight out;
+  out.exitance.assign(static_cast<std::size_t>(square.pixels) * static_cast<std::size_t>(square.pixels), 0);
+  double squares = 0;
+  for (settings.seed = 0; settings.seed < maps; ++settings.seed) {
+    const Film film = stage.render(settings);
+    double flux = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const double exitance = M_PI * luminance(film.mean(Film::Layer::caustic, i));
+      out.exitance[i] += exitance / maps;
+      flux += exitance * square.pixel_area();
+    }
+    out.flux += flux / maps;
+    squares += flux * flux / maps;
+  }
+  out.standard_error = std::sqrt((squares - out.flux * out.flux) / (maps - 1));
+  return out;
+}
+
+/// Metres over which the steepest edges rise from nothing to the brightest: the
+/// mean over the steepest hundredth of steps between neighbours two pixels
+/// apart.
+double edge_width(const FloorLight &light, const FloorSquare &square) {
+  std::vector<double> steps, values = light.exitance;
+  const auto n = static_cast<std::size_t>(square.pixels);
+  for (std::size_t y = 0; y < n; ++y)
+    for (std::size_t x = 0; x + 2 < n; ++x) {
+      steps.push_back(std::abs(light.exitance[y * n + x + 2] - light.exitance[y * n + x]));
+      steps.push_back(std::abs(light.exitance[(x + 2) * n + y] - light.exitance[x * n + y]));
+    }
+  std::sort(steps.rbegin(), steps.rend());
+  std::sort(values.rbegin(), values.rend());
+  double step = 0, brightest = 0;
+  for (std::size_t i = 0; i < steps.size() / 100; ++i) step += steps[i] / static_cast<double>(steps.size() / 100);
+  for (std::size_t i = 0; i < values.size() / 100; ++i)
+    brightest += values[i] / static_cast<double>(values.size() / 100);
+  return brightest / step * 2 * square.side / square.pixels;
+}
+
+struct CausticCase {
+  const char *scene;
+  FloorSquare square;
+  float height;  // of the camera, metres
+};
+
+class SlowCaustic : public testing::TestWithParam<CausticCase> {};
+
+TEST_P(SlowCaustic, HasTheEnergyOfLightTracedAndItsEdges) {
+  const CausticCase &c = GetParam();
+  const Stage stage = from_above(c.scene, c.square, c.height);
+  const FloorLight traced = trace_caustic(*stage.tracer, c.square, 6'000'000);
+  const FloorLight mapped = mapped_caustic(stage, c.square, 6);
+  const double true_width = edge_width(traced, c.square), width = edge_width(mapped, c.square);
+  fmt::print(
+      "{}: {:.5f} +- {:.5f} W traced, {:.5f} +- {:.5f} W mapped "
+      "({:.4f}); edges {:.1f}, {:.1f} mm wide\n",
+      c.scene, traced.flux, traced.standard_error, mapped.flux, mapped.standard_error, mapped.flux / traced.flux,
+      1000 * true_width, 1000 * width);
+  ASSERT_LT(traced.standard_error, 0.005 * traced.flux);
+  ASSERT_LT(mapped.standard_error, 0.005 * traced.flux);
+  EXPECT_NEAR(mapped.flux / traced.flux, 1, 0.01);
+  EXPECT_LT(width, 1.5 * true_width);
+}
+
+INSTANTIATE_TEST_SUITE_P(Slow, SlowCaustic,
+                         testing::Values(CausticCase{"glass-sphere", {0.18f, 0.1f, 0.6f, 64}, 0.12f},
+                                         CausticCase{"ring", {0, 0, 0.68f, 64}, 0.3f}),
+                         [](const auto &info) { return std::string(info.param.scene) == "ring" ? "ring" : "ball"; });
+
+// What each map leaves out is added elsewhere exactly once: scenes that one
+// integrator alone can light in full.
+
+SceneDescription ball_under(bool point_light) {
+  SceneDescription scene = builtin_scene("glass-sphere");
+  if (!point_light) return scene;
+  for (std::uint32_t &emission : scene.geometry.emission) emission = kNone;
+  scene.emissions.clear();
+  Light light;
+  light.position = {-0.7f, 2.0f, -0.4f};
+  light.intensity = RGB(2);
+  scene.lights.push_back(light);
+  return scene;
+}
+
+/// A square lamp of 1.5 m side at a height of 2.5 m, facing down.
+void add_lamp(SceneDescription &scene) {
+  Emission emission;
+  emission.radiance.value = RGB(3);
+  scene.emissions.push_back(emission);
+  Geometry lamp;
+  lamp.positions = {{-0.75f, 2.5f, -0.75f}, {0.75f, 2.5f, -0.75f}, {0.75f, 2.5f, 0.75f}, {-0.75f, 2.5f, 0.75f}};
+  lamp.triangles = {{0, 1, 2}, {0, 2, 3}};
+  lamp.uvs.resize(4);
+  append_mesh(scene.geometry, lamp, "lamp", 0, static_cast<std::uint32_t>(scene.emissions.size() - 1));
+}
+
+struct Layers {
+  double emitted = 0, direct = 0, indirect = 0, caustic = 0;
+};
+
+Layers layers(const Film &film) {
+  Layers out;
+  const double share = 1.0 / static_cast<double>(film.pixel_count());
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    out.emitted += share * luminance(film.mean(Film::Layer::emitted, i));
+    out.direct += share * luminance(film.mean(Film::Layer::direct, i));
+    out.indirect += share * luminance(film.mean(Film::Layer::indirect, i));
+    out.caustic += share * luminance(film.mean(Film::Layer::caustic, i));
+  }
+  return out;
+}
+
+TEST(CausticLayers, OfAPointLightAreFoundByPhotonsAlone) {
+  const Stage stage(ball_under(true));
+  const Layers paths = layers(stage.render(by_path(48, 64)));
+  const Layers photons = layers(stage.render(by_photons(48, 16, 16, 300'000, "blocked")));
+  // No ray meets a point.
+  EXPECT_EQ(paths.caustic, 0);
+  EXPECT_GT(photons.caustic, 0.02 * photons.direct);
+  EXPECT_NEAR(photons.direct / paths.direct, 1, 0.01);
+}
+
+TEST(SlowCausticLayers, OfALampAreTheSameByPathsAndPhotons) {
+  // A lamp large enough for paths to meet it through the glass.
+  SceneDescription scene = ball_under(false);
+  Geometry &g = scene.geometry;
+  for (std::size_t t = 0; t < g.triangles.size(); ++t)
+    if (g.emission[t] != kNone) g.emission[t] = kNone;
+  add_lamp(scene);
+  const Stage stage(std::move(scene));
+  const Layers paths = layers(stage.render(by_path(48, 2048)));
+  const Layers photons = layers(stage.render(by_photons(48, 32, 16, 1'000'000, "blocked")));
+  fmt::print(
+      "paths {:.5f} {:.5f} {:.5f} {:.5f}, photons {:.5f} {:.5f} {:.5f} "
+      "{:.5f}\n",
+      paths.emitted, paths.direct, paths.indirect, paths.caustic, photons.emitted, photons.direct, photons.indirect,
+      photons.caustic);
+  EXPECT_NEAR(photons.direct / paths.direct, 1, 0.01);
+  EXPECT_NEAR(photons.caustic / paths.caustic, 1, 0.03);
+  EXPECT_NEAR(photons.indirect / paths.indirect, 1, 0.03);
+}
+
+}  // namespace
+}  // namespace glowworm
