@@ -40,6 +40,7 @@ TEST_F(StatisticsTest, EveryKeyIsThere) {
                                              "/settings/gather",
                                              "/settings/photons",
                                              "/settings/photons_traced",
+                                             "/settings/radius",
                                              "/settings/nearest",
                                              "/settings/kernel",
                                              "/settings/light_samples",
