@@ -238,6 +238,8 @@ TEST(SlowSession, ConvergesToWhatAJobRenders) {
     asked.samples = 32;
     asked.gather = 16;
     asked.photons = 100'000;
+    // As a session has its photons: neither guided nor corrected at edges.
+    asked.guiding = false;
     asked.boundary_correction = false;
     Job job(scene, std::make_shared<const Tracer>(*scene), asked);
     job.wait();
