@@ -32,9 +32,11 @@ TEST_P(Furnace, ByPhotonMapping) {
   }
 }
 
+class SlowFurnace : public Furnace {};
+
 /// The gathered light by itself, where nothing exact makes an error look smaller: the mean over four photon maps, whose
 /// standard error is 0.13%.
-TEST_P(Furnace, IndirectLightAlone) {
+TEST_P(SlowFurnace, IndirectLightAlone) {
   const Stage stage(builtin_scene(GetParam()));
   for (const char* engine : {"knn", "blocked"}) {
     RenderSettings settings = by_photons(16, 4, 25, 500'000, engine);
@@ -49,6 +51,8 @@ TEST_P(Furnace, IndirectLightAlone) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Slow, SlowFurnace, testing::Values("furnace-box", "furnace-sphere"),
+                         [](const auto& info) { return std::string(info.param) == "furnace-box" ? "box" : "sphere"; });
 INSTANTIATE_TEST_SUITE_P(Closed, Furnace, testing::Values("furnace-box", "furnace-sphere"),
                          [](const auto& info) { return std::string(info.param) == "furnace-box" ? "box" : "sphere"; });
 
