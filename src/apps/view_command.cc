@@ -9,6 +9,7 @@
 #include "apps/view_options.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "density/kernel.h"
 #include "kernels/simd.h"
 #include "render/settings.h"
 #include "scene/builtin.h"

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "density/engine.h"
+#include "density/kernel.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
 

@@ -2,6 +2,8 @@
 #pragma once
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "density/engine.h"
 
@@ -16,6 +18,9 @@ inline constexpr double kEpanechnikovNorm = 2 / std::numbers::pi;
 inline constexpr double kGaussianExponent = -4.5;
 inline constexpr double kExpOfGaussianExponent = 0.011108996538242306;
 inline constexpr double kGaussianNorm = 4.5 / (std::numbers::pi * (1 - kExpOfGaussianExponent));
+
+/// Names for menus, scripts, the command line and the statistics; the index is the value of KernelShape.
+const std::vector<std::string>& kernel_names();
 
 /// The factor of a shape, as above.
 constexpr double kernel_norm(KernelShape shape) {

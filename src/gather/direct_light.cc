@@ -1,5 +1,6 @@
 #include "gather/direct_light.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "core/parallel.h"
@@ -32,6 +33,10 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
   const Vec3 side = geometric > 0 ? point.geometric_normal : -point.geometric_normal;
   out.shadow_ray = {offset_origin(point.position, side), 0, light.direction, light.distance * kShadowLength};
   return out;
+}
+
+std::uint32_t usual_light_samples(std::uint32_t gather_rays) {
+  return std::clamp<std::uint32_t>(gather_rays / 8, 2, 16);
 }
 
 void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,

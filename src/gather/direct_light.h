@@ -28,6 +28,9 @@ struct UnoccludedLight {
 UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
                                     Lobes lobes, float u_light, Vec2 u, float light_samples, float bsdf_samples);
 
+/// How many light samples a gather point takes beside so many gather rays, where nothing else was asked for.
+std::uint32_t usual_light_samples(std::uint32_t gather_rays);
+
 /// Adds to radiance.direct the light that reaches the gather points straight from the lights, by `light_samples` light
 /// samples each; `gather_rays` is how many BSDF samples the final gather adds for the same light. On all threads
 /// (Phase::direct; counts occlusion_rays).

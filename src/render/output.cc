@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "density/kernel.h"
 #include "kernels/simd.h"
 
 namespace glowworm {
@@ -20,20 +21,6 @@ const char* integrator_name(Integrator integrator) {
       return "path";
     case Integrator::photons:
       return "photons";
-  }
-  return "";
-}
-
-const char* kernel_name(KernelShape kernel) {
-  switch (kernel) {
-    case KernelShape::box:
-      return "box";
-    case KernelShape::cone:
-      return "cone";
-    case KernelShape::epanechnikov:
-      return "epanechnikov";
-    case KernelShape::gaussian:
-      return "gaussian";
   }
   return "";
 }
@@ -76,7 +63,7 @@ json settings_json(const RenderSettings& s) {
               {"photons", s.photons},
               {"photons_traced", s.photons_traced},
               {"nearest", s.nearest},
-              {"kernel", kernel_name(s.kernel)},
+              {"kernel", kernel_names()[static_cast<std::size_t>(s.kernel)]},
               {"radius", s.fixed_radius ? "fixed" : "per-photon"},
               {"light_samples", s.light_samples},
               {"width", s.width},

@@ -10,6 +10,7 @@
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "density/engine_choice.h"
+#include "gather/direct_light.h"
 #include "render/scheduler.h"
 #include "scene/scene.h"
 
@@ -123,7 +124,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
     // lower than 30.
     if (s.nearest == 0) s.nearest = s.engine == "knn" ? 30 : 50;
-    if (s.light_samples == 0) s.light_samples = std::clamp<std::uint32_t>(s.gather / 8, 2, 16);
+    if (s.light_samples == 0) s.light_samples = usual_light_samples(s.gather);
     if (s.engine == "auto") s.engine = choose_engine(workload(s));
   }
   return s;

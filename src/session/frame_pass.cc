@@ -14,8 +14,6 @@ constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 18;
 /// Bytes that a query point costs between its ray and completion.
 constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
 
-std::uint32_t light_samples(std::uint32_t gather) { return std::clamp<std::uint32_t>(gather / 8, 1, 16); }
-
 class PassRenderer {
  public:
   PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const FramePassSettings& settings, MemoryBudget& budget,
@@ -58,7 +56,7 @@ class PassRenderer {
   void gather_light(const GatherPoints& points) {
     if (!(tracer_.scene().light_power().total() > 0)) return;
     if (wants(LightPart::direct))
-      add_direct_light(tracer_, points, settings_.seed, light_samples(settings_.gather), settings_.gather,
+      add_direct_light(tracer_, points, settings_.seed, usual_light_samples(settings_.gather), settings_.gather,
                        pass_.radiance, statistics_);
     interrupt_.check();
     if (wants(LightPart::caustic) && maps_.caustic_engine())
@@ -75,7 +73,7 @@ class PassRenderer {
     FinalGatherSettings gather_settings;
     gather_settings.rays = settings_.gather;
     gather_settings.seed = settings_.seed;
-    gather_settings.light_samples = wants(LightPart::direct) ? light_samples(settings_.gather) : 0;
+    gather_settings.light_samples = wants(LightPart::direct) ? usual_light_samples(settings_.gather) : 0;
     gather_settings.radii = settings_.corners ? &maps_.radii() : nullptr;
     const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
     const auto at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));

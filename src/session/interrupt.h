@@ -12,6 +12,8 @@ class Interrupt {
   void request() { requested_ = true; }
   void clear() { requested_ = false; }
   bool requested() const { return requested_; }
+  /// For a CancellationScope (core/parallel.h), which ends parallel loops within.
+  const std::atomic<bool>& flag() const { return requested_; }
   /// Throws Cancelled where it was requested.
   void check() const {
     if (requested_) throw Cancelled();

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "core/parallel.h"
 #include "density/boundary.h"
 #include "density/radius.h"
 
@@ -14,8 +15,6 @@ namespace {
 /// Photon passes of this many photons and more are traced in parts, so that a session need not wait for the whole.
 constexpr std::uint64_t kPhotonsInParts = 200'000;
 constexpr std::uint32_t kParts = 8;
-/// Photons corrected between two looks at the interrupt.
-constexpr std::size_t kCorrectedAtOnce = 20'000;
 /// Caustics are sharp: their estimate catches fewer photons.
 constexpr std::uint32_t kCausticShare = 2;
 
@@ -26,24 +25,11 @@ void append_scaled(PhotonBatch& sum, PhotonBatch& part, float factor) {
   sum.append(part);
 }
 
-/// Factors of correction for the photons, piece by piece.
+/// Factors of correction for the photons, until it is interrupted.
 std::vector<float> factors_of(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
                               const Interrupt& interrupt) {
-  std::vector<float> factors;
-  factors.reserve(photons.size());
-  for (std::size_t first = 0; first < photons.size(); first += kCorrectedAtOnce) {
-    interrupt.check();
-    const std::size_t last = std::min(first + kCorrectedAtOnce, photons.size());
-    std::vector<std::uint32_t> order(last - first);
-    for (std::size_t i = first; i < last; ++i) order[i - first] = static_cast<std::uint32_t>(i);
-    RadiusPolicy part = policy;
-    part.kind = RadiusKind::per_photon;
-    part.radii.assign(policy.radii.begin() + static_cast<std::ptrdiff_t>(first),
-                      policy.radii.begin() + static_cast<std::ptrdiff_t>(last));
-    const std::vector<float> found = boundary_factors(tracer, photons.permuted(order), part);
-    factors.insert(factors.end(), found.begin(), found.end());
-  }
-  return factors;
+  const CancellationScope scope(interrupt.flag());
+  return boundary_factors(tracer, photons, policy);
 }
 
 /// Builds an engine over photons whose flux is multiplied by factors, if there are any.

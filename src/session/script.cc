@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "density/kernel.h"
 #include "session/camera_control.h"
 
 namespace glowworm {

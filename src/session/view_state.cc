@@ -22,9 +22,4 @@ const std::vector<std::string>& light_part_names() {
   return names;
 }
 
-const std::vector<std::string>& kernel_names() {
-  static const std::vector<std::string> names = {"box", "cone", "epanechnikov", "gaussian"};
-  return names;
-}
-
 }  // namespace glowworm

@@ -57,6 +57,5 @@ bool same_view(const Camera& a, const Camera& b);
 /// Names for menus, scripts and the command line; the index is the value of the enumeration.
 const std::vector<std::string>& view_mode_names();
 const std::vector<std::string>& light_part_names();
-const std::vector<std::string>& kernel_names();
 
 }  // namespace glowworm
