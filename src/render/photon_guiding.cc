@@ -37,7 +37,7 @@ ImportanceGrid importance(const QueryPoints& queries) {
   return ImportanceGrid(queries.position, queries.normal, weights);
 }
 
-PhotonDemand find_demand(const Tracer& tracer, const RenderSettings& settings) {
+PhotonDemand find_demand(const Tracer& tracer, const Camera& camera, const RenderSettings& settings) {
   const double pixels = static_cast<double>(settings.width) * settings.height;
   const double scale = std::min(1.0, std::sqrt(kPilotPixels / pixels));
   CameraPassSettings camera_settings;
@@ -53,8 +53,7 @@ PhotonDemand find_demand(const Tracer& tracer, const RenderSettings& settings) {
   Statistics statistics;  // of the pilot, which is no part of the render's counts
   SlotRadiance radiance;
   FirstHit first_hit;
-  const GatherPoints points = camera_pass(tracer, tracer.scene().camera(settings.camera), task, camera_settings,
-                                          radiance, first_hit, statistics);
+  const GatherPoints points = camera_pass(tracer, camera, task, camera_settings, radiance, first_hit, statistics);
   PhotonDemand demand;
   const QueryPoints seen = gather_points_as_queries(points);
   demand.seen = importance(seen);
@@ -90,8 +89,12 @@ EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGui
 }  // namespace
 
 PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings) {
+  return guide_photons(tracer, tracer.scene().camera(settings.camera), settings);
+}
+
+PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const RenderSettings& settings) {
   PhotonGuiding out;
-  out.demand = find_demand(tracer, settings);
+  out.demand = find_demand(tracer, camera, settings);
   if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
   PhotonPassSettings pilot;
   pilot.seed = settings.seed;

@@ -18,5 +18,7 @@ struct PhotonGuiding {
 /// number of threads.
 /// @param settings resolved
 PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings);
+/// The same for a camera that is none of the scene's.
+PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const RenderSettings& settings);
 
 }  // namespace glowworm

@@ -1,15 +1,15 @@
 #include "render/photon_renderer.h"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
-#include "density/boundary.h"
 #include "density/density_control.h"
 #include "density/forward.h"
 #include "density/query_store.h"
 #include "density/radius.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
+#include "render/photon_policy.h"
 #include "render/scheduler.h"
 
 namespace glowworm {
@@ -18,14 +18,10 @@ namespace {
 
 /// Memory for the cache of a file with query points.
 constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::uint64_t{64} << 20;
-/// Caustics are sharp: their estimate catches fewer photons.
-constexpr std::uint32_t kCausticShare = 2;
 
-/// Makes up for what the kernels lose over edges; the radii must stand in the policy, whatever its kind.
-void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, RadiusPolicy policy) {
-  if (photons.size() == 0) return;
-  policy.kind = RadiusKind::per_photon;
-  const std::vector<float> factors = boundary_factors(tracer, photons, policy);
+/// Makes up for what the kernels lose over edges.
+void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, const RadiusPolicy& policy) {
+  const std::vector<float> factors = edge_factors(tracer, photons, policy);
   for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factors[i];
 }
 
@@ -37,22 +33,18 @@ std::unique_ptr<DensityEngine> engine_of(const RenderSettings& settings) {
 
 RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& settings, const std::string& engine,
                          std::uint32_t k, float radius_scale) {
-  RadiusPolicy policy;
-  policy.kernel = settings.kernel;
-  policy.k = k;
-  policy.kind = engine == "knn" ? RadiusKind::nearest : RadiusKind::per_photon;
-  if (photons.size() == 0) return policy;
-  if (settings.fixed_radius) {
-    policy.kind = RadiusKind::fixed;
-    policy.radius = fixed_radius(photons, k) * radius_scale;
-    policy.radii.assign(photons.size(), policy.radius);
+  std::vector<float> radii;
+  if (settings.fixed_radius && photons.size() > 0) {
+    radii.assign(photons.size(), fixed_radius(photons, k) * radius_scale);
   } else {
-    policy.radii = per_photon_radii(photons, k);
-    for (float& radius : policy.radii) radius *= radius_scale;
+    radii = per_photon_radii(photons, k);
+    for (float& radius : radii) radius *= radius_scale;
   }
-  // Where photons are few, the nearest may be in another part of the scene: no estimate reaches further than the
-  // widest of the radii that density asks for.
-  policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
+  RadiusPolicy policy = photon_policy(std::move(radii), engine, settings.kernel, k);
+  if (settings.fixed_radius && photons.size() > 0) {
+    policy.kind = RadiusKind::fixed;
+    policy.radius = policy.radii.front();
+  }
   return policy;
 }
 
@@ -105,7 +97,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   caustic_engine_.reset();
   if (pass_.caustic.size() > 0) {
     caustic_engine_ = engine_of(settings_);
-    const std::uint32_t k = std::max<std::uint32_t>(1, settings_.nearest / kCausticShare);
+    const std::uint32_t k = caustic_nearest(settings_.nearest);
     const RadiusPolicy caustic_policy = make_policy(pass_.caustic, settings_, name, k, radius_scale);
     if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, caustic_policy);
     caustic_engine_->build(pass_.caustic, caustic_policy, statistics_);

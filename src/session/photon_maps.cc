@@ -5,32 +5,27 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "density/boundary.h"
 #include "density/radius.h"
+#include "render/photon_policy.h"
 
 namespace glowworm {
 
 namespace {
 
-/// Photon passes of this many photons and more are traced in parts, so that a session need not wait for the whole.
-constexpr std::uint64_t kPhotonsInParts = 200'000;
-constexpr std::uint32_t kParts = 8;
-/// Caustics are sharp: their estimate catches fewer photons.
-constexpr std::uint32_t kCausticShare = 2;
+/// Photons carry other values instead of their flux while it lives, also where building an index is left half done.
+class BorrowedFlux {
+ public:
+  BorrowedFlux(PhotonBatch& photons, std::vector<RGB> values) : photons_(photons), own_(std::move(values)) {
+    std::swap(photons_.flux, own_);
+  }
+  ~BorrowedFlux() { std::swap(photons_.flux, own_); }
+  BorrowedFlux(const BorrowedFlux&) = delete;
+  BorrowedFlux& operator=(const BorrowedFlux&) = delete;
 
-std::uint32_t part_count(std::uint64_t photons) { return photons >= kPhotonsInParts ? kParts : 1; }
-
-void append_scaled(PhotonBatch& sum, PhotonBatch& part, float factor) {
-  for (RGB& flux : part.flux) flux *= factor;
-  sum.append(part);
-}
-
-/// Factors of correction for the photons, until it is interrupted.
-std::vector<float> factors_of(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
-                              const Interrupt& interrupt) {
-  const CancellationScope scope(interrupt.flag());
-  return boundary_factors(tracer, photons, policy);
-}
+ private:
+  PhotonBatch& photons_;
+  std::vector<RGB> own_;
+};
 
 /// Builds an engine over photons whose flux is multiplied by factors, if there are any.
 std::unique_ptr<DensityEngine> build(const std::string& name, PhotonBatch& photons, std::span<const float> factors,
@@ -42,10 +37,15 @@ std::unique_ptr<DensityEngine> build(const std::string& name, PhotonBatch& photo
   }
   std::vector<RGB> flux = photons.flux;
   for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
-  std::swap(flux, photons.flux);
+  const BorrowedFlux multiplied(photons, std::move(flux));
   engine->build(photons, policy, statistics);
-  std::swap(flux, photons.flux);
   return engine;
+}
+
+std::vector<float> scaled(std::vector<float> radii, float factor) {
+  if (factor != 1)
+    for (float& radius : radii) radius *= factor;
+  return radii;
 }
 
 }  // namespace
@@ -53,9 +53,8 @@ std::unique_ptr<DensityEngine> build(const std::string& name, PhotonBatch& photo
 PhotonDiagnosis photon_diagnosis(RGB sum) { return {sum.r, sum.r > 0 ? sum.g / sum.r : 0, sum.b}; }
 
 void PhotonMaps::forget() {
-  traced_ = measured_ = corrected_ = indexed_ = false;
+  traced_ = measured_ = corrected_ = indexed_ = gridded_ = false;
   diagnosis_.reset();
-  parts_.clear();
 }
 
 std::uint64_t PhotonMaps::bytes() const {
@@ -65,92 +64,80 @@ std::uint64_t PhotonMaps::bytes() const {
 void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, const Interrupt& interrupt,
                         Statistics& statistics) {
   const PhotonMapSettings old = std::exchange(settings_, wanted);
-  if (old.photons != wanted.photons || old.seed != wanted.seed || old.pass != wanted.pass) forget();
+  if (old.photons != wanted.photons || old.seed != wanted.seed || old.pass != wanted.pass || old.guide != wanted.guide)
+    forget();
   if (old.nearest != wanted.nearest) measured_ = false;
   const bool same_radii = measured_ && old.radius_scale == wanted.radius_scale;
+  if (!same_radii) gridded_ = false;
   if (!same_radii || old.kernel != wanted.kernel) corrected_ = false;
   if (!same_radii || old.kernel != wanted.kernel || old.engine != wanted.engine || old.corrected != wanted.corrected)
     indexed_ = false;
   if (!same_radii || !wanted.diagnosed) diagnosis_.reset();
-  if (!traced_) trace(tracer, interrupt, statistics);
-  if (!measured_) measure(interrupt, statistics);
-  if (wanted.corrected && !corrected_) correct(tracer, interrupt, statistics);
-  if (!indexed_) index(interrupt, statistics);
+  interrupt.check();
+  const CancellationScope scope(interrupt.flag());
+  if (!traced_) trace(tracer, statistics);
+  if (!measured_) measure(statistics);
+  if (wanted.corrected && !corrected_) correct(tracer, statistics);
+  if (!indexed_) index(statistics);
+  if (wanted.corners && !gridded_) lay_grid(statistics);
   if (wanted.diagnosed && !diagnosis_) diagnose(statistics);
 }
 
-void PhotonMaps::trace(const Tracer& tracer, const Interrupt& interrupt, Statistics& statistics) {
+void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   measured_ = false;
-  const std::uint32_t parts = part_count(settings_.photons);
-  while (parts_.size() < parts) {
-    interrupt.check();
-    PhotonPassSettings part;
-    part.photons = settings_.photons / parts;
-    part.seed = settings_.seed;
-    part.pass = settings_.pass * kParts + static_cast<std::uint32_t>(parts_.size());
-    parts_.push_back(trace_photons(tracer, part, statistics));
-  }
-  const PhaseTimer timer(statistics, Phase::trace_photons);
-  pass_ = {};
-  for (const PhotonPass& part : parts_) pass_.emitted += part.emitted;
-  for (PhotonPass& part : parts_) {
-    // Each part is an estimate of its own; together they count by the paths emitted.
-    const auto share = static_cast<float>(static_cast<double>(part.emitted) /
-                                          static_cast<double>(std::max<std::uint64_t>(pass_.emitted, 1)));
-    append_scaled(pass_.global, part.global, share);
-    append_scaled(pass_.caustic, part.caustic, share);
-  }
-  parts_.clear();
+  PhotonPassSettings wanted;
+  wanted.photons = settings_.photons;
+  wanted.seed = settings_.seed;
+  wanted.pass = settings_.pass;
+  wanted.guide = settings_.guide.get();
+  pass_ = trace_photons(tracer, wanted, statistics);
   traced_ = true;
 }
 
-void PhotonMaps::measure(const Interrupt& interrupt, Statistics& statistics) {
-  interrupt.check();
+void PhotonMaps::measure(Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::build_photon_map);
-  corrected_ = indexed_ = false;
-  const std::uint32_t k = std::max<std::uint32_t>(1, settings_.nearest);
-  radii_ = empty() ? std::vector<float>() : per_photon_radii(pass_.global, k);
-  caustic_radii_ = pass_.caustic.size() == 0
-                       ? std::vector<float>()
-                       : per_photon_radii(pass_.caustic, std::max<std::uint32_t>(1, k / kCausticShare));
+  corrected_ = indexed_ = gridded_ = false;
+  radii_ = per_photon_radii(pass_.global, std::max<std::uint32_t>(1, settings_.nearest));
+  caustic_radii_ = per_photon_radii(pass_.caustic, caustic_nearest(settings_.nearest));
   measured_ = true;
 }
 
-RadiusPolicy PhotonMaps::policy(const std::vector<float>& radii, std::uint32_t k) const {
-  RadiusPolicy policy;
-  policy.kernel = settings_.kernel;
-  policy.k = std::max<std::uint32_t>(1, k);
-  policy.kind = settings_.engine == "knn" ? RadiusKind::nearest : RadiusKind::per_photon;
-  policy.radii = radii;
-  for (float& radius : policy.radii) radius *= settings_.radius_scale;
-  if (!radii.empty()) policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
-  return policy;
+RadiusPolicy PhotonMaps::global_policy() const {
+  return photon_policy(scaled(radii_, settings_.radius_scale), settings_.engine, settings_.kernel, settings_.nearest);
 }
 
-void PhotonMaps::correct(const Tracer& tracer, const Interrupt& interrupt, Statistics& statistics) {
+RadiusPolicy PhotonMaps::caustic_policy() const {
+  return photon_policy(scaled(caustic_radii_, settings_.radius_scale), settings_.engine, settings_.kernel,
+                       caustic_nearest(settings_.nearest));
+}
+
+void PhotonMaps::correct(const Tracer& tracer, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::build_photon_map);
-  factors_ = factors_of(tracer, pass_.global, policy(radii_, settings_.nearest), interrupt);
-  caustic_factors_ = factors_of(tracer, pass_.caustic, policy(caustic_radii_, settings_.nearest), interrupt);
+  factors_ = edge_factors(tracer, pass_.global, global_policy());
+  caustic_factors_ = edge_factors(tracer, pass_.caustic, caustic_policy());
   corrected_ = true;
 }
 
-void PhotonMaps::index(const Interrupt& interrupt, Statistics& statistics) {
-  interrupt.check();
+void PhotonMaps::index(Statistics& statistics) {
   const std::span<const float> none;
-  const RadiusPolicy global = policy(radii_, settings_.nearest);
-  engine_ = build(settings_.engine, pass_.global, settings_.corrected ? std::span<const float>(factors_) : none, global,
-                  statistics);
-  radius_grid_ = RadiusGrid(pass_.global.position, global.radii);
+  engine_ = build(settings_.engine, pass_.global, settings_.corrected ? std::span<const float>(factors_) : none,
+                  global_policy(), statistics);
   caustic_engine_.reset();
   if (pass_.caustic.size() > 0)
     caustic_engine_ =
         build(settings_.engine, pass_.caustic, settings_.corrected ? std::span<const float>(caustic_factors_) : none,
-              policy(caustic_radii_, settings_.nearest / kCausticShare), statistics);
+              caustic_policy(), statistics);
   indexed_ = true;
 }
 
+void PhotonMaps::lay_grid(Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::build_photon_map);
+  radius_grid_ = RadiusGrid(pass_.global.position, scaled(radii_, settings_.radius_scale));
+  gridded_ = true;
+}
+
 void PhotonMaps::diagnose(Statistics& statistics) {
-  RadiusPolicy counting = policy(radii_, settings_.nearest);
+  RadiusPolicy counting = global_policy();
   counting.kind = RadiusKind::per_photon;
   // K(box) / h^2 = 1 / (pi h^2): times 1, times h, and times what makes it 1.
   counting.kernel = KernelShape::box;
@@ -159,10 +146,10 @@ void PhotonMaps::diagnose(Statistics& statistics) {
     const float h = counting.radii[i];
     counts[i] = {1, h, kPi * h * h};
   }
-  std::swap(counts, pass_.global.flux);
-  diagnosis_ = make_engine("blocked");
-  diagnosis_->build(pass_.global, counting, statistics);
-  std::swap(counts, pass_.global.flux);
+  const BorrowedFlux counted(pass_.global, std::move(counts));
+  std::unique_ptr<DensityEngine> engine = make_engine("blocked");
+  engine->build(pass_.global, counting, statistics);
+  diagnosis_ = std::move(engine);
 }
 
 }  // namespace glowworm

@@ -25,6 +25,9 @@ struct PhotonMapSettings {
   float radius_scale = 1;            ///< factor on the radii
   bool corrected = false;            ///< makes up for kernels that reach over edges (density/boundary.h); seconds
   bool diagnosed = false;            ///< an index that counts photons, for false colours
+  bool corners = false;              ///< wants radii()
+  /// How emission is guided; null: by power alone. Two guides are the same where they are one object.
+  std::shared_ptr<const EmissionGuide> guide;
 };
 
 /// What the diagnosing index sums for a query point of Lambertian reflectance pi: r photons per m^2, g the same times
@@ -39,8 +42,8 @@ PhotonDiagnosis photon_diagnosis(RGB sum);
 /// Global and caustic map, and engines over them.
 class PhotonMaps {
  public:
-  /// Brings the maps to what is wanted; does nothing where they are that already. Throws Cancelled between its pieces;
-  /// what was done until then is kept.
+  /// Brings the maps to what is wanted; does nothing where they are that already. Throws Cancelled where the interrupt
+  /// is requested; steps that were done until then are kept.
   void update(const Tracer& tracer, const PhotonMapSettings& settings, const Interrupt& interrupt,
               Statistics& statistics);
   /// The light has changed: nothing may be kept.
@@ -53,21 +56,23 @@ class PhotonMaps {
   const DensityEngine* caustic_engine() const { return caustic_engine_.get(); }
   /// Over counts instead of flux; null unless PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_.get(); }
+  /// Radii by place, for the second gather in corners; up to date where PhotonMapSettings::corners.
   const RadiusGrid& radii() const { return radius_grid_; }
   /// Bytes of the photons, without the engines' indices.
   std::uint64_t bytes() const;
 
  private:
-  void trace(const Tracer& tracer, const Interrupt& interrupt, Statistics& statistics);
-  void measure(const Interrupt& interrupt, Statistics& statistics);
-  void correct(const Tracer& tracer, const Interrupt& interrupt, Statistics& statistics);
-  void index(const Interrupt& interrupt, Statistics& statistics);
+  void trace(const Tracer& tracer, Statistics& statistics);
+  void measure(Statistics& statistics);
+  void correct(const Tracer& tracer, Statistics& statistics);
+  void index(Statistics& statistics);
   void diagnose(Statistics& statistics);
-  RadiusPolicy policy(const std::vector<float>& radii, std::uint32_t k) const;
+  void lay_grid(Statistics& statistics);
+  RadiusPolicy global_policy() const;
+  RadiusPolicy caustic_policy() const;
 
   PhotonMapSettings settings_;
-  bool traced_ = false, measured_ = false, corrected_ = false, indexed_ = false;
-  std::vector<PhotonPass> parts_;  // until all are there
+  bool traced_ = false, measured_ = false, corrected_ = false, indexed_ = false, gridded_ = false;
   PhotonPass pass_;
   std::vector<float> radii_, caustic_radii_;      // for a radius_scale of 1
   std::vector<float> factors_, caustic_factors_;  // of correction

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/parallel.h"
+#include "render/photon_guiding.h"
 #include "session/preview_filter.h"
 
 namespace glowworm {
@@ -123,6 +125,8 @@ void Session::set_lights(const ViewState& state) {
   tracer_->follow(*edited);
   scene_ = edited;
   forget_photons();
+  guide_.reset();
+  guided_ = false;
 }
 
 void Session::forget_photons() {
@@ -142,36 +146,56 @@ void Session::reserve_photons(std::uint64_t photons) {
       std::make_unique<Reservation>(budget_, "photon map", photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
 }
 
-void Session::update_maps(const ViewState& state, std::uint64_t photons, const Interrupt& interrupt) {
-  if (!needs_photons(state.mode)) return;
-  if (photons != map_photons_) reserve_photons(photons);
-  map_photons_ = photons;
+PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t photons, bool corners) const {
   PhotonMapSettings wanted;
   wanted.photons = photons;
   wanted.nearest = state.nearest;
   wanted.engine = state.engine;
   wanted.kernel = state.kernel;
   wanted.seed = settings_.seed;
+  wanted.corners = corners && (state.mode == ViewMode::gather || state.mode == ViewMode::cost);
+  return wanted;
+}
+
+void Session::update_maps(const ViewState& state, std::uint64_t photons, bool hasty, const Interrupt& interrupt) {
+  if (!needs_photons(state.mode)) return;
+  if (photons != map_photons_) reserve_photons(photons);
+  map_photons_ = photons;
+  if (!hasty && !guided_) guide_ = make_guide(state, interrupt);
+  guided_ = guided_ || !hasty;
+  PhotonMapSettings wanted = map_settings(state, photons, state.corners && !hasty);
+  wanted.guide = guide_;
   wanted.diagnosed = needs_diagnosis(state.mode);
   maps_.update(*tracer_, wanted, interrupt, statistics_);
   has_maps_ = true;
 }
 
+std::shared_ptr<const EmissionGuide> Session::make_guide(const ViewState& state, const Interrupt& interrupt) {
+  const PhaseTimer timer(statistics_, Phase::trace_photons);
+  RenderSettings settings;
+  settings.width = state.width;
+  settings.height = state.height;
+  settings.photons = state.photons;
+  settings.seed = settings_.seed;
+  settings.integrator = state.mode == ViewMode::photons ? Integrator::photons : Integrator::photon;
+  const CancellationScope scope(interrupt.flag());
+  auto guide = std::make_shared<const EmissionGuide>(guide_photons(*tracer_, state.camera, settings).guide);
+  // Without gain it is the uniform one, with which photons are those that there were.
+  return guide->gain() > 1 ? guide : nullptr;
+}
+
 const PhotonMaps& Session::resting_maps(const ViewState& state, const Interrupt& interrupt) {
   const std::uint32_t pass = sums_.count() / kPassesOfMaps;
   if (pass == 0 || !shows_light(state.mode)) {
-    update_maps(state, state.photons, interrupt);
+    update_maps(state, state.photons, false, interrupt);
     return maps_;
   }
+  if (!refined_guide_) refined_guide_ = make_guide(state, interrupt);
   if (!refined_reservation_)
     refined_reservation_ = std::make_unique<Reservation>(budget_, "photon map",
                                                          state.photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
-  PhotonMapSettings wanted;
-  wanted.photons = state.photons;
-  wanted.nearest = state.nearest;
-  wanted.engine = state.engine;
-  wanted.kernel = state.kernel;
-  wanted.seed = settings_.seed;
+  PhotonMapSettings wanted = map_settings(state, state.photons, state.corners);
+  wanted.guide = *refined_guide_;
   wanted.pass = pass;
   wanted.radius_scale = refined_radius_scale(pass);
   wanted.corrected = true;
@@ -192,6 +216,7 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   if (first || change.any()) {
     sums_.clear();
     refined_.forget();
+    refined_guide_.reset();
     refined_reservation_.reset();
   }
   if (!first && change.lights) set_lights(state);
@@ -237,11 +262,12 @@ FrameEffort Session::plan(const ViewState& state, bool moving) const {
 
 ViewFrame Session::render(const ViewState& state, bool moving, const Interrupt& interrupt) {
   const FrameEffort effort = plan(state, moving);
-  if (moving) update_maps(state, effort.photons, interrupt);
+  const bool hasty = moving && settings_.adapt;
+  if (moving) update_maps(state, effort.photons, hasty, interrupt);
   const PhotonMaps& maps = moving ? maps_ : resting_maps(state, interrupt);
   // What a frame in motion saw counts for the rest too, where it is whole.
-  FrameSums hasty;
-  FrameSums& sums = moving && settings_.adapt ? hasty : sums_;
+  FrameSums own;
+  FrameSums& sums = hasty ? own : sums_;
   FramePassSettings pass;
   pass.width = scaled(state.width, effort.scale);
   pass.height = scaled(state.height, effort.scale);
@@ -250,7 +276,7 @@ ViewFrame Session::render(const ViewState& state, bool moving, const Interrupt& 
   pass.seed = settings_.seed;
   pass.mode = state.mode;
   pass.part = state.part;
-  pass.corners = state.corners && !(moving && settings_.adapt);
+  pass.corners = state.corners && !hasty;
   sums.add(render_frame_pass(*tracer_, maps, state.camera, pass, budget_, interrupt, statistics_));
   ViewFrame frame = finish(state, sums, pass.width, pass.height);
   frame.moving = moving;

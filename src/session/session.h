@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "core/memory_budget.h"
 #include "core/statistics.h"
@@ -64,7 +65,9 @@ class Session {
   Change compare(const ViewState& state) const;
   void set_lights(const ViewState& state);
   void reserve_photons(std::uint64_t photons);
-  void update_maps(const ViewState& state, std::uint64_t photons, const Interrupt& interrupt);
+  PhotonMapSettings map_settings(const ViewState& state, std::uint64_t photons, bool corners) const;
+  void update_maps(const ViewState& state, std::uint64_t photons, bool hasty, const Interrupt& interrupt);
+  std::shared_ptr<const EmissionGuide> make_guide(const ViewState& state, const Interrupt& interrupt);
   const PhotonMaps& resting_maps(const ViewState& state, const Interrupt& interrupt);
   FrameEffort plan(const ViewState& state, bool moving) const;
   ViewFrame render(const ViewState& state, bool moving, const Interrupt& interrupt);
@@ -86,6 +89,9 @@ class Session {
   PhotonMaps maps_, refined_;
   bool has_maps_ = false;  // maps_ are of this light
   std::uint64_t map_photons_ = 0;
+  std::shared_ptr<const EmissionGuide> guide_;                         // of maps_; null: by power alone
+  bool guided_ = false;                                                // guide_ was asked for in this light
+  std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
   FrameSums sums_;
   History history_;
   Pace pace_;

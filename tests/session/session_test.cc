@@ -228,6 +228,25 @@ TEST_F(SessionTest, AdaptsToTheTimeThereIs) {
   EXPECT_EQ(frame.image.width, 320);
 }
 
+TEST(SessionGuiding, SendsPhotonsWhereAViewAtRestNeedsThem) {
+  SessionSettings settings;
+  settings.adapt = true;
+  settings.frames_per_second = 0.01;  // as many photons as are asked for
+  Session session(test_scene("window-room"), settings);
+  ViewState state = small_state(session);
+  state.mode = ViewMode::density;
+  const ViewFrame hasty = session.next_frame(state, 0);
+  // Of all light most misses the window.
+  const ViewFrame guided = session.next_frame(state, 1);
+  EXPECT_EQ(hasty.photons / 1000, guided.photons / 1000);
+  EXPECT_GT(guided.scale.high, 10 * hasty.scale.high) << "photons per m^2 in the room";
+  state.camera = fly(state.camera, {0, 0, 0.01f});
+  for (const double seconds : {2.0, 3.0})
+    EXPECT_EQ(session.next_frame(state, seconds).cost.count(Counter::photons_emitted), 0u) << "the map is kept";
+  state.lights[0].scale = 2;
+  EXPECT_LT(session.next_frame(state, 4).scale.high, 2 * hasty.scale.high) << "a frame in time takes no pilots";
+}
+
 /// A session at rest and a job converge to one picture: the same physics by two ways through the code.
 TEST(SlowSession, ConvergesToWhatAJobRenders) {
   for (const char* name : {"cornell", "window-room"}) {
@@ -238,8 +257,7 @@ TEST(SlowSession, ConvergesToWhatAJobRenders) {
     asked.samples = 32;
     asked.gather = 16;
     asked.photons = 100'000;
-    // As a session has its photons: neither guided nor corrected at edges.
-    asked.guiding = false;
+    // As a session has its photons of the first passes: not corrected at edges.
     asked.boundary_correction = false;
     Job job(scene, std::make_shared<const Tracer>(*scene), asked);
     job.wait();
