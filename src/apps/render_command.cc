@@ -43,7 +43,7 @@ struct RenderOptions {
   std::string samples = "auto", gather = "auto", photons = "auto", traced = "auto", nearest = "auto", reorder = "auto";
   std::string radius = "per-photon";
   std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
-  std::string integrator = "photon", resume, disk = "auto", view, tev, kernel = "epanechnikov";
+  std::string integrator = "photon", resume, disk = "auto", prefer = "auto", view, tev, kernel = "epanechnikov";
   std::vector<std::string> lights;
   float exposure = 0;
   bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, preview = false, resumes = false;
@@ -69,6 +69,9 @@ void resolve_options(RenderOptions& o) {
                  : o.integrator == "photons" ? Integrator::photons
                                              : Integrator::photon;
   s.disk = o.disk == "always" ? DiskUse::always : o.disk == "never" ? DiskUse::never : DiskUse::automatic;
+  s.preference = o.prefer == "preview"   ? Preference::preview
+                 : o.prefer == "quality" ? Preference::quality
+                                         : Preference::automatic;
   s.samples = static_cast<std::uint32_t>(parse_count(o.samples, "--samples", 1u << 24));
   s.gather = static_cast<std::uint32_t>(parse_count(o.gather, "--gather", 1u << 20));
   s.photons = parse_count(o.photons, "--photons", 1u << 30);
@@ -81,7 +84,7 @@ void resolve_options(RenderOptions& o) {
     s.width = size.width;
     s.height = size.height;
   }
-  s.memory_bytes = o.memory.empty() ? physical_memory_bytes() / 2 : parse_bytes(o.memory, "--memory");
+  s.memory_bytes = o.memory.empty() ? usual_memory_bytes() : parse_bytes(o.memory, "--memory");
   if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time, "--time");
   s.secondary_gather = !o.no_secondary;
   s.separate_layers = !s.aovs.empty();
@@ -332,6 +335,12 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--nearest", o.nearest, "Photons that an estimate should catch (k)")
       ->option_text("N [auto]")
       ->group("Effort");
+  c.add_option(
+       "--prefer", o.prefer,
+       "Passes of one sample of every pixel (preview), or of many samples of one tile after the other (quality)")
+      ->check(CLI::IsMember({"auto", "preview", "quality"}))
+      ->option_text("auto|preview|quality [auto]")
+      ->group("Effort");
   c.add_option("--time", o.time, "Stop after this time, for example 60s, 5m, 2h")
       ->option_text("TIME [none]")
       ->group("Effort");
@@ -377,13 +386,15 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
 void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   std::vector<const char*> ignored;
   if (o.integrator == "path")
-    ignored = {"--engine",    "--kernel", "--radius",  "--reorder",     "--gather",
-               "--photons",   "--traced", "--nearest", "--progressive", "--no-secondary-gather",
-               "--no-guiding"};
+    ignored = {"--engine",     "--kernel", "--radius",  "--reorder",     "--gather",
+               "--photons",    "--traced", "--nearest", "--progressive", "--no-secondary-gather",
+               "--no-guiding", "--prefer"};
   else if (o.integrator == "photons")
-    ignored = {"--gather", "--no-secondary-gather"};
+    ignored = {"--gather", "--no-secondary-gather", "--prefer"};
   for (const char* name : ignored)
     if (c.count(name) > 0) warn(fmt::format("{} has no effect with this --integrator", name));
+  if (o.settings.progressive && c.count("--prefer") > 0)
+    warn("--prefer has no effect with --progressive, whose photons are those of one sample");
 }
 
 constexpr const char* kFooter = R"(

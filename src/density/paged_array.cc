@@ -67,9 +67,10 @@ PagedCounts& PagedCounts::operator+=(const PagedCounts& other) {
   return *this;
 }
 
-PagedFile::PagedFile(std::uint64_t bytes, const PagedSettings& settings)
+PagedFile::PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes)
     : bytes_(bytes),
       block_bytes_(settings.block_bytes),
+      element_bytes_(std::max<std::size_t>(element_bytes, 1)),
       folder_(settings.folder.empty() ? default_folder() : settings.folder) {
   if (settings.block_bytes == 0 || settings.cache_blocks == 0)
     throw Error("a paged array needs blocks, and a cache for one block at least");
@@ -103,7 +104,7 @@ void PagedFile::read(std::uint64_t first, std::span<std::byte> to) {
     const std::uint64_t block = first / block_bytes_;
     const auto offset = static_cast<std::size_t>(first % block_bytes_);
     const std::size_t count = std::min(to.size(), block_bytes_ - offset);
-    std::memcpy(to.data(), slot_data(fetch(block, false)) + offset, count);
+    std::memcpy(to.data(), slot_data(fetch(block, false, count)) + offset, count);
     to = to.subspan(count);
     first += count;
   }
@@ -116,7 +117,7 @@ void PagedFile::write(std::uint64_t first, std::span<const std::byte> from) {
     const std::uint64_t block = first / block_bytes_;
     const auto offset = static_cast<std::size_t>(first % block_bytes_);
     const std::size_t count = std::min(from.size(), block_bytes_ - offset);
-    const std::size_t slot = fetch(block, count == bytes_of(block));
+    const std::size_t slot = fetch(block, count == bytes_of(block), count);
     std::memcpy(slot_data(slot) + offset, from.data(), count);
     slots_[slot].dirty = true;
     from = from.subspan(count);
@@ -124,18 +125,20 @@ void PagedFile::write(std::uint64_t first, std::span<const std::byte> from) {
   }
 }
 
-std::size_t PagedFile::fetch(std::uint64_t block, bool whole) {
+std::size_t PagedFile::fetch(std::uint64_t block, bool whole, std::size_t wanted) {
+  const std::uint64_t accesses = std::max<std::uint64_t>(wanted / element_bytes_, 1);
   const std::size_t set = static_cast<std::size_t>(block % sets_) * ways_;
   std::size_t victim = set;
   for (std::size_t slot = set; slot < set + ways_; ++slot) {
     if (slots_[slot].block == block) {
-      ++counts_.hits;
+      counts_.hits += accesses;
       slots_[slot].last_use = ++time_;
       return slot;
     }
     if (slots_[slot].last_use < slots_[victim].last_use) victim = slot;
   }
   ++counts_.misses;
+  counts_.hits += accesses - 1;
   std::byte* data = slot_data(victim);
   evict(slots_[victim], data);
   // Nothing may be found under the old name while the new contents are on their way.

@@ -24,7 +24,7 @@ struct PagedSettings {
 
 /// What went through the cache so far.
 struct PagedCounts {
-  std::uint64_t hits = 0, misses = 0;  ///< accesses to a block that was, or was not, in the cache
+  std::uint64_t hits = 0, misses = 0;  ///< accesses to an element whose block was, or was not, in the cache
   std::uint64_t bytes_read = 0;        ///< from disk
   std::uint64_t bytes_written = 0;     ///< to disk
 
@@ -39,8 +39,9 @@ class PagedFile {
  public:
   static constexpr std::size_t kWays = 8;
 
+  /// @param element_bytes what counts as one access
   /// Throws Error where no file can be made in the folder, or a size is 0.
-  PagedFile(std::uint64_t bytes, const PagedSettings& settings);
+  PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes = 1);
   ~PagedFile();
   PagedFile(const PagedFile&) = delete;
   PagedFile& operator=(const PagedFile&) = delete;
@@ -66,12 +67,13 @@ class PagedFile {
   void check(std::uint64_t first, std::size_t bytes) const;
   std::byte* slot_data(std::size_t slot) { return cache_.data() + slot * block_bytes_; }
   /// Brings a block into the cache. @param whole it will be overwritten whole and need not be read
-  std::size_t fetch(std::uint64_t block, bool whole);
+  /// @param wanted bytes of it: the first element may miss, the others then hit
+  std::size_t fetch(std::uint64_t block, bool whole, std::size_t wanted);
   void evict(Slot& slot, const std::byte* data);
   std::size_t bytes_of(std::uint64_t block) const;
 
   std::uint64_t bytes_;
-  std::size_t block_bytes_, sets_, ways_;
+  std::size_t block_bytes_, element_bytes_, sets_, ways_;
   std::string folder_;
   int file_ = -1;
   mutable std::mutex mutex_;
@@ -91,7 +93,7 @@ class PagedArray {
   PagedArray() = default;
   explicit PagedArray(std::size_t n, const PagedSettings& settings = {}) : size_(n) {
     if (settings.on_disk && n > 0) {
-      file_ = std::make_unique<PagedFile>(std::uint64_t{n} * sizeof(T), settings);
+      file_ = std::make_unique<PagedFile>(std::uint64_t{n} * sizeof(T), settings, sizeof(T));
     } else {
       memory_ = LargeArray<T>(n);
     }

@@ -16,6 +16,9 @@ namespace glowworm {
 
 namespace {
 
+// Stands before the memory in the key of a checkpoint.
+constexpr const char* kMemoryKey = " memory ";
+
 /// Factor on the radii in a pass of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) (Knaus and
 /// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
 float progressive_radius_scale(std::uint32_t pass) {
@@ -36,9 +39,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_(settings_.width, settings_.height, settings_.indirect_only, settings_.separate_layers),
       start_(std::chrono::steady_clock::now()) {
   if (resume) {
-    if (resume->key != key() || !film_.restore(resume->film))
-      throw Error("the checkpoint is of another render: its scene, settings or version differ",
-                  "Give the options of the render that was cut off, or leave --resume out.");
+    check_checkpoint(*resume);
+    if (!film_.restore(resume->film)) throw Error("the checkpoint is of a picture of another size");
     passes_ = film_.whole_passes();
   }
   earlier_peak_ = peak_resident_bytes();
@@ -93,7 +95,20 @@ std::string Job::key() const {
   s.memory_bytes = 0;
   s.time_limit_s = 0;
   return std::string(version()) + " " + scene_->name() + " " + std::to_string(scene_->geometry().triangle_count()) +
-         " " + settings_text(s);
+         " " + settings_text(s) + kMemoryKey + std::to_string(memory_shows(settings_) ? settings_.memory_bytes : 0);
+}
+
+void Job::check_checkpoint(const Checkpoint& checkpoint) const {
+  const std::string own = key(), &other = checkpoint.key;
+  if (other == own) return;
+  const std::size_t own_end = own.rfind(kMemoryKey), other_end = other.rfind(kMemoryKey);
+  if (other_end != std::string::npos && own.substr(0, own_end) == other.substr(0, other_end)) {
+    const std::string bytes = other.substr(other_end + std::string_view(kMemoryKey).size());
+    throw Error("the checkpoint is of a render with another --memory, which shows in the last bits of the picture",
+                "Give --memory " + bytes + ", or leave --resume out.");
+  }
+  throw Error("the checkpoint is of another render: its scene, settings or version differ",
+              "Give the options of the render that was cut off, or leave --resume out.");
 }
 
 std::uint64_t Job::peak_beside_scene_bytes() const {
@@ -121,10 +136,11 @@ void Job::run() {
   done_ = true;
 }
 
-bool Job::should_stop() {
+bool Job::should_stop(double next_s) {
+  // The limit is passed where that comes nearer to it than stopping before it does.
   if (cancelled_)
     ending_ = Ending::cancelled;
-  else if (settings_.time_limit_s > 0 && passes_ > 0 && seconds() >= settings_.time_limit_s)
+  else if (settings_.time_limit_s > 0 && passes_ > 0 && seconds() + next_s / 2 >= settings_.time_limit_s)
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
 }
@@ -137,8 +153,10 @@ bool Job::reached_noise_target() {
 
 void Job::shoot_photons(PhotonRenderer& photons, std::uint32_t pass) {
   const CancellationScope scope(cancelled_);
+  const double start = seconds();
   photons.shoot_photons(settings_.progressive ? pass : 0,
                         settings_.progressive ? progressive_radius_scale(pass) : 1.0f);
+  photon_seconds_ = seconds() - start;
   photon_map_bytes_ = photons.photon_bytes();
   const std::lock_guard lock(film_mutex_);
   light_photons_ = photons.light_photons();
@@ -151,7 +169,7 @@ void Job::render_passes() {
   // A render may have been cut off between its last pass and the look at its noise.
   if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
   for (std::uint32_t done = first_pass; done < settings_.samples; done = passes_) {
-    if (should_stop()) return;
+    if (should_stop(settings_.progressive ? photon_seconds_ + task_seconds_ : task_seconds_)) return;
     if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(photons, done);
     const Schedule schedule = make_schedule(settings_, budget_.available());
     photons.set_portions(schedule.queries_at_once, schedule.by_disk);
@@ -172,7 +190,8 @@ bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& ta
   for (const CameraTask& task : tasks) {
     slots_done += task.slot_count();
     if (film_.has(task)) continue;
-    if (should_stop()) return false;
+    if (should_stop(task_seconds_)) return false;
+    const double start = seconds();
     SlotRadiance radiance;
     FirstHit first_hit;
     if (settings_.integrator == Integrator::path)
@@ -182,6 +201,7 @@ bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& ta
     query_point_bytes_ = photons.query_bytes();
     paged_counts_ = photons.paged_counts();
     ++tasks_;
+    task_seconds_ = seconds() - start;
     const std::lock_guard lock(film_mutex_);
     film_.add(task, radiance, first_hit);
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);

@@ -81,7 +81,9 @@ class Job {
   bool render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks);
   std::string key() const;
   void shoot_photons(PhotonRenderer& photons, std::uint32_t pass);
-  bool should_stop();
+  /// @param next_s seconds that the next piece of work will take, about
+  bool should_stop(double next_s);
+  void check_checkpoint(const Checkpoint& checkpoint) const;
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
@@ -94,6 +96,7 @@ class Job {
   std::vector<LightPhotons> light_photons_;
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
+  double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
   std::atomic<bool> cancelled_{false}, done_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};

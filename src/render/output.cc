@@ -37,6 +37,18 @@ const char* disk_name(DiskUse disk) {
   return "";
 }
 
+const char* preference_name(Preference preference) {
+  switch (preference) {
+    case Preference::automatic:
+      return "auto";
+    case Preference::preview:
+      return "preview";
+    case Preference::quality:
+      return "quality";
+  }
+  return "";
+}
+
 const char* ending_name(Ending ending) {
   switch (ending) {
     case Ending::running:
@@ -72,6 +84,7 @@ json settings_json(const RenderSettings& s) {
               {"seed", s.seed},
               {"memory_bytes", s.memory_bytes},
               {"disk", disk_name(s.disk)},
+              {"prefer", preference_name(s.preference)},
               {"time_limit_s", s.time_limit_s},
               {"noise_target", s.noise_target},
               {"indirect_only", s.indirect_only},

@@ -21,6 +21,7 @@ constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
 // Sides of tiles are multiples of this, the side of the blocks in which the camera pass takes pixels.
 constexpr int kSmallestTile = 16;
+constexpr std::uint64_t kSmallestSlots = std::uint64_t{kSmallestTile} * kSmallestTile;
 // Tiles go over the whole width where they are no lower than this.
 constexpr int kLowestBand = 64;
 
@@ -36,8 +37,7 @@ int even_piece(int length, int most) {
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   Schedule schedule;
   const std::uint64_t rays = kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
-  const std::uint64_t smallest =
-      rays + kFewestQueries * kBytesPerQuery + std::uint64_t{kSmallestTile} * kSmallestTile * kBytesPerSlot;
+  const std::uint64_t smallest = rays + kFewestQueries * kBytesPerQuery + kSmallestSlots * kBytesPerSlot;
   if (room < smallest)
     throw Error(fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
                             static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
@@ -54,34 +54,52 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
                    schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMostQueries)));
   const std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
   // A task as large as a portion of its query points, so that a picture comes in even steps.
-  const std::uint64_t slots = std::max<std::uint64_t>(std::min(left / 3 / kBytesPerSlot, task_queries / per_slot),
-                                                      kSmallestTile * kSmallestTile);
+  schedule.slots_at_once =
+      std::max<std::uint64_t>(std::min(left / 3 / kBytesPerSlot, task_queries / per_slot), kSmallestSlots);
+  // Small pictures give few query points a sample. Where photons look for query points, later passes take several
+  // samples at once, but for progressive renders, whose photons are those of one sample.
+  if (!gathers || settings.progressive) return schedule;
+  const std::uint64_t pixels = static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height);
+  std::uint64_t samples = 1;
+  if (settings.preference == Preference::quality)
+    samples = schedule.slots_at_once / kSmallestSlots;
+  else if (settings.preference == Preference::automatic && settings.engine == "reverse")
+    samples = schedule.slots_at_once / pixels;
+  schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(samples, 1));
+  return schedule;
+}
+
+TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count) {
+  const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kSmallestSlots);
   const auto width = static_cast<std::uint64_t>(settings.width);
   const bool bands = slots / width >= kLowestBand;
   const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));
   const int most_height = bands ? static_cast<int>(std::min<std::uint64_t>(slots / width, 1u << 20)) : side;
-  schedule.tile_width = bands ? settings.width : even_piece(settings.width, side / kSmallestTile * kSmallestTile);
-  schedule.tile_height = even_piece(settings.height, most_height / kSmallestTile * kSmallestTile);
-  // Small pictures give few query points a sample. Where photons look for query points, later passes take several
-  // samples at once, but for progressive renders, whose photons are those of one sample.
-  const std::uint64_t pixels = width * static_cast<std::uint64_t>(settings.height);
-  if (gathers && settings.engine == "reverse" && !settings.progressive)
-    schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(slots / pixels, 1));
-  return schedule;
+  return {bands ? settings.width : even_piece(settings.width, side / kSmallestTile * kSmallestTile),
+          even_piece(settings.height, most_height / kSmallestTile * kSmallestTile)};
+}
+
+bool memory_shows(const RenderSettings& settings) {
+  if (settings.integrator == Integrator::path) return false;
+  return settings.engine == "blocked" || settings.disk == DiskUse::always ||
+         (settings.disk == DiskUse::automatic && settings.engine == "reverse");
 }
 
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
-  const std::uint32_t wanted = std::clamp<std::uint32_t>(done, 1, schedule.samples_at_once);
+  const bool open_ended = settings.time_limit_s > 0 || settings.noise_target > 0;
+  const bool all = settings.preference == Preference::quality && !open_ended && done > 0;
+  const std::uint32_t wanted = all ? schedule.samples_at_once : std::clamp(done, 1u, schedule.samples_at_once);
   return std::min(wanted, settings.samples - done);
 }
 
 std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,
                                       std::uint32_t first_sample, std::uint32_t sample_count) {
+  const TileSize tile = tile_size(schedule, settings, sample_count);
   std::vector<CameraTask> tasks;
-  for (int y = 0; y < settings.height; y += schedule.tile_height)
-    for (int x = 0; x < settings.width; x += schedule.tile_width)
-      tasks.push_back({x, y, std::min(x + schedule.tile_width, settings.width),
-                       std::min(y + schedule.tile_height, settings.height), first_sample, sample_count});
+  for (int y = 0; y < settings.height; y += tile.height)
+    for (int x = 0; x < settings.width; x += tile.width)
+      tasks.push_back({x, y, std::min(x + tile.width, settings.width), std::min(y + tile.height, settings.height),
+                       first_sample, sample_count});
   return tasks;
 }
 

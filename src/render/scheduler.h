@@ -9,10 +9,9 @@
 namespace glowworm {
 
 /// How a render is cut into tasks. It does not show in the picture, for every sample of a pixel has random numbers of
-/// its own and is added in its turn; but for rounding, where an engine's sums depend on which points it is asked about
-/// at once (blocked).
+/// its own and is added in its turn; but for rounding, see memory_shows().
 struct Schedule {
-  int tile_width = 256, tile_height = 256;             ///< of all tiles but those at the right and the bottom, pixels
+  std::uint64_t slots_at_once = 1;                     ///< camera samples of a task, about: pixels times samples
   std::uint32_t samples_at_once = 1;                   ///< camera samples of a pixel that a pass takes at most
   std::size_t queries_at_once = std::size_t{1} << 22;  ///< final gather rays that are looked up at once
   bool by_disk = false;  ///< query points of a task go through a file (density/query_store.h)
@@ -33,8 +32,20 @@ inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 /// @param settings resolved
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 
+/// Width and height of the tiles of a pass, in pixels, but for those at the right and the bottom.
+struct TileSize {
+  int width, height;
+};
+TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count);
+
+/// Whether the last bits of the picture depend on which query points are looked up at once, and so on the memory:
+/// with the engine blocked, and where query points may come back from a file.
+/// @param settings resolved
+bool memory_shows(const RenderSettings& settings);
+
 /// Camera samples that the pass behind `done` samples takes: one at first, so that a whole noisy image is there soon,
-/// then as many as there are already, up to what the schedule allows.
+/// then as many as there are already, up to what the schedule allows. With Preference::quality all at once, where the
+/// number of samples is known.
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done);
 
 /// The tasks of a pass over the whole picture, row by row of tiles.

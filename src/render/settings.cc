@@ -21,6 +21,7 @@ namespace {
 /// Query points that the photon renderer looks up at once, where memory allows.
 constexpr double kQueriesAtOnce = 1 << 22;
 constexpr int kLargestSide = 65536;
+constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Camera samples of a render that ends by time or noise, at most.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 constexpr std::uint32_t kUsualSamples = 16, kUsualGather = 25;
@@ -105,13 +106,18 @@ void check_names(const RenderSettings& settings) {
                 fmt::format("Choose from: auto, {}.", fmt::join(engines, ", ")));
 }
 
+std::uint64_t usual_memory_bytes() {
+  const std::uint64_t half = physical_memory_bytes() / 2;
+  return half > kMemoryStep ? half / kMemoryStep * kMemoryStep : half;
+}
+
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
   resolve_size(s, scene);
   check_names(s);
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
-  if (s.memory_bytes == 0) s.memory_bytes = physical_memory_bytes() / 2;
+  if (s.memory_bytes == 0) s.memory_bytes = usual_memory_bytes();
   if (!s.aovs.empty()) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {

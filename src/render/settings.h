@@ -24,6 +24,13 @@ enum class DiskUse : std::uint8_t {
   always,
 };
 
+/// What a pass of so many query points is made of ([HHS05], section 5.1).
+enum class Preference : std::uint8_t {
+  automatic,  ///< large tiles, and several samples of a pixel where one of each would be too few query points
+  preview,    ///< as large tiles as may be, one sample of a pixel: the whole image gets better evenly
+  quality,    ///< after a first whole image small tiles that get as many samples at once as may be
+};
+
 /// Settings of a render. 0 (or "auto", or empty) is automatic everywhere; resolve() replaces those by numbers.
 struct RenderSettings {
   Integrator integrator = Integrator::photon;
@@ -43,6 +50,7 @@ struct RenderSettings {
   int threads = 0;
   std::uint64_t memory_bytes = 0;
   DiskUse disk = DiskUse::automatic;
+  Preference preference = Preference::automatic;
   double time_limit_s = 0;  ///< stops after the task under way; 0: no limit
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
   bool indirect_only = false;
@@ -61,6 +69,9 @@ std::vector<std::string> aov_names();
 
 /// Throws Error that lists the names there are, for an engine or AOV that is not known.
 void check_names(const RenderSettings& settings);
+
+/// Memory of a render that is not told: half of the machine's, rounded down so that it is the same at every start.
+std::uint64_t usual_memory_bytes();
 
 /// The settings with every automatic value replaced. Throws Error for what cannot be (a size of 0, an unknown AOV).
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene);

@@ -124,6 +124,18 @@ TEST_F(PagedArrayOnDisk, CountsHitsAndBytes) {
   EXPECT_EQ(array.memory_bytes(), 2048u);
 }
 
+TEST_F(PagedArrayOnDisk, CountsEveryElementOfARun) {
+  PagedArray<std::uint32_t> array(1024, settings(1));
+  const std::vector<std::uint32_t> run(512, 7);
+  array.write(0, run);  // two blocks of 256 elements, of each of which the first misses
+  EXPECT_EQ(array.counts().misses, 2u);
+  EXPECT_EQ(array.counts().hits, 510u);
+  std::vector<std::uint32_t> back(100);
+  array.read(200, back);  // 56 elements of the first block, which was put out by the second, and 44 of that
+  EXPECT_EQ(array.counts().misses, 4u);
+  EXPECT_EQ(array.counts().hits, 608u);
+}
+
 TEST_F(PagedArrayOnDisk, LeavesNoFileWhileItIsInUse) {
   PagedArray<int> array(100000, settings(1));
   for (std::size_t i = 0; i < array.size(); ++i) array.set(i, 1);

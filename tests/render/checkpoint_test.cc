@@ -63,6 +63,30 @@ TEST_F(CheckpointTest, OtherRendersAreRefused) {
   EXPECT_THROW(Job(scene, tracer, other, &checkpoint), Error);
 }
 
+TEST_F(CheckpointTest, OtherMemoryIsRefusedWhereItWouldShowInTheBits) {
+  for (const char* engine : {"blocked", "knn", "reverse"}) {
+    RenderSettings settings = small_render(2, false);
+    settings.engine = engine;
+    settings.memory_bytes = std::uint64_t{512} << 20;
+    Job begun(scene, tracer, settings);
+    begun.wait();
+    const Checkpoint checkpoint = begun.checkpoint();
+    settings.samples = 3;
+    EXPECT_NO_THROW(Job(scene, tracer, settings, &checkpoint).wait()) << engine;
+    settings.memory_bytes /= 2;
+    if (std::string(engine) == "knn") {
+      EXPECT_NO_THROW(Job(scene, tracer, settings, &checkpoint).wait());
+      continue;
+    }
+    try {
+      const Job job(scene, tracer, settings, &checkpoint);
+      ADD_FAILURE() << engine;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("--memory 536870912"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST_F(CheckpointTest, DamagedFilesAreRefusedAndMissingOnesAreNone) {
   Job begun(scene, tracer, small_render(1, false));
   begun.wait();

@@ -39,14 +39,16 @@ TEST(Scheduler, TasksOfAPassCoverEveryPixelOnce) {
 }
 
 TEST(Scheduler, TasksFitTheRoom) {
-  for (const std::uint32_t gather : {1u, 25u, 600u})
-    for (const std::uint64_t room : {std::uint64_t{24} << 20, std::uint64_t{100} << 20, std::uint64_t{2} << 30}) {
-      const RenderSettings settings = settings_for(1000, 800, 16, gather);
-      const Schedule schedule = make_schedule(settings, room);
-      const std::uint64_t slots = static_cast<std::uint64_t>(schedule.tile_width) *
-                                  static_cast<std::uint64_t>(schedule.tile_height) * schedule.samples_at_once;
-      EXPECT_LE(slots * kBytesPerSlot + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread, room);
-    }
+  for (const Preference preference : {Preference::automatic, Preference::preview, Preference::quality})
+    for (const std::uint32_t gather : {1u, 25u, 600u})
+      for (const std::uint64_t room : {std::uint64_t{24} << 20, std::uint64_t{100} << 20, std::uint64_t{2} << 30}) {
+        RenderSettings settings = settings_for(1000, 800, 16, gather);
+        settings.preference = preference;
+        const Schedule schedule = make_schedule(settings, room);
+        for (const CameraTask& task : tasks_of_pass(schedule, settings, 1, samples_of_pass(schedule, settings, 1)))
+          EXPECT_LE(task.slot_count() * kBytesPerSlot + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread,
+                    room);
+      }
   EXPECT_THROW(make_schedule(settings_for(100, 100, 1, 1), 1 << 20), Error);
 }
 
@@ -74,11 +76,50 @@ TEST(Scheduler, AWholeImageComesFirstAndAllSamplesInTheEnd) {
   EXPECT_EQ(samples_of_pass(schedule, progressive, 50), 1u);
 }
 
+TEST(Scheduler, PreferenceIsBetweenSamplesOfAPassAndSizeOfTiles) {
+  RenderSettings settings = settings_for(1000, 800, 17, 25);
+  settings.engine = "reverse";
+  const auto schedule = [&](Preference preference) {
+    settings.preference = preference;
+    return make_schedule(settings, std::uint64_t{1} << 30);
+  };
+  const Schedule preview = schedule(Preference::preview);
+  EXPECT_EQ(samples_of_pass(preview, settings, 0), 1u);
+  EXPECT_EQ(samples_of_pass(preview, settings, 4), 1u);
+  const Schedule quality = schedule(Preference::quality);
+  // A whole noisy image comes first in any case; then each tile gets all that is left.
+  EXPECT_EQ(samples_of_pass(quality, settings, 0), 1u);
+  EXPECT_EQ(samples_of_pass(quality, settings, 1), 16u);
+  const TileSize large = tile_size(preview, settings, 1), small = tile_size(quality, settings, 16);
+  EXPECT_LT(8 * small.width * small.height, large.width * large.height);
+  EXPECT_GT(32 * small.width * small.height, large.width * large.height);
+  // Where nobody knows how many samples there will be, passes double.
+  settings.time_limit_s = 10;
+  EXPECT_EQ(samples_of_pass(quality, settings, 1), 1u);
+  EXPECT_EQ(samples_of_pass(quality, settings, 4), 4u);
+}
+
+TEST(Scheduler, PreferenceDoesNotShowInThePicture) {
+  const Stage stage(builtin_scene("cornell"));
+  for (const char* engine : {"reverse", "forward", "knn"}) {
+    RenderSettings settings = by_photons(40, 6, 20, 4000, engine);
+    settings.disk = DiskUse::never;
+    std::vector<std::vector<float>> films;
+    for (const Preference preference : {Preference::automatic, Preference::preview, Preference::quality}) {
+      settings.preference = preference;
+      films.push_back(stage.render(settings).save());
+    }
+    EXPECT_EQ(films[1], films[0]) << engine;
+    EXPECT_EQ(films[2], films[0]) << engine;
+  }
+}
+
 TEST(Scheduler, MemoryDoesNotShowInThePicture) {
   const Stage stage(builtin_scene("cornell"));
   for (const char* engine : {"reverse", "forward", "knn"}) {
     RenderSettings settings = by_photons(40, 6, 20, 4000, engine);
     settings.disk = DiskUse::never;
+    EXPECT_FALSE(memory_shows(settings));
     std::vector<std::vector<float>> films;
     for (const std::uint64_t megabytes : {32, 64, 2000}) {
       settings.memory_bytes = megabytes << 20;
