@@ -50,6 +50,7 @@ TEST_F(StatisticsTest, EveryKeyIsThere) {
                                              "/settings/seed",
                                              "/settings/memory_bytes",
                                              "/settings/disk",
+                                             "/settings/prefer",
                                              "/settings/time_limit_s",
                                              "/settings/noise_target",
                                              "/settings/indirect_only",
