@@ -28,8 +28,8 @@ struct Split {
 
 class Builder {
  public:
-  Builder(LargeArray<KdPoint>& points, std::uint32_t leaf_size)
-      : points_(points), scratch_(points.size()), leaf_size_(leaf_size) {}
+  Builder(std::span<KdPoint> points, std::span<KdPoint> scratch, std::uint32_t leaf_size)
+      : points_(points), scratch_(scratch), leaf_size_(leaf_size) {}
 
   void build(std::vector<KdNode>& nodes, const Box3& bounds) {
     subtree({points_.data(), scratch_.data(), points_.size(), false}, bounds, 0, nodes);
@@ -152,8 +152,7 @@ class Builder {
     return left;
   }
 
-  LargeArray<KdPoint>& points_;
-  LargeArray<KdPoint> scratch_;
+  std::span<KdPoint> points_, scratch_;
   std::uint32_t leaf_size_;
 };
 
@@ -169,16 +168,25 @@ KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size) {
 }
 
 KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size) {
-  if (points.size() >= kMaxPoints) throw Error("a kd-tree holds fewer than 2^30 points");
   KdTree tree;
-  if (points.size() == 0) return tree;
   tree.points = std::move(points);
-  std::vector<Box3> parts((tree.points.size() + kPointGrain - 1) / kPointGrain);
-  parallel_for(0, tree.points.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) parts[first / kPointGrain].grow(tree.points[i].position);
+  LargeArray<KdPoint> scratch(tree.points.size());
+  KdNodes built = build_kd_tree(tree.points.span(), scratch.span(), leaf_size);
+  tree.nodes = std::move(built.nodes);
+  tree.bounds = built.bounds;
+  return tree;
+}
+
+KdNodes build_kd_tree(std::span<KdPoint> points, std::span<KdPoint> scratch, std::uint32_t leaf_size) {
+  if (points.size() >= kMaxPoints) throw Error("a kd-tree holds fewer than 2^30 points");
+  KdNodes tree;
+  if (points.empty()) return tree;
+  std::vector<Box3> parts((points.size() + kPointGrain - 1) / kPointGrain);
+  parallel_for(0, points.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) parts[first / kPointGrain].grow(points[i].position);
   });
   for (const Box3& part : parts) tree.bounds.grow(part);
-  Builder(tree.points, std::max(leaf_size, 1u)).build(tree.nodes, tree.bounds);
+  Builder(points, scratch, std::max(leaf_size, 1u)).build(tree.nodes, tree.bounds);
   return tree;
 }
 

@@ -51,4 +51,13 @@ KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size);
 /// The same over points that come with indices of their own.
 KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size);
 
+/// A tree whose points stand elsewhere.
+struct KdNodes {
+  std::vector<KdNode> nodes;
+  Box3 bounds;
+};
+/// The same, in memory of the caller's: puts the points into the order of the leaves.
+/// @param scratch as long as points, to work in
+KdNodes build_kd_tree(std::span<KdPoint> points, std::span<KdPoint> scratch, std::uint32_t leaf_size);
+
 }  // namespace glowworm

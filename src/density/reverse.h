@@ -9,11 +9,16 @@
 namespace glowworm {
 
 struct ReverseOptions {
-  /// Query points in a leaf at most, 1 to 255: T_m of [HHS05].
-  std::uint32_t leaf_size = ReverseTree::kLeafSize;
+  /// Query points in a leaf at most, 1 to 255: T_m of [HHS05]; 0: by how many there are for each photon. The answers
+  /// are the same bits.
+  std::uint32_t leaf_size = 0;
   /// Photons that are searched for at once at most, 1 to 64; 1: each on its own. The answers are the same bits.
   std::uint32_t cluster_size = ReverseCluster::kMaxCount;
 };
+
+/// T_m for so many query points and photons: where points are dense beside photons, a large leaf still is a small part
+/// of a photon's kernel, and costs fewer tests of photons against boxes. bench/tables_search.cc measures it.
+std::uint32_t reverse_leaf_size(std::size_t points, std::size_t photons);
 
 /// make_reverse_engine() with other options.
 std::unique_ptr<DensityEngine> make_reverse_engine(const ReverseOptions& options);

@@ -1,6 +1,7 @@
 // Reverse photon mapping [HHS05]: photons look for the query points that they light.
 #include <algorithm>
-#include <atomic>
+#include <memory>
+#include <mutex>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -18,24 +19,6 @@ constexpr std::size_t kPartPoints = std::size_t{1} << 26;
 // Pairs with points that are not Lambertian are shaded when so many are found.
 constexpr std::size_t kMostPairs = std::size_t{1} << 18;
 
-/// Whether a cluster's sphere reaches into a box.
-bool reaches(const ReverseCluster& cluster, const Box3& box) {
-  float distance_squared = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float outside =
-        std::max(0.0f, std::max(box.min[axis] - cluster.center[axis], cluster.center[axis] - box.max[axis]));
-    distance_squared += outside * outside;
-  }
-  return distance_squared <= cluster.radius * cluster.radius * 1.00001f;
-}
-
-bool overlap(const Box3& a, const Box3& b) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (a.min[axis] > b.max[axis] || b.min[axis] > a.max[axis]) return false;
-  }
-  return true;
-}
-
 /// Runs photons over one subtree after another; what one thread needs for that.
 class SubtreeWorker {
  public:
@@ -46,7 +29,7 @@ class SubtreeWorker {
   /// @param fields its part of A_R
   /// @param sums   its part of A_W
   void work(const ReverseSubtree& subtree, const float* fields, float* sums, bool lambertian) {
-    tree_.measure(subtree, fields, bounds_);
+    const Box3 box = tree_.measure(subtree, fields, bounds_);
     ReverseSubtreeView part;
     part.nodes = tree_.nodes().data();
     part.root = subtree.root;
@@ -54,25 +37,14 @@ class SubtreeWorker {
     part.points = fields;
     part.sums = sums;
     part.bounds = bounds_.data();
-    Box3 box;
-    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
-      if (!tree_.nodes()[subtree.root + i].is_leaf()) continue;
-      const ReverseLeafBounds& leaf = bounds_[i];
-      box.grow({{leaf.min[0], leaf.min[1], leaf.min[2]}, {leaf.max[0], leaf.max[1], leaf.max[2]}});
-    }
-    for (const ReversePhotonArray::Group& group : photons_.groups()) {
-      if (!overlap(group.bounds, box)) continue;
-      for (std::uint32_t c = group.first; c < group.last; ++c) {
-        const ReverseCluster& cluster = photons_.clusters()[c];
-        if (!reaches(cluster, box)) continue;
-        if (lambertian) {
-          reverse_sum(part, view_, cluster, counts);
-        } else {
-          reverse_collect(part, view_, cluster, pairs_, counts);
-          if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
-        }
+    photons_.visit(box, [&](const ReverseCluster& cluster) {
+      if (lambertian) {
+        reverse_sum(part, view_, cluster, counts);
+      } else {
+        reverse_collect(part, view_, cluster, pairs_, counts);
+        if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
       }
-    }
+    });
     if (!lambertian) shade_pairs(part, subtree);
   }
 
@@ -146,7 +118,7 @@ void complete(const ReverseTree& tree, const ReverseSubtree& subtree, const floa
 class ReverseEngine final : public DensityEngine {
  public:
   explicit ReverseEngine(const ReverseOptions& options) : options_(options) {
-    if (options.leaf_size == 0 || options.leaf_size > ReverseNode::kMaxCount)
+    if (options.leaf_size > ReverseNode::kMaxCount)
       throw Error("leaves of the reverse photon map hold 1 to 255 query points");
     if (options.cluster_size == 0 || options.cluster_size > ReverseCluster::kMaxCount)
       throw Error("1 to 64 photons are searched for at once");
@@ -175,6 +147,7 @@ class ReverseEngine final : public DensityEngine {
     statistics.add(Counter::query_points, points.size());
     if (photons_.size() == 0) return;
     std::vector<std::uint32_t> lambertian, others;
+    std::unique_ptr<ReverseMemory> memory = take_memory();
     for (std::size_t first = 0; first < points.size(); first += kPartPoints) {
       lambertian.clear();
       others.clear();
@@ -183,19 +156,29 @@ class ReverseEngine final : public DensityEngine {
       for (std::size_t i = first; i < last; ++i) {
         (points.bsdf[i] == kLambertianQuery ? lambertian : others).push_back(static_cast<std::uint32_t>(i));
       }
-      estimate_some(points, lambertian, true, radiance, statistics);
-      estimate_some(points, others, false, radiance, statistics);
+      estimate_some(points, lambertian, true, radiance, *memory, statistics);
+      estimate_some(points, others, false, radiance, *memory, statistics);
     }
+    const std::lock_guard lock(mutex_);
+    idle_ = std::move(memory);
   }
 
  private:
+  /// The memory of the last call, where no other call has it.
+  std::unique_ptr<ReverseMemory> take_memory() const {
+    const std::lock_guard lock(mutex_);
+    return idle_ ? std::move(idle_) : std::make_unique<ReverseMemory>();
+  }
+
   void estimate_some(const QueryPoints& points, std::span<const std::uint32_t> chosen, bool lambertian,
-                     std::span<RGB> radiance, Statistics& statistics) const {
+                     std::span<RGB> radiance, ReverseMemory& memory, Statistics& statistics) const {
     if (chosen.empty()) return;
     std::unique_ptr<const ReverseTree> tree;
     {
       PhaseTimer timer(statistics, Phase::reorder);
-      tree = std::make_unique<ReverseTree>(points, chosen, options_.leaf_size);
+      const std::uint32_t leaf_size =
+          options_.leaf_size > 0 ? options_.leaf_size : reverse_leaf_size(chosen.size(), photons_.size());
+      tree = std::make_unique<ReverseTree>(points, chosen, leaf_size, &memory);
     }
     PhaseTimer timer(statistics, Phase::density);
     // A subtree belongs to one thread, which runs the photons over it in their order: so each entry of A_W is written
@@ -219,9 +202,19 @@ class ReverseEngine final : public DensityEngine {
 
   ReverseOptions options_;
   ReversePhotonArray photons_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<ReverseMemory> idle_;
 };
 
 }  // namespace
+
+std::uint32_t reverse_leaf_size(std::size_t points, std::size_t photons) {
+  constexpr double kLeafOverDensity = 12;
+  constexpr double kLargest = 96;
+  const double density = static_cast<double>(points) / static_cast<double>(std::max<std::size_t>(photons, 1));
+  return static_cast<std::uint32_t>(
+      std::clamp(kLeafOverDensity * density, static_cast<double>(ReverseTree::kLeafSize), kLargest));
+}
 
 std::unique_ptr<DensityEngine> make_reverse_engine(const ReverseOptions& options) {
   return std::make_unique<ReverseEngine>(options);

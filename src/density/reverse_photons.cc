@@ -22,6 +22,24 @@ float padded(float radius, Vec3 p) {
   return radius * 1.000001f + magnitude * 5e-7f;
 }
 
+/// Whether a cluster's sphere reaches into a box.
+bool reaches(const ReverseCluster& cluster, const Box3& box) {
+  float distance_squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float outside =
+        std::max(0.0f, std::max(box.min[axis] - cluster.center[axis], cluster.center[axis] - box.max[axis]));
+    distance_squared += outside * outside;
+  }
+  return distance_squared <= cluster.radius * cluster.radius * 1.00001f;
+}
+
+bool overlap(const Box3& a, const Box3& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.min[axis] > b.max[axis] || b.min[axis] > a.max[axis]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusPolicy& policy,
@@ -123,6 +141,15 @@ ReverseCluster ReversePhotonArray::make_cluster(std::uint32_t first, std::uint32
     cluster.max[axis] = reach.max[axis];
   }
   return cluster;
+}
+
+void ReversePhotonArray::visit(const Box3& box, const std::function<void(const ReverseCluster&)>& work) const {
+  for (const Group& group : groups_) {
+    if (!overlap(group.bounds, box)) continue;
+    for (std::uint32_t c = group.first; c < group.last; ++c) {
+      if (reaches(clusters_[c], box)) work(clusters_[c]);
+    }
+  }
 }
 
 ReversePhotons ReversePhotonArray::view() const {

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "density/engine.h"
@@ -12,12 +13,6 @@ namespace glowworm {
 /// Photons in A_P order. Photons that can be in no kernel (radius 0, or not finite themselves) are left out.
 class ReversePhotonArray {
  public:
-  /// Clusters that follow one another, and a box around them.
-  struct Group {
-    std::uint32_t first, last;  ///< clusters
-    Box3 bounds;
-  };
-
   /// @param policy       fixed or per_photon
   /// @param cluster_size most photons in a cluster; 1: every search on its own
   ReversePhotonArray(const PhotonBatch& photons, const RadiusPolicy& policy, std::uint32_t cluster_size);
@@ -27,7 +22,8 @@ class ReversePhotonArray {
   ReversePhotons view() const;
   std::size_t size() const { return direction_.size(); }
   const std::vector<ReverseCluster>& clusters() const { return clusters_; }
-  const std::vector<Group>& groups() const { return groups_; }
+  /// Calls work(cluster) in A_P order for every cluster that may reach into the box.
+  void visit(const Box3& box, const std::function<void(const ReverseCluster&)>& work) const;
   /// Unit, back along the way of the photon at a place.
   Vec3 direction(std::uint32_t place) const { return direction_[place]; }
   /// dPhi / h^2 times the norm of the kernel, W m^-2.
@@ -37,6 +33,11 @@ class ReversePhotonArray {
   static std::uint64_t bytes(std::size_t photons);
 
  private:
+  /// Clusters that follow one another, and a box around them.
+  struct Group {
+    std::uint32_t first, last;
+    Box3 bounds;
+  };
   enum Field { kX, kY, kZ, kInverse, kNormalX, kNormalY, kNormalZ, kRed, kGreen, kBlue, kFields };
 
   void make_clusters(const std::vector<float>& radii, std::uint32_t cluster_size);

@@ -24,12 +24,13 @@ constexpr std::size_t kPointGrain = 65536;
 /// Turns a kd-tree into the nodes of the reverse photon map, and cuts it into subtrees.
 class Converter {
  public:
-  Converter(const KdTree& tree, std::vector<ReverseNode>& nodes, std::vector<ReverseSubtree>& subtrees)
-      : tree_(tree), nodes_(nodes), subtrees_(subtrees) {}
+  Converter(const KdNodes& tree, std::span<const KdPoint> points, std::vector<ReverseNode>& nodes,
+            std::vector<ReverseSubtree>& subtrees)
+      : tree_(tree), points_(points), nodes_(nodes), subtrees_(subtrees) {}
 
   void run() {
     nodes_.reserve(tree_.nodes.size());
-    node(0, 0, static_cast<std::uint32_t>(tree_.points.size()), tree_.bounds, false);
+    node(0, 0, static_cast<std::uint32_t>(points_.size()), tree_.bounds, false);
   }
 
  private:
@@ -65,7 +66,7 @@ class Converter {
       const std::size_t self = nodes_.size();
       nodes_.emplace_back();
       leaf(first, half, cell, in_subtree || subtree != kNone);
-      nodes_[self] = ReverseNode::inner(0, tree_.points[first].position.x, static_cast<std::uint32_t>(nodes_.size()));
+      nodes_[self] = ReverseNode::inner(0, points_[first].position.x, static_cast<std::uint32_t>(nodes_.size()));
       leaf(first + half, count - half, cell, in_subtree || subtree != kNone);
     }
     close(subtree);
@@ -89,19 +90,31 @@ class Converter {
       subtrees_[subtree].node_count = static_cast<std::uint32_t>(nodes_.size()) - subtrees_[subtree].root;
   }
 
-  const KdTree& tree_;
+  const KdNodes& tree_;
+  std::span<const KdPoint> points_;
   std::vector<ReverseNode>& nodes_;
   std::vector<ReverseSubtree>& subtrees_;
 };
 
+/// An array of so many elements at the front of one that grows where it is too small.
+template <typename T>
+std::span<T> take(LargeArray<T>& memory, std::size_t count) {
+  if (memory.size() < count) {
+    memory = LargeArray<T>();
+    memory = LargeArray<T>(count);
+  }
+  return memory.span().first(count);
+}
+
 /// The chosen points whose positions are finite, with their targets as indices.
-LargeArray<KdPoint> finite_points(const QueryPoints& points, std::span<const std::uint32_t> chosen) {
+std::span<KdPoint> finite_points(const QueryPoints& points, std::span<const std::uint32_t> chosen,
+                                 ReverseMemory& memory) {
   std::vector<std::size_t> starts((chosen.size() + kPointGrain - 1) / kPointGrain + 1, 0);
   parallel_for(0, chosen.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) starts[first / kPointGrain + 1] += is_finite(points.position[chosen[i]]);
   });
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
-  LargeArray<KdPoint> found(starts.back());
+  const std::span<KdPoint> found = take(memory.points, starts.back());
   parallel_for(0, chosen.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
     std::size_t to = starts[first / kPointGrain];
     for (std::size_t i = first; i < last; ++i) {
@@ -113,21 +126,21 @@ LargeArray<KdPoint> finite_points(const QueryPoints& points, std::span<const std
 }
 
 /// Asks for what the points of the next leaf need, which lies about in memory in the order of the rays.
-void prefetch_points(const KdTree& tree, std::size_t first, const QueryPoints& points) {
-  const std::size_t last = std::min(first + ReverseTree::kLeafSize, tree.points.size());
+void prefetch_points(std::span<const KdPoint> sorted, std::size_t first, const QueryPoints& points) {
+  const std::size_t last = std::min(first + ReverseTree::kLeafSize, sorted.size());
   for (std::size_t i = first; i < last; ++i) {
-    __builtin_prefetch(&points.normal[tree.points[i].index]);
-    __builtin_prefetch(&points.bsdf[tree.points[i].index]);
+    __builtin_prefetch(&points.normal[sorted[i].index]);
+    __builtin_prefetch(&points.bsdf[sorted[i].index]);
   }
 }
 
 /// Writes one leaf of A_R.
-void fill_leaf(const ReverseNode& leaf, const KdTree& tree, const QueryPoints& points, float* to) {
+void fill_leaf(const ReverseNode& leaf, std::span<const KdPoint> sorted, const QueryPoints& points, float* to) {
   const std::size_t n = leaf.count();
-  prefetch_points(tree, leaf.first() + n, points);
+  prefetch_points(sorted, leaf.first() + n, points);
   to += std::size_t{leaf.first()} * kReverseFields;
   for (std::size_t i = 0; i < n; ++i) {
-    const KdPoint& point = tree.points[leaf.first() + i];
+    const KdPoint& point = sorted[leaf.first() + i];
     const Vec3 normal = points.normal[point.index];
     const float fields[6] = {point.position.x, point.position.y, point.position.z, normal.x, normal.y, normal.z};
     for (std::size_t f = 0; f < 6; ++f) to[f * n + i] = fields[f];
@@ -163,39 +176,48 @@ ReverseLeafBounds measure_leaf(const float* points, std::size_t n) {
 
 }  // namespace
 
-ReverseTree::ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size) {
+ReverseTree::ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size,
+                         ReverseMemory* memory) {
   if (chosen.size() >= ReverseNode::kMaxNodes / 2) throw Error("a reverse photon map holds fewer than 2^27 points");
-  LargeArray<KdPoint> found = finite_points(points, chosen);
-  size_ = static_cast<std::uint32_t>(found.size());
-  points_ = LargeArray<float>(size_ * kReverseFields + kReversePadding);
+  ReverseMemory& used = memory ? *memory : own_;
+  const std::span<KdPoint> sorted = finite_points(points, chosen, used);
+  size_ = static_cast<std::uint32_t>(sorted.size());
+  points_ = take(used.fields, size_ * kReverseFields + kReversePadding);
+  if (size_ > 0) {
+    // A_R is filled when the tree is there; until then its memory, of twice the size, serves to build it.
+    const std::span<KdPoint> scratch(reinterpret_cast<KdPoint*>(points_.data()), size_);
+    const KdNodes tree = build_kd_tree(sorted, scratch, std::clamp(leaf_size, 1u, ReverseNode::kMaxCount));
+    Converter(tree, sorted, nodes_, subtrees_).run();
+  }
   std::fill_n(points_.data() + size_ * kReverseFields, kReversePadding, 0.0f);
-  if (size_ == 0) return;
-  const KdTree tree = build_kd_tree(std::move(found), std::clamp(leaf_size, 1u, ReverseNode::kMaxCount));
-  Converter(tree, nodes_, subtrees_).run();
   parallel_for(0, subtrees_.size(), kSubtreeGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t s = first; s < last; ++s) {
       const ReverseSubtree& subtree = subtrees_[s];
       for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
         const ReverseNode& node = nodes_[subtree.root + i];
-        if (node.is_leaf()) fill_leaf(node, tree, points, points_.data());
+        if (node.is_leaf()) fill_leaf(node, sorted, points, points_.data());
       }
     }
   });
 }
 
-void ReverseTree::measure(const ReverseSubtree& subtree, const float* points,
+Box3 ReverseTree::measure(const ReverseSubtree& subtree, const float* points,
                           std::vector<ReverseLeafBounds>& bounds) const {
   bounds.resize(subtree.node_count);
+  Box3 box;
   for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
     const ReverseNode& node = nodes_[subtree.root + i];
     if (!node.is_leaf()) continue;
-    bounds[i] = measure_leaf(points + std::size_t{node.first() - subtree.first_point} * kReverseFields, node.count());
+    ReverseLeafBounds& leaf = bounds[i];
+    leaf = measure_leaf(points + std::size_t{node.first() - subtree.first_point} * kReverseFields, node.count());
+    box.grow({{leaf.min[0], leaf.min[1], leaf.min[2]}, {leaf.max[0], leaf.max[1], leaf.max[2]}});
   }
+  return box;
 }
 
 std::uint64_t ReverseTree::bytes(std::size_t points) {
   const std::uint64_t finished = kReverseFields * sizeof(float) + sizeof(ReverseNode);
-  const std::uint64_t building = 2 * sizeof(KdPoint) + sizeof(KdNode) + sizeof(Vec3) + sizeof(std::uint32_t);
+  const std::uint64_t building = sizeof(KdPoint) + sizeof(KdNode) + sizeof(Vec3) + sizeof(std::uint32_t);
   return points * (finished + building);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/large_array.h"
+#include "density/kd_tree.h"
 #include "gather/query_points.h"
 #include "kernels/reverse.h"
 
@@ -14,6 +15,13 @@ namespace glowworm {
 struct ReverseSubtree {
   std::uint32_t root = 0, node_count = 0;
   std::uint32_t first_point = 0, point_count = 0;
+};
+
+/// Memory that a tree stands in. It only grows, and may serve one tree after another: memory that was used before need
+/// not be cleared by the system.
+struct ReverseMemory {
+  LargeArray<KdPoint> points;  ///< while the tree is built
+  LargeArray<float> fields;    ///< A_R
 };
 
 /// A kd-tree by the sliding-midpoint rule over reverse photons, whose leaves are runs of A_R.
@@ -27,19 +35,20 @@ class ReverseTree {
   /// Builds the tree on all threads; the same for any number of them.
   /// @param chosen the points to take: indices that become the targets; those of positions that are not finite are
   ///               left out. Fewer than 2^27.
-  ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size = kLeafSize);
+  /// @param memory must outlive the tree; none: the tree has its own
+  ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size = kLeafSize,
+              ReverseMemory* memory = nullptr);
 
   const std::vector<ReverseNode>& nodes() const { return nodes_; }
   /// In order of their points; together they hold all.
   const std::vector<ReverseSubtree>& subtrees() const { return subtrees_; }
   std::uint32_t size() const { return size_; }
   /// A_R, as kReverseFields says.
-  LargeArray<float>& points() { return points_; }
-  const LargeArray<float>& points() const { return points_; }
+  std::span<const float> points() const { return points_; }
 
-  /// Bounds of the leaves of a subtree, by node less root.
+  /// Bounds of the leaves of a subtree, by node less root; returns the box of its points.
   /// @param points its part of A_R
-  void measure(const ReverseSubtree& subtree, const float* points, std::vector<ReverseLeafBounds>& bounds) const;
+  Box3 measure(const ReverseSubtree& subtree, const float* points, std::vector<ReverseLeafBounds>& bounds) const;
 
   /// Bytes held at once for so many points, while it is built.
   static std::uint64_t bytes(std::size_t points);
@@ -47,7 +56,8 @@ class ReverseTree {
  private:
   std::vector<ReverseNode> nodes_;
   std::vector<ReverseSubtree> subtrees_;
-  LargeArray<float> points_;
+  ReverseMemory own_;
+  std::span<float> points_;
   std::uint32_t size_ = 0;
 };
 

@@ -235,6 +235,33 @@ struct Collector {
   }
 };
 
+/// Where reverse_count() puts what it finds: nowhere.
+struct Counter {
+  const ReverseSubtreeView& part;
+  const ReversePhotons& photons;
+  ReverseCounts& counts;
+
+  template <bool kNormals>
+  void leaf(const ReverseNode& node, const Accepted& accepted) {
+    const D d;
+    const std::size_t count = node.count();
+    const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
+    std::uint64_t operations = 0;
+    for (std::size_t at = 0; at < count; at += kWidth) {
+      const M valid = hn::FirstN(d, count - at);
+      Lanes p;
+      p.load<kNormals>(points, count, at);
+      for (std::size_t i = 0; i < accepted.count; ++i) {
+        V u;
+        operations += hn::CountTrue(d, hn::And(valid, p.inside<kNormals>(photons, accepted.photons[i], u)));
+      }
+      counts.steps += accepted.count;
+    }
+    counts.tested += accepted.count * count;
+    counts.operations += operations;
+  }
+};
+
 /// Visits the leaves that the cluster reaches, from left to right.
 template <class S>
 void search(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster, S&& sink,
@@ -309,6 +336,11 @@ void collect(const ReverseSubtreeView& part, const ReversePhotons& photons, cons
   }
 }
 
+void count(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+           ReverseCounts& counts) {
+  search(part, photons, cluster, Counter{part, photons, counts}, counts);
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace glowworm
@@ -320,6 +352,7 @@ namespace glowworm {
 namespace {
 HWY_EXPORT(sum);
 HWY_EXPORT(collect);
+HWY_EXPORT(count);
 }  // namespace
 
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
@@ -330,6 +363,11 @@ void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons, 
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
                      std::vector<ReversePair>& pairs, ReverseCounts& counts) {
   HWY_DYNAMIC_DISPATCH(collect)(part, photons, cluster, pairs, counts);
+}
+
+void reverse_count(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+                   ReverseCounts& counts) {
+  HWY_DYNAMIC_DISPATCH(count)(part, photons, cluster, counts);
 }
 
 }  // namespace glowworm

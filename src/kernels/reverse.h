@@ -72,7 +72,7 @@ struct ReverseSubtreeView {
   std::uint32_t root = 0;                     ///< of the part
   std::uint32_t first_point = 0;              ///< of the part
   const float* points = nullptr;              ///< A_R from first_point on
-  float* sums = nullptr;                      ///< A_W from first_point on; not used by reverse_collect()
+  float* sums = nullptr;                      ///< A_W from first_point on; used by reverse_sum() alone
   const ReverseLeafBounds* bounds = nullptr;  ///< by node less root; only those of leaves are read
 };
 
@@ -119,6 +119,10 @@ struct ReversePair {
 /// Appends the pairs that reverse_sum() would add up; those of one point come in the order of their photons.
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
                      std::vector<ReversePair>& pairs, ReverseCounts& counts);
+
+/// The search of reverse_sum() alone: counts the pairs that it would add up, and adds up nothing.
+void reverse_count(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+                   ReverseCounts& counts);
 
 /// reverse_sum() in plain C++: every photon of the cluster against every point of the part; for tests. Counts tested
 /// and operations.

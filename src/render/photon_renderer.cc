@@ -169,10 +169,10 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
 }
 
 void PhotonRenderer::look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
-  std::vector<RGB> found(queries.size());
+  found_.assign(queries.size(), RGB());
   query_bytes_ = std::max<std::uint64_t>(query_bytes_, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
-  engine.estimate(queries, found, statistics_);
-  complete(queries, found, target, statistics_);
+  engine.estimate(queries, found_, statistics_);
+  complete(queries, found_, target, statistics_);
 }
 
 }  // namespace glowworm

@@ -64,6 +64,7 @@ class PhotonRenderer {
   std::unique_ptr<Reservation> photon_reservation_;
   std::unique_ptr<DensityEngine> engine_, caustic_engine_;
   RadiusGrid radii_;
+  std::vector<RGB> found_;  // radiance of the query points looked up last; its memory serves the next
   std::uint64_t query_bytes_ = 0, photon_count_ = 0;
   PagedCounts paged_;
   Box3 photon_bounds_;
