@@ -64,6 +64,9 @@ void check_state(const ViewState& s) {
   if (s.photons == 0) throw Error("a view needs at least one photon");
 }
 
+/// Bytes of a photon map, with an index over it.
+std::uint64_t map_bytes(std::uint64_t photons) { return photons * (2 * PhotonBatch::kBytesEach + sizeof(float)); }
+
 int scaled(int side, float scale) {
   return std::max(1, static_cast<int>(std::lround(static_cast<float>(side) * scale)));
 }
@@ -126,6 +129,7 @@ void Session::set_lights(const ViewState& state) {
   scene_ = edited;
   forget_photons();
   guide_.reset();
+  map_guide_.reset();
   guided_ = false;
 }
 
@@ -140,10 +144,8 @@ void Session::forget_frames() {
   history_.clear();
 }
 
-void Session::reserve_photons(std::uint64_t photons) {
-  photon_reservation_.reset();
-  photon_reservation_ =
-      std::make_unique<Reservation>(budget_, "photon map", photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
+std::unique_ptr<Reservation> Session::reserved(std::uint64_t photons) {
+  return std::make_unique<Reservation>(budget_, "photon map", map_bytes(photons));
 }
 
 PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t photons, bool corners) const {
@@ -159,14 +161,29 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
 
 void Session::update_maps(const ViewState& state, std::uint64_t photons, bool hasty, const Interrupt& interrupt) {
   if (!needs_photons(state.mode)) return;
-  if (photons != map_photons_) reserve_photons(photons);
-  map_photons_ = photons;
   if (!hasty && !guided_) guide_ = make_guide(state, interrupt);
   guided_ = guided_ || !hasty;
   PhotonMapSettings wanted = map_settings(state, photons, state.corners && !hasty);
-  wanted.guide = guide_;
+  wanted.guide = hasty ? map_guide_ : guide_;
   wanted.diagnosed = needs_diagnosis(state.mode);
-  maps_.update(*tracer_, wanted, interrupt, statistics_);
+  const bool others = photons != map_photons_ || wanted.guide != map_guide_;
+  if (others && has_maps_ && settings_.adapt && budget_.available() >= map_bytes(photons)) {
+    // Until better photons are there, those that are stay: should this be interrupted, the next frame has a map.
+    std::unique_ptr<Reservation> reservation = reserved(photons);
+    PhotonMaps better;
+    better.update(*tracer_, wanted, interrupt, statistics_);
+    maps_ = std::move(better);
+    photon_reservation_ = std::move(reservation);
+  } else {
+    has_maps_ = has_maps_ && !others;
+    if (photons != map_photons_) {
+      photon_reservation_.reset();
+      photon_reservation_ = reserved(photons);
+    }
+    maps_.update(*tracer_, wanted, interrupt, statistics_);
+  }
+  map_photons_ = photons;
+  map_guide_ = wanted.guide;
   has_maps_ = true;
 }
 
@@ -191,9 +208,7 @@ const PhotonMaps& Session::resting_maps(const ViewState& state, const Interrupt&
     return maps_;
   }
   if (!refined_guide_) refined_guide_ = make_guide(state, interrupt);
-  if (!refined_reservation_)
-    refined_reservation_ = std::make_unique<Reservation>(budget_, "photon map",
-                                                         state.photons * (2 * PhotonBatch::kBytesEach + sizeof(float)));
+  if (!refined_reservation_) refined_reservation_ = reserved(state.photons);
   PhotonMapSettings wanted = map_settings(state, state.photons, state.corners);
   wanted.guide = *refined_guide_;
   wanted.pass = pass;

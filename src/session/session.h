@@ -64,7 +64,7 @@ class Session {
   struct Change;
   Change compare(const ViewState& state) const;
   void set_lights(const ViewState& state);
-  void reserve_photons(std::uint64_t photons);
+  std::unique_ptr<Reservation> reserved(std::uint64_t photons);
   PhotonMapSettings map_settings(const ViewState& state, std::uint64_t photons, bool corners) const;
   void update_maps(const ViewState& state, std::uint64_t photons, bool hasty, const Interrupt& interrupt);
   std::shared_ptr<const EmissionGuide> make_guide(const ViewState& state, const Interrupt& interrupt);
@@ -89,7 +89,8 @@ class Session {
   PhotonMaps maps_, refined_;
   bool has_maps_ = false;  // maps_ are of this light
   std::uint64_t map_photons_ = 0;
-  std::shared_ptr<const EmissionGuide> guide_;                         // of maps_; null: by power alone
+  std::shared_ptr<const EmissionGuide> map_guide_;                     // of maps_; null: by power alone
+  std::shared_ptr<const EmissionGuide> guide_;                         // that maps_ shall have at rest
   bool guided_ = false;                                                // guide_ was asked for in this light
   std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
   FrameSums sums_;

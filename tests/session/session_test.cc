@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <set>
+#include <thread>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -245,6 +247,31 @@ TEST(SessionGuiding, SendsPhotonsWhereAViewAtRestNeedsThem) {
     EXPECT_EQ(session.next_frame(state, seconds).cost.count(Counter::photons_emitted), 0u) << "the map is kept";
   state.lights[0].scale = 2;
   EXPECT_LT(session.next_frame(state, 4).scale.high, 2 * hasty.scale.high) << "a frame in time takes no pilots";
+}
+
+/// Better photons for a view at rest take their time: where a person goes on before they are there, the next frame
+/// shows those that there were, and traces none.
+TEST(SessionInterruption, KeepsThePhotonsThatThereAre) {
+  SessionSettings settings;
+  settings.adapt = true;
+  settings.frames_per_second = 1000;
+  Session session(test_scene("cornell"), settings);
+  ViewState state = small_state(session);
+  state.photons = 300'000;
+  const std::uint64_t few = session.next_frame(state, 0).photons;
+  EXPECT_LT(few, 100'000u);
+  Interrupt interrupt;
+  std::thread person([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    interrupt.request();
+  });
+  EXPECT_THROW(session.next_frame(state, 1, false, interrupt), Cancelled);
+  person.join();
+  state.camera = fly(state.camera, {0, 0, 0.01f});
+  const ViewFrame frame = session.next_frame(state, 2);
+  EXPECT_EQ(frame.cost.count(Counter::photons_emitted), 0u);
+  EXPECT_EQ(frame.photons, few);
+  EXPECT_GE(session.next_frame(state, 3).photons, 300'000u);
 }
 
 /// A session at rest and a job converge to one picture: the same physics by two ways through the code.
