@@ -46,7 +46,8 @@ struct RenderOptions {
   std::string integrator = "photon", resume, disk = "auto", prefer = "auto", view, tev, kernel = "epanechnikov";
   std::vector<std::string> lights;
   float exposure = 0;
-  bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, preview = false, resumes = false;
+  bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, no_gather_guiding = false,
+       preview = false, resumes = false;
   RenderSettings settings;
 };
 
@@ -87,6 +88,7 @@ void resolve_options(RenderOptions& o) {
   s.memory_bytes = o.memory.empty() ? usual_memory_bytes() : parse_bytes(o.memory, "--memory");
   if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time, "--time");
   s.secondary_gather = !o.no_secondary;
+  s.gather_guiding = !o.no_gather_guiding;
   s.separate_layers = !s.aovs.empty();
   s.guiding = !o.no_guiding;
   const auto& kernels = kernel_names();
@@ -311,6 +313,9 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
   c.add_flag("--indirect-only", s.indirect_only, "Only the light that is gathered over surfaces")->group("Method");
   c.add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth")
       ->group("Method");
+  c.add_flag("--no-gather-guiding", o.no_gather_guiding,
+             "Let gather rays find small bright places by chance (for comparison)")
+      ->group("Method");
   c.add_flag("--no-secondary-gather", o.no_secondary, "Look photons up in corners, too (for comparison)")
       ->group("Method");
   c.add_flag("--no-guiding", o.no_guiding, "Emit photons by the lights' power alone (for comparison)")->group("Method");
@@ -386,11 +391,15 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
 void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   std::vector<const char*> ignored;
   if (o.integrator == "path")
-    ignored = {"--engine",     "--kernel", "--radius",  "--reorder",     "--gather",
-               "--photons",    "--traced", "--nearest", "--progressive", "--no-secondary-gather",
-               "--no-guiding", "--prefer"};
+    ignored = {"--engine",      "--kernel",
+               "--radius",      "--reorder",
+               "--gather",      "--photons",
+               "--traced",      "--nearest",
+               "--progressive", "--no-secondary-gather",
+               "--no-guiding",  "--no-gather-guiding",
+               "--prefer"};
   else if (o.integrator == "photons")
-    ignored = {"--gather", "--no-secondary-gather", "--prefer"};
+    ignored = {"--gather", "--no-secondary-gather", "--no-gather-guiding", "--prefer"};
   for (const char* name : ignored)
     if (c.count(name) > 0) warn(fmt::format("{} has no effect with this --integrator", name));
   if (o.settings.progressive && c.count("--prefer") > 0)

@@ -47,15 +47,48 @@ class ChunkGatherer {
         if (advance(i)) rays_.move(i, kept++);
       rays_.shrink(kept);
     }
+    if (settings_.looks_at_patches()) look_at_patches(order);
     return std::move(queries_);
   }
 
   std::uint64_t rays_traced = 0, shadow_rays = 0;
 
  private:
+  /// Rays to bright patches, which count where nothing is in the way.
+  void look_at_patches(std::span<const std::uint32_t> order) {
+    rays_.clear();
+    std::vector<std::uint32_t> targets;
+    create_patch_rays(scene_, *settings_.bright, points_, order, settings_.rays, settings_.patch_samples,
+                      settings_.seed, rays_, targets);
+    for (bool first = true; !rays_.rays.empty(); first = false) {
+      rays_.hits.resize(rays_.rays.size());
+      tracer_.intersect(rays_.rays, rays_.hits, RayOrder::incoherent);
+      rays_traced += rays_.rays.size();
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < rays_.rays.size(); ++i)
+        if ((!first || meets(i, targets[i])) && advance(i)) rays_.move(i, kept++);
+      rays_.shrink(kept);
+    }
+  }
+
+  bool meets(std::size_t i, std::uint32_t patch) const {
+    const Hit& hit = rays_.hits[i];
+    return hit.triangle != kNone && settings_.bright->find(hit.triangle, hit.barycentric) == patch;
+  }
+
+  /// Weighs a ray by the BSDF that ends on a bright patch against those that look for it.
+  void weigh_against_patches(std::size_t i, const Hit& hit) {
+    const std::uint32_t patch = settings_.bright->find(hit.triangle, hit.barycentric);
+    if (patch != kNone)
+      rays_.weight[i] *= patch_weight(scene_, *settings_.bright, patch, rays_.rays[i], hit, rays_.pdf[i],
+                                      settings_.rays, settings_.patch_samples);
+  }
+
   /// Takes ray i over its hit; true where it goes on.
   bool advance(std::size_t i) {
     const Hit& hit = rays_.hits[i];
+    if (settings_.looks_at_patches() && rays_.segment[i] == Segment::first && hit.triangle != kNone)
+      weigh_against_patches(i, hit);
     const Vec3 wo = -rays_.rays[i].direction;
     if (hit.triangle == kNone) {
       if (!counts_light(i)) return false;
@@ -104,7 +137,8 @@ class ChunkGatherer {
 
   /// Whether ray i, which ends at `position`, is shorter than photons there are blurred, so that it gathers again.
   bool is_short(std::size_t i, const Hit& hit, Vec3 position) const {
-    return rays_.segment[i] == Segment::first && settings_.radii && hit.distance < settings_.radii->max_radius() &&
+    const bool straight = rays_.segment[i] == Segment::first || rays_.segment[i] == Segment::to_patch;
+    return straight && settings_.radii && hit.distance < settings_.radii->max_radius() &&
            hit.distance < settings_.radii->radius(position);
   }
 
@@ -244,7 +278,8 @@ QueryPoints final_gather(const Tracer& tracer, const GatherPoints& points, std::
   if (first >= last || settings.rays == 0) return {};
   const std::size_t per_chunk = std::max<std::size_t>(1, kRaysPerChunk / settings.rays);
   const std::size_t chunks = (last - first + per_chunk - 1) / per_chunk;
-  ChunkQueue queue(chunks, (last - first) * settings.rays);
+  ChunkQueue queue(chunks,
+                   (last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
   parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
     const std::size_t chunk = queue.take();
     const std::size_t begin = first + chunk * per_chunk, end = std::min(begin + per_chunk, last);

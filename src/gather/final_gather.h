@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/statistics.h"
+#include "gather/bright_patches.h"
 #include "gather/gather_points.h"
 #include "gather/query_points.h"
 #include "gather/radius_grid.h"
@@ -16,7 +17,11 @@ struct FinalGatherSettings {
   std::uint32_t seed = 0;
   std::uint32_t light_samples = 0;    ///< light samples of each gather point; 0: rays that hit lights are not counted
   const RadiusGrid* radii = nullptr;  ///< photon radii; null: no second gather in corners
+  const BrightPatches* bright = nullptr;  ///< places to look at on purpose; null: none
+  std::uint32_t patch_samples = 0;        ///< rays of each gather point that go there, beside `rays`
   int max_sharp_bounces = 16;
+
+  bool looks_at_patches() const { return bright && patch_samples > 0 && !bright->empty(); }
 };
 
 /// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit

@@ -90,7 +90,8 @@ json settings_json(const RenderSettings& s) {
               {"indirect_only", s.indirect_only},
               {"progressive", s.progressive},
               {"guiding", s.guiding},
-              {"secondary_gather", s.secondary_gather}};
+              {"secondary_gather", s.secondary_gather},
+              {"gather_guiding", s.gather_guiding}};
   return out;
 }
 

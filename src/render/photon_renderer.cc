@@ -19,6 +19,9 @@ namespace {
 /// Memory for the cache of a file with query points.
 constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::uint64_t{64} << 20;
 
+/// Photons at which it is looked how bright the scene is, at most, and what each takes meanwhile.
+constexpr std::uint64_t kMostLitPlaces = 32768, kBytesPerLitPlace = 512;
+
 /// Makes up for what the kernels lose over edges.
 void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, const RadiusPolicy& policy) {
   const std::vector<float> factors = edge_factors(tracer, photons, policy);
@@ -94,6 +97,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   }
   engine_->build(pass_.global, policy, statistics_);
   radii_ = RadiusGrid(pass_.global.position, policy.radii);
+  find_bright_patches();
   caustic_engine_.reset();
   if (pass_.caustic.size() > 0) {
     caustic_engine_ = engine_of(settings_);
@@ -103,6 +107,29 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
     caustic_engine_->build(pass_.caustic, caustic_policy, statistics_);
   }
   hold_engines_only();
+}
+
+void PhotonRenderer::find_bright_patches() {
+  bright_ = BrightPatches();
+  if (!settings_.gather_guiding || pass_.global.size() == 0) return;
+  const PhaseTimer timer(statistics_, Phase::build_photon_map);
+  const std::uint64_t most = std::min(kMostLitPlaces, budget_.available() / 8 / kBytesPerLitPlace);
+  if (most == 0) return;
+  const Reservation reservation(budget_, "bright patches", most * kBytesPerLitPlace);
+  const std::size_t step = (pass_.global.size() + most - 1) / most;
+  LitPlaces places;
+  QueryPoints queries;
+  for (std::size_t i = 0; i < pass_.global.size(); i += step) {
+    places.position.push_back(pass_.global.position[i]);
+    places.normal.push_back(pass_.global.normal[i]);
+    places.flux.push_back(luminance(pass_.global.flux[i]) * static_cast<float>(step));
+    queries.push_back(pass_.global.position[i], pass_.global.normal[i], RGB(1.0f), RGB(1.0f), 0);
+  }
+  std::vector<RGB> found(queries.size());
+  Statistics not_the_renders;
+  engine_->estimate(queries, found, not_the_renders);
+  for (const RGB& radiance : found) places.irradiance.push_back(kPi * luminance(radiance));
+  bright_ = BrightPatches(tracer_, places, radii_);
 }
 
 void PhotonRenderer::hold_engines_only() {
@@ -140,16 +167,18 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   gather_settings.seed = settings_.seed;
   gather_settings.light_samples = settings_.indirect_only ? 0 : settings_.light_samples;
   gather_settings.radii = settings_.secondary_gather ? &radii_ : nullptr;
+  gather_settings.bright = &bright_;
+  gather_settings.patch_samples = usual_patch_samples(settings_.gather);
+  const std::size_t rays_each = settings_.gather + (bright_.empty() ? 0 : gather_settings.patch_samples);
   const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(settings_.threads));
   const std::uint64_t room = budget_.available() / kBytesPerQuery;
   const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(queries_at_once_, room));
-  const std::size_t step = std::max<std::size_t>(1, queries_at_once / settings_.gather);
+  const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
   const auto trace = [&](std::size_t first) {
     return final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance,
                         statistics_);
   };
-  const Reservation reservation(budget_, "query points",
-                                std::min(step, points.size()) * settings_.gather * kBytesPerQuery);
+  const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * kBytesPerQuery);
   if (!by_disk_) {
     for (std::size_t first = 0; first < points.size(); first += step)
       look_up(trace(first), *engine_, radiance.indirect);
@@ -158,7 +187,7 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kLeastCache, kMostCache);
   const Reservation cache(budget_, "disk cache", cache_bytes);
   // A ray that ends on a translucent sheet gives two.
-  QueryStore store(photon_bounds_, 2 * points.size() * settings_.gather, cache_bytes);
+  QueryStore store(photon_bounds_, 2 * points.size() * rays_each, cache_bytes);
   for (std::size_t first = 0; first < points.size(); first += step) {
     const QueryPoints portion = trace(first);
     const PhaseTimer timer(statistics_, Phase::reorder);

@@ -6,6 +6,7 @@
 #include "core/statistics.h"
 #include "density/engine.h"
 #include "density/paged_array.h"
+#include "gather/bright_patches.h"
 #include "gather/camera_pass.h"
 #include "gather/radius_grid.h"
 #include "photon/photon_tracer.h"
@@ -50,6 +51,7 @@ class PhotonRenderer {
   std::uint64_t query_bytes() const { return query_bytes_; }
 
  private:
+  void find_bright_patches();
   void hold_engines_only();
   void gather(const GatherPoints& points, SlotRadiance& radiance);
   void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target);
@@ -65,6 +67,7 @@ class PhotonRenderer {
   std::unique_ptr<DensityEngine> engine_, caustic_engine_;
   RadiusGrid radii_;
   std::vector<RGB> found_;  // radiance of the query points looked up last; its memory serves the next
+  BrightPatches bright_;
   std::uint64_t query_bytes_ = 0, photon_count_ = 0;
   PagedCounts paged_;
   Box3 photon_bounds_;

@@ -57,6 +57,7 @@ struct RenderSettings {
   bool progressive = false;  ///< photons of its own for every pass, radii that shrink from pass to pass
   bool guiding = true;       ///< photons emitted where the image needs them (render/photon_guiding.h)
   bool secondary_gather = true;
+  bool gather_guiding = true;       ///< some gather rays look for small bright places (gather/bright_patches.h)
   bool boundary_correction = true;  ///< make up for kernels that reach over edges (density/boundary.h)
   int max_bounces = 64;             ///< path tracer: bounces at most (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;

@@ -57,6 +57,7 @@ TEST_F(StatisticsTest, EveryKeyIsThere) {
                                              "/settings/progressive",
                                              "/settings/guiding",
                                              "/settings/secondary_gather",
+                                             "/settings/gather_guiding",
                                              "/settings/aovs",
                                              "/lights/0/name",
                                              "/lights/0/sources",

@@ -1,0 +1,217 @@
+#include "gather/bright_patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/random.h"
+#include "core/warp.h"
+#include "gather/direct_light.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Patches cover this share of what is lit at most, so that few rays have to be weighed,
+constexpr double kLargestShare = 0.08;
+/// and are so many times as bright as the mean.
+constexpr double kBrightness = 8;
+/// Share of the mean square of radiosity that they must have for sampling them to pay.
+constexpr double kLeastMoment = 0.5;
+/// A triangle is divided this often at most.
+constexpr int kDeepest = 7;
+/// Rays about a bright photon that look for patches, and how far above the surface they start, in radii.
+constexpr int kProbes = 6;
+constexpr float kAbove = 0.25f;
+/// Share of the gather rays that goes to patches.
+constexpr std::uint32_t kRaysASample = 4;
+
+/// The irradiance above which places are bright; infinite where bright places would not matter.
+double find_threshold(const LitPlaces& places) {
+  std::vector<std::size_t> order;
+  double area = 0, flux = 0, moment = 0;
+  for (std::size_t i = 0; i < places.flux.size(); ++i) {
+    if (!(places.irradiance[i] > 0) || !(places.flux[i] > 0)) continue;
+    order.push_back(i);
+    // A photon stands for the area over which its flux makes the irradiance there.
+    area += static_cast<double>(places.flux[i]) / places.irradiance[i];
+    flux += places.flux[i];
+    moment += static_cast<double>(places.flux[i]) * places.irradiance[i];
+  }
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return places.irradiance[a] != places.irradiance[b] ? places.irradiance[a] > places.irradiance[b] : a < b;
+  });
+  double bright_area = 0, bright_moment = 0, threshold = std::numeric_limits<double>::infinity();
+  for (const std::size_t i : order) {
+    bright_area += static_cast<double>(places.flux[i]) / places.irradiance[i];
+    if (bright_area > kLargestShare * area || places.irradiance[i] < kBrightness * flux / area) break;
+    bright_moment += static_cast<double>(places.flux[i]) * places.irradiance[i];
+    threshold = places.irradiance[i];
+  }
+  return bright_moment >= kLeastMoment * moment ? threshold : std::numeric_limits<double>::infinity();
+}
+
+std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::uint64_t{triangle} << 32 | cell; }
+
+/// Halvings of a triangle's sides after which its cells are as large as a square around a circle of that radius.
+int level_of(const Geometry& geometry, std::uint32_t triangle, float radius) {
+  const float cells = geometry.area(triangle) / std::max(4 * radius * radius, 1e-12f);
+  return std::clamp(static_cast<int>(std::lround(std::log2(std::max(cells, 1.0f)) / 2)), 0, kDeepest);
+}
+
+/// Number of the cell: two of them, a lower and an upper one, in each square of the barycentric grid.
+std::uint32_t cell_of(Vec2 barycentric, int level) {
+  const int n = 1 << level;
+  const float x = barycentric.x * static_cast<float>(n), y = barycentric.y * static_cast<float>(n);
+  const int i = std::clamp(static_cast<int>(x), 0, n - 1), j = std::clamp(static_cast<int>(y), 0, n - 1 - i);
+  const bool upper = (x - static_cast<float>(i)) + (y - static_cast<float>(j)) > 1 && i + j < n - 1;
+  return static_cast<std::uint32_t>((i * n + j) * 2 + upper);
+}
+
+Vec3 point_on(const Geometry& geometry, std::uint32_t triangle, Vec2 b) {
+  const auto& [p, q, r] = geometry.triangles[triangle];
+  const Vec3 a = geometry.positions[p];
+  return a + (geometry.positions[q] - a) * b.x + (geometry.positions[r] - a) * b.y;
+}
+
+}  // namespace
+
+std::uint32_t usual_patch_samples(std::uint32_t gather_rays) { return std::max(1u, gather_rays / kRaysASample); }
+
+BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, const RadiusGrid& radii) {
+  const double threshold = find_threshold(places);
+  if (!std::isfinite(threshold)) return;
+  const Scene& scene = tracer.scene();
+  const Geometry& geometry = scene.geometry();
+  std::vector<Ray> rays;
+  std::vector<std::size_t> place;
+  for (std::size_t i = 0; i < places.position.size(); ++i) {
+    if (places.irradiance[i] < threshold) continue;
+    // Back to the surface from a little above it, here and over as wide a disc as photons are blurred: patches between
+    // the photons shine, too.
+    const Vec3 n = places.normal[i];
+    const Frame frame = Frame::from_normal(n);
+    const float radius = radii.radius(places.position[i]), above = kAbove * radius;
+    Sampler sampler(SamplerKind::independent, 0, 0x62726967u, static_cast<std::uint32_t>(i));
+    for (int k = 0; k < kProbes; ++k) {
+      const Vec2 on_disc = k == 0 ? Vec2{0, 0} : square_to_disk(sampler.next2()) * radius;
+      const Vec3 over = places.position[i] + frame.s * on_disc.x + frame.t * on_disc.y + n * above;
+      rays.push_back({over, 0, -n, 2 * above});
+      place.push_back(i);
+    }
+  }
+  std::vector<Hit> hits(rays.size());
+  tracer.intersect(rays, hits, RayOrder::incoherent);
+  level_.assign(geometry.triangle_count(), kNoLevel);
+  std::vector<double> irradiance, count;
+  std::vector<LightBounds> bounds;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const std::uint32_t triangle = hits[i].triangle;
+    if (triangle == kNone || geometry.emission[triangle] != kNone) continue;
+    SurfacePoint point = surface_point(scene, triangle, hits[i].barycentric);
+    const Vec3 wo = places.normal[place[i]];
+    const Bsdf bsdf = resolve_bsdf(scene, point, wo);
+    const float scattered = luminance(albedo(bsdf, point.frame.to_local(wo), kBroad));
+    if (!(scattered > 0)) continue;
+    if (level_[triangle] == kNoLevel)
+      level_[triangle] = static_cast<std::uint8_t>(level_of(geometry, triangle, radii.radius(point.position)));
+    const std::uint32_t patch = add(geometry, triangle, cell_of(hits[i].barycentric, level_[triangle]));
+    if (patch == bounds.size()) {
+      LightBounds& b = bounds.emplace_back();
+      const Patch& p = patches_[patch];
+      for (const Vec2 corner : {p.corner, p.corner + p.side_a, p.corner + p.side_b})
+        b.box.grow(point_on(geometry, triangle, corner));
+      b.axis = face_forward(geometry.normal(triangle), wo);
+      irradiance.push_back(0);
+      count.push_back(0);
+    }
+    LightBounds& b = bounds[patch];
+    // Translucent sheets shine on both sides, and there may be light on both.
+    b.two_sided |= dot(b.axis, wo) < 0 || (bsdf.kind == BsdfKind::lambertian && !is_black(bsdf.transmission));
+    irradiance[patch] += places.irradiance[place[i]] * scattered;
+    count[patch] += 1;
+  }
+  for (std::size_t i = 0; i < bounds.size(); ++i)
+    bounds[i].intensity = static_cast<float>(irradiance[i] / count[i]) * patches_[i].area / kPi;
+  tree_ = LightTree(bounds);
+}
+
+std::uint32_t BrightPatches::add(const Geometry& geometry, std::uint32_t triangle, std::uint32_t cell) {
+  const auto [entry, is_new] =
+      of_cell_.try_emplace(key_of(triangle, cell), static_cast<std::uint32_t>(patches_.size()));
+  if (!is_new) return entry->second;
+  const int n = 1 << level_[triangle];
+  const float step = 1 / static_cast<float>(n);
+  const int square = static_cast<int>(cell / 2);
+  const auto i = static_cast<float>(square / n), j = static_cast<float>(square % n);
+  Patch patch{triangle, {i * step, j * step}, {step, 0}, {0, step}, geometry.area(triangle) * step * step};
+  if (cell % 2) {
+    patch.corner = {(i + 1) * step, (j + 1) * step};
+    patch.side_a = {-step, 0};
+    patch.side_b = {0, -step};
+  }
+  patches_.push_back(patch);
+  return entry->second;
+}
+
+std::uint32_t BrightPatches::find_cell(std::uint32_t triangle, Vec2 barycentric) const {
+  const auto found = of_cell_.find(key_of(triangle, cell_of(barycentric, level_[triangle])));
+  return found == of_cell_.end() ? kNone : found->second;
+}
+
+float BrightPatches::density(Vec3 from, std::uint32_t patch) const {
+  return tree_.probability(from, patch) / patches_[patch].area;
+}
+
+BrightPatches::Sample BrightPatches::sample(const Geometry& geometry, Vec3 from, float u, Vec2 v) const {
+  const LightTree::Choice choice = tree_.choose(from, u);
+  if (!(choice.probability > 0)) return {};
+  const Patch& patch = patches_[choice.light];
+  const Vec2 w = square_to_triangle(v);
+  const Vec2 b = patch.corner + patch.side_a * w.x + patch.side_b * w.y;
+  return {choice.light, point_on(geometry, patch.triangle, b), choice.probability / patch.area};
+}
+
+void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
+                       std::span<const std::uint32_t> order, std::uint32_t rays_each, std::uint32_t samples_each,
+                       std::uint32_t seed, GatherRays& out, std::vector<std::uint32_t>& targets) {
+  for (std::uint32_t n = 0; n < samples_each; ++n)
+    for (const std::uint32_t i : order) {
+      Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x62726967u),
+                      points.sample[i] * samples_each + n);
+      const Vec2 v = sampler.next2();
+      const BrightPatches::Sample s = patches.sample(scene.geometry(), points.position[i], sampler.next1(), v);
+      if (s.patch == kNone) continue;
+      const Vec3 offset = s.position - points.position[i];
+      const float squared = length_squared(offset);
+      if (!(squared > 0)) continue;
+      const Vec3 direction = offset / std::sqrt(squared);
+      const Vec3 wo = points.frame[i].to_local(points.wo[i]), wi = points.frame[i].to_local(direction);
+      const RGB f = evaluate(points.bsdf[i], wo, wi, kBroad);
+      Ray ray;
+      if (is_black(f) || !leave_surface(points.position[i], points.normal[i], direction, wi.z * wo.z > 0, ray))
+        continue;
+      const std::uint32_t triangle = patches.triangle(s.patch);
+      const float cosine = std::abs(dot(scene.geometry().normal(triangle), direction));
+      if (!(cosine > 0)) continue;
+      // Balance heuristic: f cos over the density of all samples together.
+      const float pdf_patch = s.density * squared / cosine, pdf_bsdf = pdf(points.bsdf[i], wo, wi, kBroad);
+      const float together = static_cast<float>(samples_each) * pdf_patch + static_cast<float>(rays_each) * pdf_bsdf;
+      out.push_back(ray, points.throughput[i] * f * (std::abs(wi.z) / together), pdf_bsdf, i, rays_each + n);
+      out.segment.back() = Segment::to_patch;
+      targets.push_back(s.patch);
+    }
+}
+
+float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
+                   const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each) {
+  const float density = patches.density(ray.origin, patch);
+  const float cosine = std::abs(dot(scene.geometry().normal(hit.triangle), ray.direction));
+  if (!(density > 0) || !(cosine > 0)) return 1;
+  return balance_heuristic(static_cast<float>(rays_each), pdf, static_cast<float>(samples_each),
+                           density * hit.distance * hit.distance / cosine);
+}
+
+}  // namespace glowworm
