@@ -1,6 +1,7 @@
 #include "density/blocked_index.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,8 +16,10 @@ namespace glowworm {
 namespace {
 
 // Photons that are sorted together by a kd-tree after the Hilbert curve has brought them near each other.
-constexpr std::size_t kSortedRun = 4096;
+constexpr std::size_t kSortedRun = 512;
 constexpr std::size_t kGrain = 1024;
+// How far ahead of its turn memory of a photon is asked for, in photons.
+constexpr std::size_t kAhead = 16;
 // Room for rounding in tests against the largest radius, which must not lose a photon.
 constexpr float kRadiusMargin = 1 + 1e-5f;
 // When photons are sorted into blocks: what distance, in radii, counts as much as a difference of one between normals,
@@ -82,22 +85,30 @@ bool counts(const PhotonBatch& photons, std::size_t i, float radius) {
 }
 
 /// The photons that count, in the order of their blocks.
-std::vector<SortedPhoton> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy) {
+LargeArray<SortedPhoton> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy, std::size_t& count) {
   const ReorderSettings settings{ReorderMethod::radix, 0,
                                  std::min(10, automatic_depth(8 * photons.size(), photons.size()))};
   const auto order = hilbert_order(photons.position, bounds_of(photons.position), photons.size(), settings);
-  std::vector<SortedPhoton> sorted(order.size());
+  LargeArray<SortedPhoton> sorted(order.size());
+  std::atomic<bool> all_count{true};
   parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
+      // Photons lie about in memory in the order of the tracing.
+      const std::uint32_t soon = order[std::min(i + kAhead, order.size() - 1)];
+      __builtin_prefetch(&photons.position[soon]);
+      __builtin_prefetch(&photons.normal[soon]);
       const std::uint32_t p = order[i];
       const float radius = radius_of(policy, p);
       sorted[i] = {photons.position[p], photons.normal[p], counts(photons, p, radius) ? radius : 0, p};
+      if (sorted[i].radius == 0) all_count.store(false, std::memory_order_relaxed);
     }
   });
-  std::erase_if(sorted, [](const SortedPhoton& p) { return p.radius == 0; });
-  parallel_for(0, sorted.size(), kSortedRun, [&](std::size_t first, std::size_t last) {
-    sort_compact(std::span(sorted).subspan(first, last - first));
-  });
+  SortedPhoton* const end =
+      all_count ? sorted.end()
+                : std::remove_if(sorted.begin(), sorted.end(), [](const SortedPhoton& p) { return p.radius == 0; });
+  count = static_cast<std::size_t>(end - sorted.begin());
+  parallel_for(0, count, kSortedRun,
+               [&](std::size_t first, std::size_t last) { sort_compact(sorted.span().subspan(first, last - first)); });
   return sorted;
 }
 
@@ -113,6 +124,13 @@ BlockedProfile profile_of(KernelShape shape) {
       return BlockedProfile::gaussian;
   }
   return BlockedProfile::box;
+}
+
+/// A lane without photon.
+void clear_lane(PhotonBlock& block, std::size_t lane) {
+  block.x[lane] = block.y[lane] = block.z[lane] = block.nx[lane] = block.ny[lane] = block.nz[lane] = 0;
+  block.r[lane] = block.g[lane] = block.b[lane] = 0;
+  block.inverse_radius_squared[lane] = std::numeric_limits<float>::infinity();
 }
 
 /// A child that holds nothing.
@@ -187,19 +205,21 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
   if (photons.size() > kMostPhotons)
     throw Error("the blocked density engine holds no more than " + std::to_string(kMostPhotons) + " photons at once",
                 "Trace the photons in several passes.");
-  const std::vector<SortedPhoton> sorted = sorted_photons(photons, policy);
-  size_ = sorted.size();
-  blocks_.resize((size_ + kBlockWidth - 1) / kBlockWidth);
-  directions_.resize(blocks_.size() * kBlockWidth);
+  const LargeArray<SortedPhoton> sorted = sorted_photons(photons, policy, size_);
+  blocks_ = LargeArray<PhotonBlock>((size_ + kBlockWidth - 1) / kBlockWidth);
+  directions_ = LargeArray<Vec3>(blocks_.size() * kBlockWidth);
   const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
   parallel_for(0, blocks_.size(), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t place = first * kBlockWidth; place < last * kBlockWidth; ++place) {
       PhotonBlock& block = blocks_[place / kBlockWidth];
       const std::size_t lane = place % kBlockWidth;
       if (place >= size_) {
-        block.inverse_radius_squared[lane] = std::numeric_limits<float>::infinity();
+        clear_lane(block, lane);
         continue;
       }
+      const std::uint32_t soon = sorted[std::min(place + kAhead, size_ - 1)].index;
+      __builtin_prefetch(&photons.flux[soon]);
+      __builtin_prefetch(&photons.direction[soon]);
       const SortedPhoton& p = sorted[place];
       block.x[lane] = p.position.x;
       block.y[lane] = p.position.y;
@@ -220,7 +240,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
 }
 
 void BlockedIndex::build_nodes() {
-  if (blocks_.empty()) return;
+  if (blocks_.size() == 0) return;
   std::size_t children = blocks_.size(), first_child = 0;
   do {
     const std::size_t first = nodes_.size(), count = (children + kBlockWidth - 1) / kBlockWidth;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/large_array.h"
 #include "density/engine.h"
 #include "kernels/blocked.h"
 
@@ -22,17 +23,17 @@ class BlockedIndex {
   /// Photons in the blocks.
   std::size_t size() const { return size_; }
   /// By place (8 times the block plus the lane): the direction of the photon there, unit, back along its way.
-  std::span<const Vec3> directions() const { return directions_; }
+  std::span<const Vec3> directions() const { return directions_.span(); }
   /// Bytes held for so many photons.
   static std::uint64_t bytes(std::size_t photons);
 
  private:
   void build_nodes();
 
-  std::vector<PhotonBlock> blocks_;
+  LargeArray<PhotonBlock> blocks_;
   std::vector<BlockNode> nodes_;          // level 0 first
   std::vector<std::size_t> level_first_;  // where each level begins in nodes_
-  std::vector<Vec3> directions_;
+  LargeArray<Vec3> directions_;
   std::size_t size_ = 0;
   BlockedProfile profile_ = BlockedProfile::epanechnikov;
   float min_normal_cosine_ = 0;

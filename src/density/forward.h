@@ -1,8 +1,8 @@
 // Forward SIMD photon mapping: [SF07].
 #pragma once
 #include <memory>
-#include <vector>
 
+#include "core/large_array.h"
 #include "density/engine.h"
 #include "density/reorder.h"
 #include "kernels/forward.h"
@@ -12,11 +12,11 @@ namespace glowworm {
 /// A photon map of [SF07]: a balanced kd-tree with one photon on the split plane of every node, photon data in the
 /// order of the nodes, hot apart from cold.
 struct ForwardMap {
-  std::vector<ForwardNode> nodes;
-  std::vector<ForwardHot> hot;
-  std::vector<ForwardCold> cold;
-  std::vector<Vec3> direction;      ///< unit, back along the photon's way; read by points that are not Lambertian alone
-  std::vector<ForwardReach> reach;  ///< where radii differ; else empty
+  LargeArray<ForwardNode> nodes;
+  LargeArray<ForwardHot> hot;
+  LargeArray<ForwardCold> cold;
+  LargeArray<Vec3> direction;      ///< unit, back along the photon's way; read by points that are not Lambertian alone
+  LargeArray<ForwardReach> reach;  ///< where radii differ; else empty
   float fixed_reach = 0;
   Box3 bounds;
 

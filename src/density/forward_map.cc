@@ -27,7 +27,7 @@ constexpr std::size_t kPrefetchDistance = 16;
 /// Builds the tree: its nodes, and for each of them the index of its photon.
 class TreeBuilder {
  public:
-  TreeBuilder(std::vector<ForwardNode>& nodes, std::vector<std::uint32_t>& order) : nodes_(nodes), order_(order) {}
+  TreeBuilder(LargeArray<ForwardNode>& nodes, LargeArray<std::uint32_t>& order) : nodes_(nodes), order_(order) {}
 
   /// Builds the subtree of the points, whose root becomes node `at`.
   /// @param scratch as much room as the points take
@@ -111,12 +111,12 @@ class TreeBuilder {
     order_[at] = photon;
   }
 
-  std::vector<ForwardNode>& nodes_;
-  std::vector<std::uint32_t>& order_;
+  LargeArray<ForwardNode>& nodes_;
+  LargeArray<std::uint32_t>& order_;
 };
 
 /// Brings the photons' data into the order of the nodes.
-void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const std::vector<std::uint32_t>& order,
+void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const LargeArray<std::uint32_t>& order,
                   ForwardMap& map) {
   const bool own = policy.kind == RadiusKind::per_photon;
   const float norm = static_cast<float>(kernel_norm(policy.kernel)) * kInversePi;
@@ -138,7 +138,7 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
       map.hot[at] = {position.x, position.y, position.z, counts ? inverse : std::numeric_limits<float>::infinity()};
       map.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
       map.direction[at] = photons.direction[index];
-      if (own) map.reach[at].own = radius;
+      if (own) map.reach[at] = {radius, 0, 0};
     }
   });
 }
@@ -155,7 +155,7 @@ float split_slack(const Box3& bounds) {
 float widened(float radius, float slack) { return radius * 1.000001f + slack; }
 
 /// Widens the radii of the nodes' photons by the slack, and finds the reach of the subtrees.
-void find_reach(const std::vector<ForwardNode>& nodes, std::vector<ForwardReach>& reach, float slack) {
+void find_reach(const LargeArray<ForwardNode>& nodes, LargeArray<ForwardReach>& reach, float slack) {
   const auto largest = [&](std::size_t at) { return std::max({reach[at].own, reach[at].left, reach[at].right}); };
   // Children stand behind their parents.
   for (std::size_t at = reach.size(); at-- > 0;) {
@@ -173,7 +173,7 @@ ForwardTree ForwardMap::tree(const RadiusPolicy& policy) const {
   tree.nodes = nodes.data();
   tree.hot = hot.data();
   tree.cold = cold.data();
-  tree.reach = reach.empty() ? nullptr : reach.data();
+  tree.reach = reach.size() == 0 ? nullptr : reach.data();
   tree.fixed_reach = fixed_reach;
   tree.count = static_cast<std::uint32_t>(nodes.size());
   tree.min_normal_cosine = policy.min_normal_cosine;
@@ -186,16 +186,17 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   if (count >= std::numeric_limits<std::uint32_t>::max()) throw Error("a photon map holds fewer than 2^32 photons");
   ForwardMap map;
   map.bounds = photons.bounds();
-  map.nodes.resize(count);
-  map.hot.resize(count);
-  map.cold.resize(count);
-  map.direction.resize(count);
-  map.reach.resize(policy.kind == RadiusKind::per_photon ? count : 0);
   if (count == 0) return map;
-  std::vector<KdPoint> points(count);
-  for (std::size_t i = 0; i < count; ++i) points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
-  std::vector<KdPoint> scratch(count);
-  std::vector<std::uint32_t> order(count);
+  map.nodes = LargeArray<ForwardNode>(count);
+  map.hot = LargeArray<ForwardHot>(count);
+  map.cold = LargeArray<ForwardCold>(count);
+  map.direction = LargeArray<Vec3>(count);
+  if (policy.kind == RadiusKind::per_photon) map.reach = LargeArray<ForwardReach>(count);
+  LargeArray<KdPoint> points(count), scratch(count);
+  parallel_for(0, count, kParallelCount, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
+  });
+  LargeArray<std::uint32_t> order(count);
   TreeBuilder(map.nodes, order).subtree(points.data(), scratch.data(), count, 0);
   fill_photons(photons, policy, order, map);
   const float slack = split_slack(map.bounds);
