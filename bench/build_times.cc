@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   policy.radii = per_photon_radii(recording.photons, 50);
   for (const int threads : {1, 0}) {
     set_thread_count(threads);
-    for (const std::string name : {"blocked", "forward", "knn", "reverse"}) {
+    for (const std::string name : {"blocked", "forward", "single", "reverse"}) {
       const Spread s = measure_seconds(kRuns, [&] {
         Statistics unused;
         make_engine(name)->build(recording.photons, policy, unused);

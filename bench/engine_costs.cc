@@ -1,5 +1,7 @@
 // Measures what the engines cost and fits the constants of density/engine_choice.h to it: prints a table of measured
 // against modelled times, and the constants as they stand in engine_choice.cc. One thread; about two minutes.
+//
+// usage: engine_costs [ENGINE]...     (default: all that `auto` chooses from)
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,15 +40,16 @@ double least_seconds(const std::function<void()>& work) {
   return first > 0.1 ? first : std::min(first, measure_seconds(2, work).least);
 }
 
-void measure_scene(const std::string& scene, std::vector<std::vector<Sample>>& samples) {
+void measure_scene(const std::string& scene, const std::vector<std::string>& engines,
+                   std::vector<std::vector<Sample>>& samples) {
   const Recording recording = record(Stage(scene), {1'000'000, 160, 160, 20});
   for (const std::size_t photons : {10'000u, 100'000u, 1'000'000u}) {
     const PhotonBatch batch = first_photons(recording.photons, photons);
     for (const std::uint32_t k : {15u, 60u}) {
       RadiusPolicy policy;
       policy.radii = per_photon_radii(batch, k);
-      for (std::size_t e = 0; e < engine_costs().size(); ++e) {
-        const auto engine = make_engine(engine_costs()[e].engine);
+      for (std::size_t e = 0; e < engines.size(); ++e) {
+        const auto engine = make_engine(engines[e]);
         Statistics unused;
         const double build = least_seconds([&] { engine->build(batch, policy, unused); });
         for (const std::size_t queries : {1'000u, 10'000u, 100'000u, 500'000u}) {
@@ -127,17 +130,20 @@ EngineCosts fit(const char* engine, const std::vector<Sample>& samples) {
 }  // namespace
 }  // namespace glowworm::bench
 
-int main() {
+int main(int argc, char** argv) {
   using namespace glowworm;
   using namespace glowworm::bench;
   set_thread_count(1);
-  std::vector<std::vector<Sample>> samples(engine_costs().size());
-  for (const char* scene : {"builtin:cornell", "builtin:atrium"}) measure_scene(scene, samples);
+  std::vector<std::string> engines(argv + 1, argv + argc);
+  if (engines.empty())
+    for (const EngineCosts& costs : engine_costs()) engines.emplace_back(costs.engine);
+  std::vector<std::vector<Sample>> samples(engines.size());
+  for (const char* scene : {"builtin:cornell", "builtin:atrium"}) measure_scene(scene, engines, samples);
   std::string constants;
   fmt::print("| engine | photons | query points | k | build, s | lookups, s | model over measured |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (std::size_t e = 0; e < samples.size(); ++e) {
-    const EngineCosts c = fit(engine_costs()[e].engine, samples[e]);
+    const EngineCosts c = fit(engines[e].c_str(), samples[e]);
     for (const Sample& s : samples[e])
       fmt::print("| {} | {} | {} | {} | {:.4f} | {:.4f} | {:.2f} |\n", c.engine, s.workload.photons, s.workload.queries,
                  s.workload.nearest, s.build, s.estimate, expected_seconds(c, s.workload) / (s.build + s.estimate));

@@ -18,7 +18,7 @@ struct Entry {
 // In order of preference.
 constexpr Entry kEngines[] = {
     {"blocked", make_blocked_engine}, {"forward", make_forward_engine}, {"reverse", make_reverse_engine},
-    {"knn", make_knn_engine},         {"brute", make_brute_engine},
+    {"single", make_single_engine},   {"knn", make_knn_engine},         {"brute", make_brute_engine},
 };
 
 }  // namespace

@@ -12,6 +12,9 @@ std::unique_ptr<DensityEngine> make_forward_engine();
 /// Normal photon mapping, the baseline of [SF07] and [HHS05]: each query point on its own searches a kd-tree for its k
 /// nearest photons. Does every RadiusKind.
 std::unique_ptr<DensityEngine> make_knn_engine();
+/// The search of knn, but among photons within a radius: each query point on its own, over a kd-tree that is built
+/// sooner than any other index here. For few query points and many photons. Does fixed and per_photon.
+std::unique_ptr<DensityEngine> make_single_engine();
 /// Every photon against every query point in double precision: the truth that the others are held against. Does every
 /// RadiusKind.
 std::unique_ptr<DensityEngine> make_brute_engine();

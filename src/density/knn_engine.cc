@@ -1,7 +1,9 @@
-// Normal photon mapping: each query point searches the photon map on its own.
+// Each query point searches the photon map on its own: for its nearest photons, which is normal photon mapping, or for
+// those within a radius.
 #include <cmath>
 #include <limits>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
 #include "density/kernel.h"
@@ -31,7 +33,10 @@ struct Scratch {
 
 class KnnEngine final : public DensityEngine {
  public:
-  std::string name() const override { return "knn"; }
+  /// @param nearest whether RadiusKind::nearest is taken; the engine is called "knn" where it is, else "single"
+  explicit KnnEngine(bool nearest) : nearest_(nearest) {}
+
+  std::string name() const override { return nearest_ ? "knn" : "single"; }
 
   EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
     const std::uint64_t map = photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 4 * sizeof(float));
@@ -40,6 +45,9 @@ class KnnEngine final : public DensityEngine {
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
+    if (policy.kind == RadiusKind::nearest && !nearest_)
+      throw Error("the single density engine cannot take the k nearest photons",
+                  "Use --engine knn, or a radius for each photon.");
     check_policy(photons, policy);
     policy_ = policy;
     map_.build(photons,
@@ -142,12 +150,14 @@ class KnnEngine final : public DensityEngine {
     return scratch.shader.shade(query, scratch.gathered);
   }
 
+  bool nearest_;
   RadiusPolicy policy_;
   PhotonMap map_;
 };
 
 }  // namespace
 
-std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(); }
+std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(true); }
+std::unique_ptr<DensityEngine> make_single_engine() { return std::make_unique<KnnEngine>(false); }
 
 }  // namespace glowworm

@@ -54,6 +54,11 @@ TEST(EngineChoice, BuildsBlocksWhereManyPointsAreLookedUp) {
   EXPECT_NE(choose_engine({1e6, 1e3, 1e3, 50}), "blocked");
 }
 
+TEST(EngineChoice, LooksFewPointsUpOneByOne) {
+  EXPECT_EQ(choose_engine({1e6, 1e3, 1e3, 50}), "single");
+  EXPECT_EQ(choose_engine({1e5, 1e3, 1e3, 50}), "single");
+}
+
 TEST(EngineChoice, BearsNothingAndTheBoundless) {
   EXPECT_FALSE(choose_engine({0, 0, 0, 0}).empty());
   EXPECT_FALSE(choose_engine({1e300, 1e300, 1e300, 1e300}).empty());
