@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/parallel.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
 
@@ -9,8 +10,8 @@ namespace glowworm {
 
 namespace {
 
-/// Query points between two looks at the interrupt: enough for neighbours to share their searches.
-constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 18;
+/// Query points that are looked up at once: the more, the closer together they lie, and the more share their searches.
+constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 22;
 /// Bytes that a query point costs between its ray and completion.
 constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
 
@@ -26,15 +27,15 @@ class PassRenderer {
         statistics_(statistics) {}
 
   FramePass render(const Camera& camera) {
+    interrupt_.check();
+    const CancellationScope scope(interrupt_.flag());
     CameraPassSettings camera_settings;
     camera_settings.width = settings_.width;
     camera_settings.height = settings_.height;
     camera_settings.seed = settings_.seed;
     const CameraTask task{0, 0, settings_.width, settings_.height, settings_.sample, 1};
-    interrupt_.check();
     const GatherPoints points =
         camera_pass(tracer_, camera, task, camera_settings, pass_.radiance, pass_.first_hit, statistics_);
-    interrupt_.check();
     if (needs_diagnosis(settings_.mode))
       diagnose(points);
     else if (settings_.mode == ViewMode::photons)
@@ -58,7 +59,6 @@ class PassRenderer {
     if (wants(LightPart::direct))
       add_direct_light(tracer_, points, settings_.seed, usual_light_samples(settings_.gather), settings_.gather,
                        pass_.radiance, statistics_);
-    interrupt_.check();
     if (wants(LightPart::caustic) && maps_.caustic_engine())
       look_up(gather_points_as_queries(points), *maps_.caustic_engine(), pass_.radiance.caustic);
     if (settings_.part == LightPart::caustic) return;
@@ -77,7 +77,9 @@ class PassRenderer {
     gather_settings.radii = settings_.corners ? &maps_.radii() : nullptr;
     const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
     const auto at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));
-    const std::size_t step = std::max<std::size_t>(1, at_once / settings_.gather);
+    const std::size_t most = std::max<std::size_t>(1, at_once / settings_.gather);
+    const std::size_t portions = std::max<std::size_t>(1, (points.size() + most - 1) / most);
+    const std::size_t step = (points.size() + portions - 1) / portions;
     for (std::size_t first = 0; first < points.size(); first += step) {
       interrupt_.check();
       const std::size_t last = std::min(first + step, points.size());

@@ -32,8 +32,7 @@ struct FramePass {
       diagnosis;  ///< of false colours: as PhotonDiagnosis; of cost, b summed over the pixel's query points
 };
 
-/// Renders a pass. Between pieces it looks at the interrupt, and throws Cancelled where that was requested. The same
-/// bits for any number of threads.
+/// Renders a pass. Throws Cancelled soon after the interrupt was requested. The same bits for any number of threads.
 /// @param maps up to date; not looked at where the mode shows surfaces alone
 FramePass render_frame_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera,
                             const FramePassSettings& settings, MemoryBudget& budget, const Interrupt& interrupt,
