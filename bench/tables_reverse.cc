@@ -1,13 +1,14 @@
 // The tables of [HHS05], with this program's engines: whole renders by normal, reverse and blocked photon mapping, time
-// over memory and over photons, shares of time, and the two renders that are held to a limit.
-// usage: tables_reverse [scene:NAME]... [render|memory|photons|phases|grey|atrium]...   all of them where none is
-// named; "full" measures render's sizes as they are instead of a part of their pixels (an hour).
+// over memory and over photons, shares of time.
+//
+// usage: tables_reverse [scene:NAME]... [render|memory|photons|phases]... [full]
+// All of them where none is named (under six minutes). "full" renders the paper's pictures whole, instead of at
+// 90x90 pixels (an hour).
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <set>
@@ -16,33 +17,17 @@
 
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "image/metrics.h"
+#include "density/radius.h"
+#include "density/reorder.h"
 #include "import/import.h"
 #include "render/job.h"
-#include "render/output.h"
+#include "support/nanoflann_tree.h"
+#include "support/paper_render.h"
 #include "support/recording.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
 namespace {
-
-constexpr std::uint32_t kGatherRays = 600;  // of a pixel, as in the paper
-constexpr std::uint32_t kSamples = 24;      // camera samples, which share them out
-
-/// A scene that any number of renders use.
-struct Set {
-  std::shared_ptr<const Scene> scene;
-  std::shared_ptr<const Tracer> tracer;
-  explicit Set(const std::string& path)
-      : scene(std::make_shared<const Scene>(load_scene(path))), tracer(std::make_shared<const Tracer>(*scene)) {}
-};
-
-/// Folder of the scenes that are handed around beside the project; empty where it is not there.
-std::string shared_folder() {
-  for (const char* folder : {"../shared", "../../shared", "/work/shared"})
-    if (std::filesystem::exists(std::string(folder) + "/scenes")) return folder;
-  return {};
-}
 
 std::vector<std::string> scene_paths() {
   std::vector<std::string> paths = {"builtin:cornell", "builtin:atrium", "builtin:ajar"};
@@ -56,48 +41,6 @@ std::vector<std::string> scene_paths() {
   return paths;
 }
 
-/// The paper's settings: indirect light alone, box kernel, 600 gather rays a pixel.
-RenderSettings paper_settings(const char* engine, int side) {
-  RenderSettings s;
-  s.engine = engine;
-  s.width = s.height = side;
-  s.samples = kSamples;
-  s.gather = kGatherRays / kSamples;
-  s.photons = 500'000;
-  s.nearest = 50;  // the paper's K is between 30 and 65
-  s.kernel = KernelShape::box;
-  s.indirect_only = true;
-  s.separate_layers = false;
-  return s;
-}
-
-/// What a render took, in wall seconds.
-struct Run {
-  double photons = 0;  ///< tracing them and building their map
-  double rest = 0;     ///< all that grows with the pixels
-  double look_up = 0;  ///< of it, reordering and density estimation
-  double k = 0;        ///< shader operations of a query point
-  std::uint64_t queries = 0, tasks = 0, peak = 0;
-
-  double whole(double pixel_factor) const { return photons + rest * pixel_factor; }
-};
-
-Run run(const Set& set, const RenderSettings& settings) {
-  Job job(set.scene, set.tracer, settings);
-  job.wait();
-  const Statistics& s = job.statistics();
-  Run r;
-  r.photons = s.seconds(Phase::trace_photons) + s.seconds(Phase::build_photon_map);
-  r.rest = s.seconds(Phase::total) - r.photons;
-  r.look_up = s.seconds(Phase::reorder) + s.seconds(Phase::density);
-  r.queries = s.count(Counter::query_points);
-  r.k = static_cast<double>(s.count(Counter::shader_operations)) /
-        static_cast<double>(std::max<std::uint64_t>(r.queries, 1));
-  r.tasks = job.tasks();
-  r.peak = job.peak_beside_scene_bytes();
-  return r;
-}
-
 /// Seconds of normal and reverse photon mapping in Table 1 of the paper.
 struct Published {
   const char* scene;
@@ -107,37 +50,110 @@ struct Published {
 constexpr Published kPublished[] = {
     {"cornell", 300, 605, 420}, {"cornell", 500, 1540, 710}, {"sponza", 300, 840, 493}, {"sponza", 500, 2613, 1280}};
 
+/// Seconds of wall time that nanoflann's k nearest neighbours would take for each query point, summed up as normal
+/// photon mapping does: the normal photon mapping that others would have.
+double nanoflann_seconds(const std::string& path) {
+  RecordingSettings settings;
+  settings.width = settings.height = 60;
+  settings.gather = kPaperRays / kPaperSamples;
+  const Recording recording = record(Stage(path), settings);
+  ReorderSettings full;
+  full.depth = 21;
+  const PhotonBatch& photons = recording.photons;
+  std::vector<Vec3> sorted;
+  std::vector<RGB> flux;
+  for (const std::uint32_t i : hilbert_order(photons.position, bounds_of(photons.position), 0, full)) {
+    sorted.push_back(photons.position[i]);
+    flux.push_back(photons.flux[i]);
+  }
+  if (sorted.size() < kPaperNearest || recording.points.size() == 0) return 0;
+  const NanoflannPoints view{sorted};
+  NanoflannTree tree(3, view, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+  tree.buildIndex();
+  const std::vector<Vec3>& points = recording.points.position;
+  const auto order = hilbert_order(points, bounds_of(points), 0, full);
+  std::vector<RGB> radiance(points.size());
+  const Spread seconds = measure_seconds(1, [&] {
+    parallel_for(0, order.size(), 4096, [&](std::size_t first, std::size_t last) {
+      std::vector<std::uint32_t> found(kPaperNearest);
+      std::vector<float> distances(kPaperNearest);
+      for (std::size_t i = first; i < last; ++i) {
+        tree.knnSearch(&points[order[i]].x, kPaperNearest, found.data(), distances.data());
+        RGB sum;
+        for (const std::uint32_t photon : found) sum += flux[photon];
+        radiance[order[i]] = sum / (distances.back() * kPi);
+      }
+    });
+  });
+  return seconds.median / static_cast<double>(points.size());
+}
+
 /// Table 1: whole renders.
 void table_render(bool full, const std::set<std::string>& parts) {
-  const int part = full ? 1 : 5;
+  constexpr int kSide = 90;
   Table table("hhs05_render", "Whole renders, 600 gather rays of each pixel ([HHS05], Table 1)",
-              {"scene", "pixels", "measured at", "normal, s", "reverse, s", "blocked, s", "k normal", "k reverse",
-               "reverse over normal", "blocked over normal", "looking up: reverse over normal", "rays alone, s",
-               "published normal, s", "published reverse, s", "published speed-up"});
+              {"scene",
+               "pixels",
+               "measured at",
+               "normal, s",
+               "normal by nanoflann, s",
+               "reverse, s",
+               "blocked, s",
+               "k normal",
+               "k reverse",
+               "reverse over normal",
+               "reverse over nanoflann's",
+               "blocked over normal",
+               "blocked over nanoflann's",
+               "no engine over normal more than",
+               "over nanoflann's",
+               "looking up: reverse over normal",
+               "looking up: blocked over normal",
+               "all but looking up, s",
+               "published normal, s",
+               "published reverse, s",
+               "published speed-up"});
   const bool chosen =
       std::any_of(parts.begin(), parts.end(), [](const std::string& p) { return p.starts_with("scene:"); });
   for (const std::string& path : scene_paths()) {
     const std::string name = short_name(path);
     if (chosen && parts.count("scene:" + name) == 0) continue;
-    const Set set(path);
+    const double nanoflann = nanoflann_seconds(path);
+    const RenderedScene set(path);
+    RenderTimes normal, reverse, blocked;
     for (const int side : {300, 500}) {
-      const int measured = side / part;
-      const double factor = static_cast<double>(part) * part;
-      const Run normal = run(set, paper_settings("knn", measured)),
-                reverse = run(set, paper_settings("reverse", measured)),
-                blocked = run(set, paper_settings("blocked", measured));
+      const int measured = full ? side : kSide;
+      const double factor = std::pow(static_cast<double>(side) / measured, 2);
+      if (full || side == 300) {
+        normal = render(set, paper_settings("knn", measured));
+        reverse = render(set, paper_settings("reverse", measured));
+        blocked = render(set, paper_settings("blocked", measured));
+      }
+      const double queries = static_cast<double>(normal.queries);
+      // What no engine takes less than: all but looking up, by the run that took the least for it.
+      const double rays =
+          std::min({normal.whole(factor) - normal.look_up * factor, reverse.whole(factor) - reverse.look_up * factor,
+                    blocked.whole(factor) - blocked.look_up * factor});
+      const double n = normal.whole(factor), r = reverse.whole(factor), b = blocked.whole(factor),
+                   other = n + (queries * nanoflann - normal.look_up) * factor;
       std::vector<Cell> row = {name,
                                fmt::format("{0}x{0}", side),
                                fmt::format("{0}x{0}", measured),
-                               Number{normal.whole(factor)},
-                               Number{reverse.whole(factor)},
-                               Number{blocked.whole(factor)},
+                               Number{n},
+                               Number{other},
+                               Number{r},
+                               Number{b},
                                Number{normal.k},
                                Number{reverse.k},
-                               Number{normal.whole(factor) / reverse.whole(factor)},
-                               Number{normal.whole(factor) / blocked.whole(factor)},
+                               Number{n / r},
+                               Number{other / r},
+                               Number{n / b},
+                               Number{other / b},
+                               Number{n / rays},
+                               Number{other / rays},
                                Number{normal.look_up / reverse.look_up},
-                               Number{(reverse.rest - reverse.look_up) * factor}};
+                               Number{normal.look_up / blocked.look_up},
+                               Number{rays}};
       const auto* published = std::find_if(std::begin(kPublished), std::end(kPublished),
                                            [&](const Published& p) { return name == p.scene && side == p.side; });
       if (published != std::end(kPublished))
@@ -149,10 +165,15 @@ void table_render(bool full, const std::set<std::string>& parts) {
     }
   }
   table.note("Indirect light alone, box kernel, 500,000 photons, radii for k = 50, photon pass counted.");
-  table.note("Rays alone: what reverse takes beside photon pass and looking up, which no engine takes less than.");
+  table.note(
+      "Normal by nanoflann: the same render, with the time that nanoflann's k nearest neighbours and their sum take "
+      "for "
+      "as many query points in place of the program's; its tree is not counted, nor are normals compared.");
+  table.note("No engine over normal more than: the normal render over all of it but looking up, by the fastest run.");
   if (!full)
     table.note(
-        "Measured on 1/25 of the pixels; what grows with the pixels is multiplied by 25, the photon pass is not.");
+        "Measured at 90x90 pixels; what grows with the pixels is multiplied (by 11.1 and 30.9), the photon pass is "
+        "not.");
   table.write();
 }
 
@@ -161,7 +182,7 @@ void table_memory() {
   Table table("hhs05_memory", "Time over memory, atrium, 283x283 pixels, 100 gather rays each ([HHS05], Table 2)",
               {"engine", "memory, MB", "on disk", "tasks", "held beside the scene, MB", "time, s",
                "over that of the most memory"});
-  const Set set("builtin:atrium");
+  const RenderedScene set("builtin:atrium");
   keep_heap_small();  // as the program does with a small budget; else one render would leave its memory to the next
   for (const char* engine : {"reverse", "blocked"}) {
     double most = 0;
@@ -169,20 +190,18 @@ void table_memory() {
       std::uint64_t megabytes;
       DiskUse disk;
     };
-    for (const auto& [megabytes, disk] : {Memory{4000, DiskUse::never},
-                                          {2000, DiskUse::never},
-                                          {1000, DiskUse::never},
-                                          {400, DiskUse::never},
-                                          {200, DiskUse::never},
-                                          {400, DiskUse::always},
-                                          {200, DiskUse::always}}) {
+    std::vector<Memory> memories = {{4000, DiskUse::never}, {1000, DiskUse::never}, {400, DiskUse::never}};
+    if (std::string(engine) == "reverse")
+      memories.insert(memories.end(),
+                      {{200, DiskUse::never}, {400, DiskUse::always}, {200, DiskUse::always}, {100, DiskUse::always}});
+    for (const auto& [megabytes, disk] : memories) {
       RenderSettings settings = paper_settings(engine, 283);
       settings.samples = 1;
       settings.gather = 100;
       settings.photons = 200'000;
       settings.memory_bytes = megabytes * 1'000'000;
       settings.disk = disk;
-      const Run r = run(set, settings);
+      const RenderTimes r = render(set, settings);
       const double seconds = r.whole(1);
       if (most == 0) most = seconds;
       table.add({engine, Number{static_cast<double>(megabytes), 4}, disk == DiskUse::always ? "yes" : "no",
@@ -197,23 +216,23 @@ void table_memory() {
 /// Time over the number of photons.
 void table_photons() {
   Table table("hhs05_photons", "Time over photons, atrium, 600 gather rays of each pixel",
-              {"engine", "photons", "photon pass, s", "at 150x150: rays and look-up, s", "look-up, s", "k",
+              {"engine", "photons", "photon pass, s", "at 120x120: rays and look-up, s", "look-up, s", "k",
                "whole at 500x500, s", "over that of the fewest"});
-  const Set set("builtin:atrium");
-  constexpr int kSide = 150;
+  const RenderedScene set("builtin:atrium");
+  constexpr int kSide = 120;
   for (const char* engine : {"reverse", "blocked"}) {
     double fewest = 0;
-    for (const std::uint64_t photons : {100'000, 200'000, 500'000, 1'000'000}) {
+    for (const std::uint64_t photons : {100'000, 300'000, 1'000'000}) {
       RenderSettings settings = paper_settings(engine, kSide);
       settings.photons = photons;
-      const Run r = run(set, settings);
+      const RenderTimes r = render(set, settings);
       const double whole = r.whole(500.0 * 500 / (kSide * kSide));
       if (fewest == 0) fewest = whole;
       table.add({engine, Number{static_cast<double>(photons), 7}, Number{r.photons}, Number{r.rest}, Number{r.look_up},
                  Number{r.k}, Number{whole}, Number{whole / fewest}});
     }
   }
-  table.note("Radii for k = 50 whatever the number. The whole at 500x500 is reckoned: pixels times 11.1.");
+  table.note("Radii for k = 50 whatever the number. The whole at 500x500 is reckoned: pixels times 17.4.");
   table.write();
 }
 
@@ -223,10 +242,10 @@ void table_phases() {
                                Phase::reorder,       Phase::density,          Phase::completion};
   std::vector<std::string> columns = {"engine", "time, s"};
   for (const Phase phase : kPhases) columns.push_back(fmt::format("{}, %", name(phase)));
-  Table table("hhs05_phases", "Share of time by phase, atrium, 100x100 pixels, 600 gather rays each", columns);
-  const Set set("builtin:atrium");
+  Table table("hhs05_phases", "Share of time by phase, atrium, 90x90 pixels, 600 gather rays each", columns);
+  const RenderedScene set("builtin:atrium");
   for (const char* engine : {"knn", "reverse", "blocked", "forward"}) {
-    Job job(set.scene, set.tracer, paper_settings(engine, 100));
+    Job job(set.scene, set.tracer, paper_settings(engine, 90));
     job.wait();
     const Statistics& s = job.statistics();
     std::vector<Cell> row = {engine, Number{s.seconds(Phase::total)}};
@@ -239,77 +258,14 @@ void table_phases() {
   table.write();
 }
 
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-/// The grey box against its reference.
-void table_grey() {
-  const std::string folder = shared_folder();
-  const std::string reference = folder + "/references/cornell-grey.exr";
-  if (!std::filesystem::exists(reference)) return;
-  Table table("grey_box", "Grey Cornell box, 128x128 pixels, all light, against its reference of 4096 samples",
-              {"samples", "gather rays each", "photons", "k", "relRMSE", "processor, s"});
-  const Image truth = read_image(reference);
-  struct Effort {
-    std::uint32_t samples, gather;
-    std::uint64_t photons;
-    std::uint32_t nearest;
-  };
-  for (const Effort& e : {Effort{16, 25, 100'000, 50},
-                          {64, 4, 100'000, 60},
-                          {64, 4, 100'000, 100},
-                          {64, 6, 100'000, 100},
-                          {64, 16, 300'000, 100}}) {
-    const double start = processor_seconds();
-    const Set set(folder + "/scenes/cornell-grey-pbrt/cornell-grey-reference.pbrt");
-    RenderSettings settings;
-    settings.width = settings.height = 128;
-    settings.samples = e.samples;
-    settings.gather = e.gather;
-    settings.photons = e.photons;
-    settings.nearest = e.nearest;
-    settings.separate_layers = false;
-    Job job(set.scene, set.tracer, settings);
-    job.wait();
-    const Image image = make_image(job.snapshot(), job);
-    const double seconds = processor_seconds() - start;
-    table.add({Number{double(e.samples)}, Number{double(e.gather)}, Number{double(e.photons), 7},
-               Number{double(e.nearest)}, Number{compare_images(image, truth).relative_rmse}, Number{seconds}});
-  }
-  table.note(
-      "Published for pbrt-v4 on such a machine: SPPM 153 s to 0.022, bidirectional 82 s to 0.033, path tracing 32 s "
-      "to 0.047. The reference's own noise is about 0.011.");
-  table.write();
-}
-
-/// The large render, by one of its samples.
-void table_atrium() {
-  Table table("atrium_2mp", "Atrium, 1920x1080 pixels, 600 gather rays each, within 4 GB",
-              {"engine", "photon pass, s", "a sample of 24, s", "whole, min", "held beside the scene, MB"});
-  const Set set("builtin:atrium");
-  for (const char* engine : {"reverse", "blocked"}) {
-    RenderSettings settings = paper_settings(engine, 1080);
-    settings.width = 1920;
-    settings.samples = 1;
-    settings.memory_bytes = 4'000'000'000;
-    const Run r = run(set, settings);
-    table.add({engine, Number{r.photons}, Number{r.rest}, Number{r.whole(kSamples) / 60},
-               Number{static_cast<double>(r.peak) / 1e6}});
-  }
-  table.note(
-      "One camera sample of each pixel with its 25 gather rays was rendered; the whole is reckoned: photon pass and "
-      "24 such. 500,000 photons. Published for Sponza with 600: 160 minutes.");
-  table.write();
-}
-
 void write_tables(const std::set<std::string>& parts) {
-  const auto wanted = [&](const char* part) { return parts.empty() || parts.count(part) > 0; };
-  const bool full = parts.count("full") > 0;
-  if (wanted("grey")) table_grey();
-  if (wanted("atrium")) table_atrium();
-  if (wanted("phases")) table_phases();
-  if (wanted("photons")) table_photons();
-  if (wanted("render") || full) table_render(full, parts);
+  const bool any = std::any_of(parts.begin(), parts.end(),
+                               [](const std::string& p) { return p != "full" && !p.starts_with("scene:"); });
+  const auto wanted = [&](const char* part) { return !any || parts.count(part) > 0; };
+  if (wanted("render")) table_render(parts.count("full") > 0, parts);
   if (wanted("memory")) table_memory();
+  if (wanted("photons")) table_photons();
+  if (wanted("phases")) table_phases();
 }
 
 }  // namespace
