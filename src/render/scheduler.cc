@@ -45,17 +45,24 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   const std::uint64_t left = room - rays;
   const bool gathers = settings.integrator == Integrator::photon;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
-  schedule.queries_at_once =
-      static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
+  // A part is left free for what allocators hold beside.
+  const std::uint64_t for_queries = (left - kSmallestSlots * kBytesPerSlot) / 8 * 7;
+  schedule.queries_at_once = static_cast<std::size_t>(
+      std::clamp(for_queries / (kBytesPerQuery + kBytesPerSlot / per_slot), kFewestQueries, kMostQueries));
   // Every portion costs a reverse engine a look at all photons; what comes back from a file by place, at those near.
   schedule.by_disk =
       gathers && (settings.disk == DiskUse::always ||
                   (settings.disk == DiskUse::automatic && settings.engine == "reverse" &&
                    schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMostQueries)));
+  // The cache of the file takes its share, too.
+  if (schedule.by_disk)
+    schedule.queries_at_once =
+        static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
   const std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
   // A task as large as a portion of its query points, so that a picture comes in even steps.
-  schedule.slots_at_once =
-      std::max<std::uint64_t>(std::min(left / 3 / kBytesPerSlot, task_queries / per_slot), kSmallestSlots);
+  schedule.slots_at_once = std::max<std::uint64_t>(
+      std::min((left - schedule.queries_at_once * kBytesPerQuery) / kBytesPerSlot, task_queries / per_slot),
+      kSmallestSlots);
   // Small pictures give few query points a sample. Where photons look for query points, later passes take several
   // samples at once, but for progressive renders, whose photons are those of one sample.
   if (!gathers || settings.progressive) return schedule;
