@@ -60,9 +60,9 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
   const std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
   // A task as large as a portion of its query points, so that a picture comes in even steps.
-  schedule.slots_at_once = std::max<std::uint64_t>(
-      std::min((left - schedule.queries_at_once * kBytesPerQuery) / kBytesPerSlot, task_queries / per_slot),
-      kSmallestSlots);
+  const std::uint64_t for_slots = schedule.by_disk ? left / 3 : left - schedule.queries_at_once * kBytesPerQuery;
+  schedule.slots_at_once =
+      std::max<std::uint64_t>(std::min(for_slots / kBytesPerSlot, task_queries / per_slot), kSmallestSlots);
   // Small pictures give few query points a sample. Where photons look for query points, later passes take several
   // samples at once, but for progressive renders, whose photons are those of one sample.
   if (!gathers || settings.progressive) return schedule;

@@ -76,6 +76,18 @@ TEST(Scheduler, AWholeImageComesFirstAndAllSamplesInTheEnd) {
   EXPECT_EQ(samples_of_pass(schedule, progressive, 50), 1u);
 }
 
+TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
+  for (const std::uint64_t room : {std::uint64_t{30} << 20, std::uint64_t{70} << 20, std::uint64_t{2} << 30}) {
+    RenderSettings settings = settings_for(1000, 800, 16, 100);
+    settings.disk = DiskUse::always;
+    const Schedule schedule = make_schedule(settings, room);
+    EXPECT_TRUE(schedule.by_disk);
+    const std::uint64_t taken =
+        schedule.slots_at_once * kBytesPerSlot + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread;
+    EXPECT_GE(room, taken + room / 32) << room;
+  }
+}
+
 TEST(Scheduler, PreferenceIsBetweenSamplesOfAPassAndSizeOfTiles) {
   RenderSettings settings = settings_for(1000, 800, 17, 25);
   settings.engine = "reverse";
