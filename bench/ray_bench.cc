@@ -287,7 +287,9 @@ class SceneBench {
     GatherRays rays;
     std::vector<std::uint32_t> all(points_.size());
     std::iota(all.begin(), all.end(), 0u);
-    create_gather_rays(points_, all, kRaysEach, 0, rays);
+    GatherRayMaker maker;
+    maker.prepare(points_, all, kRaysEach, 0);
+    maker.create(0, kRaysEach, rays);
     std::vector<std::uint32_t> by_point(rays.size());
     std::iota(by_point.begin(), by_point.end(), 0u);
     std::stable_sort(by_point.begin(), by_point.end(),
@@ -299,7 +301,8 @@ class SceneBench {
     for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk) {
       rays.clear();
       const std::size_t n = std::min(kPointsPerChunk, points_.size() - first);
-      create_gather_rays(points_, std::span(all).subspan(first, n), kRaysEach, 0, rays);
+      maker.prepare(points_, std::span(all).subspan(first, n), kRaysEach, 0);
+      maker.create(0, kRaysEach, rays);
       chunks.insert(chunks.end(), rays.rays.begin(), rays.rays.end());
     }
     std::vector<Ray> framed;
@@ -307,7 +310,8 @@ class SceneBench {
     for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk) {
       rays.clear();
       coherent_order(points_, first, std::min(first + kPointsPerChunk, points_.size()), order);
-      create_gather_rays(points_, order, kRaysEach, 0, rays);
+      maker.prepare(points_, order, kRaysEach, 0);
+      maker.create(0, kRaysEach, rays);
       framed.insert(framed.end(), rays.rays.begin(), rays.rays.end());
     }
     const double framed_seconds = median_seconds(repeats_, [&] {
@@ -341,8 +345,9 @@ class SceneBench {
     SlotRadiance radiance;
     radiance.resize(static_cast<std::size_t>(kPicture) * kPicture);
     Statistics statistics;
+    QueryPoints queries;
     const double gathering = median_seconds(
-        repeats_, [&] { (void)final_gather(tracer_, points_, 0, points_.size(), settings, radiance, statistics); });
+        repeats_, [&] { final_gather(tracer_, points_, 0, points_.size(), settings, radiance, queries, statistics); });
     PhotonPassSettings photons;
     PhotonPass pass;
     const double photon_cpu = median_seconds(repeats_, [&] { pass = trace_photons(tracer_, photons, statistics); });

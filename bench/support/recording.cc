@@ -45,8 +45,7 @@ Recording record(const Stage& stage, const RecordingSettings& settings) {
   } else {
     FinalGatherSettings gather;
     gather.rays = settings.gather;
-    recording.points =
-        final_gather(*stage.tracer, gather_points, 0, gather_points.size(), gather, radiance, statistics);
+    final_gather(*stage.tracer, gather_points, 0, gather_points.size(), gather, radiance, recording.points, statistics);
   }
   recording.ray_seconds = seconds_since(start);
   return recording;

@@ -2,8 +2,10 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <new>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 namespace glowworm {
 
@@ -11,6 +13,28 @@ namespace glowworm {
 /// the translation buffers less. Aligned to at least 64 bytes. Throws std::bad_alloc where there is none.
 void* allocate_large(std::size_t bytes);
 void free_large(void* memory);
+
+/// Makes std::vector take its memory from allocate_large().
+template <typename T>
+struct LargeAllocator {
+  using value_type = T;
+  LargeAllocator() = default;
+  template <typename U>
+  LargeAllocator(const LargeAllocator<U>&) {}
+  T* allocate(std::size_t n) {
+    if (n > static_cast<std::size_t>(-1) / sizeof(T)) throw std::bad_alloc();
+    return static_cast<T*>(allocate_large(n * sizeof(T)));
+  }
+  void deallocate(T* memory, std::size_t) { free_large(memory); }
+  template <typename U>
+  bool operator==(const LargeAllocator<U>&) const {
+    return true;
+  }
+};
+
+/// A vector that may grow large.
+template <typename T>
+using LargeVector = std::vector<T, LargeAllocator<T>>;
 
 /// An array of n elements without values, that only moves.
 template <typename T>

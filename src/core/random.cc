@@ -6,13 +6,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint32_t reverse_bits(std::uint32_t x) {
-  x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
-  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
-  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
-  return __builtin_bswap32(x);
-}
-
 /// Second Sobol' dimension: column k of its generator matrix, from the primitive polynomial x + 1 (Pascal's triangle
 /// mod 2). Four tables of a byte each make a point four look-ups.
 struct SobolTables {

@@ -23,6 +23,14 @@ inline std::uint32_t hash_combine(std::uint32_t seed, std::uint32_t value) {
 /// The upper 24 bits of x as a float in [0, 1).
 inline float to_unit_float(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
 
+/// The bits of x in reversed order.
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+  x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+  return __builtin_bswap32(x);
+}
+
 /// Owen-scrambles the bits of x, reversed on entry and exit (Burley, "Practical Hash-based Owen Scrambling", JCGT
 /// 9(4), 2020, with the hash of Laine and Karras as improved there).
 std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed);
@@ -44,7 +52,16 @@ enum class SamplerKind : std::uint8_t {
 class Sampler {
  public:
   Sampler(SamplerKind kind, std::uint32_t seed, std::uint32_t sequence, std::uint32_t index)
-      : kind_(kind), key_(hash_combine(hash_combine(0x6c6f7721u, seed), sequence)), index_(index) {}
+      : kind_(kind), key_(hash_combine(seed_key(seed), sequence)), index_(index) {}
+
+  /// What the numbers of pair `dimension` (0 for the first call of next2) of all samples of a sequence are made of,
+  /// with the sample number: for kernels that make many at once.
+  static std::uint32_t pair_key(std::uint32_t seed, std::uint32_t sequence, std::uint32_t dimension) {
+    return hash_combine(hash_combine(seed_key(seed), sequence), dimension);
+  }
+  /// The part of pair_key() that belongs to the seed: pair_key is hash_combine(hash_combine(seed_key, sequence),
+  /// dimension).
+  static std::uint32_t seed_key(std::uint32_t seed) { return hash_combine(0x6c6f7721u, seed); }
 
   /// A number in [0, 1).
   float next1() { return next2().x; }

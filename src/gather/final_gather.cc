@@ -19,36 +19,36 @@ namespace {
 
 /// Final gather rays that one piece of parallel work traces at once.
 constexpr std::size_t kRaysPerChunk = 32768;
+/// Of these so many are under way at a time, or one stratum: as their arrays fit the second cache.
+constexpr std::size_t kRaysAtOnce = 2048;
 constexpr int kRouletteAfter = 2;
 
 class ChunkGatherer {
  public:
   ChunkGatherer(const Tracer& tracer, const GatherPoints& points, const FinalGatherSettings& settings,
-                SlotRadiance& radiance, GatherRays& rays)
+                SlotRadiance& radiance, GatherRays& rays, QueryPoints& queries)
       : tracer_(tracer),
         scene_(tracer.scene()),
         points_(points),
         settings_(settings),
         radiance_(radiance),
-        rays_(rays) {}
+        rays_(rays),
+        queries_(queries) {}
 
-  QueryPoints gather(std::size_t first, std::size_t last) {
+  void gather(std::size_t first, std::size_t last) {
+    queries_.clear();
     std::vector<std::uint32_t> order;
     coherent_order(points_, first, last, order);
-    rays_.clear();
-    create_gather_rays(points_, order, settings_.rays, settings_.seed, rays_);
-    queries_.reserve(rays_.size());
-    while (!rays_.rays.empty()) {
-      rays_.hits.resize(rays_.rays.size());
-      tracer_.intersect(rays_.rays, rays_.hits, RayOrder::incoherent);
-      rays_traced += rays_.rays.size();
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < rays_.rays.size(); ++i)
-        if (advance(i)) rays_.move(i, kept++);
-      rays_.shrink(kept);
+    maker_.prepare(points_, order, settings_.rays, settings_.seed);
+    queries_.reserve(order.size() * settings_.rays);
+    const auto strata_at_once =
+        static_cast<std::uint32_t>(std::max<std::size_t>(1, kRaysAtOnce / std::max<std::size_t>(1, order.size())));
+    for (std::uint32_t stratum = 0; stratum < settings_.rays; stratum += strata_at_once) {
+      rays_.clear();
+      maker_.create(stratum, std::min(settings_.rays, stratum + strata_at_once), rays_);
+      while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
     }
     if (settings_.looks_at_patches()) look_at_patches(order);
-    return std::move(queries_);
   }
 
   std::uint64_t rays_traced = 0, shadow_rays = 0;
@@ -60,15 +60,8 @@ class ChunkGatherer {
     std::vector<std::uint32_t> targets;
     create_patch_rays(scene_, *settings_.bright, points_, order, settings_.rays, settings_.patch_samples,
                       settings_.seed, rays_, targets);
-    for (bool first = true; !rays_.rays.empty(); first = false) {
-      rays_.hits.resize(rays_.rays.size());
-      tracer_.intersect(rays_.rays, rays_.hits, RayOrder::incoherent);
-      rays_traced += rays_.rays.size();
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < rays_.rays.size(); ++i)
-        if ((!first || meets(i, targets[i])) && advance(i)) rays_.move(i, kept++);
-      rays_.shrink(kept);
-    }
+    if (!rays_.rays.empty()) trace([&](std::size_t i) { return meets(i, targets[i]); });
+    while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
   }
 
   bool meets(std::size_t i, std::uint32_t patch) const {
@@ -82,6 +75,18 @@ class ChunkGatherer {
     if (patch != kNone)
       rays_.weight[i] *= patch_weight(scene_, *settings_.bright, patch, rays_.rays[i], hit, rays_.pdf[i],
                                       settings_.rays, settings_.patch_samples);
+  }
+
+  /// Takes all rays to where they hit next, and drops those that end there or that `counts` refuses.
+  template <typename Counts>
+  void trace(Counts&& counts) {
+    rays_.hits.resize(rays_.rays.size());
+    tracer_.intersect(rays_.rays, rays_.hits, RayOrder::incoherent);
+    rays_traced += rays_.rays.size();
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < rays_.rays.size(); ++i)
+      if (counts(i) && advance(i)) rays_.move(i, kept++);
+    rays_.shrink(kept);
   }
 
   /// Takes ray i over its hit; true where it goes on.
@@ -227,70 +232,73 @@ class ChunkGatherer {
   const FinalGatherSettings& settings_;
   SlotRadiance& radiance_;
   GatherRays& rays_;
-  QueryPoints queries_;
+  GatherRayMaker maker_;
+  QueryPoints& queries_;
+};
+
+/// Arrays that chunks work in, one after the other.
+struct ChunkMemory {
+  GatherRays rays;
+  QueryPoints queries;
 };
 
 /// Hands out the chunks in order, whichever thread asks, and joins their query points in that order as they come, so
 /// that few wait and memory is used again while it is in the caches.
 class ChunkQueue {
  public:
-  ChunkQueue(std::size_t chunks, std::size_t rays) : waiting_(chunks), done_(chunks, false) { joined_.reserve(rays); }
+  ChunkQueue(std::size_t chunks, QueryPoints& joined) : waiting_(chunks), joined_(joined) {}
 
   std::size_t take() { return next_to_take_.fetch_add(1); }
 
-  /// Arrays for the rays of a chunk, which have been used before where possible.
-  std::unique_ptr<GatherRays> borrow() {
+  /// Memory that has been used before where possible.
+  std::unique_ptr<ChunkMemory> borrow() {
     const std::scoped_lock lock(mutex_);
-    if (spare_.empty()) return std::make_unique<GatherRays>();
-    std::unique_ptr<GatherRays> rays = std::move(spare_.back());
+    if (spare_.empty()) return std::make_unique<ChunkMemory>();
+    std::unique_ptr<ChunkMemory> memory = std::move(spare_.back());
     spare_.pop_back();
-    return rays;
+    return memory;
   }
 
-  void put(std::size_t chunk, QueryPoints&& queries, std::unique_ptr<GatherRays> rays) {
+  void put(std::size_t chunk, std::unique_ptr<ChunkMemory> memory) {
     const std::scoped_lock lock(mutex_);
-    spare_.push_back(std::move(rays));
-    waiting_[chunk] = std::move(queries);
-    done_[chunk] = true;
-    for (; next_to_join_ < done_.size() && done_[next_to_join_]; ++next_to_join_) {
-      joined_.append(waiting_[next_to_join_]);
-      waiting_[next_to_join_] = QueryPoints();
+    waiting_[chunk] = std::move(memory);
+    for (; next_to_join_ < waiting_.size() && waiting_[next_to_join_]; ++next_to_join_) {
+      joined_.append(waiting_[next_to_join_]->queries);
+      spare_.push_back(std::move(waiting_[next_to_join_]));
     }
   }
-
-  QueryPoints result() { return std::move(joined_); }
 
  private:
   std::atomic<std::size_t> next_to_take_{0};
   std::mutex mutex_;
-  QueryPoints joined_;
-  std::vector<QueryPoints> waiting_;
-  std::vector<bool> done_;
+  std::vector<std::unique_ptr<ChunkMemory>> waiting_;
   std::size_t next_to_join_ = 0;
-  std::vector<std::unique_ptr<GatherRays>> spare_;
+  std::vector<std::unique_ptr<ChunkMemory>> spare_;
+  QueryPoints& joined_;
 };
 
 }  // namespace
 
-QueryPoints final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
-                         const FinalGatherSettings& settings, SlotRadiance& radiance, Statistics& statistics) {
+void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
+                  const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
+                  Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::gather_rays);
-  if (first >= last || settings.rays == 0) return {};
+  queries.clear();
+  if (first >= last || settings.rays == 0) return;
+  queries.reserve((last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
   const std::size_t per_chunk = std::max<std::size_t>(1, kRaysPerChunk / settings.rays);
   const std::size_t chunks = (last - first + per_chunk - 1) / per_chunk;
-  ChunkQueue queue(chunks,
-                   (last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
+  ChunkQueue queue(chunks, queries);
   parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
     const std::size_t chunk = queue.take();
     const std::size_t begin = first + chunk * per_chunk, end = std::min(begin + per_chunk, last);
-    std::unique_ptr<GatherRays> rays = queue.borrow();
-    ChunkGatherer gatherer(tracer, points, settings, radiance, *rays);
-    QueryPoints queries = gatherer.gather(begin, end);
+    std::unique_ptr<ChunkMemory> memory = queue.borrow();
+    ChunkGatherer gatherer(tracer, points, settings, radiance, memory->rays, memory->queries);
+    gatherer.gather(begin, end);
     statistics.add(Counter::gather_rays, gatherer.rays_traced);
     statistics.add(Counter::occlusion_rays, gatherer.shadow_rays);
-    queue.put(chunk, std::move(queries), std::move(rays));
+    queue.put(chunk, std::move(memory));
   });
-  return queue.result();
 }
 
 QueryPoints gather_points_as_queries(const GatherPoints& points) {

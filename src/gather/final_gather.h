@@ -26,11 +26,13 @@ struct FinalGatherSettings {
 
 /// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit
 /// lights bring (weighted against light_samples light samples), and to `radiance.indirect` the direct light at the ends
-/// of rays that gather again. Returns the query points, whose weight carries the throughput of the camera path and 1/N,
-/// and whose gather_point is the slot; in an order in which neighbours are close together. The same for any number of
-/// threads. Adds to Phase::gather_rays; counts gather_rays and occlusion_rays.
-QueryPoints final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
-                         const FinalGatherSettings& settings, SlotRadiance& radiance, Statistics& statistics);
+/// of rays that gather again. `queries` become the query points, whose weight carries the throughput of the camera path
+/// and 1/N, and whose gather_point is the slot; in an order in which neighbours are close together; what they held
+/// before is lost, but its memory is used again. The same for any number of threads. Adds to Phase::gather_rays; counts
+/// gather_rays and occlusion_rays.
+void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
+                  const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
+                  Statistics& statistics);
 
 /// The gather points themselves as query points, for the caustic map: weight is the throughput.
 QueryPoints gather_points_as_queries(const GatherPoints& points);

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "core/random.h"
+#include "core/warp.h"
+#include "kernels/diffuse_rays.h"
 #include "scene/surface.h"
 
 namespace glowworm {
@@ -23,6 +25,25 @@ struct Strata {
   }
   bool usable() const { return columns > 0; }
 };
+
+/// Where the rays of one stratum take their numbers.
+DiffuseRayCell numbers_of_cell(std::uint32_t rays_each, std::uint32_t cell, std::uint32_t seed) {
+  const Strata strata(rays_each);
+  DiffuseRayCell numbers;
+  numbers.seed = seed;
+  if (!strata.usable()) {
+    numbers.sequence_salt = 0x67617468u;
+    numbers.sample_stride = rays_each;
+    numbers.sample_offset = cell;
+    return numbers;
+  }
+  numbers.sequence_salt = cell;
+  numbers.side[0] = 1 / static_cast<float>(strata.columns);
+  numbers.side[1] = 1 / static_cast<float>(strata.rows);
+  numbers.low[0] = static_cast<float>(cell % strata.columns) * numbers.side[0];
+  numbers.low[1] = static_cast<float>(cell / strata.columns) * numbers.side[1];
+  return numbers;
+}
 
 /// Cell of a unit vector in a grid of 2^bits x 2^bits over the octahedron (Cigolle et al., "A Survey of Efficient
 /// Representations for Independent Unit Vectors", JCGT 3(2), 2014).
@@ -106,34 +127,85 @@ void coherent_order(const GatherPoints& points, std::size_t first, std::size_t l
   for (const std::uint64_t key : keys) order.push_back(static_cast<std::uint32_t>(key));
 }
 
-void create_gather_rays(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
-                        std::uint32_t seed, GatherRays& out) {
-  const Strata strata(rays_each);
-  const float share = 1.0f / static_cast<float>(rays_each);
-  out.reserve(out.size() + order.size() * rays_each);
-  for (std::uint32_t cell = 0; cell < rays_each; ++cell)
-    for (const std::uint32_t i : order) {
-      Vec2 u;
-      if (strata.usable()) {
-        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], cell), points.sample[i]);
-        u = sampler.next2();
-        u.x = (static_cast<float>(cell % strata.columns) + u.x) / static_cast<float>(strata.columns);
-        u.y = (static_cast<float>(cell / strata.columns) + u.y) / static_cast<float>(strata.rows);
-      } else {
-        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x67617468u),
-                        points.sample[i] * rays_each + cell);
-        u = sampler.next2();
+void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
+                             std::uint32_t seed) {
+  points_ = &points;
+  order_ = order;
+  rays_each_ = rays_each;
+  seed_ = seed;
+  const std::size_t padded = order.size() + kDiffuseRayPadding;
+  sequence_.resize(padded);
+  sample_.resize(padded);
+  for (auto* arrays : {&normal_, &direction_})
+    for (std::vector<float>& array : *arrays) array.resize(padded);
+  for (std::vector<float>& array : frame_) array.resize(padded);
+  cosine_.resize(padded);
+  origin_.resize(order.size());
+  weight_.resize(order.size());
+  diffuse_.resize(order.size());
+  any_diffuse_ = false;
+  for (std::size_t place = 0; place < order.size(); ++place) {
+    diffuse_[place] = is_lambertian(points.bsdf[order[place]]);
+    if (diffuse_[place]) prepare_diffuse(place);
+    any_diffuse_ |= diffuse_[place] != 0;
+  }
+}
+
+void GatherRayMaker::prepare_diffuse(std::size_t place) {
+  const std::uint32_t i = order_[place];
+  const Frame& frame = points_->frame[i];
+  const float cosine = dot(points_->wo[i], frame.n);
+  const Vec3 axes[3] = {frame.s, frame.t, cosine < 0 ? -frame.n : frame.n};
+  const RGB reflectance = points_->bsdf[i].diffuse;
+  // A surface that is black or seen edge on has no rays: with a normal of zero no direction lies on its side.
+  const Vec3 normal = cosine != 0 && max_component(reflectance) > 0 ? points_->normal[i] : Vec3{0, 0, 0};
+  sequence_[place] = points_->sequence[i];
+  sample_[place] = points_->sample[i];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t which = 0; which < 3; ++which) frame_[3 * which + axis][place] = axes[which][axis];
+    normal_[axis][place] = normal[axis];
+  }
+  origin_[place] = offset_origin(points_->position[i], points_->normal[i]);
+  weight_[place] = points_->throughput[i] * reflectance * (1.0f / static_cast<float>(rays_each_));
+}
+
+void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays& out) {
+  DiffuseRayPoints points{order_.size(), sequence_.data(), sample_.data(), {}, {}};
+  for (std::size_t i = 0; i < 9; ++i) points.frame[i] = frame_[i].data();
+  for (std::size_t i = 0; i < 3; ++i) points.normal[i] = normal_[i].data();
+  const DiffuseRays made{{direction_[0].data(), direction_[1].data(), direction_[2].data()}, cosine_.data()};
+  out.reserve(out.size() + order_.size() * (last - first));
+  for (std::uint32_t cell = first; cell < last; ++cell) {
+    if (any_diffuse_) diffuse_rays(points, numbers_of_cell(rays_each_, cell, seed_), made);
+    for (std::size_t place = 0; place < order_.size(); ++place) {
+      if (!diffuse_[place]) {
+        add_other(place, cell, out);
+      } else if (cosine_[place] > 0) {
+        const Vec3 direction{direction_[0][place], direction_[1][place], direction_[2][place]};
+        out.push_back({origin_[place], 0, direction, std::numeric_limits<float>::infinity()}, weight_[place],
+                      cosine_hemisphere_pdf(cosine_[place]), order_[place], cell);
       }
-      const Bsdf& bsdf = points.bsdf[i];
-      const float u_lobe = is_lambertian(bsdf) ? 0 : gather_ray_number(points, i, cell, seed, 0x6c6f6265u);
-      const Vec3 wo = points.frame[i].to_local(points.wo[i]);
-      const BsdfSample s = sample(bsdf, wo, u_lobe, u, kBroad, Transport::radiance);
-      if (!s.valid || is_black(s.weight)) continue;
-      Ray ray;
-      if (!leave_surface(points.position[i], points.normal[i], points.frame[i].to_world(s.wi), s.wi.z * wo.z > 0, ray))
-        continue;
-      out.push_back(ray, points.throughput[i] * s.weight * share, s.pdf, i, cell);
     }
+  }
+}
+
+/// The same for one ray of any BSDF.
+void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const {
+  const GatherPoints& points = *points_;
+  const std::uint32_t i = order_[place];
+  const DiffuseRayCell numbers = numbers_of_cell(rays_each_, cell, seed_);
+  Sampler sampler(SamplerKind::sobol, seed_, hash_combine(points.sequence[i], numbers.sequence_salt),
+                  points.sample[i] * numbers.sample_stride + numbers.sample_offset);
+  const Vec2 u = sampler.next2();
+  const Vec2 in_cell{u.x * numbers.side[0] + numbers.low[0], u.y * numbers.side[1] + numbers.low[1]};
+  const Vec3 wo = points.frame[i].to_local(points.wo[i]);
+  const BsdfSample s = sample(points.bsdf[i], wo, gather_ray_number(points, i, cell, seed_, 0x6c6f6265u), in_cell,
+                              kBroad, Transport::radiance);
+  if (!s.valid || is_black(s.weight)) return;
+  Ray ray;
+  if (!leave_surface(points.position[i], points.normal[i], points.frame[i].to_world(s.wi), s.wi.z * wo.z > 0, ray))
+    return;
+  out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
 }
 
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,

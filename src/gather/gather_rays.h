@@ -1,5 +1,6 @@
 // Final gather rays under way, and how they are made: BRDF-sampled, one in each stratum of every gather point.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -43,10 +44,33 @@ struct GatherRays {
 /// point alike come together, else as before.
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last, std::vector<std::uint32_t>& order);
 
-/// Appends the rays of the gather points listed, `rays_each` of every one, stratum by stratum: within a stratum
-/// neighbours in `order` are neighbours. Samples without a direction leave none.
-void create_gather_rays(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
-                        std::uint32_t seed, GatherRays& out);
+/// Makes the rays of some gather points, stratum by stratum: `rays_each` of every point, neighbours in `order`
+/// neighbours within a stratum. Diffuse points go through the kernel diffuse_rays(), others one by one.
+class GatherRayMaker {
+ public:
+  /// @param points must outlive the maker; @param order which of them, and in what order
+  void prepare(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
+               std::uint32_t seed);
+  /// Appends the rays of strata [first, last), last <= rays_each. Samples without a direction leave none.
+  void create(std::uint32_t first, std::uint32_t last, GatherRays& out);
+
+ private:
+  void prepare_diffuse(std::size_t place);
+  void add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const;
+
+  const GatherPoints* points_ = nullptr;
+  std::span<const std::uint32_t> order_;
+  std::uint32_t rays_each_ = 0, seed_ = 0;
+  // Of each place in the order: arrays as the kernel wants them.
+  std::vector<std::uint32_t> sequence_, sample_;
+  std::array<std::vector<float>, 9> frame_;
+  std::array<std::vector<float>, 3> normal_, direction_;
+  std::vector<float> cosine_;
+  std::vector<Vec3> origin_;
+  std::vector<RGB> weight_;  // of a diffuse ray
+  std::vector<std::uint8_t> diffuse_;
+  bool any_diffuse_ = false;
+};
 
 /// A number in [0, 1) that belongs to one final gather ray and `what` it is for.
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,

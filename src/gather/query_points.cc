@@ -2,7 +2,15 @@
 
 namespace glowworm {
 
-void QueryPoints::clear() { *this = QueryPoints(); }
+void QueryPoints::clear() {
+  position.clear();
+  normal.clear();
+  reflectance.clear();
+  bsdf.clear();
+  bsdfs.clear();
+  weight.clear();
+  gather_point.clear();
+}
 
 void QueryPoints::reserve(std::size_t n) {
   position.reserve(n);

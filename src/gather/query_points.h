@@ -1,8 +1,8 @@
 // Query points (the "reverse photons" of [HHS05]): where the photon map is asked for radiance.
 #pragma once
 #include <cstdint>
-#include <vector>
 
+#include "core/large_array.h"
 #include "core/rgb.h"
 #include "core/vec.h"
 #include "scene/bsdf.h"
@@ -22,15 +22,16 @@ struct QueryBsdf {
 /// Points at which outgoing radiance is wanted. Arrays of one length, index i one point; `weight` and `gather_point`
 /// are for completion, the engines read the others.
 struct QueryPoints {
-  std::vector<Vec3> position;               ///< metres
-  std::vector<Vec3> normal;                 ///< unit, geometric, on the side that is seen
-  std::vector<RGB> reflectance;             ///< Lambertian: albedo; others: unused
-  std::vector<std::uint32_t> bsdf;          ///< index into bsdfs, or kLambertianQuery
-  std::vector<QueryBsdf> bsdfs;             ///< one for each point that is not Lambertian
-  std::vector<RGB> weight;                  ///< f_r cos / (pdf N) at the gather point: factor on the radiance
-  std::vector<std::uint32_t> gather_point;  ///< the gather point (or any target index) this one belongs to
+  LargeVector<Vec3> position;               ///< metres
+  LargeVector<Vec3> normal;                 ///< unit, geometric, on the side that is seen
+  LargeVector<RGB> reflectance;             ///< Lambertian: albedo; others: unused
+  LargeVector<std::uint32_t> bsdf;          ///< index into bsdfs, or kLambertianQuery
+  LargeVector<QueryBsdf> bsdfs;             ///< one for each point that is not Lambertian
+  LargeVector<RGB> weight;                  ///< f_r cos / (pdf N) at the gather point: factor on the radiance
+  LargeVector<std::uint32_t> gather_point;  ///< the gather point (or any target index) this one belongs to
 
   std::size_t size() const { return position.size(); }
+  /// Forgets all points but keeps their memory.
   void clear();
   /// Takes memory for n points, of which bsdfs has none.
   void reserve(std::size_t n);

@@ -64,7 +64,9 @@ PhotonDemand find_demand(const Tracer& tracer, const Camera& camera, const Rende
   FinalGatherSettings gather;
   gather.rays = kPilotGatherRays;
   gather.seed = settings.seed;
-  demand.gathered = importance(final_gather(tracer, points, 0, points.size(), gather, radiance, statistics));
+  QueryPoints queries;
+  final_gather(tracer, points, 0, points.size(), gather, radiance, queries, statistics);
+  demand.gathered = importance(queries);
   return demand;
 }
 

@@ -175,13 +175,15 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(queries_at_once_, room));
   const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
   const auto trace = [&](std::size_t first) {
-    return final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance,
-                        statistics_);
+    final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance, queries_,
+                 statistics_);
   };
   const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * kBytesPerQuery);
   if (!by_disk_) {
-    for (std::size_t first = 0; first < points.size(); first += step)
-      look_up(trace(first), *engine_, radiance.indirect);
+    for (std::size_t first = 0; first < points.size(); first += step) {
+      trace(first);
+      look_up(queries_, *engine_, radiance.indirect);
+    }
     return;
   }
   const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kLeastCache, kMostCache);
@@ -189,10 +191,11 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   // A ray that ends on a translucent sheet gives two.
   QueryStore store(photon_bounds_, 2 * points.size() * rays_each, cache_bytes);
   for (std::size_t first = 0; first < points.size(); first += step) {
-    const QueryPoints portion = trace(first);
+    trace(first);
     const PhaseTimer timer(statistics_, Phase::reorder);
-    store.append(portion);
+    store.append(queries_);
   }
+  queries_ = QueryPoints();
   store.visit(queries_at_once, [&](const QueryPoints& run) { look_up(run, *engine_, radiance.indirect); });
   paged_ += store.counts();
 }

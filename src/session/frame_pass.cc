@@ -84,14 +84,15 @@ class PassRenderer {
       interrupt_.check();
       const std::size_t last = std::min(first + step, points.size());
       const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * kBytesPerQuery);
-      answer(final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, statistics_));
+      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, queries_, statistics_);
+      answer(queries_);
     }
   }
 
   void diagnose(const GatherPoints& points) {
     pass_.diagnosis.assign(pass_.first_hit.depth.size(), RGB());
     if (maps_.empty() || !maps_.diagnosis()) return;
-    const auto count = [&](QueryPoints queries) {
+    const auto count = [&](QueryPoints& queries) {
       // Lambertian of reflectance pi: what the index holds is summed as it is.
       std::fill(queries.reflectance.begin(), queries.reflectance.end(), RGB(kPi));
       std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
@@ -102,7 +103,7 @@ class PassRenderer {
     if (settings_.mode == ViewMode::cost)
       gather(points, count);
     else
-      count(gather_points_as_queries(points));
+      count(queries_ = gather_points_as_queries(points));
   }
 
   const Tracer& tracer_;
@@ -112,6 +113,7 @@ class PassRenderer {
   const Interrupt& interrupt_;
   Statistics& statistics_;
   FramePass pass_;
+  QueryPoints queries_;
 };
 
 }  // namespace

@@ -1,0 +1,25 @@
+#include "core/random.h"
+#include "core/warp.h"
+#include "kernels/diffuse_rays.h"
+
+namespace glowworm {
+
+void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out) {
+  for (std::size_t i = 0; i < points.count; ++i) {
+    Sampler sampler(SamplerKind::sobol, cell.seed, hash_combine(points.sequence[i], cell.sequence_salt),
+                    points.sample[i] * cell.sample_stride + cell.sample_offset);
+    const Vec2 u = sampler.next2();
+    const Vec3 local =
+        square_to_cosine_hemisphere({u.x * cell.side[0] + cell.low[0], u.y * cell.side[1] + cell.low[1]});
+    float side = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float d =
+          points.frame[axis][i] * local.x + points.frame[3 + axis][i] * local.y + points.frame[6 + axis][i] * local.z;
+      out.direction[axis][i] = d;
+      side += d * points.normal[axis][i];
+    }
+    out.cosine[i] = side > 0 ? local.z : 0;
+  }
+}
+
+}  // namespace glowworm
