@@ -9,11 +9,22 @@ Distribution1D::Distribution1D(std::span<const float> weights) : cdf_(weights.si
   total_ = cdf_.back();
   for (std::size_t i = 0; i < cdf_.size(); ++i)
     cdf_[i] = total_ > 0 ? cdf_[i] / total_ : static_cast<double>(i) / static_cast<double>(weights.size());
+  nearest_.resize(weights.size());
+  std::uint32_t index = 0;
+  for (std::size_t step = 0; step < weights.size(); ++step) {
+    const double u = static_cast<double>(step) / static_cast<double>(weights.size());
+    while (index + 1 < weights.size() && cdf_[index + 1] <= u) ++index;
+    nearest_[step] = index;
+  }
 }
 
 Distribution1D::Sample Distribution1D::sample(float u) const {
-  const auto above = std::upper_bound(cdf_.begin(), cdf_.end(), static_cast<double>(u));
-  auto index = std::clamp<std::ptrdiff_t>(above - cdf_.begin() - 1, 0, static_cast<std::ptrdiff_t>(size()) - 1);
+  // The last index whose interval begins at or below u, from a table of where to begin (the indexed search of Chen and
+  // Asau, "On Generating Random Variates from an Empirical Distribution", AIIE Transactions 6(2), 1974).
+  const auto step = static_cast<std::size_t>(static_cast<double>(u) * static_cast<double>(size()));
+  std::size_t index = nearest_[std::min(step, size() - 1)];
+  while (index > 0 && cdf_[index] > u) --index;
+  while (index + 1 < size() && cdf_[index + 1] <= u) ++index;
   const double width = cdf_[index + 1] - cdf_[index];
   const double inside = width > 0 ? (u - cdf_[index]) / width : 0.0;
   return {static_cast<std::uint32_t>(index), static_cast<float>(width),

@@ -2,9 +2,9 @@
 #pragma once
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/box.h"
+#include "core/large_array.h"
 #include "core/rgb.h"
 #include "core/vec.h"
 
@@ -12,10 +12,10 @@ namespace glowworm {
 
 /// Flux that arrived at surfaces. All arrays have the same length; index i is one photon.
 struct PhotonBatch {
-  std::vector<Vec3> position;   ///< metres
-  std::vector<Vec3> direction;  ///< unit, back along the way it came (w_j of the estimators)
-  std::vector<RGB> flux;        ///< W: dPhi_j
-  std::vector<Vec3> normal;     ///< unit, geometric, on the side that the photon arrived at
+  LargeVector<Vec3> position;   ///< metres
+  LargeVector<Vec3> direction;  ///< unit, back along the way it came (w_j of the estimators)
+  LargeVector<RGB> flux;        ///< W: dPhi_j
+  LargeVector<Vec3> normal;     ///< unit, geometric, on the side that the photon arrived at
 
   std::size_t size() const { return position.size(); }
   void resize(std::size_t n) {
@@ -23,6 +23,12 @@ struct PhotonBatch {
     direction.resize(n);
     flux.resize(n);
     normal.resize(n);
+  }
+  void reserve(std::size_t n) {
+    position.reserve(n);
+    direction.reserve(n);
+    flux.reserve(n);
+    normal.reserve(n);
   }
   void clear() { resize(0); }
   void push_back(Vec3 p, Vec3 d, RGB f, Vec3 n) {

@@ -5,6 +5,8 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/warp.h"
+#include "kernels/sobol.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
 
@@ -19,11 +21,17 @@ struct Paths {
   std::vector<Ray> rays;
   std::vector<Hit> hits;
   std::vector<RGB> flux;
-  std::vector<Sampler> samplers;
   std::vector<std::uint32_t> number;  ///< of the path within its chunk
   std::vector<std::uint32_t> light;
   std::vector<std::uint8_t> sharp_only;  ///< every bounce so far was sharp
 };
+
+/// A pair of random numbers of every path under way.
+struct Pairs {
+  std::vector<float> x, y;
+};
+/// Pairs that emission takes; every bounce takes two.
+constexpr std::uint32_t kEmissionPairs = 3;
 
 /// What one chunk of paths leaves. Photons are in order of bounce; `path` says whose they are.
 struct ChunkResult {
@@ -36,6 +44,17 @@ struct ChunkResult {
   std::vector<std::uint32_t> emitted_light;
   std::vector<EmissionNumbers> numbers;  // that each path was emitted with
   std::vector<float> guide_weight;       // and the factor on its flux
+
+  /// For a chunk of so many paths, each of which leaves a few photons.
+  void reserve(std::size_t paths) {
+    constexpr std::size_t kPhotonsEach = 3;
+    photons.reserve(kPhotonsEach * paths);
+    for (auto* array : {&path, &light}) array->reserve(kPhotonsEach * paths);
+    for (auto* array : {&caustic, &used}) array->reserve(kPhotonsEach * paths);
+    emitted_light.reserve(paths);
+    numbers.reserve(paths);
+    guide_weight.reserve(paths);
+  }
 };
 
 void add(std::array<double, 3>& sum, RGB flux) {
@@ -64,10 +83,12 @@ class ChunkTracer {
   ChunkTracer(const Tracer& tracer, const PhotonPassSettings& settings) : tracer_(tracer), settings_(settings) {}
 
   ChunkResult trace(std::uint64_t first_path, std::size_t count) {
+    reserve(count);
     emit(first_path, count);
     for (int bounce = 0; !paths_.rays.empty(); ++bounce) {
       paths_.hits.resize(paths_.rays.size());
       tracer_.intersect(paths_.rays, paths_.hits, RayOrder::incoherent);
+      draw_bounce(first_path, bounce);
       std::size_t kept = 0;
       for (std::size_t i = 0; i < paths_.rays.size(); ++i)
         if (scatter(i, bounce)) keep(i, kept++);
@@ -77,14 +98,33 @@ class ChunkTracer {
   }
 
  private:
+  void reserve(std::size_t count) {
+    paths_.rays.reserve(count);
+    paths_.hits.reserve(count);
+    paths_.flux.reserve(count);
+    paths_.number.reserve(count);
+    paths_.light.reserve(count);
+    paths_.sharp_only.reserve(count);
+    result_.reserve(count);
+  }
+
+  /// Pair `dimension` of the paths' random numbers.
+  void draw(std::uint32_t dimension, Pairs& pairs) {
+    pairs.x.resize(index_.size());
+    pairs.y.resize(index_.size());
+    sobol_pairs(Sampler::pair_key(settings_.seed, hash_combine(0x70686f74u, settings_.pass), dimension), index_.data(),
+                index_.size(), pairs.x.data(), pairs.y.data());
+  }
+
   void emit(std::uint64_t first_path, std::size_t count) {
-    const std::uint32_t sequence = hash_combine(0x70686f74u, settings_.pass);
+    index_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) index_[i] = static_cast<std::uint32_t>(first_path + i);
+    Pairs light;
+    draw(0, direction_);
+    draw(1, choice_);
+    draw(2, light);
     for (std::size_t i = 0; i < count; ++i) {
-      Sampler sampler(SamplerKind::sobol, settings_.seed, sequence, static_cast<std::uint32_t>(first_path + i));
-      const Vec2 direction_sample = sampler.next2();
-      const Vec2 position_sample = sampler.next2();
-      EmissionNumbers numbers = {sampler.next1(), position_sample.x, position_sample.y, direction_sample.x,
-                                 direction_sample.y};
+      EmissionNumbers numbers = {light.x[i], choice_.x[i], choice_.y[i], direction_.x[i], direction_.y[i]};
       const float guide_weight = settings_.guide ? settings_.guide->warp(numbers) : 1.0f;
       EmittedPhoton photon =
           sample_emission(tracer_.scene(), numbers[0], {numbers[1], numbers[2]}, {numbers[3], numbers[4]});
@@ -96,65 +136,95 @@ class ChunkTracer {
       if (is_black(photon.flux)) continue;
       paths_.rays.push_back(photon_ray(photon.origin, photon.direction));
       paths_.flux.push_back(photon.flux);
-      paths_.samplers.push_back(sampler);
       paths_.number.push_back(static_cast<std::uint32_t>(i));
       paths_.light.push_back(photon.light);
       paths_.sharp_only.push_back(1);
     }
   }
 
+  /// The numbers of a bounce, of all paths at once: a pair for the choice of the lobe and for Russian roulette, and one
+  /// for the direction.
+  void draw_bounce(std::uint64_t first_path, int bounce) {
+    index_.resize(paths_.number.size());
+    for (std::size_t i = 0; i < index_.size(); ++i)
+      index_[i] = static_cast<std::uint32_t>(first_path + paths_.number[i]);
+    const auto dimension = kEmissionPairs + 2 * static_cast<std::uint32_t>(bounce);
+    draw(dimension, choice_);
+    draw(dimension + 1, direction_);
+  }
+
   /// Stores the photon that path i leaves where it hits, and turns the path into its next piece; false where it ends.
   bool scatter(std::size_t i, int bounce) {
-    const Scene& scene = tracer_.scene();
-    RGB& flux = paths_.flux[i];
     const Hit& hit = paths_.hits[i];
     if (hit.triangle == kNone) {
-      add(result_.balance.escaped, flux);
+      add(result_.balance.escaped, paths_.flux[i]);
       return false;
     }
-    add(result_.balance.arrived, flux);
+    add(result_.balance.arrived, paths_.flux[i]);
+    const Scene& scene = tracer_.scene();
     const Vec3 back = -paths_.rays[i].direction;
+    DiffusePoint diffuse;
+    Vec3 shading_normal;
+    if (diffuse_point(scene, hit.triangle, hit.barycentric, diffuse) &&
+        diffuse_shading_normal(scene, hit.triangle, hit.barycentric, diffuse, back, shading_normal))
+      return scatter_diffuse(i, bounce, diffuse, shading_normal, back);
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
     const Bsdf bsdf = resolve_bsdf(scene, point, back);
-    const Lobes have = lobes(bsdf);
-    if (have & kBroad) store(i, point, back, bounce);
+    if (lobes(bsdf) & kBroad) store(i, point.position, point.geometric_normal, point.frame.n, back, bounce);
     const Vec3 wo = point.frame.to_local(back);
-    Sampler& sampler = paths_.samplers[i];
-    const float u_lobe = sampler.next1();
-    const BsdfSample s = sample(bsdf, wo, u_lobe, sampler.next2(), kAllLobes, Transport::flux);
+    const BsdfSample s = sample(bsdf, wo, choice_.x[i], {direction_.x[i], direction_.y[i]}, kAllLobes, Transport::flux);
     if (!s.valid) return false;
-    const Vec3 direction = point.frame.to_world(s.wi);
-    const float out_geometric = dot(direction, point.geometric_normal);
-    const float in_geometric = dot(back, point.geometric_normal);
+    return leave(i, bounce, point.position, point.geometric_normal, wo.z, s.wi.z, point.frame.to_world(s.wi), s.weight,
+                 s.lobe == kSharp);
+  }
+
+  /// The same where nearly all paths end up: on a surface that only reflects diffusely, without frame and lobes.
+  bool scatter_diffuse(std::size_t i, int bounce, const DiffusePoint& point, Vec3 shading_normal, Vec3 back) {
+    if (is_black(point.reflectance)) return false;
+    store(i, point.position, point.geometric_normal, shading_normal, back, bounce);
+    const Vec3 n = face_forward(shading_normal, back);
+    const Vec3 wi = square_to_cosine_hemisphere({direction_.x[i], direction_.y[i]});
+    if (!(wi.z > 0)) return false;
+    return leave(i, bounce, point.position, point.geometric_normal, dot(n, back), wi.z,
+                 Frame::from_normal(n).to_world(wi), point.reflectance, false);
+  }
+
+  /// Sends path i on in a direction that was sampled with `weight`, or ends it by Russian roulette.
+  /// @param cosine_in, cosine_out to the shading normal, with their signs
+  bool leave(std::size_t i, int bounce, Vec3 position, Vec3 geometric_normal, float cosine_in, float cosine_out,
+             Vec3 direction, RGB weight, bool sharp) {
+    RGB& flux = paths_.flux[i];
+    const float out_geometric = dot(direction, geometric_normal);
+    const float in_geometric = -dot(paths_.rays[i].direction, geometric_normal);
     // A shading normal may send light through an opaque surface: such paths do not exist.
-    if ((out_geometric * in_geometric > 0) != (s.wi.z * wo.z > 0) || out_geometric == 0) return false;
+    if ((out_geometric * in_geometric > 0) != (cosine_out * cosine_in > 0) || out_geometric == 0) return false;
     // Veach 1997, equation 5.19: the adjoint BSDF under shading normals.
     const float adjoint =
-        std::min(std::abs(wo.z * out_geometric / std::max(std::abs(in_geometric * s.wi.z), 1e-9f)), 8.0f);
-    const RGB next = flux * s.weight * adjoint;
+        std::min(std::abs(cosine_in * out_geometric / std::max(std::abs(in_geometric * cosine_out), 1e-9f)), 8.0f);
+    const RGB next = flux * weight * adjoint;
     const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux), 1e-30f));
-    if (!(survival > 0) || sampler.next1() >= survival) return false;
+    if (!(survival > 0) || choice_.y[i] >= survival) return false;
     flux = next / survival;
     add(result_.balance.scattered, flux);
     if (bounce + 1 >= settings_.max_bounces) {
       add(result_.balance.cut, flux);
       return false;
     }
-    paths_.sharp_only[i] &= s.lobe == kSharp;
-    const Vec3 side = out_geometric > 0 ? point.geometric_normal : -point.geometric_normal;
-    paths_.rays[i] = photon_ray(offset_origin(point.position, side), direction);
+    paths_.sharp_only[i] &= sharp;
+    const Vec3 side = out_geometric > 0 ? geometric_normal : -geometric_normal;
+    paths_.rays[i] = photon_ray(offset_origin(position, side), direction);
     return true;
   }
 
-  void store(std::size_t i, const SurfacePoint& point, Vec3 back, int bounce) {
-    const Vec3 normal = face_forward(point.geometric_normal, back);
-    const float correction = arrival_correction(back, point.frame.n, normal);
-    result_.photons.push_back(point.position, back, paths_.flux[i] * correction, normal);
+  void store(std::size_t i, Vec3 position, Vec3 geometric_normal, Vec3 shading_normal, Vec3 back, int bounce) {
+    const Vec3 normal = face_forward(geometric_normal, back);
+    const float correction = arrival_correction(back, shading_normal, normal);
+    result_.photons.push_back(position, back, paths_.flux[i] * correction, normal);
     result_.path.push_back(paths_.number[i]);
     result_.light.push_back(paths_.light[i]);
     const bool caustic = bounce > 0 && paths_.sharp_only[i];
     result_.caustic.push_back(caustic);
-    result_.used.push_back(!settings_.demand || demand_for(*settings_.demand, point.position, normal, caustic) > 0);
+    result_.used.push_back(!settings_.demand || demand_for(*settings_.demand, position, normal, caustic) > 0);
     add(result_.balance.stored, paths_.flux[i]);
   }
 
@@ -162,7 +232,6 @@ class ChunkTracer {
     if (from == to) return;
     paths_.rays[to] = paths_.rays[from];
     paths_.flux[to] = paths_.flux[from];
-    paths_.samplers[to] = paths_.samplers[from];
     paths_.number[to] = paths_.number[from];
     paths_.light[to] = paths_.light[from];
     paths_.sharp_only[to] = paths_.sharp_only[from];
@@ -171,7 +240,6 @@ class ChunkTracer {
   void shrink(std::size_t n) {
     paths_.rays.resize(n);
     paths_.flux.resize(n);
-    paths_.samplers.erase(paths_.samplers.begin() + static_cast<std::ptrdiff_t>(n), paths_.samplers.end());
     paths_.number.resize(n);
     paths_.light.resize(n);
     paths_.sharp_only.resize(n);
@@ -180,6 +248,8 @@ class ChunkTracer {
   const Tracer& tracer_;
   const PhotonPassSettings& settings_;
   Paths paths_;
+  std::vector<std::uint32_t> index_;  // of the paths under way, among all of the pass
+  Pairs choice_, direction_;
   ChunkResult result_;
 };
 
@@ -194,8 +264,8 @@ void add(FluxBalance& sum, const FluxBalance& part) {
   }
 }
 
-/// Joins the chunks of a wave in order.
-void join(PhotonPass& pass, const ChunkResult& chunk) {
+/// Adds up what the chunk left by light, and sets its caustic photons apart.
+void count(PhotonPass& pass, const ChunkResult& chunk) {
   for (const std::uint32_t light : chunk.emitted_light)
     if (light != kNone) ++pass.emitted_by_light[light];
   for (std::size_t i = 0; i < chunk.photons.size(); ++i) {
@@ -205,8 +275,30 @@ void join(PhotonPass& pass, const ChunkResult& chunk) {
       pass.caustic.push_back(chunk.photons.position[i], chunk.photons.direction[i], chunk.photons.flux[i],
                              chunk.photons.normal[i]);
   }
-  pass.global.append(chunk.photons);
   add(pass.balance, chunk.balance);
+}
+
+/// Appends one array of all chunks to that of the pass.
+template <typename Array>
+void append(PhotonPass& pass, const std::vector<ChunkResult>& chunks, Array array) {
+  auto& to = pass.global.*array;
+  std::size_t size = to.size();
+  for (const ChunkResult& chunk : chunks) size += chunk.photons.size();
+  to.reserve(size);
+  for (const ChunkResult& chunk : chunks)
+    to.insert(to.end(), (chunk.photons.*array).begin(), (chunk.photons.*array).end());
+}
+
+/// Joins the chunks of a wave in order.
+void join(PhotonPass& pass, const std::vector<ChunkResult>& chunks) {
+  parallel_for(0, 5, 1, [&](std::size_t part, std::size_t) {
+    if (part == 0) append(pass, chunks, &PhotonBatch::position);
+    if (part == 1) append(pass, chunks, &PhotonBatch::direction);
+    if (part == 2) append(pass, chunks, &PhotonBatch::flux);
+    if (part == 3) append(pass, chunks, &PhotonBatch::normal);
+    if (part == 4)
+      for (const ChunkResult& chunk : chunks) count(pass, chunk);
+  });
 }
 
 void scale(PhotonPass& pass, std::uint64_t emitted) {
@@ -234,7 +326,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
     parallel_for(0, next_chunks, 1, [&](std::size_t first, std::size_t) {
       chunks[first] = ChunkTracer(tracer, settings).trace(pass.emitted + first * kPathsPerChunk, kPathsPerChunk);
     });
-    for (const ChunkResult& chunk : chunks) join(pass, chunk);
+    join(pass, chunks);
     pass.emitted += next_chunks * kPathsPerChunk;
     // Where nothing at all is stored (glass alone, lights that miss the scene), more paths will not change that.
     if (pass.global.size() == 0 && pass.emitted >= settings.photons) break;

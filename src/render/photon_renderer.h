@@ -65,11 +65,10 @@ class PhotonRenderer {
   std::vector<LightPhotons> light_photons_;
   std::unique_ptr<Reservation> photon_reservation_;
   std::unique_ptr<DensityEngine> engine_, caustic_engine_;
-  QueryPoints queries_;     // of the last portion: their memory is used again
-  LargeVector<RGB> found_;  // and what was found for them
   RadiusGrid radii_;
-  std::vector<RGB> found_;  // radiance of the query points looked up last; its memory serves the next
   BrightPatches bright_;
+  QueryPoints queries_;     // of the last portion: their memory is used again
+  LargeVector<RGB> found_;  // radiance of the query points looked up last; its memory serves the next
   std::uint64_t query_bytes_ = 0, photon_count_ = 0;
   PagedCounts paged_;
   Box3 photon_bounds_;

@@ -72,17 +72,28 @@ void apply_bump(const Scene& scene, const Material& m, SurfacePoint& point) {
   turn_to(point, face_forward(cross(du + n * by_u, dv + n * by_v), n));
 }
 
+/// The vertices' normals between them, on the side of the geometric one, which stands in where there is none.
+Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycentric, Vec3 geometric_normal) {
+  const auto& [a, b, c] = g.triangles[triangle];
+  const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
+  const Vec3 n = g.normals[a] * w + g.normals[b] * u + g.normals[c] * v;
+  const float squared = length_squared(n);
+  return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
+}
+
+/// Cosine below which a viewer sees too little of a shading normal's side.
+constexpr float kLeastCosine = 1e-3f;
+
 /// Turns the shading normal so that wo sees the side of it that it sees of the surface.
 void keep_side(SurfacePoint& point, Vec3 wo) {
-  constexpr float least_cosine = 1e-3f;
   const Vec3 seen = dot(point.geometric_normal, wo) < 0 ? -wo : wo;
   const float cosine = dot(point.frame.n, seen);
-  if (cosine >= least_cosine || dot(point.geometric_normal, seen) < least_cosine) {
+  if (cosine >= kLeastCosine || dot(point.geometric_normal, seen) < kLeastCosine) {
     if (cosine <= 0) point.frame = frame_along(point.geometric_normal, point.frame.s);
     return;
   }
   // Adding some of `seen` cannot leave the geometric side, since both vectors lie on it.
-  turn_to(point, point.frame.n + seen * (2 * least_cosine - cosine));
+  turn_to(point, point.frame.n + seen * (2 * kLeastCosine - cosine));
 }
 
 /// Follows mixed materials to one that is not mixed, by a number that belongs to the place.
@@ -177,10 +188,7 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
   point.triangle = triangle;
   point.material = g.material[triangle];
 
-  Vec3 n = g.normals[a] * w + g.normals[b] * u + g.normals[c] * v;
-  const float squared = length_squared(n);
-  n = squared > 1e-12f ? face_forward(n / std::sqrt(squared), point.geometric_normal) : point.geometric_normal;
-
+  const Vec3 n = interpolated_normal(g, triangle, barycentric, point.geometric_normal);
   const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
   const float determinant = ab.x * ac.y - ab.y * ac.x;
   const Vec3 along_u = (e1 * ac.y - e2 * ab.y) * std::copysign(1.0f, determinant);
@@ -204,6 +212,15 @@ bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric,
   if (m.reflectance.texture != kNone) uv = g.uvs[a] * (1 - u - v) + g.uvs[b] * u + g.uvs[c] * v;
   point.reflectance = clamp(evaluate(scene.textures(), m.reflectance, uv), 0, 1);
   return true;
+}
+
+bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
+                            Vec3 wo, Vec3& normal) {
+  const Material& m = scene.materials()[scene.geometry().material[triangle]];
+  if (m.normal_map.texture != kNone || m.bump.texture != kNone) return false;
+  normal = interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal);
+  const float side = dot(point.geometric_normal, wo) < 0 ? -1.0f : 1.0f;
+  return side * dot(normal, wo) >= kLeastCosine;
 }
 
 Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo) {

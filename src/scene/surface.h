@@ -35,6 +35,12 @@ struct DiffusePoint {
 /// resolve_bsdf() would give, at a fraction of their cost, and returns true; else returns false.
 bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point);
 
+/// The shading normal that surface_point() and resolve_bsdf() would give where neither a map nor a grazing view turns
+/// it, at a fraction of their cost: unit, on the side of point.geometric_normal. Returns false where it may be turned.
+/// @param point diffuse_point() of the same place; @param wo unit, world space, away from the surface
+bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
+                            Vec3 wo, Vec3& normal);
+
 /// Radiance (W sr^-1 m^-2) that the surface itself emits towards wo; black where it is no emitter or seen from behind.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 

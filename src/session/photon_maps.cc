@@ -15,7 +15,7 @@ namespace {
 /// Photons carry other values instead of their flux while it lives, also where building an index is left half done.
 class BorrowedFlux {
  public:
-  BorrowedFlux(PhotonBatch& photons, std::vector<RGB> values) : photons_(photons), own_(std::move(values)) {
+  BorrowedFlux(PhotonBatch& photons, LargeVector<RGB> values) : photons_(photons), own_(std::move(values)) {
     std::swap(photons_.flux, own_);
   }
   ~BorrowedFlux() { std::swap(photons_.flux, own_); }
@@ -24,7 +24,7 @@ class BorrowedFlux {
 
  private:
   PhotonBatch& photons_;
-  std::vector<RGB> own_;
+  LargeVector<RGB> own_;
 };
 
 /// Builds an engine over photons whose flux is multiplied by factors, if there are any.
@@ -35,7 +35,7 @@ std::unique_ptr<DensityEngine> build(const std::string& name, PhotonBatch& photo
     engine->build(photons, policy, statistics);
     return engine;
   }
-  std::vector<RGB> flux = photons.flux;
+  LargeVector<RGB> flux = photons.flux;
   for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
   const BorrowedFlux multiplied(photons, std::move(flux));
   engine->build(photons, policy, statistics);
@@ -141,7 +141,7 @@ void PhotonMaps::diagnose(Statistics& statistics) {
   counting.kind = RadiusKind::per_photon;
   // K(box) / h^2 = 1 / (pi h^2): times 1, times h, and times what makes it 1.
   counting.kernel = KernelShape::box;
-  std::vector<RGB> counts(pass_.global.size());
+  LargeVector<RGB> counts(pass_.global.size());
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const float h = counting.radii[i];
     counts[i] = {1, h, kPi * h * h};
