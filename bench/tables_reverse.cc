@@ -70,7 +70,7 @@ double nanoflann_seconds(const std::string& path) {
   const NanoflannPoints view{sorted};
   NanoflannTree tree(3, view, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   tree.buildIndex();
-  const std::vector<Vec3>& points = recording.points.position;
+  const LargeVector<Vec3>& points = recording.points.position;
   const auto order = hilbert_order(points, bounds_of(points), 0, full);
   std::vector<RGB> radiance(points.size());
   const Spread seconds = measure_seconds(1, [&] {

@@ -135,7 +135,9 @@ RaysAlone rays_alone(const Tracer& tracer, const Camera& camera, const Row& row,
   for (std::size_t first = 0; first < points.size(); first += portion) {
     std::vector<std::uint32_t> order;
     coherent_order(points, first, std::min(first + portion, points.size()), order);
-    create_gather_rays(points, order, row.gather, 0, gather);
+    GatherRayMaker maker;
+    maker.prepare(points, order, row.gather, 0);
+    maker.create(0, row.gather, gather);
   }
   out.gather = seconds_alone(tracer, gather.rays, RayOrder::incoherent);
   return out;

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <nanoflann.hpp>
+#include <span>
 #include <vector>
 
 #include "core/vec.h"
@@ -10,7 +11,7 @@ namespace glowworm::bench {
 
 /// nanoflann's view of an array of points, which must stay while it is used.
 struct NanoflannPoints {
-  const std::vector<Vec3>& positions;
+  std::span<const Vec3> positions;
   std::size_t kdtree_get_point_count() const { return positions.size(); }
   float kdtree_get_pt(std::size_t index, std::size_t axis) const { return positions[index][static_cast<int>(axis)]; }
   template <class Box>
