@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "scene/default_camera.h"
 #include "scene/environment.h"
 #include "scene/light_power.h"
 #include "scene/scene_checks.h"
@@ -14,15 +15,6 @@
 namespace glowworm {
 
 namespace {
-
-/// A camera that sees the whole sphere around the scene, from the front, a little from above and from the right.
-Camera framing_camera(Vec3 center, float radius) {
-  constexpr float field_of_view = 45;
-  const float distance = radius / std::sin(field_of_view / 2 * (kPi / 180));
-  Camera camera = look_at(center + normalize(Vec3{0.4f, 0.3f, 1}) * distance, center, {0, 1, 0}, field_of_view);
-  camera.name = "default";
-  return camera;
-}
 
 /// True where an alpha test could ever let a ray pass.
 bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) {
@@ -78,8 +70,8 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
   if (d_.cameras.empty()) {
-    d_.cameras.push_back(framing_camera(center_, radius_));
-    d_.notes.push_back("the scene has no camera; one was placed that sees all of it");
+    d_.cameras.push_back(default_camera(*geometry_, center_, radius_));
+    d_.notes.push_back("the scene has no camera; one was placed that sees it");
   }
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   find_light_sources();

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"
 #include "scene/surface.h"
@@ -26,15 +27,17 @@ struct FloorLight {
   double standard_error = 0;  ///< of the flux
 };
 
-/// Follows `paths` light paths from the emissive triangles to the first surface with a broad lobe; those that had sharp
-/// bounces alone, at least one, count at a diffuse floor.
-inline FloorLight trace_caustic(const Tracer& tracer, const FloorSquare& square, std::uint32_t paths) {
+/// Follows light paths [first, last) of `paths` from the emissive triangles to the first surface with a broad lobe;
+/// those that had sharp bounces alone, at least one, count at a diffuse floor. Returns the sum of squares in
+/// standard_error.
+inline FloorLight trace_caustic_paths(const Tracer& tracer, const FloorSquare& square, std::uint32_t first,
+                                      std::uint32_t last, std::uint32_t paths) {
   const Scene& scene = tracer.scene();
   FloorLight out;
   out.exitance.assign(static_cast<std::size_t>(square.pixels) * static_cast<std::size_t>(square.pixels), 0);
   const auto& emitters = scene.emissive_triangles();
   double squares = 0;
-  for (std::uint32_t i = 0; i < paths; ++i) {
+  for (std::uint32_t i = first; i < last; ++i) {
     Sampler sampler(SamplerKind::independent, 99, 7, i);
     const auto number = static_cast<std::size_t>(sampler.next1() * static_cast<float>(emitters.size()));
     const std::uint32_t lamp = emitters[std::min(number, emitters.size() - 1)];
@@ -73,7 +76,25 @@ inline FloorLight trace_caustic(const Tracer& tracer, const FloorSquare& square,
       ray = {offset_origin(point.position, side), 0, direction, std::numeric_limits<float>::infinity()};
     }
   }
-  out.standard_error = std::sqrt(squares);
+  out.standard_error = squares;
+  return out;
+}
+
+/// The caustic of so many light paths, on all threads.
+inline FloorLight trace_caustic(const Tracer& tracer, const FloorSquare& square, std::uint32_t paths) {
+  constexpr std::uint32_t kChunks = 64;
+  std::vector<FloorLight> parts(kChunks);
+  parallel_for(0, kChunks, 1, [&](std::size_t chunk, std::size_t) {
+    const auto begin = [&](std::uint64_t n) { return static_cast<std::uint32_t>(n * paths / kChunks); };
+    parts[chunk] = trace_caustic_paths(tracer, square, begin(chunk), begin(chunk + 1), paths);
+  });
+  FloorLight out = parts.front();
+  for (std::uint32_t chunk = 1; chunk < kChunks; ++chunk) {
+    for (std::size_t i = 0; i < out.exitance.size(); ++i) out.exitance[i] += parts[chunk].exitance[i];
+    out.flux += parts[chunk].flux;
+    out.standard_error += parts[chunk].standard_error;
+  }
+  out.standard_error = std::sqrt(out.standard_error);
   return out;
 }
 

@@ -30,6 +30,43 @@ TEST(SceneTest, AddsACameraThatSeesAllAndASky) {
   EXPECT_NEAR(scene.radius(), 2 * std::sqrt(2.0f), 1e-5f);
 }
 
+/// A box from (-1, 0, -2) to (1, 3, 2) whose walls face inwards, or all outwards; without its side at z = 2.
+SceneDescription open_box(bool inwards) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  const auto wall = [&](Vec3 corner, Vec3 x, Vec3 y) {
+    if (inwards)
+      add_quad(d, corner, x, y);
+    else
+      add_quad(d, corner, y, x);
+  };
+  wall({-1, 0, 2}, {2, 0, 0}, {0, 0, -4});
+  wall({-1, 3, -2}, {2, 0, 0}, {0, 0, 4});
+  wall({-1, 0, -2}, {2, 0, 0}, {0, 3, 0});
+  wall({-1, 0, 2}, {0, 0, -4}, {0, 3, 0});
+  wall({1, 0, -2}, {0, 0, 4}, {0, 3, 0});
+  return d;
+}
+
+TEST(SceneTest, LooksIntoABoxThatIsOpenToOneSide) {
+  const Camera camera = Scene(open_box(true)).camera("");
+  EXPECT_NEAR(camera.to_world.translation.x, 0, 1e-5f);
+  EXPECT_NEAR(camera.to_world.translation.y, 1.5f, 1e-5f);
+  EXPECT_GT(camera.to_world.translation.z, 2);
+  // The opening fills the picture's height nearly.
+  const Vec3 seen = inverse(camera.to_world).point({0, 3, 2});
+  EXPECT_LE(std::abs(seen.y) / seen.z, camera.half_extent);
+  EXPECT_GE(std::abs(seen.y) / seen.z, 0.9f * camera.half_extent);
+}
+
+TEST(SceneTest, LooksAtSolidsFromOutsideAndAtRoomsFromWithin) {
+  EXPECT_GT(length(Scene(open_box(false)).camera("").to_world.translation - Vec3{0, 1.5f, 0}), 4);
+  SceneDescription room = open_box(true);
+  add_quad(room, {-1, 0, 2}, {0, 3, 0}, {2, 0, 0});
+  const Scene scene(std::move(room));
+  EXPECT_TRUE(scene.bounds().contains(scene.camera("").to_world.translation));
+}
+
 TEST(SceneTest, NamesTheCamerasThereAre) {
   SceneDescription d = lit_floor(LightCase::point);
   for (const char* name : {"front", "back"}) {
