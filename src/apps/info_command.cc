@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
+#include "render/effects.h"
 #include "scene/builtin.h"
 #include "scene/light_sampling.h"
 #include "scene/scene.h"
@@ -47,6 +48,7 @@ void print_scene(const Scene& scene) {
     const Vec3 at = c.to_world.translation;
     fmt::print("  {:<32} at ({:.4g}, {:.4g}, {:.4g})\n", c.name.empty() ? "(unnamed)" : c.name, at.x, at.y, at.z);
   }
+  for (const std::string& note : effect_notes(scene, RenderSettings{})) fmt::print("note: {}\n", note);
   for (const std::string& note : scene.notes()) fmt::print("note: {}\n", note);
 }
 

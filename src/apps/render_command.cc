@@ -23,6 +23,7 @@
 #include "density/kernel.h"
 #include "kernels/simd.h"
 #include "render/checkpoint.h"
+#include "render/effects.h"
 #include "render/job.h"
 #include "render/output.h"
 #include "scene/builtin.h"
@@ -248,6 +249,7 @@ int run_render(RenderOptions& o) {
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
+  for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
   attend(job, o, tev);
   return finish(o, job, *tracer, start);
 }

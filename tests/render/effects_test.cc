@@ -1,0 +1,53 @@
+// What a render says of caustics.
+#include "render/effects.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+/// A floor of each of some materials.
+Scene floors(const std::vector<Material>& materials) {
+  SceneDescription d = floor_description();
+  d.geometry = Geometry();
+  d.materials = materials;
+  for (std::uint32_t i = 0; i < materials.size(); ++i)
+    add_quad(d, {0, 0, static_cast<float>(i)}, {1, 0, 0}, {0, 1, 0}, i);
+  return Scene(std::move(d));
+}
+
+Material material(const char* name, MaterialKind kind, float alpha) {
+  Material m;
+  m.name = name;
+  m.kind = kind;
+  m.roughness_u.value = m.roughness_v.value = alpha;
+  return m;
+}
+
+TEST(EffectNotes, NameTheMaterialsThatMakeCaustics) {
+  const Scene scene =
+      floors({material("paint", MaterialKind::diffuse, 0), material("glass", MaterialKind::dielectric, 0.02f),
+              material("brushed", MaterialKind::conductor, 0.3f), material("mirror", MaterialKind::conductor, 0)});
+  EXPECT_THAT(effect_notes(scene, {}), testing::ElementsAre("roughness 0.02 on \"glass\": caustics on",
+                                                            "roughness 0 on \"mirror\": caustics on"));
+  RenderSettings indirect;
+  indirect.indirect_only = true;
+  EXPECT_THAT(effect_notes(scene, indirect),
+              testing::Contains("roughness 0.02 on \"glass\": caustics off (--indirect-only)"));
+  RenderSettings path;
+  path.integrator = Integrator::path;
+  EXPECT_TRUE(effect_notes(scene, path).empty());
+}
+
+TEST(EffectNotes, SumUpMany) {
+  const std::vector<Material> many(20, material("glass", MaterialKind::dielectric, 0));
+  const std::vector<std::string> notes = effect_notes(floors(many), {});
+  ASSERT_EQ(notes.size(), 9u);
+  EXPECT_EQ(notes.back(), "12 more materials: caustics on");
+}
+
+}  // namespace
+}  // namespace glowworm
