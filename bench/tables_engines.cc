@@ -2,20 +2,25 @@
 // points in the same run; and which engine `auto` takes for maps and pictures of many sizes, beside what each would
 // have taken. Writes to bench/results/.
 //
-// usage: tables_engines [rates] [auto]     (default: both)
+// usage: tables_engines [rates] [limits] [auto] [SCENE]...     (default: all, on the scenes of table_scenes())
+//   rates   shader operations a second
+//   limits  what of the phase is not sums, and what moving the points' bytes takes at least
+//   auto    the engine that `auto` takes
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <ctime>
-#include <set>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "core/large_array.h"
 #include "core/parallel.h"
 #include "density/engine_choice.h"
 #include "density/radius.h"
 #include "density/reorder.h"
 #include "kernels/simd.h"
+#include "support/arguments.h"
 #include "support/calibration.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
@@ -87,11 +92,11 @@ Rates engine_rates(const Recording& recording, const RadiusPolicy& policy, const
           1e6 * operations / pairs, spread_of(share).median};
 }
 
-void table_of_rates() {
+void table_of_rates(const std::vector<std::string>& scenes) {
   Table table("density-rates", "Density estimation: 320 x 320 pixels, 100 samples, 2 M photons",
               {"scene", "search", "radii", "k", "pairs used, %", "reordering, % of the phase",
                "millions a second a core, wall", "the same, processor time", "over nanoflann"});
-  for (const std::string& path : table_scenes()) {
+  for (const std::string& path : scenes) {
     const std::string scene = short_name(path);
     const Recording recording = record(Stage(path), {2'000'000, 320, 320, 100});
     const RadiusPolicy own = own_radii_for(recording, kRateK), fixed = fixed_radius_for(recording, kRateK);
@@ -122,6 +127,80 @@ void table_of_rates() {
   table.write();
 }
 
+/// Nanoseconds of processor time a query point, the least of several runs.
+double least_nanoseconds(std::size_t points, const std::function<void()>& work) {
+  double least = 0;
+  for (int i = 0; i < kRuns; ++i) {
+    const double start = processor_seconds();
+    work();
+    const double seconds = processor_seconds() - start;
+    least = i == 0 ? seconds : std::min(least, seconds);
+  }
+  return 1e9 * least / static_cast<double>(points);
+}
+
+/// What of a point goes through memory when it is moved: read once from the arrays, written once, and read again.
+struct MovedRow {
+  Vec3 position, normal;
+  std::uint32_t bsdf, key;
+};
+
+double copy_nanoseconds(const QueryPoints& points) {
+  LargeArray<MovedRow> rows(points.size());
+  volatile std::uint32_t sink = 0;
+  return least_nanoseconds(points.size(), [&] {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      rows[i] = {points.position[i], points.normal[i], points.bsdf[i], static_cast<std::uint32_t>(i)};
+    std::uint32_t sum = 0;
+    for (const MovedRow& row : rows) sum += row.key;
+    sink = sink + sum;
+  });
+}
+
+void table_of_limits(const std::vector<std::string>& scenes) {
+  Table table("density-limits",
+              "Density estimation: what a query point takes, 320 x 320 pixels, 100 samples, 2 M photons",
+              {"scene", "what", "k", "ns a query point", "of them reordering, ns"});
+  set_thread_count(1);
+  for (const std::string& path : scenes) {
+    const std::string scene = short_name(path);
+    set_thread_count(0);
+    const Recording recording = record(Stage(path), {2'000'000, 320, 320, 100});
+    const RadiusPolicy own = own_radii_for(recording, kRateK), fixed = fixed_radius_for(recording, kRateK);
+    set_thread_count(1);
+    RadiusPolicy none = own;
+    for (float& radius : none.radii) radius *= 1e-4f;
+    std::vector<RGB> radiance(recording.points.size());
+    for (const RadiusPolicy* policy : {&own, static_cast<const RadiusPolicy*>(&none)}) {
+      const auto engine = make_engine("blocked");
+      Statistics s;
+      engine->build(recording.photons, *policy, s);
+      engine->estimate(recording.points, radiance, s);
+      Statistics timed;
+      const double k = static_cast<double>(s.count(Counter::shader_operations)) / static_cast<double>(radiance.size());
+      const double all =
+          least_nanoseconds(radiance.size(), [&] { engine->estimate(recording.points, radiance, timed); });
+      const double reorder = 1e9 * timed.seconds(Phase::reorder) / kRuns / static_cast<double>(radiance.size());
+      table.add({scene, policy == &own ? "blocked" : "blocked, radii of a ten-thousandth: all but the sums", Number{k},
+                 Number{all}, Number{reorder}});
+    }
+    table.add({scene,
+               "moving the points' rows once in the order they have, and reading them again",
+               {},
+               Number{copy_nanoseconds(recording.points)},
+               {}});
+    const double rival = nanoflann_rate(recording, fixed.radius);
+    table.add({scene,
+               "a point at 20 times nanoflann's pairs a second",
+               Number{kRateK},
+               Number{1e3 * kRateK / (20 * rival)},
+               {}});
+  }
+  set_thread_count(0);
+  table.note("Processor time of one thread, the least of several runs; reordering the mean of them.");
+  table.write();
+}
+
 /// Seconds that building the map and looking all points up takes.
 double task_seconds(const std::string& name, const PhotonBatch& photons, const RadiusPolicy& policy,
                     const QueryPoints& points) {
@@ -141,13 +220,13 @@ double task_seconds(const std::string& name, const PhotonBatch& photons, const R
   return least;
 }
 
-void table_of_choices() {
+void table_of_choices(const std::vector<std::string>& scenes) {
   Table table("density-auto",
               "What `auto` takes: building the map and all lookups, seconds (the least of several runs)",
               {"scene", "photons", "query points", "blocked", "forward", "reverse", "single", "auto takes",
                "auto over the best"});
   double worst = 0;
-  for (const std::string& path : table_scenes()) {
+  for (const std::string& path : scenes) {
     const Recording recording = record(Stage(path), {1'000'000, 256, 256, 16});
     for (const std::size_t photon_count : {10'000u, 100'000u, 1'000'000u}) {
       PhotonBatch photons;
@@ -193,8 +272,8 @@ void table_of_choices() {
 
 int main(int argc, char** argv) {
   using namespace glowworm::bench;
-  const std::set<std::string> asked(argv + 1, argv + argc);
-  const auto wanted = [&](const char* part) { return asked.empty() || asked.contains(part); };
-  if (wanted("rates")) table_of_rates();
-  if (wanted("auto")) table_of_choices();
+  const Arguments asked(argc, argv);
+  if (asked.wants("rates")) table_of_rates(asked.scenes());
+  if (asked.wants("limits")) table_of_limits(asked.scenes());
+  if (asked.wants("auto")) table_of_choices(asked.scenes());
 }

@@ -1,7 +1,7 @@
 // The tables of [SF07], regenerated: the paper's engine (forward) and ours (blocked) on the scenes of table_scenes(),
 // at the paper's resolution, samples, photons and k, with the paper's figures beside ours. Writes to bench/results/.
 //
-// usage: tables_forward [lanes] [render] [reorder] [depth]     (default: all)
+// usage: tables_forward [lanes] [render] [reorder] [depth] [SCENE]...     (default: all, on those of table_scenes())
 //   lanes    Table 1: mean number of active lanes with and without reordering
 //   render   Table 2: the whole render against ray tracing alone
 //   reorder  Table 3: what reordering costs and what it saves
@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +22,7 @@
 #include "import/import.h"
 #include "kernels/simd.h"
 #include "render/job.h"
+#include "support/arguments.h"
 #include "support/calibration.h"
 #include "support/recording.h"
 #include "support/table.h"
@@ -69,10 +69,10 @@ double active_lanes(const Recording& recording, const QueryPoints& points, const
          static_cast<double>(statistics.count(Counter::packet_steps));
 }
 
-void table_of_lanes() {
+void table_of_lanes(const std::vector<std::string>& scenes) {
   Table table("sf07-table1", "[SF07] Table 1: mean active lanes while a packet looks at a photon (256 x 256 pixels)",
               {"scene", "photons", "samples a pixel", "reordered", "paper, of 4", "of 4", "of 8", "of 16"});
-  for (const std::string& path : table_scenes()) {
+  for (const std::string& path : scenes) {
     const Stage stage(path);
     const std::string scene = short_name(path);
     for (const std::uint64_t photons : {50'000u, 500'000u}) {
@@ -164,11 +164,11 @@ std::uint32_t asked_k(const SharedStage& stage, double wanted) {
   return static_cast<std::uint32_t>(asked + 0.5);
 }
 
-void table_of_renders() {
+void table_of_renders(const std::vector<std::string>& scenes) {
   Table table("sf07-table2", "[SF07] Table 2: a whole render of indirect light against ray tracing alone (576 samples)",
               {"scene", "engine", "pixels", "k", "ray tracing alone, s", "photons and map, s", "reordering, s",
                "lookups, s", "whole, s", "whole / ray tracing", "million shader operations a second a core"});
-  for (const std::string& path : table_scenes()) {
+  for (const std::string& path : scenes) {
     const std::string scene = short_name(path);
     const bool cornell = scene == "cornell";
     for (const int cores : {1, 2})
@@ -235,11 +235,11 @@ Spread lookups(const Recording& recording, const QueryPoints& points, const Dens
   return spread_of(seconds);
 }
 
-void table_of_reordering() {
+void table_of_reordering(const std::vector<std::string>& scenes) {
   Table table("sf07-table3", "[SF07] Table 3: what reordering costs and what it saves (320 x 320 pixels, 2 M photons)",
               {"scene", "rays, millions", "engine", "not reordered, s", "reordered, single points, s",
                "reordered, packets, s", "time to reorder, s"});
-  for (const std::string& path : table_scenes()) {
+  for (const std::string& path : scenes) {
     const Stage stage(path);
     const std::string scene = short_name(path);
     for (const ReorderRow& row : kReorderRows) {
@@ -300,12 +300,12 @@ void table_of_reordering() {
 
 // The depth of the order ---------------------------------------------------------------------------------------------
 
-void table_of_depths() {
+void table_of_depths(const std::vector<std::string>& scenes) {
   Table table("reorder-depth",
               "Reordering and lookups over the depth of the order (forward engine, 320 x 320, 16 rays)",
               {"scene", "photons", "method", "depth or threshold", "reordering, s", "lookups, s", "sum, s",
                "active lanes", "chosen"});
-  for (const std::string& path : table_scenes()) {
+  for (const std::string& path : scenes) {
     const Stage stage(path);
     const std::string scene = short_name(path);
     for (const std::uint64_t photons : {100'000u, 1'000'000u}) {
@@ -344,10 +344,9 @@ void table_of_depths() {
 
 int main(int argc, char** argv) {
   using namespace glowworm::bench;
-  const std::set<std::string> asked(argv + 1, argv + argc);
-  const auto wanted = [&](const char* part) { return asked.empty() || asked.contains(part); };
-  if (wanted("lanes")) table_of_lanes();
-  if (wanted("render")) table_of_renders();
-  if (wanted("reorder")) table_of_reordering();
-  if (wanted("depth")) table_of_depths();
+  const Arguments asked(argc, argv);
+  if (asked.wants("lanes")) table_of_lanes(asked.scenes());
+  if (asked.wants("render")) table_of_renders(asked.scenes());
+  if (asked.wants("reorder")) table_of_reordering(asked.scenes());
+  if (asked.wants("depth")) table_of_depths(asked.scenes());
 }
