@@ -2,7 +2,8 @@
 // points in the same run; and which engine `auto` takes for maps and pictures of many sizes, beside what each would
 // have taken. Writes to bench/results/.
 //
-// usage: tables_engines [rates] [limits] [auto] [SCENE]...     (default: all, on the scenes of table_scenes())
+// usage: tables_engines [rates] [limits] [auto] [SCENE]...     (default: all, on the scenes of table_scenes(); limits:
+// the atrium)
 //   rates   shader operations a second
 //   limits  what of the phase is not sums, and what moving the points' bytes takes at least
 //   auto    the engine that `auto` takes
@@ -274,6 +275,6 @@ int main(int argc, char** argv) {
   using namespace glowworm::bench;
   const Arguments asked(argc, argv);
   if (asked.wants("rates")) table_of_rates(asked.scenes());
-  if (asked.wants("limits")) table_of_limits(asked.scenes());
+  if (asked.wants("limits")) table_of_limits(asked.scenes_or_atrium());
   if (asked.wants("auto")) table_of_choices(asked.scenes());
 }

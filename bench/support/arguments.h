@@ -22,7 +22,12 @@ class Arguments {
   }
 
   bool wants(const std::string& part) const { return parts_.empty() || parts_.contains(part); }
+  /// Scenes that were named, or all of table_scenes().
   std::vector<std::string> scenes() const { return scenes_.empty() ? table_scenes() : scenes_; }
+  /// Scenes that were named, or the atrium.
+  std::vector<std::string> scenes_or_atrium() const {
+    return scenes_.empty() ? std::vector<std::string>{"builtin:atrium"} : scenes_;
+  }
 
  private:
   std::set<std::string> parts_;
