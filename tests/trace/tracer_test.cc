@@ -8,8 +8,10 @@
 #include <limits>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"
+#include "scene/builtin.h"
 #include "scene/scene_parts.h"
 #include "scene/surface.h"
 
@@ -259,6 +261,35 @@ TEST(Tracer, RaysThatLeaveASurfaceDoNotHitItAgain) {
     }
   }
   EXPECT_GT(tried, 1000u);
+}
+
+/// The structure is built on all threads; whatever their number, a ray finds the same triangle, on edges too: a tenth
+/// of the rays aim at vertices, where several triangles are as close.
+TEST(Tracer, IsTheSameForAnyNumberOfThreads) {
+  const Scene scene(builtin_scene("atrium"));
+  const Geometry& g = scene.geometry();
+  constexpr std::uint32_t kRays = 200'000;
+  std::vector<Ray> rays;
+  for (std::uint32_t i = 0; i < kRays; ++i) {
+    Sampler sampler(SamplerKind::independent, 4, 4, i);
+    const Vec3 origin = scene.center() + square_to_sphere(sampler.next2()) * (scene.radius() * 0.7f * sampler.next1());
+    const auto vertex = static_cast<std::size_t>(sampler.next1() * static_cast<float>(g.positions.size()));
+    const Vec3 direction = i % 10 == 0 ? g.positions[vertex] - origin : square_to_sphere(sampler.next2());
+    rays.push_back({origin, 0, direction, kInfinity});
+  }
+  std::vector<std::vector<Hit>> hits;
+  for (const int threads : {1, 2, 5, 2}) {
+    set_thread_count(threads);
+    const Tracer tracer(scene);
+    tracer.intersect(rays, hits.emplace_back(rays.size()), RayOrder::incoherent);
+  }
+  set_thread_count(0);
+  for (std::size_t other = 1; other < hits.size(); ++other)
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(hits[other][i].triangle, hits[0][i].triangle) << "ray " << i;
+      if (hits[0][i].triangle == kNone) continue;
+      ASSERT_EQ(hits[other][i].distance, hits[0][i].distance) << "ray " << i;
+    }
 }
 
 TEST(Tracer, CountsTheBytesItHolds) {
