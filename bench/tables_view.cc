@@ -52,8 +52,8 @@ struct Row {
 
 constexpr Row kRows[] = {{ViewMode::photons, 1, 5, 25, "photons shown", "10-11", 12, 60},
                          {ViewMode::gather, 16, 3, 5, "16 samples", "1.14", 4, 5},
-                         {ViewMode::gather, 64, 3, 3, "64 samples", "0.34", 1.3, 1.3},
-                         {ViewMode::gather, 100, 3, 3, "100 samples", "0.23", 0.9, 0.9}};
+                         {ViewMode::gather, 64, 2, 2, "64 samples", "0.34", 1.3, 1.3},
+                         {ViewMode::gather, 100, 2, 2, "100 samples", "0.23", 0.9, 0.9}};
 
 ViewState state_of(const ViewState& initial, const Row& row) {
   ViewState state = initial;

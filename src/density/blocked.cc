@@ -20,6 +20,9 @@ namespace {
 
 // Query points that are worked off at once: the more, the closer they lie; the fewer, the less memory they take.
 constexpr std::size_t kPartPoints = std::size_t{10} << 20;
+// Fewer points lie so far apart that a run of them shares no search: it goes no further than the points that are tested
+// together.
+constexpr std::size_t kFewPoints = std::size_t{1} << 15;
 // How far ahead of its turn memory of a point is asked for, in points.
 constexpr std::size_t kAhead = 16;
 
@@ -41,7 +44,7 @@ class BucketWorker {
       std::span<const std::uint32_t> indices = order_.group(g);
       while (!indices.empty()) {
         sum(bucket, indices);
-        indices = indices.subspan(std::min<std::size_t>(indices.size(), kRunPoints));
+        indices = indices.subspan(std::min(indices.size(), run_points_));
       }
     }
     for (const std::uint32_t i : order_.group(kNotLambertianGroup))
@@ -58,7 +61,7 @@ class BucketWorker {
   void sum(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices) {
     const std::span<const BucketPoint> points = buckets_.points(bucket);
     QueryRun run;
-    run.count = std::min<std::size_t>(indices.size(), kRunPoints);
+    run.count = std::min(indices.size(), run_points_);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       run.position[axis] = in_[axis];
       run.normal[axis] = in_[axis + 3];
@@ -107,6 +110,7 @@ class BucketWorker {
   std::vector<FoundPhoton> found_;
   GatheredPhotons gathered_;
   BatchShader shader_;
+  const std::size_t run_points_ = points_.size() < kFewPoints ? kTileWidth : kRunPoints;
   alignas(64) float in_[6][kRunPoints];
   alignas(64) float out_[3][kRunPoints];
 };
@@ -156,7 +160,8 @@ class BlockedEngine final : public DensityEngine {
     QueryBuckets buckets(points, first, last, memory);
     const Clock::time_point brought_together = Clock::now();
     std::atomic<Clock::rep> sort_time{0}, other_time{0};
-    parallel_for(0, buckets.buckets().size(), kBucketGrain, [&](std::size_t begin, std::size_t end) {
+    const std::size_t grain = last - first < kFewPoints ? 1 : kBucketGrain;
+    parallel_for(0, buckets.buckets().size(), grain, [&](std::size_t begin, std::size_t end) {
       const auto worker = std::make_unique<BucketWorker>(index_, points, buckets);
       for (std::size_t i = begin; i < end; ++i) worker->work(buckets.buckets()[i]);
       statistics.add(Counter::shader_operations, worker->counts.evaluated);

@@ -11,7 +11,7 @@ namespace glowworm {
 namespace {
 
 /// Query points that are looked up at once: the more, the closer together they lie, and the more share their searches.
-constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 22;
+constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 21;
 /// Bytes that a query point costs between its ray and completion.
 constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
 

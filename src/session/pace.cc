@@ -7,8 +7,8 @@ namespace glowworm {
 
 namespace {
 
-/// Of the time asked for, what is planned with: frames differ, and an input waits for the frame under way as well as for
-/// its own; at 15 frames a second both shall be over after 100 ms.
+/// Of the time asked for, what is planned with: frames differ, and an input waits for the frame under way as well as
+/// for its own; at 15 frames a second both shall be over after 100 ms.
 constexpr double kMargin = 0.6;
 /// Of that, what photons may take where they must be traced.
 constexpr double kPhotonShare = 0.5;
