@@ -29,6 +29,28 @@ RadiusGrid::RadiusGrid(std::span<const Vec3> positions, std::span<const float> r
     mean_[c] = count[c] ? static_cast<float>(sum[c] / count[c]) : 0.0f;
     max_radius_ = std::max(max_radius_, mean_[c]);
   }
+  fill_empty_cells(cell_side);
+}
+
+/// Where no photon lies, those around may still be blurred to: a cell takes the radius of the photons that reach it,
+/// by distance along the axes.
+void RadiusGrid::fill_empty_cells(float cell_side) {
+  std::vector<float> left = mean_;  // of the radius that a cell has, what goes on beyond it
+  const std::ptrdiff_t strides[3] = {1, size_[0], static_cast<std::ptrdiff_t>(size_[0]) * size_[1]};
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool forward : {true, false}) {
+      const auto cells = static_cast<std::ptrdiff_t>(mean_.size());
+      for (std::ptrdiff_t i = 0; i < cells; ++i) {
+        const std::ptrdiff_t c = forward ? i : cells - 1 - i;
+        const std::ptrdiff_t along = c / strides[axis] % size_[axis];
+        if (along == (forward ? 0 : size_[axis] - 1)) continue;
+        const std::ptrdiff_t from = forward ? c - strides[axis] : c + strides[axis];
+        const float reaches = left[from] - cell_side;
+        if (reaches <= 0 || reaches <= left[c] || (mean_[c] > 0 && left[c] == mean_[c])) continue;
+        left[c] = reaches;
+        mean_[c] = mean_[from];
+      }
+    }
 }
 
 std::size_t RadiusGrid::cell(Vec3 p) const {

@@ -17,12 +17,13 @@ class RadiusGrid {
   /// @param positions of the photons, @param radii one each; metres
   RadiusGrid(std::span<const Vec3> positions, std::span<const float> radii);
 
-  /// The mean radius in the cell of p; 0 where it holds no photon. Metres.
+  /// The mean radius in the cell of p; where it holds no photon, that of a cell whose photons reach it, or 0. Metres.
   float radius(Vec3 p) const;
   /// No radius() is above this. Metres.
   float max_radius() const { return max_radius_; }
 
  private:
+  void fill_empty_cells(float cell_side);
   std::size_t cell(Vec3 p) const;
   Box3 bounds_;
   Vec3 cells_per_metre_;
