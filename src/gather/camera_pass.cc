@@ -29,6 +29,17 @@ struct CameraPaths {
   std::vector<float> bounce_pdf;
   std::vector<Vec3> bounce_position;
 
+  void reserve(std::size_t n) {
+    rays.reserve(n);
+    hits.reserve(n);
+    throughput.reserve(n);
+    samplers.reserve(n);
+    slot.reserve(n);
+    sequence.reserve(n);
+    sample.reserve(n);
+    bounce_pdf.reserve(n);
+    bounce_position.reserve(n);
+  }
   void move(std::size_t from, std::size_t to) {
     if (from == to) return;
     rays[to] = rays[from];
@@ -81,6 +92,9 @@ class BlockTracer {
  private:
   void start(int x0, int y0) {
     const int width = task_.x1 - task_.x0;
+    const std::size_t most = std::size_t{kBlock} * kBlock * task_.sample_count;
+    paths_.reserve(most);
+    points_.reserve(most);
     for (std::uint32_t s = 0; s < task_.sample_count; ++s)
       for (int y = y0; y < std::min(y0 + kBlock, task_.y1); ++y)
         for (int x = x0; x < std::min(x0 + kBlock, task_.x1); ++x) {
@@ -135,7 +149,7 @@ class BlockTracer {
       const float sharp = luminance(albedo(bsdf, wo_local, kSharp));
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
-    if (sampler.next1() < broad_probability) {
+    if (broad_probability >= 1 || sampler.next1() < broad_probability) {
       add_gather_point(i, point, bsdf, wo, paths_.throughput[i] / broad_probability);
       return false;
     }
@@ -225,7 +239,7 @@ GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const Camer
     statistics.add(Counter::camera_rays, block_tracer.rays_traced());
   });
   GatherPoints points;
-  for (const GatherPoints& part : parts) points.append(part);
+  points.append(parts);
   statistics.add(Counter::gather_points, points.size());
   return points;
 }

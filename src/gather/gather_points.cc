@@ -1,24 +1,48 @@
 #include "gather/gather_points.h"
 
+#include "core/parallel.h"
+
 namespace glowworm {
 
 namespace {
-template <typename T>
-void join(std::vector<T>& a, const std::vector<T>& b) {
-  a.insert(a.end(), b.begin(), b.end());
+
+/// Appends one array of all parts.
+template <typename Array>
+void join(GatherPoints& points, std::span<const GatherPoints> parts, Array array) {
+  auto& to = points.*array;
+  std::size_t size = to.size();
+  for (const GatherPoints& part : parts) size += part.size();
+  to.reserve(size);
+  for (const GatherPoints& part : parts) to.insert(to.end(), (part.*array).begin(), (part.*array).end());
 }
+
 }  // namespace
 
-void GatherPoints::append(const GatherPoints& other) {
-  join(slot, other.slot);
-  join(sequence, other.sequence);
-  join(sample, other.sample);
-  join(position, other.position);
-  join(normal, other.normal);
-  join(frame, other.frame);
-  join(wo, other.wo);
-  join(bsdf, other.bsdf);
-  join(throughput, other.throughput);
+void GatherPoints::reserve(std::size_t n) {
+  slot.reserve(n);
+  sequence.reserve(n);
+  sample.reserve(n);
+  position.reserve(n);
+  normal.reserve(n);
+  frame.reserve(n);
+  wo.reserve(n);
+  bsdf.reserve(n);
+  throughput.reserve(n);
+}
+
+void GatherPoints::append(std::span<const GatherPoints> parts) {
+  // The materials are about half of all bytes.
+  parallel_invoke([&] { join(*this, parts, &GatherPoints::bsdf); },
+                  [&] {
+                    join(*this, parts, &GatherPoints::slot);
+                    join(*this, parts, &GatherPoints::sequence);
+                    join(*this, parts, &GatherPoints::sample);
+                    join(*this, parts, &GatherPoints::position);
+                    join(*this, parts, &GatherPoints::normal);
+                    join(*this, parts, &GatherPoints::frame);
+                    join(*this, parts, &GatherPoints::wo);
+                    join(*this, parts, &GatherPoints::throughput);
+                  });
 }
 
 void SlotRadiance::resize(std::size_t slots) {

@@ -1,9 +1,11 @@
 // Gather points: where camera paths first meet a surface that light is gathered for.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/frame.h"
+#include "core/large_array.h"
 #include "core/rgb.h"
 #include "core/vec.h"
 #include "scene/bsdf.h"
@@ -23,18 +25,21 @@ struct CameraTask {
 /// First hits of camera paths on surfaces with a broad lobe, after any chain of sharp bounces; at most one a slot.
 /// Arrays of one length, index i one gather point.
 struct GatherPoints {
-  std::vector<std::uint32_t> slot;      ///< camera sample of the task
-  std::vector<std::uint32_t> sequence;  ///< pixel number in the picture: names its random numbers
-  std::vector<std::uint32_t> sample;    ///< camera sample number of the pixel
-  std::vector<Vec3> position;           ///< metres
-  std::vector<Vec3> normal;             ///< unit, geometric, on the viewer's side
-  std::vector<Frame> frame;             ///< shading frame
-  std::vector<Vec3> wo;                 ///< unit, world space, towards the viewer
-  std::vector<Bsdf> bsdf;               ///< of which only the broad lobes are asked
-  std::vector<RGB> throughput;          ///< of the camera path up to the point
+  LargeVector<std::uint32_t> slot;      ///< camera sample of the task
+  LargeVector<std::uint32_t> sequence;  ///< pixel number in the picture: names its random numbers
+  LargeVector<std::uint32_t> sample;    ///< camera sample number of the pixel
+  LargeVector<Vec3> position;           ///< metres
+  LargeVector<Vec3> normal;             ///< unit, geometric, on the viewer's side
+  LargeVector<Frame> frame;             ///< shading frame
+  LargeVector<Vec3> wo;                 ///< unit, world space, towards the viewer
+  LargeVector<Bsdf> bsdf;               ///< of which only the broad lobes are asked
+  LargeVector<RGB> throughput;          ///< of the camera path up to the point
 
   std::size_t size() const { return slot.size(); }
-  void append(const GatherPoints& other);
+  /// Takes memory for n points.
+  void reserve(std::size_t n);
+  /// Appends all parts in order, on all threads.
+  void append(std::span<const GatherPoints> parts);
   static constexpr std::size_t kBytesEach =
       3 * sizeof(std::uint32_t) + 3 * sizeof(Vec3) + sizeof(Frame) + sizeof(Bsdf) + sizeof(RGB);
 };
