@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/large_array.h"
+#include "core/unnamed_file.h"
 
 namespace glowworm {
 
@@ -42,7 +43,6 @@ class PagedFile {
   /// @param element_bytes what counts as one access
   /// Throws Error where no file can be made in the folder, or a size is 0.
   PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes = 1);
-  ~PagedFile();
   PagedFile(const PagedFile&) = delete;
   PagedFile& operator=(const PagedFile&) = delete;
 
@@ -74,8 +74,7 @@ class PagedFile {
 
   std::uint64_t bytes_;
   std::size_t block_bytes_, element_bytes_, sets_, ways_;
-  std::string folder_;
-  int file_ = -1;
+  UnnamedFile file_;
   mutable std::mutex mutex_;
   std::vector<Slot> slots_;
   LargeArray<std::byte> cache_;

@@ -75,6 +75,29 @@ float TexelDecoder::color(const std::byte* samples, std::size_t index) const {
 
 float TexelDecoder::alpha(const std::byte* samples, std::size_t index) const { return plain(samples, index); }
 
+int kept_channels(const ImageFileHeader& header) {
+  return (header.channels >= 3 ? 3 : 1) + (header.alpha_channel >= 0 ? 1 : 0);
+}
+
+void keep_channels(const ImageFileHeader& header, std::span<const std::byte> samples, std::byte* to) {
+  const bool has_alpha = header.alpha_channel >= 0;
+  const int kept = kept_channels(header);
+  if (kept == header.channels && (!has_alpha || header.alpha_channel == kept - 1)) {
+    std::memcpy(to, samples.data(), samples.size());
+    return;
+  }
+  const std::size_t bytes = size_of(header.type), texel_bytes = bytes * static_cast<std::size_t>(header.channels);
+  const std::size_t color_bytes = bytes * static_cast<std::size_t>(kept - (has_alpha ? 1 : 0));
+  for (std::size_t first = 0; first < samples.size(); first += texel_bytes) {
+    const std::byte* from = samples.data() + first;
+    std::memcpy(to, from, color_bytes);
+    to += color_bytes;
+    if (!has_alpha) continue;
+    std::memcpy(to, from + bytes * static_cast<std::size_t>(header.alpha_channel), bytes);
+    to += bytes;
+  }
+}
+
 bool is_opaque(const ImageFileHeader& header, const std::vector<std::byte>& samples) {
   if (header.alpha_channel < 0) return true;
   const TexelDecoder decoder(header.type, {});

@@ -1,6 +1,7 @@
 // From the samples of a texel, as stored, to linear numbers.
 #pragma once
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "core/rgb.h"
@@ -29,6 +30,11 @@ class TexelDecoder {
   TransferFunction transfer_;
   std::vector<float> table_;  // of integer codes; empty where there is nothing but a division to do
 };
+
+/// How many channels of a texel textures read: 1 or 3 of colour, and alpha where the header names it.
+int kept_channels(const ImageFileHeader& header);
+/// Copies those channels of interleaved samples to `to`, alpha last.
+void keep_channels(const ImageFileHeader& header, std::span<const std::byte> samples, std::byte* to);
 
 /// Whether every alpha of interleaved samples is 1; `header` says where alpha is.
 bool is_opaque(const ImageFileHeader& header, const std::vector<std::byte>& samples);

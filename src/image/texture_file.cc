@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "image/texel_decoder.h"
 
@@ -118,32 +117,23 @@ float TextureFile::alpha(Vec2 uv) const { return has_alpha_ ? look_up(uv).alpha 
 
 std::shared_ptr<const TexelArray> read_texels(const std::string& path) {
   ImageFileData data = read_image_file(path, false);
-  const ImageFileHeader& header = data.header;
+  ImageFileHeader& header = data.header;
+  if (is_opaque(header, data.samples)) header.alpha_channel = -1;
   auto texels = std::make_shared<TexelArray>();
   texels->width = header.width;
   texels->height = header.height;
   texels->type = header.type;
   texels->transfer = header.transfer;
   texels->color_channels = header.channels >= 3 ? 3 : 1;
-  texels->has_alpha = header.alpha_channel >= 0 && !is_opaque(header, data.samples);
-  const int kept = texels->color_channels + (texels->has_alpha ? 1 : 0);
+  texels->has_alpha = header.alpha_channel >= 0;
+  const int kept = kept_channels(header);
   if (kept == header.channels && (!texels->has_alpha || header.alpha_channel == kept - 1)) {
     texels->samples = std::move(data.samples);
     return texels;
   }
-  const std::size_t bytes = size_of(header.type), pixel_bytes = bytes * static_cast<std::size_t>(header.channels);
-  const std::size_t color_bytes = bytes * static_cast<std::size_t>(texels->color_channels);
-  const std::size_t pixels = data.samples.size() / pixel_bytes;
-  texels->samples.resize(pixels * bytes * static_cast<std::size_t>(kept));
-  std::byte* to = texels->samples.data();
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const std::byte* from = data.samples.data() + i * pixel_bytes;
-    std::memcpy(to, from, color_bytes);
-    to += color_bytes;
-    if (!texels->has_alpha) continue;
-    std::memcpy(to, from + bytes * static_cast<std::size_t>(header.alpha_channel), bytes);
-    to += bytes;
-  }
+  texels->samples.resize(data.samples.size() / static_cast<std::size_t>(header.channels) *
+                         static_cast<std::size_t>(kept));
+  keep_channels(header, data.samples, texels->samples.data());
   return texels;
 }
 

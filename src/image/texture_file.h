@@ -50,8 +50,8 @@ class TextureFile {
   bool has_alpha() const { return has_alpha_; }
   int width() const { return width_; }
   int height() const { return height_; }
-  /// Bytes that the texels hold in memory for this texture and others of the same file; 0 where they are in a cache
-  /// that is accounted for elsewhere.
+  /// Bytes that the texels hold in memory for this texture and others of the same file; 0 where they are in a
+  /// temporary file.
   virtual std::uint64_t memory_bytes() const = 0;
 
  protected:
@@ -97,21 +97,27 @@ std::shared_ptr<const TextureFile> open_texture(const std::string& path, const T
 /// All textures of a scene: each file is read once, and the memory that texels hold is bounded. Thread-safe.
 class TextureLibrary {
  public:
-  /// @param limit_bytes of memory for texels; 0 means without limit. Three quarters of it hold whole files; when they
-  /// are full, further files are read tile by tile through OpenImageIO's image cache, which gets the last quarter.
+  /// @param limit_bytes of memory for texels; 0 means without limit. Three quarters of it hold whole files. When they
+  /// are full, the texels of further files go into one temporary file without a name (TexelStore), whose cache gets the
+  /// last quarter, but 1 MiB at least, at once.
   explicit TextureLibrary(std::uint64_t limit_bytes = 0);
   ~TextureLibrary();
   TextureLibrary(const TextureLibrary&) = delete;
   TextureLibrary& operator=(const TextureLibrary&) = delete;
 
-  /// A texture of a file; it may outlive the library. Throws Error as read_image_file does, for a file that will be
-  /// read by tiles too. Where such a file is damaged later on, the texture becomes magenta, with one warning.
-  std::shared_ptr<const TextureFile> open(const std::string& path, const TextureOptions& options = {});
+  /// A texture of a file; it may outlive the library, and the file need not be there any more. Throws Error as
+  /// read_image_file does. Where the temporary file cannot be made or is full, the texels are held in memory beyond the
+  /// limit, with a warning; where it cannot be read back, texels are magenta, with a warning.
+  /// @param known_as the name by which the library knows the file again; empty: its path
+  std::shared_ptr<const TextureFile> open(const std::string& path, const TextureOptions& options = {},
+                                          const std::string& known_as = {});
+  /// A texture of what was opened before under this name; null where nothing was.
+  std::shared_ptr<const TextureFile> find(const std::string& name, const TextureOptions& options = {}) const;
 
   /// Bytes held by whole files.
   std::uint64_t resident_bytes() const;
-  /// Files that are read by tiles.
-  std::size_t cached_files() const;
+  /// Files whose texels are in the temporary file.
+  std::size_t stored_files() const;
 
  private:
   struct State;

@@ -9,8 +9,8 @@ namespace glowworm {
 
 /// What an import may use.
 struct ImportOptions {
-  /// Bytes that the texels of texture files may take in memory together; beyond it they are read by tiles. 0 means no
-  /// limit.
+  /// Bytes that the texels of texture files may take in memory together; beyond it they go into a temporary file. 0
+  /// means no limit.
   std::uint64_t texture_memory_bytes = 0;
 };
 

@@ -7,7 +7,6 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -80,7 +79,10 @@ const char* extension_of(std::span<const std::uint8_t> bytes) {
   return nullptr;
 }
 
-std::shared_ptr<const TexelArray> read_texels_of_bytes(std::span<const std::uint8_t> bytes) {
+/// Opens what stands in memory by way of a file, since the library reads, and bounds the memory of, files.
+std::shared_ptr<const TextureFile> open_bytes(TextureLibrary& library, const std::string& name,
+                                              std::span<const std::uint8_t> bytes, const TextureOptions& options) {
+  if (auto known = library.find(name, options)) return known;
   const char* extension = extension_of(bytes);
   if (!extension) throw Error("not a PNG, JPEG, WebP, DDS, EXR or BMP image");
   const TemporaryFolder folder;
@@ -89,7 +91,7 @@ std::shared_ptr<const TexelArray> read_texels_of_bytes(std::span<const std::uint
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   out.close();
   if (!out) throw Error("no room to unpack it in " + folder.path().string());
-  return read_texels(file.string());
+  return library.open(file.string(), options, name);
 }
 
 /// The first line of an error about `name`, without the name in front, which the caller says himself.
@@ -120,7 +122,6 @@ struct TextureCache::State {
 
   TextureLibrary library;
   NoteCounter& notes;
-  std::map<std::string, std::shared_ptr<const TexelArray>> in_memory;
   std::set<std::string> failed;
   std::shared_ptr<const TextureImage> magenta = std::make_shared<MagentaImage>();
 };
@@ -152,9 +153,7 @@ std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&
                                                               const TextureOptions& options) {
   if (state_->failed.contains(name)) return state_->magenta;
   try {
-    auto& texels = state_->in_memory[name];
-    if (!texels) texels = read_texels_of_bytes(bytes);
-    return std::make_shared<FileImage>(make_texture(texels, options));
+    return std::make_shared<FileImage>(open_bytes(state_->library, name, bytes, options));
   } catch (const std::exception& e) {
     return missing(name, e.what());
   }

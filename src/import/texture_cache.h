@@ -25,8 +25,8 @@ class TextureCache {
 
   /// The texture in a file; never null. A file is decoded once, however it is wrapped.
   std::shared_ptr<const TextureImage> load_file(const std::string& path, const TextureOptions& options = {});
-  /// The texture in an image file that stands in memory; never null. It is held whole.
-  /// @param name tells it from others of this import, and names it in messages
+  /// The texture in an image file that stands in memory; never null. It counts as a file does.
+  /// @param name tells it from others, and from the files, of this import, and names it in messages
   std::shared_ptr<const TextureImage> load_memory(const std::string& name, std::span<const std::uint8_t> bytes,
                                                   const TextureOptions& options = {});
   /// What stands for an image that cannot be read: magenta. Warns and notes `problem`.

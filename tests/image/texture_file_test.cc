@@ -3,9 +3,11 @@
 
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -13,6 +15,7 @@
 
 #include "core/random.h"
 #include "image/temporary_folder.h"
+#include "image/texel_store.h"
 #include "image/tone_map.h"
 
 namespace glowworm {
@@ -182,17 +185,17 @@ TEST_F(TextureFiles, AlphaIsKeptApartAndDroppedWhereOpaque) {
   EXPECT_FLOAT_EQ(open_texture(grey)->alpha({0, 0}), 0.2f);
 }
 
-TEST_F(TextureFiles, CachedTexelsGiveTheSameBits) {
+TEST_F(TextureFiles, StoredTexelsGiveTheSameBits) {
   const std::vector<std::string> files{
       noise("rgb8.png", 301, 203, 3, OIIO::TypeDesc::UINT8),  noise("rgba8.png", 97, 131, 4, OIIO::TypeDesc::UINT8),
       noise("grey16.png", 65, 64, 1, OIIO::TypeDesc::UINT16), noise("half.exr", 130, 67, 4, OIIO::TypeDesc::HALF),
       noise("photo.jpg", 200, 100, 3, OIIO::TypeDesc::UINT8), noise("sky.hdr", 129, 65, 3, OIIO::TypeDesc::FLOAT)};
-  TextureLibrary whole, tiled(1);
+  TextureLibrary whole, stored(1);
   for (const std::string& file : files) {
     for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::mirror, TextureWrap::black}) {
       TextureOptions options;
       options.wrap_u = options.wrap_v = wrap;
-      const auto a = whole.open(file, options), b = tiled.open(file, options);
+      const auto a = whole.open(file, options), b = stored.open(file, options);
       ASSERT_EQ(a->width(), b->width());
       for (std::uint32_t i = 0; i < 500; ++i) {
         const Vec2 uv{to_unit_float(hash32(i)) * 4 - 2, to_unit_float(hash32(i + 1000)) * 4 - 2};
@@ -201,9 +204,9 @@ TEST_F(TextureFiles, CachedTexelsGiveTheSameBits) {
       }
     }
   }
-  EXPECT_EQ(whole.cached_files(), 0u);
-  EXPECT_EQ(tiled.cached_files(), files.size());
-  EXPECT_EQ(tiled.resident_bytes(), 0u);
+  EXPECT_EQ(whole.stored_files(), 0u);
+  EXPECT_EQ(stored.stored_files(), files.size());
+  EXPECT_EQ(stored.resident_bytes(), 0u);
 }
 
 TEST_F(TextureFiles, LibraryReadsAFileOnceAndKeepsItsLimit) {
@@ -212,34 +215,34 @@ TEST_F(TextureFiles, LibraryReadsAFileOnceAndKeepsItsLimit) {
   TextureLibrary library(60000);  // three quarters are 45,000: one file of 30,000 bytes, not two
   const auto first = library.open(a), again = library.open(a);
   EXPECT_EQ(library.resident_bytes(), 30000u);
-  EXPECT_EQ(library.cached_files(), 0u);
+  EXPECT_EQ(library.stored_files(), 0u);
   const auto second = library.open(b);
   EXPECT_EQ(library.resident_bytes(), 30000u);
-  EXPECT_EQ(library.cached_files(), 1u);
+  EXPECT_EQ(library.stored_files(), 1u);
   EXPECT_EQ(first->color({0.3f, 0.4f}), second->color({0.3f, 0.4f}));
 }
 
 TEST_F(TextureFiles, ATextureOutlivesItsLibrary) {
   const std::string file = noise("a.png", 100, 100, 3, OIIO::TypeDesc::UINT8);
-  std::shared_ptr<const TextureFile> tiled;
+  std::shared_ptr<const TextureFile> stored;
   {
     TextureLibrary library(1);
-    tiled = library.open(file);
+    stored = library.open(file);
   }
-  EXPECT_EQ(tiled->color({0.3f, 0.4f}), open_texture(file)->color({0.3f, 0.4f}));
+  EXPECT_EQ(stored->color({0.3f, 0.4f}), open_texture(file)->color({0.3f, 0.4f}));
 }
 
 TEST_F(TextureFiles, ThreadsMayLookUpAtOnce) {
   const std::string file = noise("a.png", 512, 512, 3, OIIO::TypeDesc::UINT8);
   TextureLibrary library(1);
-  const auto tiled = library.open(file), whole = open_texture(file);
+  const auto stored = library.open(file), whole = open_texture(file);
   std::vector<std::thread> threads;
   std::atomic<int> wrong{0};
   for (std::uint32_t t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       for (std::uint32_t i = 0; i < 1000; ++i) {
         const Vec2 uv{to_unit_float(hash32(i * 4 + t)), to_unit_float(hash32(i * 4 + t + 77777))};
-        if (!(tiled->color(uv) == whole->color(uv))) ++wrong;
+        if (!(stored->color(uv) == whole->color(uv))) ++wrong;
       }
     });
   }
@@ -261,13 +264,75 @@ TEST_F(TextureFiles, WrongFilesAreErrors) {
   }
 }
 
-TEST_F(TextureFiles, AFileDamagedWhileItIsReadIsMagenta) {
+TEST_F(TextureFiles, AFileMayChangeOnceItIsOpen) {
   const std::string file = noise("a.exr", 256, 256, 3, OIIO::TypeDesc::HALF);
   TextureLibrary library(1);
-  const auto tiled = library.open(file);
-  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
-  EXPECT_EQ(tiled->color({0.5f, 0.01f}), RGB(1, 0, 1));
-  EXPECT_EQ(tiled->color({0.5f, 0.99f}), RGB(1, 0, 1));
+  const auto stored = library.open(file), whole = open_texture(file);
+  std::filesystem::remove(file);
+  for (const Vec2 uv : {Vec2{0.5f, 0.01f}, Vec2{0.5f, 0.99f}}) EXPECT_EQ(stored->color(uv), whole->color(uv));
+  EXPECT_EQ(library.open(file)->color({0.5f, 0.5f}), whole->color({0.5f, 0.5f}));
+}
+
+TEST_F(TextureFiles, AFileIsFoundByTheNameItWasGiven) {
+  const std::string file = noise("a.png", 40, 30, 3, OIIO::TypeDesc::UINT8);
+  for (const std::uint64_t limit : {0, 1}) {
+    TextureLibrary library(limit);
+    EXPECT_EQ(library.find("image 3"), nullptr);
+    const auto first = library.open(file, {}, "image 3"), again = library.find("image 3");
+    ASSERT_NE(again, nullptr);
+    EXPECT_EQ(first->color({0.3f, 0.4f}), again->color({0.3f, 0.4f}));
+    EXPECT_EQ(library.find(file), nullptr);
+  }
+}
+
+TEST_F(TextureFiles, WithoutATemporaryFileTexelsAreHeld) {
+  const std::string file = noise("a.png", 100, 100, 3, OIIO::TypeDesc::UINT8);
+  const char* before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  setenv("TMPDIR", path("nowhere").c_str(), 1);
+  TextureLibrary library(1);
+  const auto texture = library.open(file);
+  before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
+  EXPECT_EQ(library.resident_bytes(), 30000u);
+  EXPECT_EQ(library.stored_files(), 0u);
+  EXPECT_EQ(texture->color({0.3f, 0.4f}), open_texture(file)->color({0.3f, 0.4f}));
+}
+
+TEST_F(TextureFiles, TexelsThatCannotBeReadBackAreMagenta) {
+  const std::string file = noise("a.png", 512, 512, 3, OIIO::TypeDesc::UINT8);
+  TextureLibrary library(1);
+  const auto stored = library.open(file);
+  const RGB seen = stored->color({0.5f, 0.01f});
+  int cut = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+    if (!target.ends_with("(deleted)") || !std::filesystem::is_regular_file(entry.path(), error)) continue;
+    if (std::filesystem::file_size(entry.path(), error) != 256u * TexelStore::kBlockBytes) continue;
+    ASSERT_EQ(truncate(entry.path().c_str(), 0), 0);
+    ++cut;
+  }
+  ASSERT_EQ(cut, 1);
+  EXPECT_EQ(stored->color({0.5f, 0.01f}), seen) << "is in the cache";
+  EXPECT_EQ(stored->color({0.5f, 0.99f}), RGB(1, 0, 1));
+}
+
+TEST_F(TextureFiles, AStoreHoldsNoMoreThanItsCache) {
+  EXPECT_EQ(TexelStore(1).cache_bytes(), 8 * TexelStore::kBlockBytes);
+  TexelStore store(100 * TexelStore::kBlockBytes);
+  EXPECT_EQ(store.cache_bytes(), 96 * TexelStore::kBlockBytes);
+  constexpr std::uint32_t kBlocks = 1000;
+  std::vector<std::uint32_t> numbers(kBlocks * TexelStore::kBlockBytes / sizeof(std::uint32_t));
+  for (std::uint32_t i = 0; i < numbers.size(); ++i) numbers[i] = hash32(i);
+  store.write(3, std::as_bytes(std::span(numbers)));
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const std::uint32_t number = hash32(i + 5) % static_cast<std::uint32_t>(numbers.size());
+    const std::size_t byte = number * sizeof(std::uint32_t);
+    std::uint32_t read = 0;
+    store.read(3 + byte / TexelStore::kBlockBytes, byte % TexelStore::kBlockBytes,
+               std::as_writable_bytes(std::span(&read, 1)));
+    ASSERT_EQ(read, numbers[number]);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,79 @@
+// Texels of many textures in one temporary file, behind a cache of fixed size.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/unnamed_file.h"
+#include "image/image_file.h"
+
+namespace glowworm {
+
+/// Blocks of texels in a file without a name (core/unnamed_file.h), read through a set-associative cache whose least
+/// recently used blocks make room. The cache takes its memory at once and never more. Reading is thread-safe.
+class TexelStore {
+ public:
+  static constexpr std::size_t kBlockBytes = 4096;
+
+  /// @param cache_bytes of blocks in memory, rounded down to whole sets, but to one at least
+  /// Throws Error where no temporary file can be made.
+  explicit TexelStore(std::uint64_t cache_bytes);
+
+  /// Writes whole blocks from `first` on, which nobody may have read. Throws Error where the disk is full or fails.
+  void write(std::uint64_t first, std::span<const std::byte> blocks);
+  /// Copies a part of a block out. Throws Error where the disk fails.
+  void read(std::uint64_t block, std::size_t offset, std::span<std::byte> to);
+
+  /// Bytes of memory that the cache takes.
+  std::uint64_t cache_bytes() const { return cache_.size(); }
+
+ private:
+  static constexpr std::size_t kWays = 8;
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+  struct Set {
+    Set() { block.fill(kNone); }
+    std::mutex mutex;
+    std::uint64_t time = 0;
+    std::array<std::uint64_t, kWays> block, last_use{};
+  };
+
+  UnnamedFile file_;
+  std::vector<Set> sets_;
+  std::vector<std::byte> cache_;
+};
+
+/// Where the texels of one picture lie in a store: tiles of a power of two texels a side, each in a block, row by row.
+/// A texel has 1 or 3 colour samples and, last, alpha where the picture has it.
+struct StoredTexels {
+  ImageFileHeader header;   ///< alpha_channel is -1 where alpha is 1 everywhere
+  std::uint64_t first = 0;  ///< block
+  std::uint64_t blocks = 0;
+  int tile_width_bits = 0, tile_height_bits = 0;
+  int tiles_across = 0;
+  int texel_bytes = 0;
+
+  std::uint64_t block_of(int x, int y) const {
+    return first + static_cast<std::uint64_t>(y >> tile_height_bits) * static_cast<std::uint64_t>(tiles_across) +
+           static_cast<std::uint64_t>(x >> tile_width_bits);
+  }
+  std::size_t offset_of(int x, int y) const {
+    const int column = x & ((1 << tile_width_bits) - 1), row = y & ((1 << tile_height_bits) - 1);
+    return static_cast<std::size_t>((row << tile_width_bits) + column) * static_cast<std::size_t>(texel_bytes);
+  }
+};
+
+/// What came of storing a picture.
+struct StoringOutcome {
+  StoredTexels texels;
+  std::string problem;  ///< why the store could not take them; empty where it did
+};
+
+/// Decodes a picture once, by bands of rows, into blocks of a store from `first` on. Throws Error as read_image_file
+/// does where the picture is at fault; where the store is, the outcome says so.
+StoringOutcome store_texels(const std::string& path, TexelStore& store, std::uint64_t first);
+
+}  // namespace glowworm
