@@ -23,6 +23,15 @@ constexpr std::size_t kRaysPerChunk = 32768;
 constexpr std::size_t kRaysAtOnce = 2048;
 constexpr int kRouletteAfter = 2;
 
+/// Gather points of a chunk but the last, which may have fewer.
+std::size_t points_of_chunk(std::uint32_t rays_each) { return std::max<std::size_t>(1, kRaysPerChunk / rays_each); }
+
+/// Strata of a chunk that are under way at a time. The same for all chunks, however many points they have, so that the
+/// light of a point is added up in one order whatever tasks it comes in.
+std::uint32_t strata_under_way(std::uint32_t rays_each) {
+  return static_cast<std::uint32_t>(std::max<std::size_t>(1, kRaysAtOnce / points_of_chunk(rays_each)));
+}
+
 class ChunkGatherer {
  public:
   ChunkGatherer(const Tracer& tracer, const GatherPoints& points, const FinalGatherSettings& settings,
@@ -41,8 +50,7 @@ class ChunkGatherer {
     coherent_order(points_, first, last, order);
     maker_.prepare(points_, order, settings_.rays, settings_.seed);
     queries_.reserve(order.size() * settings_.rays);
-    const auto strata_at_once =
-        static_cast<std::uint32_t>(std::max<std::size_t>(1, kRaysAtOnce / std::max<std::size_t>(1, order.size())));
+    const std::uint32_t strata_at_once = strata_under_way(settings_.rays);
     for (std::uint32_t stratum = 0; stratum < settings_.rays; stratum += strata_at_once) {
       rays_.clear();
       maker_.create(stratum, std::min(settings_.rays, stratum + strata_at_once), rays_);
@@ -286,7 +294,7 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   queries.clear();
   if (first >= last || settings.rays == 0) return;
   queries.reserve((last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
-  const std::size_t per_chunk = std::max<std::size_t>(1, kRaysPerChunk / settings.rays);
+  const std::size_t per_chunk = points_of_chunk(settings.rays);
   const std::size_t chunks = (last - first + per_chunk - 1) / per_chunk;
   ChunkQueue queue(chunks, queries);
   parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
