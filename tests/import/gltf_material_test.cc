@@ -186,10 +186,14 @@ TEST_F(GltfMaterialTest, ImagesInsideOfTheFile) {
   file.add("images", {{"bufferView", view}, {"mimeType", "image/png"}});
   file.add("textures", {{"source", 0}});
   file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
-  const auto d = load_scene(write("i.glb", file.glb()));
-  EXPECT_EQ(d.notes.size(), 0u) << testing::PrintToString(d.notes);
-  EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.25f, 0.5f}).b, 1, 1e-5);
-  EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.75f, 0.5f}).r, 1, 1e-5);
+  ImportOptions options;
+  for (const std::uint64_t texture_memory : {0, 1}) {  // held whole, and not
+    options.texture_memory_bytes = texture_memory;
+    const auto d = load_scene(write("i.glb", file.glb()), options);
+    EXPECT_EQ(d.notes.size(), 0u) << testing::PrintToString(d.notes);
+    EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.25f, 0.5f}).b, 1, 1e-5);
+    EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.75f, 0.5f}).r, 1, 1e-5);
+  }
 }
 
 }  // namespace
