@@ -67,8 +67,8 @@ std::string case_name(const testing::TestParamInfo<Case>& info) {
 INSTANTIATE_TEST_SUITE_P(Slow, SlowIndirectLight,
                          testing::Values(Case{"cornell", "knn", 1024, 1'000'000, 6},
                                          Case{"cornell", "blocked", 1024, 1'000'000, 6},
-                                         Case{"ajar", "knn", 2048, 2'000'000, 6},
-                                         Case{"ajar", "blocked", 2048, 2'000'000, 6}),
+                                         Case{"ajar", "knn", 4096, 2'000'000, 12},
+                                         Case{"ajar", "blocked", 4096, 2'000'000, 12}),
                          case_name);
 
 /// Root of the mean relative squared error of the indirect light against a reference.
