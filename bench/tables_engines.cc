@@ -25,6 +25,7 @@
 #include "support/calibration.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
+#include "support/run_tables.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -273,8 +274,10 @@ void table_of_choices(const std::vector<std::string>& scenes) {
 
 int main(int argc, char** argv) {
   using namespace glowworm::bench;
-  const Arguments asked(argc, argv);
-  if (asked.wants("rates")) table_of_rates(asked.scenes());
-  if (asked.wants("limits")) table_of_limits(asked.scenes_or_atrium());
-  if (asked.wants("auto")) table_of_choices(asked.scenes());
+  return run_tables("tables_engines", [&] {
+    const Arguments asked(argc, argv);
+    if (asked.wants("rates")) table_of_rates(asked.scenes());
+    if (asked.wants("limits")) table_of_limits(asked.scenes_or_atrium());
+    if (asked.wants("auto")) table_of_choices(asked.scenes());
+  });
 }

@@ -25,6 +25,7 @@
 #include "support/arguments.h"
 #include "support/calibration.h"
 #include "support/recording.h"
+#include "support/run_tables.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -344,9 +345,11 @@ void table_of_depths(const std::vector<std::string>& scenes) {
 
 int main(int argc, char** argv) {
   using namespace glowworm::bench;
-  const Arguments asked(argc, argv);
-  if (asked.wants("lanes")) table_of_lanes(asked.scenes());
-  if (asked.wants("render")) table_of_renders(asked.scenes());
-  if (asked.wants("reorder")) table_of_reordering(asked.scenes());
-  if (asked.wants("depth")) table_of_depths(asked.scenes());
+  return run_tables("tables_forward", [&] {
+    const Arguments asked(argc, argv);
+    if (asked.wants("lanes")) table_of_lanes(asked.scenes());
+    if (asked.wants("render")) table_of_renders(asked.scenes());
+    if (asked.wants("reorder")) table_of_reordering(asked.scenes());
+    if (asked.wants("depth")) table_of_depths(asked.scenes());
+  });
 }

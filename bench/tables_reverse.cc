@@ -24,6 +24,7 @@
 #include "support/nanoflann_tree.h"
 #include "support/paper_render.h"
 #include "support/recording.h"
+#include "support/run_tables.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -272,11 +273,5 @@ void write_tables(const std::set<std::string>& parts) {
 }  // namespace glowworm::bench
 
 int main(int argc, char** argv) {
-  try {
-    glowworm::bench::write_tables({argv + 1, argv + argc});
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "tables_reverse: {}\n", error.what());
-    return 1;
-  }
+  return glowworm::bench::run_tables("tables_reverse", [&] { glowworm::bench::write_tables({argv + 1, argv + argc}); });
 }

@@ -25,6 +25,7 @@
 #include "support/calibration.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
+#include "support/run_tables.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -206,8 +207,7 @@ void write_tables(const std::vector<std::string>& arguments) {
     for (const ReverseOptions& o : options) add_scene(table, scene, o);
   table.note(
       "Nanoseconds of a thread for each query point, all threads at work. Published: searching 4 to 7 times faster "
-      "than "
-      "normal photon mapping, up to 25 batched.");
+      "than normal photon mapping, up to 25 batched.");
   table.note(
       "nanoflann compares no normals. Nearest neighbours are looked for in every eighth run of 4096 points along a "
       "Hilbert curve; ordering the points is not in these columns, as it is in those of whole lookups.");
@@ -218,11 +218,5 @@ void write_tables(const std::vector<std::string>& arguments) {
 }  // namespace glowworm::bench
 
 int main(int argc, char** argv) {
-  try {
-    glowworm::bench::write_tables({argv + 1, argv + argc});
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "tables_search: {}\n", error.what());
-    return 1;
-  }
+  return glowworm::bench::run_tables("tables_search", [&] { glowworm::bench::write_tables({argv + 1, argv + argc}); });
 }

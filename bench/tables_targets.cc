@@ -19,6 +19,7 @@
 #include "render/job.h"
 #include "render/output.h"
 #include "support/paper_render.h"
+#include "support/run_tables.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -184,11 +185,5 @@ void write_tables(const std::vector<std::string>& arguments) {
 }  // namespace glowworm::bench
 
 int main(int argc, char** argv) {
-  try {
-    glowworm::bench::write_tables({argv + 1, argv + argc});
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "tables_targets: {}\n", error.what());
-    return 1;
-  }
+  return glowworm::bench::run_tables("tables_targets", [&] { glowworm::bench::write_tables({argv + 1, argv + argc}); });
 }

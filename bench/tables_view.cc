@@ -27,6 +27,7 @@
 #include "session/session.h"
 #include "session/worker.h"
 #include "support/recording.h"
+#include "support/run_tables.h"
 #include "support/table.h"
 
 namespace {
@@ -317,9 +318,7 @@ void measure_adapting(Table& table, const std::string& path, const Row& row, boo
              median([](const ViewFrame& f) { return f.photons; })});
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
+void write_tables(int argc, char** argv) {
   const std::string folder = argc > 1 ? argv[1] : "bench/results";
   std::vector<std::string> scenes(argv + std::min(argc, 2), argv + argc);
   if (scenes.empty()) scenes = {"builtin:cornell", "builtin:atrium"};
@@ -350,8 +349,10 @@ int main(int argc, char** argv) try {
       for (const Row& row : kRows)
         if (row.gather != 64) measure_adapting(adapting, scene, row, light);
   adapting.write(folder);
-  return 0;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "tables_view: {}\n", error.what());
-  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return glowworm::bench::run_tables("tables_view", [&] { write_tables(argc, argv); });
 }

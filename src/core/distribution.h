@@ -28,8 +28,8 @@ class Distribution1D {
   float probability(std::uint32_t index) const { return static_cast<float>(cdf_[index + 1] - cdf_[index]); }
 
  private:
-  std::vector<double> cdf_;             // size n + 1, from 0 to 1
-  std::vector<std::uint32_t> nearest_;  // by u in n steps: an index at most a step or so from the one wanted
+  std::vector<double> cdf_;                   // size n + 1, from 0 to 1
+  std::vector<std::uint32_t> first_of_step_;  // size n + 1: the index that belongs to u = i / n; the last is n - 1
   double total_ = 0;
 };
 

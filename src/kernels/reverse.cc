@@ -198,6 +198,28 @@ struct Sink {
   }
 };
 
+/// Calls visit(first point of a vector, photon, u of the vector's points, those within the photon's kernel) for every
+/// vector of a leaf and every photon accepted.
+template <bool kNormals, class Visit>
+HWY_INLINE void visit_pairs(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseNode& node,
+                            const Accepted& accepted, ReverseCounts& counts, Visit&& visit) {
+  const D d;
+  const std::size_t count = node.count();
+  const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
+  for (std::size_t at = 0; at < count; at += kWidth) {
+    const M valid = hn::FirstN(d, count - at);
+    Lanes p;
+    p.load<kNormals>(points, count, at);
+    for (std::size_t i = 0; i < accepted.count; ++i) {
+      V u;
+      const M inside = p.inside<kNormals>(photons, accepted.photons[i], u);
+      visit(at, accepted.photons[i], u, hn::And(valid, inside));
+    }
+    counts.steps += accepted.count;
+  }
+  counts.tested += accepted.count * count;
+}
+
 /// Where reverse_collect() puts what it finds: a list of pairs.
 template <class Kernel>
 struct Collector {
@@ -209,29 +231,19 @@ struct Collector {
   template <bool kNormals>
   void leaf(const ReverseNode& node, const Accepted& accepted) {
     const D d;
-    const std::size_t count = node.count();
-    const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
-    for (std::size_t at = 0; at < count; at += kWidth) {
-      const M valid = hn::FirstN(d, count - at);
-      Lanes p;
-      p.load<kNormals>(points, count, at);
-      for (std::size_t i = 0; i < accepted.count; ++i) {
-        V u;
-        const M inside = hn::And(valid, p.inside<kNormals>(photons, accepted.photons[i], u));
-        if (hn::AllFalse(d, inside)) continue;
-        HWY_ALIGN float profile[kWidth];
-        hn::Store(Kernel::profile(u), d, profile);
-        std::uint8_t bytes[8] = {};
-        hn::StoreMaskBits(d, inside, bytes);
-        for (std::uint32_t bits = bytes[0] | std::uint32_t{bytes[1]} << 8; bits != 0; bits &= bits - 1) {
-          const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
-          pairs.push_back({node.first() + static_cast<std::uint32_t>(at) + lane, accepted.photons[i], profile[lane]});
-          ++counts.operations;
-        }
-      }
-      counts.steps += accepted.count;
-    }
-    counts.tested += accepted.count * count;
+    visit_pairs<kNormals>(
+        part, photons, node, accepted, counts, [&](std::size_t at, std::uint32_t photon, V u, M inside) HWY_ATTR {
+          if (hn::AllFalse(d, inside)) return;
+          HWY_ALIGN float profile[kWidth];
+          hn::Store(Kernel::profile(u), d, profile);
+          std::uint8_t bytes[8] = {};
+          hn::StoreMaskBits(d, inside, bytes);
+          for (std::uint32_t bits = bytes[0] | std::uint32_t{bytes[1]} << 8; bits != 0; bits &= bits - 1) {
+            const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+            pairs.push_back({node.first() + static_cast<std::uint32_t>(at) + lane, photon, profile[lane]});
+            ++counts.operations;
+          }
+        });
   }
 };
 
@@ -244,21 +256,9 @@ struct Counter {
   template <bool kNormals>
   void leaf(const ReverseNode& node, const Accepted& accepted) {
     const D d;
-    const std::size_t count = node.count();
-    const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
-    std::uint64_t operations = 0;
-    for (std::size_t at = 0; at < count; at += kWidth) {
-      const M valid = hn::FirstN(d, count - at);
-      Lanes p;
-      p.load<kNormals>(points, count, at);
-      for (std::size_t i = 0; i < accepted.count; ++i) {
-        V u;
-        operations += hn::CountTrue(d, hn::And(valid, p.inside<kNormals>(photons, accepted.photons[i], u)));
-      }
-      counts.steps += accepted.count;
-    }
-    counts.tested += accepted.count * count;
-    counts.operations += operations;
+    visit_pairs<kNormals>(part, photons, node, accepted, counts, [&](std::size_t, std::uint32_t, V, M inside) HWY_ATTR {
+      counts.operations += hn::CountTrue(d, inside);
+    });
   }
 };
 

@@ -45,12 +45,11 @@ struct ChunkResult {
   std::vector<EmissionNumbers> numbers;  // that each path was emitted with
   std::vector<float> guide_weight;       // and the factor on its flux
 
-  /// For a chunk of so many paths, each of which leaves a few photons.
+  /// For a chunk of so many paths, and a photon of each.
   void reserve(std::size_t paths) {
-    constexpr std::size_t kPhotonsEach = 3;
-    photons.reserve(kPhotonsEach * paths);
-    for (auto* array : {&path, &light}) array->reserve(kPhotonsEach * paths);
-    for (auto* array : {&caustic, &used}) array->reserve(kPhotonsEach * paths);
+    photons.reserve(paths);
+    for (auto* array : {&path, &light}) array->reserve(paths);
+    for (auto* array : {&caustic, &used}) array->reserve(paths);
     emitted_light.reserve(paths);
     numbers.reserve(paths);
     guide_weight.reserve(paths);

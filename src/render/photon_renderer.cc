@@ -64,6 +64,9 @@ std::string PhotonRenderer::engine() const { return engine_ ? engine_->name() : 
 std::uint64_t PhotonRenderer::photon_bytes() const { return photon_count_ * (PhotonBatch::kBytesEach + sizeof(float)); }
 
 void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
+  // Photons may take all memory that tasks have left.
+  queries_ = QueryPoints();
+  found_ = LargeVector<RGB>();
   photon_reservation_.reset();
   photon_reservation_ =
       std::make_unique<Reservation>(budget_, "photon map", settings_.photons_traced * kBytesPerPhoton);

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/random.h"
 #include "support/goodness_of_fit.h"
 
@@ -41,6 +44,31 @@ TEST(Distribution1D, EndsOfTheUnitIntervalFallOnWeights) {
     EXPECT_EQ(s.index, 1u);
     EXPECT_EQ(s.probability, 1);
     EXPECT_LT(s.remapped, 1);
+  }
+}
+
+/// Numbers on, just below and between the ends of intervals find the last interval that begins at or below them, also
+/// where nearly all intervals lie close together.
+TEST(Distribution1D, FindsTheIntervalOfEveryNumber) {
+  for (const float largest : {1.0f, 1e6f}) {
+    std::vector<float> weights(1000);
+    for (std::uint32_t i = 0; i < weights.size(); ++i) weights[i] = i % 5 == 0 ? 0.0f : to_unit_float(hash32(i));
+    weights[617] = largest;
+    const Distribution1D distribution(weights);
+    std::vector<double> begins(1, 0.0);
+    for (const float w : weights) begins.push_back(begins.back() + w);
+    for (double& b : begins) b /= distribution.total();
+    std::vector<float> numbers;
+    for (const double b : begins) {
+      const auto on = static_cast<float>(b);
+      for (const float u : {on, std::nextafter(on, 0.0f), std::nextafter(on, 2.0f)}) numbers.push_back(u);
+    }
+    for (std::uint32_t i = 0; i < 1000; ++i) numbers.push_back(to_unit_float(hash_combine(9, i)));
+    for (const float u : numbers) {
+      if (u >= 1) continue;
+      const auto above = std::upper_bound(begins.begin(), begins.end(), static_cast<double>(u));
+      EXPECT_EQ(distribution.sample(u).index, static_cast<std::uint32_t>(above - begins.begin() - 1)) << u;
+    }
   }
 }
 
