@@ -1,6 +1,7 @@
 #include "density/blocked_index.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -10,65 +11,19 @@
 #include "core/parallel.h"
 #include "density/kernel.h"
 #include "density/reorder.h"
+#include "kernels/compact_sort.h"
 
 namespace glowworm {
 
 namespace {
 
-// Photons that are sorted together by a kd-tree after the Hilbert curve has brought them near each other.
+// Photons that are sorted together after the Hilbert curve has brought them near each other.
 constexpr std::size_t kSortedRun = 512;
 constexpr std::size_t kGrain = 1024;
 // How far ahead of its turn memory of a photon is asked for, in photons.
 constexpr std::size_t kAhead = 16;
 // Room for rounding in tests against the largest radius, which must not lose a photon.
 constexpr float kRadiusMargin = 1 + 1e-5f;
-// When photons are sorted into blocks: what distance, in radii, counts as much as a difference of one between normals,
-// and how often a difference of radii counts. (Measured: fewest blocks tested on the atrium.)
-constexpr float kNormalWeight = 1;
-constexpr float kRadiusWeight = 2;
-
-/// What sorting looks at.
-struct SortedPhoton {
-  Vec3 position, normal;
-  float radius;
-  std::uint32_t index;
-  float coordinate(int axis) const { return axis < 3 ? position[axis] : axis < 6 ? normal[axis - 3] : radius; }
-};
-
-/// The axis along which the photons are spread most, as far as that makes their block reach further: 0 to 2 position,
-/// 3 to 5 normal, 6 radius.
-int widest_axis(std::span<const SortedPhoton> photons) {
-  Box3 positions, normals;
-  float sum = 0, smallest = photons[0].radius, largest = smallest;
-  for (const SortedPhoton& p : photons) {
-    positions.grow(p.position);
-    normals.grow(p.normal);
-    sum += p.radius;
-    smallest = std::min(smallest, p.radius);
-    largest = std::max(largest, p.radius);
-  }
-  const int position_axis = positions.longest_axis(), normal_axis = normals.longest_axis();
-  const float position = positions.diagonal()[position_axis];
-  const float normal = normals.diagonal()[normal_axis] * kNormalWeight * sum / static_cast<float>(photons.size());
-  const float radius = (largest - smallest) * kRadiusWeight;
-  return position >= normal && position >= radius ? position_axis : normal >= radius ? 3 + normal_axis : 6;
-}
-
-/// Sorts so that every aligned run of a block, of a node's photons, and so on, is compact.
-void sort_compact(std::span<SortedPhoton> photons) {
-  if (photons.size() <= kBlockWidth) return;
-  // Halves of a power of two of blocks, so that blocks and nodes are never cut.
-  std::size_t half = kBlockWidth;
-  while (2 * half < photons.size()) half *= 2;
-  const int axis = widest_axis(photons);
-  std::nth_element(photons.begin(), photons.begin() + static_cast<std::ptrdiff_t>(half), photons.end(),
-                   [axis](const SortedPhoton& a, const SortedPhoton& b) {
-                     const float x = a.coordinate(axis), y = b.coordinate(axis);
-                     return x != y ? x < y : a.index < b.index;
-                   });
-  sort_compact(photons.first(half));
-  sort_compact(photons.subspan(half));
-}
 
 float radius_of(const RadiusPolicy& policy, std::size_t i) {
   return policy.kind == RadiusKind::fixed ? policy.radius : policy.radii[i];
@@ -79,17 +34,16 @@ float inverse_square(float radius) {
   return static_cast<float>(std::max(1e-37, 1 / (static_cast<double>(radius) * radius)));
 }
 
-bool counts(const PhotonBatch& photons, std::size_t i, float radius) {
-  return inverse_square(radius) <= std::numeric_limits<float>::max() && is_finite(photons.position[i]) &&
-         is_finite(photons.normal[i]);
+bool counts(Vec3 position, Vec3 normal, float radius) {
+  return inverse_square(radius) <= std::numeric_limits<float>::max() && is_finite(position) && is_finite(normal);
 }
 
 /// The photons that count, in the order of their blocks.
-LargeArray<SortedPhoton> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy, std::size_t& count) {
+LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy, std::size_t& count) {
   const ReorderSettings settings{ReorderMethod::radix, 0,
                                  std::min(10, automatic_depth(8 * photons.size(), photons.size()))};
   const auto order = hilbert_order(photons.position, bounds_of(photons.position), photons.size(), settings);
-  LargeArray<SortedPhoton> sorted(order.size());
+  LargeArray<CompactRow> sorted(order.size());
   std::atomic<bool> all_count{true};
   parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -97,18 +51,28 @@ LargeArray<SortedPhoton> sorted_photons(const PhotonBatch& photons, const Radius
       const std::uint32_t soon = order[std::min(i + kAhead, order.size() - 1)];
       __builtin_prefetch(&photons.position[soon]);
       __builtin_prefetch(&photons.normal[soon]);
+      if (policy.kind == RadiusKind::per_photon) __builtin_prefetch(&policy.radii[soon]);
       const std::uint32_t p = order[i];
-      const float radius = radius_of(policy, p);
-      sorted[i] = {photons.position[p], photons.normal[p], counts(photons, p, radius) ? radius : 0, p};
-      if (sorted[i].radius == 0) all_count.store(false, std::memory_order_relaxed);
+      const Vec3 position = photons.position[p], normal = photons.normal[p];
+      float radius = radius_of(policy, p);
+      if (!counts(position, normal, radius)) {
+        radius = 0;
+        all_count.store(false, std::memory_order_relaxed);
+      }
+      sorted[i] = {{position.x, position.y, position.z, normal.x, normal.y, normal.z, radius, 0}};
+      sorted[i].set_index(p);
     }
   });
-  SortedPhoton* const end =
-      all_count ? sorted.end()
-                : std::remove_if(sorted.begin(), sorted.end(), [](const SortedPhoton& p) { return p.radius == 0; });
+  CompactRow* const end =
+      all_count ? sorted.end() : std::remove_if(sorted.begin(), sorted.end(), [](const CompactRow& row) {
+        return row.coordinate[CompactRow::kRadius] == 0;
+      });
   count = static_cast<std::size_t>(end - sorted.begin());
-  parallel_for(0, count, kSortedRun,
-               [&](std::size_t first, std::size_t last) { sort_compact(sorted.span().subspan(first, last - first)); });
+  parallel_for(0, count, kSortedRun, [&](std::size_t first, std::size_t last) {
+    std::array<CompactRow, kSortedRun> scratch;
+    alignas(64) std::array<float, kSortedRun> column;
+    compact_sort(sorted.span().subspan(first, last - first), scratch, column);
+  });
   return sorted;
 }
 
@@ -205,7 +169,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
   if (photons.size() > kMostPhotons)
     throw Error("the blocked density engine holds no more than " + std::to_string(kMostPhotons) + " photons at once",
                 "Trace the photons in several passes.");
-  const LargeArray<SortedPhoton> sorted = sorted_photons(photons, policy, size_);
+  const LargeArray<CompactRow> sorted = sorted_photons(photons, policy, size_);
   blocks_ = LargeArray<PhotonBlock>((size_ + kBlockWidth - 1) / kBlockWidth);
   directions_ = LargeArray<Vec3>(blocks_.size() * kBlockWidth);
   const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
@@ -217,23 +181,25 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
         clear_lane(block, lane);
         continue;
       }
-      const std::uint32_t soon = sorted[std::min(place + kAhead, size_ - 1)].index;
+      const std::uint32_t soon = sorted[std::min(place + kAhead, size_ - 1)].index();
       __builtin_prefetch(&photons.flux[soon]);
       __builtin_prefetch(&photons.direction[soon]);
-      const SortedPhoton& p = sorted[place];
-      block.x[lane] = p.position.x;
-      block.y[lane] = p.position.y;
-      block.z[lane] = p.position.z;
-      block.inverse_radius_squared[lane] = inverse_square(p.radius);
-      block.nx[lane] = p.normal.x;
-      block.ny[lane] = p.normal.y;
-      block.nz[lane] = p.normal.z;
-      const float scale = static_cast<float>(norm / (static_cast<double>(p.radius) * p.radius));
-      const RGB flux = photons.flux[p.index] * scale;
+      const CompactRow& row = sorted[place];
+      const float radius = row.coordinate[CompactRow::kRadius];
+      const std::uint32_t p = row.index();
+      block.x[lane] = row.coordinate[0];
+      block.y[lane] = row.coordinate[1];
+      block.z[lane] = row.coordinate[2];
+      block.inverse_radius_squared[lane] = inverse_square(radius);
+      block.nx[lane] = row.coordinate[3];
+      block.ny[lane] = row.coordinate[4];
+      block.nz[lane] = row.coordinate[5];
+      const float scale = static_cast<float>(norm / (static_cast<double>(radius) * radius));
+      const RGB flux = photons.flux[p] * scale;
       block.r[lane] = flux.r;
       block.g[lane] = flux.g;
       block.b[lane] = flux.b;
-      directions_[place] = photons.direction[p.index];
+      directions_[place] = photons.direction[p];
     }
   });
   build_nodes();

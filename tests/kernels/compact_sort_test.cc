@@ -1,0 +1,130 @@
+// Sorting of photons into compact blocks: the same order as by plain loops, on every instruction set.
+#include "kernels/compact_sort.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <vector>
+
+#include "core/random.h"
+#include "kernels/simd.h"
+
+namespace glowworm {
+namespace {
+
+using Rows = std::vector<CompactRow>;
+
+float number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(i, which)); }
+
+/// Rows whose coordinates `make` fills in, numbered.
+Rows make_rows(std::size_t count, const std::function<void(CompactRow&, std::uint32_t)>& make) {
+  Rows rows(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    rows[i] = {};
+    make(rows[i], i);
+    rows[i].set_index(i);
+  }
+  return rows;
+}
+
+void anywhere(CompactRow& row, std::uint32_t i) {
+  for (std::uint32_t c = 0; c < 7; ++c) row.coordinate[c] = 2 * number(i, c) - 1;
+  row.coordinate[CompactRow::kRadius] = 0.1f + number(i, 6);
+}
+
+/// Many coordinates equal, zeros of both signs among them.
+void ties(CompactRow& row, std::uint32_t i) {
+  for (std::uint32_t c = 0; c < 7; ++c) row.coordinate[c] = static_cast<float>(hash_combine(i, c) % 3) - 1;
+  if (i % 2 == 0) row.coordinate[0] *= -1;
+  row.coordinate[CompactRow::kRadius] = 0.1f;
+}
+
+void all_the_same(CompactRow& row, std::uint32_t) { row.coordinate[0] = 3; }
+
+/// Distances from the smallest float to the largest.
+void wide(CompactRow& row, std::uint32_t i) {
+  row.coordinate[0] = std::ldexp(number(i, 0) - 0.5f, static_cast<int>(hash_combine(i, 1) % 250) - 125);
+  row.coordinate[CompactRow::kRadius] = 1;
+}
+
+Rows sorted(Rows rows) {
+  // Sentinels: what lies around the arrays stays as it is.
+  Rows padded(rows.size() + 2), scratch(rows.size() + 2);
+  std::memset(static_cast<void*>(padded.data()), 0x5a, padded.size() * sizeof(CompactRow));
+  std::memset(static_cast<void*>(scratch.data()), 0x5a, scratch.size() * sizeof(CompactRow));
+  const CompactRow sentinel = padded[0];
+  std::copy(rows.begin(), rows.end(), padded.begin() + 1);
+  std::vector<CompactRow> column(rows.size() / 8 + 2);
+  compact_sort(std::span(padded).subspan(1, rows.size()), std::span(scratch).subspan(1, rows.size()),
+               {column.data()->coordinate, 8 * ((rows.size() + 7) / 8)});
+  for (const CompactRow* other : {&padded.front(), &padded.back(), &scratch.front(), &scratch.back()})
+    EXPECT_EQ(0, std::memcmp(other, &sentinel, sizeof sentinel));
+  return {padded.begin() + 1, padded.end() - 1};
+}
+
+void expect_like_reference(const Rows& rows) {
+  Rows expected = rows;
+  compact_sort_reference(expected);
+  for (const std::string& name : simd_names()) {
+    set_simd(name);
+    const Rows found = sorted(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      ASSERT_EQ(0, std::memcmp(&expected[i], &found[i], sizeof(CompactRow))) << name << ", row " << i;
+  }
+  set_simd("auto");
+}
+
+TEST(CompactSort, OrdersAsPlainLoopsDo) {
+  for (const std::size_t count : {1u, 7u, 8u, 9u, 16u, 17u, 63u, 64u, 100u, 511u, 512u})
+    for (const auto& make : {anywhere, ties, all_the_same, wide}) {
+      SCOPED_TRACE(count);
+      expect_like_reference(make_rows(count, make));
+    }
+}
+
+TEST(CompactSort, KeepsEveryRow) {
+  const Rows found = sorted(make_rows(500, ties));
+  std::vector<std::uint32_t> indices;
+  for (const CompactRow& row : found) indices.push_back(row.index());
+  std::sort(indices.begin(), indices.end());
+  for (std::uint32_t i = 0; i < indices.size(); ++i) EXPECT_EQ(i, indices[i]);
+}
+
+TEST(CompactSort, CutsAlongWhatSpreadsMost) {
+  // On a square of 1 m: blocks of eight of 512 points lie in cells of an eighth.
+  const Rows found = sorted(make_rows(512, [](CompactRow& row, std::uint32_t i) {
+    row.coordinate[0] = number(i, 0);
+    row.coordinate[1] = number(i, 1);
+    row.coordinate[5] = 1;
+    row.coordinate[CompactRow::kRadius] = 0.01f;
+  }));
+  double sum = 0;
+  for (std::size_t block = 0; block < 64; ++block)
+    for (int axis = 0; axis < 2; ++axis) {
+      float low = 1, high = 0;
+      for (std::size_t i = 8 * block; i < 8 * block + 8; ++i) {
+        low = std::min(low, found[i].coordinate[axis]);
+        high = std::max(high, found[i].coordinate[axis]);
+      }
+      sum += high - low;
+    }
+  EXPECT_LT(sum / 128, 0.125);
+}
+
+TEST(CompactSort, TellsNormalsAndRadiiApart) {
+  // Two sides of a sheet, and two radii, each of which outweighs the distance of 1 m between the points.
+  for (const int which : {5, 6}) {
+    const Rows found = sorted(make_rows(16, [&](CompactRow& row, std::uint32_t i) {
+      row.coordinate[0] = static_cast<float>(i) / 16;
+      row.coordinate[CompactRow::kRadius] = 2;
+      row.coordinate[which] += i % 2 ? 1.0f : -1.0f;
+    }));
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(found[i / 8 * 8].coordinate[which], found[i].coordinate[which]);
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
