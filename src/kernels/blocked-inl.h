@@ -43,6 +43,9 @@ constexpr float kNormalMargin = 1e-5f;
 
 /// Photons that a list holds before it is worked off.
 constexpr std::ptrdiff_t kListLength = 4096;
+constexpr std::size_t kListRoom = kListLength + 2 * kBlockWidth;
+/// How far ahead of their test photons are asked for, in blocks.
+constexpr std::ptrdiff_t kBlocksAhead = 3;
 
 /// The box around some query points, and a vector with all their normals within `spread` of it.
 struct QueryBounds {
@@ -82,6 +85,7 @@ HWY_INLINE QueryBounds bounds_of(const QueryRun& run, std::size_t first, std::si
 /// QueryBounds spread over the lanes of a block vector.
 struct SpreadBounds {
   BlockVector min[3], max[3], normal[3], lowest_cosine;
+  SpreadBounds() = default;
   HWY_INLINE SpreadBounds(const QueryBounds& bounds, float min_normal_cosine) {
     const BlockTag d;
     for (int axis = 0; axis < 3; ++axis) {
@@ -283,73 +287,96 @@ class RunSummer {
     const std::size_t padded = (run_.count + kTileWidth - 1) / kTileWidth * kTileWidth;
     find_nodes(tree_, bounds_of(run_, 0, padded), scratch_);
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
-    scratch_.accepted.resize(kListLength + 2 * kBlockWidth);
-    scratch_.ambiguous.resize(kListLength + 2 * kBlockWidth);
+    scratch_.accepted.resize(kGroups * kListRoom);
+    scratch_.ambiguous.resize(kGroups * kListRoom);
     for (std::size_t first = 0; first < run_.count; first += kTileWidth) sum_tile(first);
   }
 
  private:
+  /// The photons near one group of the tile: those whose normals leave no doubt for any of its points, which need not
+  /// compare them, and the others.
+  struct Lists {
+    std::uint32_t *accepted, *ambiguous;
+    std::uint32_t *accepted_end, *ambiguous_end;
+    bool full() const { return accepted_end - accepted > kListLength || ambiguous_end - ambiguous > kListLength; }
+  };
+
   void sum_tile(std::size_t first) {
-    for (std::size_t i = 0; i < kGroups; ++i) groups_[i].start(run_, first + i * kGroupWidth);
-    const QueryBounds bounds = bounds_of(run_, first, kTileWidth);
-    const SpreadBounds q(bounds, tree_.min_normal_cosine);
+    const SpreadBounds q(bounds_of(run_, first, kTileWidth), tree_.min_normal_cosine);
     std::uint32_t* end = scratch_.blocks.data();
     for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
-    sum_blocks(bounds, q, end);
-    for (const Group<profile>& group : groups_) group.finish(run_);
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      groups_[g].start(run_, first + g * kGroupWidth);
+      std::uint32_t* const accepted = scratch_.accepted.data() + g * kListRoom;
+      std::uint32_t* const ambiguous = scratch_.ambiguous.data() + g * kListRoom;
+      lists_[g] = {accepted, ambiguous, accepted, ambiguous};
+    }
+    list_photons(first, end);
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      add(g);
+      groups_[g].finish(run_);
+    }
   }
 
-  /// Tests the photons of the listed blocks against the bounds of the tile, and adds those that may be in support.
-  /// Where the normals leave no doubt for any point of the tile, its points need not compare them.
-  void sum_blocks(const QueryBounds& bounds, const SpreadBounds& q, const std::uint32_t* end) {
+  /// Tests the photons of the listed blocks against the bounds of each group, and lists those that may be in support.
+  /// Photons are read once for all groups, since most come from far up in the memory hierarchy.
+  void list_photons(std::size_t first, const std::uint32_t* end) {
     const BlockTag d;
-    const BlockVector sure_cosine = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
     const BlockVector rim = hn::Set(d, kRimMargin);
-    std::uint32_t* accepted = scratch_.accepted.data();
-    std::uint32_t* ambiguous = scratch_.ambiguous.data();
+    SpreadBounds tests[kGroups];
+    BlockVector sure_cosine[kGroups];
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      const QueryBounds bounds = bounds_of(run_, first + g * kGroupWidth, kGroupWidth);
+      tests[g] = SpreadBounds(bounds, tree_.min_normal_cosine);
+      sure_cosine[g] = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
+    }
     for (const std::uint32_t* i = scratch_.blocks.data(); i != end; ++i) {
+      if (end - i > kBlocksAhead) {
+        const auto* ahead = reinterpret_cast<const char*>(&tree_.blocks[i[kBlocksAhead]]);
+        for (std::size_t line = 0; line < offsetof(PhotonBlock, r); line += 64) __builtin_prefetch(ahead + line);
+      }
       const PhotonBlock& block = tree_.blocks[*i];
       for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
-        const auto gap = [&](const float* p, int axis) HWY_ATTR {
-          const BlockVector v = hn::Load(d, p + lane);
-          return hn::Sub(v, hn::Min(hn::Max(v, q.min[axis]), q.max[axis]));
-        };
-        const BlockVector x = gap(block.x, 0), y = gap(block.y, 1), z = gap(block.z, 2);
-        const BlockVector t = hn::Mul(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))),
-                                      hn::Load(d, block.inverse_radius_squared + lane));
-        const BlockVector cosine = hn::MulAdd(
-            hn::Load(d, block.nx + lane), q.normal[0],
-            hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1], hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
-        const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
-        const BlockMask sure = hn::Gt(cosine, sure_cosine);
         const std::uint32_t place =
             *i * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) + static_cast<std::uint32_t>(lane);
-        append_lanes(hn::And(near, sure), place, accepted);
-        append_lanes(hn::AndNot(sure, near), place, ambiguous);
+        for (std::size_t g = 0; g < kGroups; ++g) {
+          const SpreadBounds& q = tests[g];
+          const auto gap = [&](const float* p, int axis) HWY_ATTR {
+            const BlockVector v = hn::Load(d, p + lane);
+            return hn::Sub(v, hn::Min(hn::Max(v, q.min[axis]), q.max[axis]));
+          };
+          const BlockVector x = gap(block.x, 0), y = gap(block.y, 1), z = gap(block.z, 2);
+          const BlockVector t = hn::Mul(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))),
+                                        hn::Load(d, block.inverse_radius_squared + lane));
+          const BlockVector cosine = hn::MulAdd(hn::Load(d, block.nx + lane), q.normal[0],
+                                                hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1],
+                                                           hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
+          const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
+          const BlockMask sure = hn::Gt(cosine, sure_cosine[g]);
+          append_lanes(hn::And(near, sure), place, lists_[g].accepted_end);
+          append_lanes(hn::AndNot(sure, near), place, lists_[g].ambiguous_end);
+        }
       }
-      if (accepted - scratch_.accepted.data() > kListLength || ambiguous - scratch_.ambiguous.data() > kListLength)
-        add(accepted, ambiguous);
+      for (std::size_t g = 0; g < kGroups; ++g)
+        if (lists_[g].full()) add(g);
     }
-    add(accepted, ambiguous);
   }
 
-  /// Works the lists off and sets their ends back.
-  HWY_INLINE void add(std::uint32_t*& accepted_end, std::uint32_t*& ambiguous_end) {
+  /// Works the lists of a group off and sets their ends back.
+  HWY_INLINE void add(std::size_t g) {
     const auto* photons = reinterpret_cast<const float*>(tree_.blocks);
-    const auto accepted = static_cast<std::size_t>(accepted_end - scratch_.accepted.data());
-    const auto ambiguous = static_cast<std::size_t>(ambiguous_end - scratch_.ambiguous.data());
-    for (Group<profile>& group : groups_) {
-      if (group.valid() == 0) continue;
-      counts_.evaluated +=
-          group.template add<false>(photons, scratch_.accepted.data(), accepted, tree_.min_normal_cosine);
-      if (ambiguous > 0)
-        counts_.evaluated +=
-            group.template add<true>(photons, scratch_.ambiguous.data(), ambiguous, tree_.min_normal_cosine);
-      counts_.tested += (accepted + ambiguous) * group.valid();
-      counts_.steps += (accepted + ambiguous) * kTileVectors;
-    }
-    accepted_end = scratch_.accepted.data();
-    ambiguous_end = scratch_.ambiguous.data();
+    Lists& lists = lists_[g];
+    const auto accepted = static_cast<std::size_t>(lists.accepted_end - lists.accepted);
+    const auto ambiguous = static_cast<std::size_t>(lists.ambiguous_end - lists.ambiguous);
+    lists.accepted_end = lists.accepted;
+    lists.ambiguous_end = lists.ambiguous;
+    Group<profile>& group = groups_[g];
+    if (group.valid() == 0) return;
+    counts_.evaluated += group.template add<false>(photons, lists.accepted, accepted, tree_.min_normal_cosine);
+    if (ambiguous > 0)
+      counts_.evaluated += group.template add<true>(photons, lists.ambiguous, ambiguous, tree_.min_normal_cosine);
+    counts_.tested += (accepted + ambiguous) * group.valid();
+    counts_.steps += (accepted + ambiguous) * kTileVectors;
   }
 
   const BlockTree& tree_;
@@ -357,6 +384,7 @@ class RunSummer {
   BlockedScratch& scratch_;
   BlockedCounts& counts_;
   Group<profile> groups_[kGroups];
+  Lists lists_[kGroups];
 };
 
 /// blocked_find().
