@@ -10,7 +10,7 @@ help:
 	@echo 'make check            formatting, include arrows, documents, Clang and sanitizer build of the fast tests'
 	@echo 'make format           formats every C++ file'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
-	@echo 'make fuzz             the pbrt and PLY parsers under libFuzzer, 10 minutes each'
+	@echo 'make fuzz             the parsers of pbrt, PLY and glTF files under libFuzzer, 10 minutes each'
 	@echo 'make bench            the micro-benchmarks'
 	@echo 'make bench-tables     the tables of the papers, into bench/results/'
 	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'
@@ -51,7 +51,7 @@ tsan: packages
 	ctest --preset tsan -j $(JOBS)
 
 fuzz: packages
-	scripts/fuzz-pbrt
+	scripts/fuzz
 
 bench: build
 	scripts/run-benchmarks

@@ -192,11 +192,12 @@ std::span<const std::uint8_t> GltfDocument::view(int index) const {
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
-GltfDocument read_gltf_document(const std::string& path) {
+GltfDocument read_gltf_document(const std::string& path) { return read_gltf_document(read_bytes(path), path); }
+
+GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path) {
   GltfDocument document;
   document.path = path;
   document.folder = std::filesystem::path(path).parent_path().string();
-  const std::vector<std::uint8_t> file = read_bytes(path);
   if (file.empty()) throw Error({path}, "is empty", kTruncatedRemedy);
   const bool binary = file.size() >= 4 && std::memcmp(file.data(), "glTF", 4) == 0;
   const Chunks chunks = binary ? split_glb(file, path) : Chunks{file, {}};

@@ -41,6 +41,9 @@ struct GltfDocument {
 /// refers to. Throws Error, naming the object ("accessors[3]"), for what is not so.
 GltfDocument read_gltf_document(const std::string& path);
 
+/// The same of a file that stands in memory. @param path names it in messages; buffers are looked for beside it
+GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path);
+
 /// A URI with its %XX turned into bytes (RFC 3986, section 2.1).
 std::string decode_uri(const std::string& uri);
 

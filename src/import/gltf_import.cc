@@ -293,10 +293,13 @@ class GltfBuilder {
 }  // namespace
 
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options) {
-  const GltfDocument document = read_gltf_document(path);
+  return build_gltf_scene(read_gltf_document(path), options);
+}
+
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options) {
   SceneDescription description = GltfBuilder(document, options).build();
   if (description.geometry.triangles.empty()) {
-    throw Error({path}, "has no triangles that can be shown", "Export the meshes with it.");
+    throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");
   }
   return description;
 }

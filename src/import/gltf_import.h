@@ -13,4 +13,9 @@ namespace glowworm {
 /// surface emits from its front, or from both sides where it is doubleSided. Throws Error as load_scene() does.
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options);
 
+struct GltfDocument;
+
+/// The scene of a file that was read. Throws Error as load_gltf() does.
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options);
+
 }  // namespace glowworm

@@ -42,5 +42,7 @@ TEST(FuzzSeeds, MeshesAndSpectra) {
             3u);
 }
 
+TEST(FuzzSeeds, GltfFiles) { EXPECT_GT(for_each_seed("gltf", fuzz::parse_gltf), 10u); }
+
 }  // namespace
 }  // namespace glowworm

@@ -61,6 +61,11 @@ void check_materials(const SceneDescription& scene) {
 
 }  // namespace
 
+void check_description(const SceneDescription& scene) {
+  check_geometry(scene);
+  check_materials(scene);
+}
+
 void parse_scene(std::string_view text) {
   PbrtContext context;
   context.main_file = "/nonexistent/fuzz.pbrt";
@@ -78,8 +83,7 @@ void parse_scene(std::string_view text) {
   } catch (const Error&) {
     return;
   }
-  check_geometry(context.scene);
-  check_materials(context.scene);
+  check_description(context.scene);
 }
 
 void parse_mesh(std::string_view bytes) {

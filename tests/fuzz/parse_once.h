@@ -2,6 +2,8 @@
 #pragma once
 #include <string_view>
 
+#include "scene/scene.h"
+
 namespace glowworm::fuzz {
 
 /// Builds a scene from `text` as the importer does, but opens no images. Mistakes in the text are expected and not
@@ -10,6 +12,13 @@ void parse_scene(std::string_view text);
 
 /// Reads `bytes` as a PLY file; a mesh that contradicts itself aborts.
 void parse_mesh(std::string_view bytes);
+
+/// Builds a scene from `bytes` as the importer of glTF does, .gltf or .glb. Mistakes are expected; a scene that
+/// contradicts itself aborts.
+void parse_gltf(std::string_view bytes);
+
+/// Aborts where a description contradicts itself.
+void check_description(const SceneDescription& scene);
 
 /// Reads `text` as the samples of a spectrum and converts them to colours.
 void parse_spectrum(std::string_view text);

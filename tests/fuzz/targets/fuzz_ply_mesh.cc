@@ -1,4 +1,4 @@
-// libFuzzer's entry; see scripts/fuzz-pbrt.
+// libFuzzer's entry; see scripts/fuzz.
 #include <cstddef>
 #include <cstdint>
 

@@ -1,0 +1,19 @@
+#include <cstdint>
+#include <span>
+
+#include "core/error.h"
+#include "fuzz/parse_once.h"
+#include "import/gltf_document.h"
+#include "import/gltf_import.h"
+
+namespace glowworm::fuzz {
+
+void parse_gltf(std::string_view bytes) {
+  try {
+    const std::span file(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    check_description(build_gltf_scene(read_gltf_document(file, "/nonexistent/fuzz.glb"), {}));
+  } catch (const Error&) {
+  }
+}
+
+}  // namespace glowworm::fuzz

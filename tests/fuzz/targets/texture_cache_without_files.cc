@@ -1,0 +1,48 @@
+// The textures of an import without a decoder of images, so that the fuzzer's counters are all about the scene files.
+#include "import/texture_cache.h"
+
+namespace glowworm {
+
+namespace {
+
+class GreyImage final : public TextureImage {
+  RGB color(Vec2) const override { return RGB(0.5f); }
+  float alpha(Vec2) const override { return 0.5f; }
+  bool has_alpha() const override { return true; }
+  int width() const override { return 2; }
+  int height() const override { return 2; }
+};
+
+}  // namespace
+
+struct TextureCache::State {};
+
+TextureCache::TextureCache(const ImportOptions&, NoteCounter&) {}
+TextureCache::~TextureCache() = default;
+
+std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string&, const TextureOptions&) {
+  return std::make_shared<GreyImage>();
+}
+
+std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&, std::span<const std::uint8_t> bytes,
+                                                              const TextureOptions&) {
+  // Every byte is read, as a decoder may.
+  for (const std::uint8_t byte : bytes) static_cast<void>(static_cast<const volatile std::uint8_t&>(byte));
+  return std::make_shared<GreyImage>();
+}
+
+std::shared_ptr<const TextureImage> TextureCache::missing(const std::string&, const std::string&) {
+  return std::make_shared<GreyImage>();
+}
+
+std::string find_texture_file(const std::string& folder, const std::string& name) { return folder + "/" + name; }
+
+std::uint32_t add_image_node(std::vector<TextureNode>& textures, std::shared_ptr<const TextureImage> image) {
+  TextureNode node;
+  node.kind = TextureKind::image;
+  node.image = std::move(image);
+  textures.push_back(std::move(node));
+  return static_cast<std::uint32_t>(textures.size() - 1);
+}
+
+}  // namespace glowworm
