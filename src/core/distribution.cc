@@ -46,7 +46,9 @@ Distribution2D::Sample Distribution2D::sample(Vec2 u) const {
   const auto row = marginal_.sample(u.y);
   const auto column = rows_[row.index].sample(u.x);
   return {{(column.index + column.remapped) / width_, (row.index + row.remapped) / height_},
-          row.probability * column.probability * static_cast<float>(width_) * static_cast<float>(height_)};
+          row.probability * column.probability * static_cast<float>(width_) * static_cast<float>(height_),
+          column.index,
+          row.index};
 }
 
 float Distribution2D::pdf(Vec2 point) const {

@@ -43,8 +43,9 @@ class Distribution2D {
   bool empty() const { return rows_.empty(); }
   /// A point of the unit square and its density per unit area.
   struct Sample {
-    Vec2 point;
+    Vec2 point;  ///< within texel (x, y) but for rounding
     float pdf;
+    std::uint32_t x, y;
   };
   Sample sample(Vec2 u) const;
   float pdf(Vec2 point) const;

@@ -92,8 +92,10 @@ class ChunkGatherer {
     tracer_.intersect(rays_.rays, rays_.hits, RayOrder::incoherent);
     rays_traced += rays_.rays.size();
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < rays_.rays.size(); ++i)
+    for (std::size_t i = 0; i < rays_.rays.size(); ++i) {
+      fetch_ahead(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
       if (counts(i) && advance(i)) rays_.move(i, kept++);
+    }
     rays_.shrink(kept);
   }
 

@@ -89,8 +89,10 @@ class ChunkTracer {
       tracer_.intersect(paths_.rays, paths_.hits, RayOrder::incoherent);
       draw_bounce(first_path, bounce);
       std::size_t kept = 0;
-      for (std::size_t i = 0; i < paths_.rays.size(); ++i)
+      for (std::size_t i = 0; i < paths_.rays.size(); ++i) {
+        fetch_ahead(tracer_.scene(), i, paths_.hits.size(), [&](std::size_t at) { return paths_.hits[at].triangle; });
         if (scatter(i, bounce)) keep(i, kept++);
+      }
       shrink(kept);
     }
     return std::move(result_);
@@ -281,9 +283,6 @@ void count(PhotonPass& pass, const ChunkResult& chunk) {
 template <typename Array>
 void append(PhotonPass& pass, const std::vector<ChunkResult>& chunks, Array array) {
   auto& to = pass.global.*array;
-  std::size_t size = to.size();
-  for (const ChunkResult& chunk : chunks) size += chunk.photons.size();
-  to.reserve(size);
   for (const ChunkResult& chunk : chunks)
     to.insert(to.end(), (chunk.photons.*array).begin(), (chunk.photons.*array).end());
 }
@@ -318,6 +317,8 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   pass.emitted_by_light.resize(tracer.scene().light_source_count());
   pass.stored_by_light.resize(tracer.scene().light_source_count());
   pass.used_by_light.resize(tracer.scene().light_source_count());
+  // The last chunk brings more than are wanted; what is reserved and not written takes no memory.
+  pass.global.reserve(settings.photons + 8 * kPathsPerChunk);
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
   while (pass.global.size() < settings.photons && pass.emitted < limit) {

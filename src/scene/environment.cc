@@ -90,6 +90,16 @@ EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribu
   return {environment.scale * texel(environment, uv), solid_angle > 0 ? distribution.pdf(uv) / solid_angle : 0.0f};
 }
 
+EnvironmentDirection sample_environment_texel(const Environment& environment, const Distribution2D& distribution,
+                                              Vec2 u) {
+  if (distribution.empty()) return {square_to_sphere(u), {environment.scale, kUniformSpherePdf}};
+  const Distribution2D::Sample s = distribution.sample(u);
+  const float solid_angle = environment_solid_angle(environment, s.point);
+  const RGB& texel = environment.pixels[std::size_t{s.y} * environment.width + s.x];
+  return {environment_direction(environment, s.point),
+          {environment.scale * texel, solid_angle > 0 ? s.pdf / solid_angle : 0.0f}};
+}
+
 Distribution2D environment_distribution(const Environment& environment) {
   if (environment.pixels.empty()) return {};
   std::vector<float> weights(environment.pixels.size());

@@ -26,6 +26,15 @@ struct EnvironmentValue {
 };
 EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction);
 
+/// A direction chosen by `distribution`, as radiance_and_pdf() has it but that both are those of the texel chosen,
+/// which rounding may make the direction miss: the cheaper way where no other strategy is weighed against this one.
+struct EnvironmentDirection {
+  Vec3 direction;  ///< unit, world space, towards the environment
+  EnvironmentValue value;
+};
+EnvironmentDirection sample_environment_texel(const Environment& environment, const Distribution2D& distribution,
+                                              Vec2 u);
+
 /// Luminance times solid angle of each texel as a distribution over the image; empty where there is no image.
 Distribution2D environment_distribution(const Environment& environment);
 

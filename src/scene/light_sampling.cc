@@ -93,13 +93,7 @@ LightSample sample_delta(const Light& light, Vec3 position) {
   return out;
 }
 
-/// A direction towards the environment, what comes from there and the density per steradian of the choice.
-struct EnvironmentSample {
-  Vec3 direction;
-  EnvironmentValue value{RGB(0.0f), 0.0f};
-};
-
-EnvironmentSample sample_environment(const Scene& scene, Vec2 u) {
+EnvironmentDirection sample_environment(const Scene& scene, Vec2 u) {
   const Environment& environment = *scene.environment();
   const Distribution2D& distribution = scene.environment_distribution();
   const Vec3 direction =
@@ -171,7 +165,8 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
 }
 
 EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_direction) {
-  const EnvironmentSample sample = sample_environment(scene, u_direction);
+  const EnvironmentDirection sample =
+      sample_environment_texel(*scene.environment(), scene.environment_distribution(), u_direction);
   if (sample.value.pdf == 0) return {};
   return emit_from_afar(scene, -sample.direction, sample.value.radiance / sample.value.pdf, u_position);
 }
@@ -190,7 +185,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
   } else if (choice.source < triangles + scene.lights().size()) {
     out = sample_delta(scene.lights()[choice.source - triangles], position);
   } else {
-    const EnvironmentSample sample = sample_environment(scene, u);
+    const EnvironmentDirection sample = sample_environment(scene, u);
     out.direction = sample.direction;
     out.pdf = sample.value.pdf;
     out.radiance = sample.value.radiance;

@@ -41,6 +41,32 @@ bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric,
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
                             Vec3 wo, Vec3& normal);
 
+/// Asks the processor for what surface_point() and diffuse_point() read, since hits of incoherent rays lie all over the
+/// scene: each hit is fetched in two steps, kFetchAhead hits apart, the second reading what the first has fetched.
+/// Called with `next` from 0 on before hit `next` is used, it has fetched that hit in time.
+/// @param triangle_of the triangle of hit i, or kNone
+// Inlined, since GCC takes a function that only prefetches for one without effect, and drops its calls.
+template <typename TriangleOf>
+[[gnu::always_inline]] inline void fetch_ahead(const Scene& scene, std::size_t next, std::size_t count,
+                                               TriangleOf&& triangle_of) {
+  constexpr std::size_t kFetchAhead = 8;
+  const Geometry& g = scene.geometry();
+  if (next + 2 * kFetchAhead < count) {
+    if (const std::uint32_t triangle = triangle_of(next + 2 * kFetchAhead); triangle != kNone) {
+      __builtin_prefetch(&g.triangles[triangle]);
+      __builtin_prefetch(&g.material[triangle]);
+      __builtin_prefetch(&g.emission[triangle]);
+    }
+  }
+  if (next + kFetchAhead < count) {
+    if (const std::uint32_t triangle = triangle_of(next + kFetchAhead); triangle != kNone)
+      for (const std::uint32_t vertex : g.triangles[triangle]) {
+        __builtin_prefetch(&g.positions[vertex]);
+        __builtin_prefetch(&g.normals[vertex]);
+      }
+  }
+}
+
 /// Radiance (W sr^-1 m^-2) that the surface itself emits towards wo; black where it is no emitter or seen from behind.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 

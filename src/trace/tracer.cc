@@ -41,6 +41,7 @@ struct Tracer::Implementation {
   RTCDevice device = nullptr;
   RTCScene world = nullptr;
   TriangleList lists[kGeometries];
+  bool one_list = false;
   std::atomic<std::int64_t> bytes{0};
 
   explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {}
@@ -49,7 +50,8 @@ struct Tracer::Implementation {
     if (device) rtcReleaseDevice(device);
   }
 
-  std::uint32_t triangle(unsigned id, unsigned primitive) const { return lists[id][primitive]; }
+  /// Where all triangles are in one geometry, its list says nothing, and is not looked up.
+  std::uint32_t triangle(unsigned id, unsigned primitive) const { return one_list ? primitive : lists[id][primitive]; }
   void sort_triangles(std::span<const std::uint32_t> movable);
   void add_geometry(unsigned id);
   void place_vertices(Vec3* vertices, const TriangleList& list) const;
@@ -156,6 +158,7 @@ void Tracer::Implementation::sort_triangles(std::span<const std::uint32_t> movab
   for (const std::uint32_t i : movable) moves[i] = true;
   for (std::uint32_t i = 0; i < g.triangle_count(); ++i)
     lists[(moves[i] ? kMovable : 0) + (scene->has_alpha(g.material[i]) ? kTested : 0)].push_back(i);
+  for (const TriangleList& list : lists) one_list |= !list.empty() && list.size() == g.triangle_count();
 }
 
 void Tracer::Implementation::add_geometry(unsigned id) {
