@@ -76,6 +76,25 @@ TEST(BsdfEnergy, IsKeptBySmoothGlassPanesAndWhitePaint) {
   }
 }
 
+// A furnace: under a smooth clearcoat of Schlick's term F, whose mean under the cosine is F0 + (1 - F0) / 21, a white
+// base gives back (1 - F(wo)) (1 - mean F) beside the coat's own F(wo). The rest went between coat and base more than
+// once.
+TEST(BsdfEnergy, OfWhitePaintUnderClearcoatLosesOnlyWhatGoesBetweenThem) {
+  Bsdf paint = metallic_roughness(RGB(1.0f), 0, 0.5f);
+  paint.specular_weight = 0;
+  for (const float coat : {0.3f, 1.0f}) {
+    paint.coat = coat;
+    for (Vec3 wo : viewers()) {
+      wo.z = std::abs(wo.z);
+      const double f0 = 0.04, f = f0 + (1 - f0) * std::pow(1 - double(wo.z), 5), mean_f = f0 + (1 - f0) / 21;
+      const double expected = coat * f + (1 - coat * f) * (1 - coat * mean_f);
+      const auto sampled = sampled_albedo(paint, wo, kAllLobes, 100000);
+      for (int k = 0; k < 3; ++k)
+        EXPECT_NEAR(sampled[k].mean(), expected, 4 * sampled[k].error() + 1e-3) << coat << ", wo.z " << wo.z;
+    }
+  }
+}
+
 /// Energy that a rough boundary scatters once, by plain summing over all facets in double precision: facets of slope p
 /// have the density 1 / (pi alpha^2 (1 + |p|^2 / alpha^2)^2), so |p| < p_0 has the share 1 - 1 / (1 + p_0^2 / alpha^2).
 double scattered_once(double alpha, Vec3 wo, double eta) {

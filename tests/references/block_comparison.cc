@@ -110,6 +110,17 @@ void sum_up(BlockComparison& out) {
 
 }  // namespace
 
+std::vector<BlockDifference> BlockComparison::different(const BlockTolerance& tolerance) const {
+  double mean = 0;
+  for (const BlockDifference& b : blocks) mean += b.reference / static_cast<double>(blocks.size());
+  std::vector<BlockDifference> out;
+  for (const BlockDifference& b : blocks) {
+    const double allowed = tolerance.of_block * b.reference + tolerance.of_picture * mean;
+    if (std::abs(b.difference) > allowed + tolerance.standard_errors * b.standard_error) out.push_back(b);
+  }
+  return out;
+}
+
 BlockComparison compare_blocks(const std::vector<std::vector<RGB>>& renders, std::span<const RGB> reference, int width,
                                int height, int block, double left_out) {
   BlockComparison out;

@@ -17,6 +17,15 @@ struct BlockDifference {
   double z() const { return standard_error > 0 ? difference / standard_error : 0; }
 };
 
+/// What a block may differ by, beside noise, before pictures count as different: a share of the block's mean and a
+/// share of the picture's.
+struct BlockTolerance {
+  double of_block = 0.02;
+  double of_picture = 0.01;
+  /// Standard errors beyond that: 4 are exceeded by chance, on one side or the other, in one block of 16,000.
+  double standard_errors = 4;
+};
+
 /// Differences of blocks, with what is left of them when their noise is taken off.
 struct BlockComparison {
   std::vector<BlockDifference> blocks;
@@ -26,6 +35,8 @@ struct BlockComparison {
   /// blocks; 0 where noise explains all.
   double structured = 0;
   double share_beyond_3 = 0;  ///< of the blocks, |z| > 3; noise alone: 0.003
+  /// The blocks of which noise does not explain that they differ by more than `tolerance`.
+  std::vector<BlockDifference> different(const BlockTolerance& tolerance) const;
 };
 
 /// Compares the mean of several renders, alike but for their seeds, with a reference.
