@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.h"
@@ -35,8 +36,10 @@ void run(const std::string& part, const PhotonBatch& photons, const RadiusPolicy
   } else if (part == "grid") {
     RadiusGrid(photons.position, policy.radii);
   } else if (part == "map") {
+    PhotonRadii found = measured_radii(photons, kNearest);
     RadiusPolicy own;
-    own.radii = per_photon_radii(photons, kNearest);
+    own.radii = std::move(found.radii);
+    own.order = found.order;
     build("blocked", photons, own);
   } else {
     build(part, photons, policy);

@@ -25,7 +25,9 @@ int main(int argc, char** argv) {
   settings.gather = static_cast<std::uint32_t>(std::stoul(argument(4, "100")));
   const bench::Recording recording = record(bench::Stage(argument(1, "builtin:atrium")), settings);
   RadiusPolicy policy;
-  policy.radii = per_photon_radii(recording.photons, 50);
+  PhotonRadii found = measured_radii(recording.photons, 50);
+  policy.radii = found.radii;
+  policy.order = found.order;
   const auto engine = make_engine(argument(0, "blocked"));
   Statistics s;
   engine->build(recording.photons, policy, s);

@@ -121,8 +121,10 @@ void table_of_lanes(const std::vector<std::string>& scenes) {
 
 // Table 2 ------------------------------------------------------------------------------------------------------------
 
+/// What renders took, in wall seconds, and what follows from it, each run for itself.
 struct Rendered {
-  double total, rays, photons, reorder, density, rate, k;
+  std::vector<double> total, rays, photons, reorder, density, ratio, without_lookups, without_photons, rate;
+  double k = 0;
 };
 
 struct SharedStage {
@@ -132,7 +134,7 @@ struct SharedStage {
 
 /// Renders indirect light alone, as the paper did.
 /// @param bare without what the paper had not: guided photons, boundary correction, second gathering in corners
-Rendered render(const SharedStage& stage, const std::string& engine, int side, std::uint32_t k, bool bare) {
+Rendered render(const SharedStage& stage, const std::string& engine, int side, std::uint32_t k, bool bare, int runs) {
   RenderSettings settings;
   settings.engine = engine;
   settings.samples = 1;
@@ -143,17 +145,23 @@ Rendered render(const SharedStage& stage, const std::string& engine, int side, s
   settings.indirect_only = true;
   settings.secondary_gather = settings.boundary_correction = settings.guiding = !bare;
   settings.threads = thread_count();
-  Job job(stage.scene, stage.tracer, settings);
-  job.wait();
-  const Statistics& s = job.statistics();
   Rendered r;
-  r.total = job.seconds();
-  r.rays = s.seconds(Phase::camera_pass) + s.seconds(Phase::gather_rays);
-  r.photons = s.seconds(Phase::trace_photons) + s.seconds(Phase::build_photon_map);
-  r.reorder = s.seconds(Phase::reorder);
-  r.density = s.seconds(Phase::density);
-  r.k = mean_k(s);
-  r.rate = 1e-6 * static_cast<double>(s.count(Counter::shader_operations)) / (r.reorder + r.density) / thread_count();
+  for (int run = 0; run < runs; ++run) {
+    Job job(stage.scene, stage.tracer, settings);
+    job.wait();
+    const Statistics& s = job.statistics();
+    r.k = mean_k(s);
+    r.total.push_back(job.seconds());
+    r.rays.push_back(s.seconds(Phase::camera_pass) + s.seconds(Phase::gather_rays));
+    r.photons.push_back(s.seconds(Phase::trace_photons) + s.seconds(Phase::build_photon_map));
+    r.reorder.push_back(s.seconds(Phase::reorder));
+    r.density.push_back(s.seconds(Phase::density));
+    const double look_up = r.reorder.back() + r.density.back();
+    r.ratio.push_back(r.total.back() / r.rays.back());
+    r.without_lookups.push_back((r.total.back() - look_up) / r.rays.back());
+    r.without_photons.push_back((r.total.back() - r.photons.back()) / r.rays.back());
+    r.rate.push_back(1e-6 * static_cast<double>(s.count(Counter::shader_operations)) / look_up / thread_count());
+  }
   return r;
 }
 
@@ -161,14 +169,15 @@ Rendered render(const SharedStage& stage, const std::string& engine, int side, s
 std::uint32_t asked_k(const SharedStage& stage, double wanted) {
   double asked = wanted;
   for (int round = 0; round < 2; ++round)
-    asked *= wanted / render(stage, "blocked", 32, static_cast<std::uint32_t>(asked + 0.5), true).k;
+    asked *= wanted / render(stage, "blocked", 32, static_cast<std::uint32_t>(asked + 0.5), true, 1).k;
   return static_cast<std::uint32_t>(asked + 0.5);
 }
 
 void table_of_renders(const std::vector<std::string>& scenes) {
   Table table("sf07-table2", "[SF07] Table 2: a whole render of indirect light against ray tracing alone (576 samples)",
               {"scene", "engine", "pixels", "k", "ray tracing alone, s", "photons and map, s", "reordering, s",
-               "lookups, s", "whole, s", "whole / ray tracing", "million shader operations a second a core"});
+               "lookups, s", "whole, s", "whole / ray tracing", "the same, lookups and reordering free",
+               "the same, photons and map free", "million shader operations a second a core"});
   for (const std::string& path : scenes) {
     const std::string scene = short_name(path);
     const bool cornell = scene == "cornell";
@@ -183,26 +192,28 @@ void table_of_renders(const std::vector<std::string>& scenes) {
                  {},
                  Number{cornell ? (cores > 1 ? 146.0 : 276.0) : (cores > 1 ? 118.0 : 235.0)},
                  cores > 1 ? Cell() : Cell(Number{cornell ? 276.0 / 65 : 235.0 / 104}),
+                 {},
+                 {},
                  Number{cornell ? 11.0 : 10.0}});
     SharedStage stage;
     stage.scene = std::make_shared<const Scene>(load_scene(path));
     stage.tracer = std::make_shared<const Tracer>(*stage.scene);
     const std::uint32_t k = asked_k(stage, paper_k(scene));
-    const auto row = [&](const std::string& engine, int side, int threads, const std::string& simd, bool bare) {
-      set_simd(simd);
+    const auto row = [&](const std::string& engine, int side, int threads, bool bare, int runs) {
       set_thread_count(threads);
-      const Rendered r = render(stage, engine, side, k, bare);
+      const Rendered r = render(stage, engine, side, k, bare, runs);
       table.add({scene, bare ? engine : engine + ", by default", fmt::format("{0} x {0}", side), Number{r.k},
-                 Number{r.rays}, Number{r.photons}, Number{r.reorder}, Number{r.density}, Number{r.total},
-                 Number{r.total / r.rays}, Number{r.rate}});
+                 spread_of(r.rays), spread_of(r.photons), spread_of(r.reorder), spread_of(r.density),
+                 spread_of(r.total), spread_of(r.ratio), spread_of(r.without_lookups), spread_of(r.without_photons),
+                 spread_of(r.rate)});
     };
-    row("blocked", 308, 2, "auto", true);
-    row("blocked", 308, 1, "auto", true);
-    row("blocked", 308, 2, "auto", false);
+    for (const int threads : {2, 1}) row("blocked", 308, threads, true, 2);
+    row("blocked", 308, 2, false, 1);
     for (const std::string& simd : simd_names()) {
       if (simd == "ssse3") continue;  // differs from SSE4 in nothing that is used here
-      for (const int threads : {1, 2}) row("forward", 77, threads, simd, true);
-      if (simd != simd_names().front()) row("blocked", 77, 2, simd, true);
+      set_simd(simd);
+      for (const int threads : {2, 1})
+        for (const char* engine : {"forward", "blocked"}) row(engine, 77, threads, true, 2);
     }
     set_simd("auto");
     set_thread_count(0);
@@ -265,7 +276,7 @@ void table_of_reordering(const std::vector<std::string>& scenes) {
       const auto add = [&](const std::string& simd, int threads) {
         set_simd(simd);
         set_thread_count(threads);
-        const int runs = threads == 2 ? 3 : 1;
+        const int runs = simd == simd_names().front() ? 3 : 2;
         const Spread reorder = measure_seconds(runs, [&] {
           hilbert_order(recording.points.position, bounds_of(recording.points.position), recording.photons.size(),
                         kPaperOrder);
@@ -284,8 +295,7 @@ void table_of_reordering(const std::vector<std::string>& scenes) {
       };
       for (const std::string& simd : simd_names()) {
         if (simd == "ssse3") continue;
-        add(simd, 2);
-        if (simd == simd_names().front()) add(simd, 1);
+        for (const int threads : {2, 1}) add(simd, threads);
       }
       set_simd("auto");
       set_thread_count(0);

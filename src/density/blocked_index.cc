@@ -17,7 +17,7 @@ namespace glowworm {
 
 namespace {
 
-// Photons that are sorted together after the Hilbert curve has brought them near each other.
+// Photons that are sorted together after a Hilbert curve, or a tree, has brought them near each other.
 constexpr std::size_t kSortedRun = 512;
 constexpr std::size_t kGrain = 1024;
 // How far ahead of its turn memory of a photon is asked for, in photons.
@@ -40,9 +40,14 @@ bool counts(Vec3 position, Vec3 normal, float radius) {
 
 /// The photons that count, in the order of their blocks.
 LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy, std::size_t& count) {
-  const ReorderSettings settings{ReorderMethod::radix, 0,
-                                 std::min(10, automatic_depth(8 * photons.size(), photons.size()))};
-  const auto order = hilbert_order(photons.position, bounds_of(photons.position), photons.size(), settings);
+  std::vector<std::uint32_t> along_curve;
+  std::span<const std::uint32_t> order = policy.order;
+  if (order.empty()) {
+    const ReorderSettings settings{ReorderMethod::radix, 0,
+                                   std::min(10, automatic_depth(8 * photons.size(), photons.size()))};
+    along_curve = hilbert_order(photons.position, bounds_of(photons.position), photons.size(), settings);
+    order = along_curve;
+  }
   LargeArray<CompactRow> sorted(order.size());
   std::atomic<bool> all_count{true};
   parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {

@@ -34,6 +34,9 @@ struct RadiusPolicy {
   float max_radius = 0;      ///< nearest: photons further away are not counted, metres; 0: no limit
   float radius = 0;          ///< fixed: metres
   std::vector<float> radii;  ///< per_photon: metres, one for each photon of the batch
+  /// Indices of the photons in an order in which neighbours lie together, where that is known (each once; to stay while
+  /// build() runs). It saves engines to find one; empty: they do.
+  std::span<const std::uint32_t> order;
   KernelShape kernel = KernelShape::epanechnikov;
   /// A photon counts at a query point where the dot product of their normals is above this: it keeps photons on the
   /// back of a thin wall, and beyond a corner, out.

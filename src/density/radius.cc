@@ -83,8 +83,8 @@ int surface_of(Leaf& leaf, Vec3 normal) {
 }
 
 /// Asks for the normals of a leaf's photons, which lie about in memory in the order of the tracing.
-void prefetch_normals(const Leaf& leaf, const KdTree& tree, std::span<const Vec3> normals) {
-  for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+void prefetch_normals(const KdNode& leaf, const KdTree& tree, std::span<const Vec3> normals) {
+  for (std::uint32_t i = leaf.first(); i < leaf.first() + leaf.count; ++i) {
     __builtin_prefetch(&normals[tree.points[i].index]);
   }
 }
@@ -119,7 +119,7 @@ void measure(Leaf& leaf, const KdTree& tree, std::span<const Vec3> normals, std:
 
 /// The radius that holds k photons on a surface: pi r^2 = k times the area of a photon, pooled over the surface and
 /// what continues it in the leaves around. Negative, or zero, where too few photons tell it.
-float pooled_radius(const std::vector<Leaf>& leaves, std::size_t i, const Surface& surface, float k) {
+float pooled_radius(std::span<const Leaf> leaves, std::size_t i, const Surface& surface, float k) {
   const std::size_t first = i < kPooledLeaves ? 0 : i - kPooledLeaves;
   const std::size_t last = std::min(i + kPooledLeaves + 1, leaves.size());
   float area = 0, count = 0;
@@ -169,37 +169,44 @@ void bound_radii(std::vector<float>& radii, const Box3& bounds) {
 
 }  // namespace
 
-std::vector<float> per_photon_radii(const PhotonBatch& photons, std::uint32_t k) {
-  std::vector<float> radii(photons.size());
-  if (photons.size() == 0) return radii;
+PhotonRadii measured_radii(const PhotonBatch& photons, std::uint32_t k) {
+  PhotonRadii found;
+  if (photons.size() == 0) return found;
   const KdTree tree = build_kd_tree(photons.position, std::max(16u, k / 2));
-  std::vector<Leaf> leaves;
-  leaves.reserve(tree.nodes.size() / 2 + 1);
-  for (const KdNode& node : tree.nodes) {
-    if (!node.is_leaf()) continue;
-    Leaf& leaf = leaves.emplace_back();
-    leaf.first = node.first();
-    leaf.count = node.count;
-  }
-  std::vector<std::uint8_t> surface_index(photons.size());
+  LargeVector<KdNode> places;
+  places.reserve(tree.nodes.size() / 2 + 1);
+  for (const KdNode& node : tree.nodes)
+    if (node.is_leaf()) places.push_back(node);
+  LargeArray<Leaf> leaves(places.size());
+  LargeArray<std::uint8_t> surface_index(photons.size());
   parallel_for(0, leaves.size(), kLeafGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      if (i + 1 < last) prefetch_normals(leaves[i + 1], tree, photons.normal);
+      if (i + 1 < last) prefetch_normals(places[i + 1], tree, photons.normal);
+      leaves[i] = Leaf{places[i].first(), places[i].count, 0, {}};
       measure(leaves[i], tree, photons.normal, surface_index.data());
     }
   });
+  found.radii.resize(photons.size());
+  found.order.resize(photons.size());
   parallel_for(0, leaves.size(), kLeafGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       std::array<float, kMaxSurfaces> radius;
       for (int s = 0; s < leaves[i].surface_count; ++s) {
-        radius[s] = pooled_radius(leaves, i, leaves[i].surfaces[s], static_cast<float>(std::max(k, 1u)));
+        radius[s] = pooled_radius(leaves.span(), i, leaves[i].surfaces[s], static_cast<float>(std::max(k, 1u)));
       }
       const std::uint32_t end = leaves[i].first + leaves[i].count;
-      for (std::uint32_t p = leaves[i].first; p < end; ++p) radii[tree.points[p].index] = radius[surface_index[p]];
+      for (std::uint32_t p = leaves[i].first; p < end; ++p) {
+        found.order[p] = tree.points[p].index;
+        found.radii[found.order[p]] = radius[surface_index[p]];
+      }
     }
   });
-  bound_radii(radii, tree.bounds);
-  return radii;
+  bound_radii(found.radii, tree.bounds);
+  return found;
+}
+
+std::vector<float> per_photon_radii(const PhotonBatch& photons, std::uint32_t k) {
+  return measured_radii(photons, k).radii;
 }
 
 float fixed_radius(const PhotonBatch& photons, std::uint32_t k) {

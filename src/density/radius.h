@@ -7,9 +7,18 @@
 
 namespace glowworm {
 
+/// Radii of photons, metres, and what comes with finding them: the photons in an order in which neighbours lie together
+/// (RadiusPolicy::order).
+struct PhotonRadii {
+  std::vector<float> radii;
+  std::vector<std::uint32_t> order;
+};
+
 /// A radius for each photon such that about k photons lie within it ([HHS05] section 6.1): from the leaves of a
 /// sliding-midpoint kd-tree, whose cells' extents and counts give the density, smoothed so that neighbours have alike
 /// radii. Deterministic for any number of threads. Metres, one for each photon; never 0, never not finite.
+PhotonRadii measured_radii(const PhotonBatch& photons, std::uint32_t k);
+/// The radii alone.
 std::vector<float> per_photon_radii(const PhotonBatch& photons, std::uint32_t k);
 
 /// One radius for all: the median of a coarse density estimate of the same kind ([SF07], kernel width h). Metres.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "density/radius.h"
 #include "render/photon_policy.h"
 
 namespace glowworm {
@@ -46,6 +45,14 @@ std::vector<float> scaled(std::vector<float> radii, float factor) {
   if (factor != 1)
     for (float& radius : radii) radius *= factor;
   return radii;
+}
+
+/// The policy for an engine over photons of these radii.
+RadiusPolicy policy_of(const PhotonRadii& radii, const PhotonMapSettings& settings, std::uint32_t nearest) {
+  RadiusPolicy policy =
+      photon_policy(scaled(radii.radii, settings.radius_scale), settings.engine, settings.kernel, nearest);
+  policy.order = radii.order;
+  return policy;
 }
 
 }  // namespace
@@ -97,18 +104,15 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
 void PhotonMaps::measure(Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::build_photon_map);
   corrected_ = indexed_ = gridded_ = false;
-  radii_ = per_photon_radii(pass_.global, std::max<std::uint32_t>(1, settings_.nearest));
-  caustic_radii_ = per_photon_radii(pass_.caustic, caustic_nearest(settings_.nearest));
+  radii_ = measured_radii(pass_.global, std::max<std::uint32_t>(1, settings_.nearest));
+  caustic_radii_ = measured_radii(pass_.caustic, caustic_nearest(settings_.nearest));
   measured_ = true;
 }
 
-RadiusPolicy PhotonMaps::global_policy() const {
-  return photon_policy(scaled(radii_, settings_.radius_scale), settings_.engine, settings_.kernel, settings_.nearest);
-}
+RadiusPolicy PhotonMaps::global_policy() const { return policy_of(radii_, settings_, settings_.nearest); }
 
 RadiusPolicy PhotonMaps::caustic_policy() const {
-  return photon_policy(scaled(caustic_radii_, settings_.radius_scale), settings_.engine, settings_.kernel,
-                       caustic_nearest(settings_.nearest));
+  return policy_of(caustic_radii_, settings_, caustic_nearest(settings_.nearest));
 }
 
 void PhotonMaps::correct(const Tracer& tracer, Statistics& statistics) {
@@ -132,7 +136,7 @@ void PhotonMaps::index(Statistics& statistics) {
 
 void PhotonMaps::lay_grid(Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::build_photon_map);
-  radius_grid_ = RadiusGrid(pass_.global.position, scaled(radii_, settings_.radius_scale));
+  radius_grid_ = RadiusGrid(pass_.global.position, scaled(radii_.radii, settings_.radius_scale));
   gridded_ = true;
 }
 

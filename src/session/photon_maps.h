@@ -8,6 +8,7 @@
 
 #include "core/statistics.h"
 #include "density/engine.h"
+#include "density/radius.h"
 #include "gather/radius_grid.h"
 #include "photon/photon_tracer.h"
 #include "session/interrupt.h"
@@ -74,7 +75,7 @@ class PhotonMaps {
   PhotonMapSettings settings_;
   bool traced_ = false, measured_ = false, corrected_ = false, indexed_ = false, gridded_ = false;
   PhotonPass pass_;
-  std::vector<float> radii_, caustic_radii_;      // for a radius_scale of 1
+  PhotonRadii radii_, caustic_radii_;             // for a radius_scale of 1
   std::vector<float> factors_, caustic_factors_;  // of correction
   std::unique_ptr<DensityEngine> engine_, caustic_engine_, diagnosis_;
   RadiusGrid radius_grid_;
