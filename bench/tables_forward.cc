@@ -1,8 +1,10 @@
 // The tables of [SF07], regenerated: the paper's engine (forward) and ours (blocked) on the scenes of table_scenes(),
 // at the paper's resolution, samples, photons and k, with the paper's figures beside ours. Writes to bench/results/.
 //
-// usage: tables_forward [lanes] [render] [reorder] [depth] [SCENE]...     (default: all, on those of table_scenes())
+// usage: tables_forward [lanes] [packets] [render] [reorder] [depth] [SCENE]...     (default: all, on those of
+// table_scenes())
 //   lanes    Table 1: mean number of active lanes with and without reordering
+//   packets  what the order of query points has to do with active lanes
 //   render   Table 2: the whole render against ray tracing alone
 //   reorder  Table 3: what reordering costs and what it saves
 //   depth    the paper's open question: time of reordering and lookups over the depth of the order
@@ -12,7 +14,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <memory>
+#include <numeric>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -116,6 +121,61 @@ void table_of_lanes(const std::vector<std::string>& scenes) {
   table.note(
       "\"Not reordered\" is the order in which final gathering leaves its points, which are traced by stratum and "
       "neighbourhood; the paper's came four of a cell at a time.");
+  table.write();
+}
+
+/// Brings indices into an order whose aligned runs of `lanes` are as compact as halving along the longest side of
+/// their box makes them.
+void halve(std::span<std::uint32_t> order, std::span<const Vec3> positions, std::size_t lanes) {
+  if (order.size() <= lanes) return;
+  Box3 box;
+  for (const std::uint32_t i : order) box.grow(positions[i]);
+  const int axis = box.longest_axis();
+  const std::size_t half = lanes * std::bit_floor((order.size() - 1) / lanes);
+  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return positions[a][axis] < positions[b][axis]; });
+  halve(order.first(half), positions, lanes);
+  halve(order.subspan(half), positions, lanes);
+}
+
+/// What the order of query points has to do with active lanes: that of the paper, the same to the last point, and
+/// packets that are as compact as can be.
+void table_of_lane_limits(const std::vector<std::string>& scenes) {
+  Table table("sf07-table1-limits", "Mean active lanes by the order of query points (256 x 256 pixels)",
+              {"scene", "samples a pixel", "photons", "query points in a photon's disc", "paper, of 4",
+               "its order, of 4", "complete order, of 4", "packets halved out, of 4", "its order, of 16",
+               "complete order, of 16", "packets halved out, of 16"});
+  const ReorderSettings complete{ReorderMethod::octree, 1, kAutomaticDepth};
+  for (const std::string& path : scenes) {
+    const Stage stage(path);
+    const std::string scene = short_name(path);
+    for (const LanesRow& row : {kLanesRows[1], kLanesRows[3]})
+      for (const std::uint64_t photons : {200'000u, 500'000u}) {
+        const Recording recording = record(stage, {photons, 256, 256, row.gather});
+        const double k = paper_k(scene);
+        const RadiusPolicy policy = fixed_radius_for(recording, k);
+        const auto order = hilbert_order(recording.points.position, bounds_of(recording.points.position),
+                                         recording.photons.size(), kPaperOrder);
+        const QueryPoints points = runs_of(recording.points, order, kRun, kCut);
+        std::vector<Cell> cells = {
+            scene, std::to_string(row.gather), Number{static_cast<double>(photons)},
+            Number{k * static_cast<double>(recording.points.size()) / static_cast<double>(recording.photons.size())},
+            row.with.of(scene)};
+        for (const int lanes : {4, 16}) {
+          std::vector<std::uint32_t> halved(points.size());
+          std::iota(halved.begin(), halved.end(), 0u);
+          halve(halved, points.position, static_cast<std::size_t>(lanes));
+          cells.push_back(Number{active_lanes(recording, points, policy, lanes, kPaperOrder)});
+          cells.push_back(Number{active_lanes(recording, points, policy, lanes, complete)});
+          cells.push_back(Number{active_lanes(recording, in_order(points, halved), policy, lanes, kNoOrder)});
+        }
+        table.add(std::move(cells));
+      }
+  }
+  table.note(
+      "Packets halved out: every cell is cut along its longest side into parts of whole packets, down to packets of "
+      "the "
+      "points that lie nearest each other. A photon's disc: of the one radius for all.");
   table.write();
 }
 
@@ -358,6 +418,7 @@ int main(int argc, char** argv) {
   return run_tables("tables_forward", [&] {
     const Arguments asked(argc, argv);
     if (asked.wants("lanes")) table_of_lanes(asked.scenes());
+    if (asked.wants("packets")) table_of_lane_limits(asked.scenes());
     if (asked.wants("render")) table_of_renders(asked.scenes());
     if (asked.wants("reorder")) table_of_reordering(asked.scenes());
     if (asked.wants("depth")) table_of_depths(asked.scenes());

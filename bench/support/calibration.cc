@@ -12,18 +12,20 @@ namespace {
 constexpr std::size_t kSampled = 60'000;
 constexpr int kRounds = 6;
 
+void append(QueryPoints& chosen, const QueryPoints& points, std::size_t i) {
+  chosen.position.push_back(points.position[i]);
+  chosen.normal.push_back(points.normal[i]);
+  chosen.reflectance.push_back(points.reflectance[i]);
+  chosen.weight.push_back(points.weight[i]);
+  chosen.gather_point.push_back(points.gather_point[i]);
+  chosen.bsdf.push_back(points.bsdf[i]);
+}
+
 QueryPoints select(const QueryPoints& points, const std::function<bool(std::size_t)>& wanted) {
   QueryPoints chosen;
   chosen.bsdfs = points.bsdfs;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!wanted(i)) continue;
-    chosen.position.push_back(points.position[i]);
-    chosen.normal.push_back(points.normal[i]);
-    chosen.reflectance.push_back(points.reflectance[i]);
-    chosen.weight.push_back(points.weight[i]);
-    chosen.gather_point.push_back(points.gather_point[i]);
-    chosen.bsdf.push_back(points.bsdf[i]);
-  }
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (wanted(i)) append(chosen, points, i);
   return chosen;
 }
 
@@ -73,6 +75,13 @@ QueryPoints runs_of(const QueryPoints& points, const std::vector<std::uint32_t>&
   for (std::size_t place = 0; place < points.size(); ++place)
     chosen[order.empty() ? place : order[place]] = place / run % step == 0;
   return select(points, [&](std::size_t i) { return chosen[i] != 0; });
+}
+
+QueryPoints in_order(const QueryPoints& points, const std::vector<std::uint32_t>& order) {
+  QueryPoints ordered;
+  ordered.bsdfs = points.bsdfs;
+  for (const std::uint32_t i : order) append(ordered, points, i);
+  return ordered;
 }
 
 }  // namespace glowworm::bench

@@ -19,4 +19,7 @@ RadiusPolicy own_radii_for(const Recording& recording, double k);
 QueryPoints runs_of(const QueryPoints& points, const std::vector<std::uint32_t>& order, std::size_t run,
                     std::size_t step);
 
+/// The query points in another order: element i is point order[i].
+QueryPoints in_order(const QueryPoints& points, const std::vector<std::uint32_t>& order);
+
 }  // namespace glowworm::bench
