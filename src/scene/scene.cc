@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "scene/default_camera.h"
 #include "scene/environment.h"
 #include "scene/light_power.h"
@@ -119,9 +120,17 @@ void Scene::find_light_sources() {
   emissive_triangles_.clear();
   emissive_index_.assign(g.triangle_count(), kNone);
   source_powers_.clear();
-  for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
-    if (g.emission[t] == kNone || is_black(d_.emissions[g.emission[t]].radiance.value)) continue;
-    const RGB power = triangle_power(g, d_, t);
+  std::vector<std::uint32_t> emitting;
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
+    if (g.emission[t] != kNone && !is_black(d_.emissions[g.emission[t]].radiance.value)) emitting.push_back(t);
+  // Textures of emission are read texel by texel.
+  std::vector<RGB> powers(emitting.size());
+  parallel_for(0, emitting.size(), 256, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) powers[i] = triangle_power(g, d_, emitting[i]);
+  });
+  for (std::size_t i = 0; i < emitting.size(); ++i) {
+    const std::uint32_t t = emitting[i];
+    const RGB power = powers[i];
     if (is_black(power) && d_.emissions[g.emission[t]].radiance.texture != kNone) continue;
     emissive_index_[t] = static_cast<std::uint32_t>(emissive_triangles_.size());
     emissive_triangles_.push_back(t);
