@@ -19,7 +19,7 @@ namespace glowworm {
 namespace {
 
 /// Query points that the photon renderer looks up at once, where memory allows.
-constexpr double kQueriesAtOnce = 1 << 22;
+constexpr double kQueriesAtOnce = 10 << 20;
 constexpr int kLargestSide = 65536;
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Camera samples of a render that ends by time or noise, at most.
