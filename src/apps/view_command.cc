@@ -111,7 +111,7 @@ ViewState first_state(const ViewOptions& o, const Script& script, const Scene& s
   RenderSettings names;
   names.engine = o.engine;
   check_names(names);
-  if (o.engine != "auto") state.engine = o.engine;
+  state.engine = o.engine;
   state.gather = o.gather;
   state.photons = parse_count(o.photons, "--photons", 1u << 30);
   if (state.photons == 0) state.photons = ViewState().photons;

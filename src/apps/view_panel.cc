@@ -46,6 +46,7 @@ void draw_picture(ViewModel& model) {
   if (choose("gather rays", counts, chosen)) s.gather = static_cast<std::uint32_t>(std::stoul(counts[chosen]));
   std::vector<std::string> engines = engine_names();
   std::erase(engines, "brute");
+  engines.insert(engines.begin(), "auto");
   std::size_t engine = std::find(engines.begin(), engines.end(), s.engine) - engines.begin();
   if (choose("engine", engines, engine)) s.engine = engines[engine];
   choose_enumeration("kernel", kernel_names(), s.kernel);
@@ -157,8 +158,8 @@ void draw_status(const ViewModel& model) {
   if (model.worker.loading()) ImGui::TextUnformatted("loading ...");
   if (model.shown) {
     const ViewFrame& f = model.shown->frame;
-    ImGui::TextUnformatted(fmt::format("{}x{}  {} samples  {} rays  {:.0f} fps", f.image.width, f.image.height,
-                                       f.samples, f.effort.gather, 1 / std::max(f.cost.seconds, 1e-6))
+    ImGui::TextUnformatted(fmt::format("{}x{}  {} samples  {} rays  {}  {:.0f} fps", f.image.width, f.image.height,
+                                       f.samples, f.effort.gather, f.engine, 1 / std::max(f.cost.seconds, 1e-6))
                                .c_str());
     if (!f.unit.empty())
       ImGui::TextUnformatted(

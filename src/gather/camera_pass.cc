@@ -1,10 +1,16 @@
 #include "gather/camera_pass.h"
 
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/parallel.h"
 #include "core/random.h"
 #include "gather/direct_light.h"
+#include "gather/final_gather.h"
+#include "gather/part_queue.h"
+#include "kernels/sobol.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
 
@@ -14,132 +20,191 @@ namespace {
 
 /// Pixels are taken in square blocks of this side, so that packets of rays are compact.
 constexpr int kBlock = 16;
+/// Pixels of a block are taken in squares of this side, as packets hold.
+constexpr int kSquare = 4;
 /// Sharp bounces after which Russian roulette sets in.
 constexpr int kRouletteAfter = 4;
 
-/// Camera paths of one block, in structure-of-arrays form.
-struct CameraPaths {
-  std::vector<Ray> rays;
-  std::vector<Hit> hits;
-  std::vector<RGB> throughput;
-  std::vector<Sampler> samplers;
-  std::vector<std::uint32_t> slot, sequence, sample;
+/// What a camera path carries from bounce to bounce.
+struct CameraPath {
+  RGB throughput;
+  Sampler sampler;
+  std::uint32_t slot, sequence, sample;
   /// Density of the last bounce per steradian, and where it was: 0 for the camera and perfectly smooth bounces, at
   /// which no light was sampled.
-  std::vector<float> bounce_pdf;
-  std::vector<Vec3> bounce_position;
+  float bounce_pdf;
+  Vec3 bounce_position;
+};
 
-  void reserve(std::size_t n) {
-    rays.reserve(n);
-    hits.reserve(n);
-    throughput.reserve(n);
-    samplers.reserve(n);
-    slot.reserve(n);
-    sequence.reserve(n);
-    sample.reserve(n);
-    bounce_pdf.reserve(n);
-    bounce_position.reserve(n);
-  }
-  void move(std::size_t from, std::size_t to) {
-    if (from == to) return;
-    rays[to] = rays[from];
-    throughput[to] = throughput[from];
-    samplers[to] = samplers[from];
-    slot[to] = slot[from];
-    sequence[to] = sequence[from];
-    sample[to] = sample[from];
-    bounce_pdf[to] = bounce_pdf[from];
-    bounce_position[to] = bounce_position[from];
-  }
-  void shrink(std::size_t n) {
-    rays.resize(n);
-    throughput.resize(n);
-    samplers.erase(samplers.begin() + static_cast<std::ptrdiff_t>(n), samplers.end());
-    slot.resize(n);
-    sequence.resize(n);
-    sample.resize(n);
-    bounce_pdf.resize(n);
-    bounce_position.resize(n);
-  }
+/// Arrays that blocks work in, one after the other.
+struct BlockMemory {
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<std::uint32_t> slot, pixel;  // of the camera rays
+  std::vector<CameraPath> paths;           // that went through a sharp bounce
+  GatherPoints points;                     // the one or the other
+  QueryPoints queries;
+  std::vector<std::uint32_t> stream;  // of random numbers, which follow
+  std::vector<float> film_x, film_y, lens_x, lens_y;
 };
 
 class BlockTracer {
  public:
+  /// @param as_queries whether query points are made, or else gather points
   BlockTracer(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
-              SlotRadiance& radiance, FirstHit& first_hit)
+              bool as_queries, SlotRadiance& radiance, FirstHit& first_hit, BlockMemory& memory)
       : tracer_(tracer),
         camera_(camera),
         task_(task),
         settings_(settings),
+        as_queries_(as_queries),
         radiance_(radiance),
-        first_hit_(first_hit) {}
+        first_hit_(first_hit),
+        memory_(memory),
+        rays_(memory.rays),
+        hits_(memory.hits),
+        slot_(memory.slot),
+        pixel_(memory.pixel),
+        paths_(memory.paths),
+        points_(memory.points),
+        queries_(memory.queries) {}
 
-  GatherPoints trace(int x0, int y0) {
+  void trace(int x0, int y0) {
+    points_.clear();
+    queries_.clear();
+    paths_.clear();
     start(x0, y0);
-    for (int bounce = 0; !paths_.rays.empty(); ++bounce) {
-      paths_.hits.resize(paths_.rays.size());
-      tracer_.intersect(paths_.rays, paths_.hits, bounce == 0 ? RayOrder::coherent : RayOrder::incoherent);
-      rays_traced_ += paths_.rays.size();
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < paths_.rays.size(); ++i)
-        if (advance(i, bounce)) paths_.move(i, kept++);
-      paths_.shrink(kept);
+    intersect(RayOrder::coherent);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < slot_.size(); ++i)
+      if (see(i)) rays_[kept++] = rays_[i];
+    rays_.resize(kept);
+    for (int bounce = 1; kept > 0; ++bounce) {
+      intersect(RayOrder::incoherent);
+      kept = 0;
+      for (std::size_t i = 0; i < rays_.size(); ++i) {
+        if (!advance(paths_[i], rays_[i], hits_[i], bounce)) continue;
+        paths_[kept] = paths_[i];
+        rays_[kept++] = rays_[i];
+      }
+      rays_.resize(kept);
     }
-    return std::move(points_);
   }
   std::uint64_t rays_traced() const { return rays_traced_; }
 
  private:
   void start(int x0, int y0) {
-    const int width = task_.x1 - task_.x0;
-    const std::size_t most = std::size_t{kBlock} * kBlock * task_.sample_count;
-    paths_.reserve(most);
-    points_.reserve(most);
-    for (std::uint32_t s = 0; s < task_.sample_count; ++s)
-      for (int y = y0; y < std::min(y0 + kBlock, task_.y1); ++y)
-        for (int x = x0; x < std::min(x0 + kBlock, task_.x1); ++x) {
-          const auto pixel = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) +
-                             static_cast<std::uint32_t>(x);
-          const std::uint32_t sample = task_.first_sample + s;
-          Sampler sampler(SamplerKind::sobol, settings_.seed, hash_combine(pixel, 0x63616d65u), sample);
-          const Vec2 u = sampler.next2();
-          const Vec2 film{static_cast<float>(x) + u.x, static_cast<float>(y) + u.y};
-          const CameraRay ray = generate_ray(camera_, film, settings_.width, settings_.height, sampler.next2());
-          paths_.rays.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-          paths_.throughput.push_back(RGB(1.0f));
-          paths_.samplers.push_back(sampler);
-          paths_.slot.push_back(static_cast<std::uint32_t>(
-              s * task_.pixel_count() + static_cast<std::size_t>((y - task_.y0) * width + (x - task_.x0))));
-          paths_.sequence.push_back(pixel);
-          paths_.sample.push_back(sample);
-          paths_.bounce_pdf.push_back(0);
-          paths_.bounce_position.push_back({});
-        }
+    rays_.clear();
+    slot_.clear();
+    pixel_.clear();
+    const int x1 = std::min(x0 + kBlock, task_.x1), y1 = std::min(y0 + kBlock, task_.y1);
+    for (std::uint32_t s = 0; s < task_.sample_count; ++s) {
+      const std::size_t first = slot_.size();
+      for (int y = y0; y < y1; y += kSquare)
+        for (int x = x0; x < x1; x += kSquare)
+          add_square(s, x, y, std::min(x + kSquare, x1), std::min(y + kSquare, y1));
+      create_rays(first, task_.first_sample + s);
+    }
   }
 
-  /// Takes path i over its hit; true where it goes on through a sharp bounce.
-  bool advance(std::size_t i, int bounce) {
+  /// Names the pixels of a square, so that rays that go in one packet are close together.
+  void add_square(std::uint32_t s, int x0, int y0, int x1, int y1) {
+    const int width = task_.x1 - task_.x0;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) {
+        slot_.push_back(static_cast<std::uint32_t>(s * task_.pixel_count() +
+                                                   static_cast<std::size_t>((y - task_.y0) * width + (x - task_.x0))));
+        pixel_.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) +
+                         static_cast<std::uint32_t>(x));
+      }
+  }
+
+  /// Rays through the pixels from number `first` of the block on.
+  void create_rays(std::size_t first, std::uint32_t sample) {
+    const std::size_t n = pixel_.size() - first;
+    memory_.stream.resize(n);
+    for (auto* numbers : {&memory_.film_x, &memory_.film_y, &memory_.lens_x, &memory_.lens_y}) numbers->resize(n);
+    for (std::size_t i = 0; i < n; ++i) memory_.stream[i] = stream_of(pixel_[first + i]);
+    sobol_pairs_of(settings_.seed, memory_.stream.data(), n, sample, 0, memory_.film_x.data(), memory_.film_y.data());
+    const bool has_lens = camera_.lens_radius > 0;
+    if (has_lens)
+      sobol_pairs_of(settings_.seed, memory_.stream.data(), n, sample, 1, memory_.lens_x.data(), memory_.lens_y.data());
+    const auto width = static_cast<std::uint32_t>(settings_.width);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::uint32_t pixel = pixel_[first + i];
+      const Vec2 film{static_cast<float>(pixel % width) + memory_.film_x[i],
+                      static_cast<float>(pixel / width) + memory_.film_y[i]};
+      const Vec2 lens = has_lens ? Vec2{memory_.lens_x[i], memory_.lens_y[i]} : Vec2();
+      const CameraRay ray = generate_ray(camera_, film, settings_.width, settings_.height, lens);
+      rays_.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+    }
+  }
+
+  /// The sequence of a pixel's random numbers.
+  static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, 0x63616d65u); }
+
+  void intersect(RayOrder order) {
+    hits_.resize(rays_.size());
+    tracer_.intersect(rays_, hits_, order);
+    rays_traced_ += rays_.size();
+  }
+
+  /// Takes camera ray i to what it sees first; true where it goes on from there, as the last of the paths.
+  bool see(std::size_t i) {
+    const Hit& hit = hits_[i];
+    first_hit_.depth[slot_[i]] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (as_queries_ && hit.triangle != kNone && see_diffuse(i)) return false;
+    const std::size_t per_sample = slot_.size() / task_.sample_count;
+    const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
+    Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), sample);
+    // Film and lens took theirs.
+    for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
+    paths_.push_back({RGB(1.0f), sampler, slot_[i], pixel_[i], sample, 0, {}});
+    if (advance(paths_.back(), rays_[i], hit, 0)) return true;
+    paths_.pop_back();
+    return false;
+  }
+
+  /// What advance() comes to on a surface that only reflects diffusely, without all that such a one does not need.
+  /// Returns false where the surface is another.
+  bool see_diffuse(std::size_t i) {
     const Scene& scene = tracer_.scene();
-    const Hit& hit = paths_.hits[i];
-    const std::uint32_t slot = paths_.slot[i];
-    const Vec3 direction = paths_.rays[i].direction;
-    if (bounce == 0)
-      first_hit_.depth[slot] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    const Hit& hit = hits_[i];
+    const Vec3 wo = -rays_[i].direction;
+    DiffusePoint point;
+    Vec3 shading_normal;
+    if (scene.geometry().emission[hit.triangle] != kNone ||
+        !diffuse_point(scene, hit.triangle, hit.barycentric, point) ||
+        !diffuse_shading_normal(scene, hit.triangle, hit.barycentric, point, wo, shading_normal))
+      return false;
+    first_hit_.normal[slot_[i]] = face_forward(shading_normal, wo);
+    first_hit_.albedo[slot_[i]] = point.reflectance;
+    if (max_component(point.reflectance) > 0)
+      queries_.push_back(point.position, face_forward(point.geometric_normal, wo), point.reflectance, RGB(1.0f),
+                         slot_[i]);
+    return true;
+  }
+
+  /// Takes a path over its hit; true where it goes on through a sharp bounce, along the ray then.
+  bool advance(CameraPath& path, Ray& ray, const Hit& hit, int bounce) {
+    const Scene& scene = tracer_.scene();
+    const std::uint32_t slot = path.slot;
+    const Vec3 direction = ray.direction;
     if (hit.triangle == kNone) {
       const RGB sky = environment_radiance(scene, direction);
       float weight = 1;
-      if (paths_.bounce_pdf[i] > 0)
-        weight = balance_heuristic(1, paths_.bounce_pdf[i], 1,
-                                   environment_pdf(scene, paths_.bounce_position[i], {0, 0, 0}, direction));
-      radiance_.emitted[slot] += paths_.throughput[i] * sky * weight;
+      if (path.bounce_pdf > 0)
+        weight = balance_heuristic(1, path.bounce_pdf, 1,
+                                   environment_pdf(scene, path.bounce_position, {0, 0, 0}, direction));
+      radiance_.emitted[slot] += path.throughput * sky * weight;
       return false;
     }
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
     const Vec3 wo = -direction;
-    add_emission(i, point, wo);
+    add_emission(path, point, wo);
     const Bsdf bsdf = resolve_bsdf(scene, point, wo);
     const Lobes have = lobes(bsdf);
-    Sampler& sampler = paths_.samplers[i];
+    Sampler& sampler = path.sampler;
     if (bounce == 0) first_hit_.normal[slot] = face_forward(point.frame.n, wo);
     if (bounce == 0) first_hit_.albedo[slot] = albedo(bsdf, point.frame.to_local(wo), kAllLobes);
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
@@ -150,29 +215,34 @@ class BlockTracer {
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
     if (broad_probability >= 1 || sampler.next1() < broad_probability) {
-      add_gather_point(i, point, bsdf, wo, paths_.throughput[i] / broad_probability);
+      add_point(path, point, bsdf, wo, path.throughput / broad_probability);
       return false;
     }
-    paths_.throughput[i] *= 1 / (1 - broad_probability);
-    return bounce < settings_.max_sharp_bounces && follow(i, point, bsdf, wo, bounce);
+    path.throughput *= 1 / (1 - broad_probability);
+    return bounce < settings_.max_sharp_bounces && follow(path, ray, point, bsdf, wo, bounce);
   }
 
-  void add_emission(std::size_t i, const SurfacePoint& point, Vec3 wo) {
+  void add_emission(const CameraPath& path, const SurfacePoint& point, Vec3 wo) {
     const RGB emitted = emitted_radiance(tracer_.scene(), point, wo);
     if (is_black(emitted)) return;
     float weight = 1;
-    if (paths_.bounce_pdf[i] > 0)
-      weight = balance_heuristic(1, paths_.bounce_pdf[i], 1,
-                                 light_pdf(tracer_.scene(), paths_.bounce_position[i], {0, 0, 0}, point));
-    radiance_.emitted[paths_.slot[i]] += paths_.throughput[i] * emitted * weight;
+    if (path.bounce_pdf > 0)
+      weight =
+          balance_heuristic(1, path.bounce_pdf, 1, light_pdf(tracer_.scene(), path.bounce_position, {0, 0, 0}, point));
+    radiance_.emitted[path.slot] += path.throughput * emitted * weight;
   }
 
-  void add_gather_point(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB throughput) {
-    points_.slot.push_back(paths_.slot[i]);
-    points_.sequence.push_back(paths_.sequence[i]);
-    points_.sample.push_back(paths_.sample[i]);
+  void add_point(const CameraPath& path, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB throughput) {
+    const Vec3 normal = face_forward(point.geometric_normal, wo);
+    if (as_queries_) {
+      add_query(queries_, point.position, normal, point.frame, wo, bsdf, throughput, path.slot);
+      return;
+    }
+    points_.slot.push_back(path.slot);
+    points_.sequence.push_back(path.sequence);
+    points_.sample.push_back(path.sample);
     points_.position.push_back(point.position);
-    points_.normal.push_back(face_forward(point.geometric_normal, wo));
+    points_.normal.push_back(normal);
     points_.frame.push_back(point.frame);
     points_.wo.push_back(wo);
     points_.bsdf.push_back(bsdf);
@@ -180,31 +250,31 @@ class BlockTracer {
   }
 
   /// Goes on through the sharp lobes of the surface; adds what rough ones reflect of the lights.
-  bool follow(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
-    Sampler& sampler = paths_.samplers[i];
+  bool follow(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
+    Sampler& sampler = path.sampler;
     const float u_lobe = sampler.next1();
     const BsdfSample s = sample(bsdf, point.frame.to_local(wo), u_lobe, sampler.next2(), kSharp, Transport::radiance);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
         sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, 1, 1);
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
-      radiance_.direct[paths_.slot[i]] += paths_.throughput[i] * light.radiance;
+      radiance_.direct[path.slot] += path.throughput * light.radiance;
     if (!s.valid) return false;
     const Vec3 direction = point.frame.to_world(s.wi);
     const float side = dot(direction, point.geometric_normal);
     if ((side * dot(wo, point.geometric_normal) > 0) != (s.wi.z * dot(wo, point.frame.n) > 0)) return false;
-    RGB throughput = paths_.throughput[i] * s.weight;
+    RGB throughput = path.throughput * s.weight;
     if (bounce >= kRouletteAfter) {
       const float survival = std::min(0.95f, max_component(throughput));
       if (!(survival > 0) || sampler.next1() >= survival) return false;
       throughput *= 1 / survival;
     }
     if (is_black(throughput)) return false;
-    paths_.throughput[i] = throughput;
-    paths_.bounce_pdf[i] = s.delta ? 0 : s.pdf;
-    paths_.bounce_position[i] = point.position;
+    path.throughput = throughput;
+    path.bounce_pdf = s.delta ? 0 : s.pdf;
+    path.bounce_position = point.position;
     const Vec3 normal = side > 0 ? point.geometric_normal : -point.geometric_normal;
-    paths_.rays[i] = {offset_origin(point.position, normal), 0, direction, std::numeric_limits<float>::infinity()};
+    ray = {offset_origin(point.position, normal), 0, direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 
@@ -212,36 +282,70 @@ class BlockTracer {
   const Camera& camera_;
   const CameraTask& task_;
   const CameraPassSettings& settings_;
+  const bool as_queries_;
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
-  CameraPaths paths_;
-  GatherPoints points_;
+  BlockMemory& memory_;
+  std::vector<Ray>& rays_;
+  std::vector<Hit>& hits_;
+  std::vector<std::uint32_t>&slot_, &pixel_;
+  std::vector<CameraPath>& paths_;
+  GatherPoints& points_;
+  QueryPoints& queries_;
   std::uint64_t rays_traced_ = 0;
 };
 
-}  // namespace
-
-GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task,
-                         const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
-                         Statistics& statistics) {
-  const PhaseTimer timer(statistics, Phase::camera_pass);
+/// Traces the blocks of a task; what each has found is joined in the order of the blocks.
+template <typename Join>
+void trace_blocks(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+                  const CameraPassSettings& settings, bool as_queries, SlotRadiance& radiance, FirstHit& first_hit,
+                  Statistics& statistics, Join&& join) {
   radiance.resize(task.slot_count());
   first_hit.albedo.assign(task.slot_count(), RGB());
   first_hit.normal.assign(task.slot_count(), Vec3());
   first_hit.depth.assign(task.slot_count(), 0);
   const int columns = (task.x1 - task.x0 + kBlock - 1) / kBlock, rows = (task.y1 - task.y0 + kBlock - 1) / kBlock;
   const auto blocks = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-  std::vector<GatherPoints> parts(blocks);
-  parallel_for(0, blocks, 1, [&](std::size_t block, std::size_t) {
-    BlockTracer block_tracer(tracer, camera, task, settings, radiance, first_hit);
-    parts[block] = block_tracer.trace(task.x0 + static_cast<int>(block) % columns * kBlock,
-                                      task.y0 + static_cast<int>(block) / columns * kBlock);
+  PartQueue<BlockMemory> queue(blocks, join);
+  parallel_for(0, blocks, 1, [&](std::size_t, std::size_t) {
+    const std::size_t block = queue.take();
+    std::unique_ptr<BlockMemory> memory = queue.borrow();
+    BlockTracer block_tracer(tracer, camera, task, settings, as_queries, radiance, first_hit, *memory);
+    block_tracer.trace(task.x0 + static_cast<int>(block) % columns * kBlock,
+                       task.y0 + static_cast<int>(block) / columns * kBlock);
     statistics.add(Counter::camera_rays, block_tracer.rays_traced());
+    queue.put(block, std::move(memory));
   });
-  GatherPoints points;
-  points.append(parts);
+}
+
+}  // namespace
+
+void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
+                 SlotRadiance& radiance, FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::camera_pass);
+  points.clear();
+  points.reserve(task.slot_count());
+  trace_blocks(tracer, camera, task, settings, false, radiance, first_hit, statistics,
+               [&](const BlockMemory& block) { points.append(block.points); });
   statistics.add(Counter::gather_points, points.size());
+}
+
+GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+                         const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
+                         Statistics& statistics) {
+  GatherPoints points;
+  camera_pass(tracer, camera, task, settings, radiance, first_hit, points, statistics);
   return points;
+}
+
+void camera_pass_queries(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+                         const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
+                         QueryPoints& queries, Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::camera_pass);
+  queries.clear();
+  queries.reserve(task.slot_count());
+  trace_blocks(tracer, camera, task, settings, true, radiance, first_hit, statistics,
+               [&](const BlockMemory& block) { queries.append(block.queries); });
 }
 
 }  // namespace glowworm

@@ -5,6 +5,7 @@
 
 #include "core/statistics.h"
 #include "gather/gather_points.h"
+#include "gather/query_points.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -28,5 +29,15 @@ struct FirstHit {
 GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          Statistics& statistics);
+
+/// The same into `points`, whose memory is used again.
+void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
+                 SlotRadiance& radiance, FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
+
+/// The same, with a photon map shown directly: what gather_points_as_queries() makes of the gather points, without
+/// making these, into `queries`, whose memory is used again. Does not count gather points.
+void camera_pass_queries(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+                         const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
+                         QueryPoints& queries, Statistics& statistics);
 
 }  // namespace glowworm

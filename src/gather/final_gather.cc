@@ -1,15 +1,14 @@
 #include "gather/final_gather.h"
 
 #include <algorithm>
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "core/parallel.h"
 #include "core/random.h"
 #include "gather/direct_light.h"
 #include "gather/gather_rays.h"
+#include "gather/part_queue.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
 
@@ -252,41 +251,6 @@ struct ChunkMemory {
   QueryPoints queries;
 };
 
-/// Hands out the chunks in order, whichever thread asks, and joins their query points in that order as they come, so
-/// that few wait and memory is used again while it is in the caches.
-class ChunkQueue {
- public:
-  ChunkQueue(std::size_t chunks, QueryPoints& joined) : waiting_(chunks), joined_(joined) {}
-
-  std::size_t take() { return next_to_take_.fetch_add(1); }
-
-  /// Memory that has been used before where possible.
-  std::unique_ptr<ChunkMemory> borrow() {
-    const std::scoped_lock lock(mutex_);
-    if (spare_.empty()) return std::make_unique<ChunkMemory>();
-    std::unique_ptr<ChunkMemory> memory = std::move(spare_.back());
-    spare_.pop_back();
-    return memory;
-  }
-
-  void put(std::size_t chunk, std::unique_ptr<ChunkMemory> memory) {
-    const std::scoped_lock lock(mutex_);
-    waiting_[chunk] = std::move(memory);
-    for (; next_to_join_ < waiting_.size() && waiting_[next_to_join_]; ++next_to_join_) {
-      joined_.append(waiting_[next_to_join_]->queries);
-      spare_.push_back(std::move(waiting_[next_to_join_]));
-    }
-  }
-
- private:
-  std::atomic<std::size_t> next_to_take_{0};
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<ChunkMemory>> waiting_;
-  std::size_t next_to_join_ = 0;
-  std::vector<std::unique_ptr<ChunkMemory>> spare_;
-  QueryPoints& joined_;
-};
-
 }  // namespace
 
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
@@ -298,7 +262,7 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   queries.reserve((last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
   const std::size_t per_chunk = points_of_chunk(settings.rays);
   const std::size_t chunks = (last - first + per_chunk - 1) / per_chunk;
-  ChunkQueue queue(chunks, queries);
+  PartQueue<ChunkMemory> queue(chunks, [&](const ChunkMemory& chunk) { queries.append(chunk.queries); });
   parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
     const std::size_t chunk = queue.take();
     const std::size_t begin = first + chunk * per_chunk, end = std::min(begin + per_chunk, last);
@@ -311,21 +275,22 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   });
 }
 
+void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
+               RGB weight, std::uint32_t target) {
+  if (bsdf.kind != BsdfKind::lambertian) {
+    queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, wo}, weight, target);
+    return;
+  }
+  queries.push_back(position, normal, bsdf.diffuse, weight, target);
+  if (!is_black(bsdf.transmission)) queries.push_back(position, -normal, bsdf.transmission, weight, target);
+}
+
 QueryPoints gather_points_as_queries(const GatherPoints& points) {
   QueryPoints queries;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Bsdf& bsdf = points.bsdf[i];
-    if (bsdf.kind == BsdfKind::lambertian) {
-      queries.push_back(points.position[i], points.normal[i], bsdf.diffuse, points.throughput[i], points.slot[i]);
-      if (!is_black(bsdf.transmission))
-        queries.push_back(points.position[i], -points.normal[i], bsdf.transmission, points.throughput[i],
-                          points.slot[i]);
-    } else {
-      const Frame& f = points.frame[i];
-      queries.push_back(points.position[i], points.normal[i], QueryBsdf{bsdf, f.s, f.t, f.n, points.wo[i]},
-                        points.throughput[i], points.slot[i]);
-    }
-  }
+  queries.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    add_query(queries, points.position[i], points.normal[i], points.frame[i], points.wo[i], points.bsdf[i],
+              points.throughput[i], points.slot[i]);
   return queries;
 }
 

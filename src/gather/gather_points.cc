@@ -1,22 +1,6 @@
 #include "gather/gather_points.h"
 
-#include "core/parallel.h"
-
 namespace glowworm {
-
-namespace {
-
-/// Appends one array of all parts.
-template <typename Array>
-void join(GatherPoints& points, std::span<const GatherPoints> parts, Array array) {
-  auto& to = points.*array;
-  std::size_t size = to.size();
-  for (const GatherPoints& part : parts) size += part.size();
-  to.reserve(size);
-  for (const GatherPoints& part : parts) to.insert(to.end(), (part.*array).begin(), (part.*array).end());
-}
-
-}  // namespace
 
 void GatherPoints::reserve(std::size_t n) {
   slot.reserve(n);
@@ -30,19 +14,28 @@ void GatherPoints::reserve(std::size_t n) {
   throughput.reserve(n);
 }
 
-void GatherPoints::append(std::span<const GatherPoints> parts) {
-  // The materials are about half of all bytes.
-  parallel_invoke([&] { join(*this, parts, &GatherPoints::bsdf); },
-                  [&] {
-                    join(*this, parts, &GatherPoints::slot);
-                    join(*this, parts, &GatherPoints::sequence);
-                    join(*this, parts, &GatherPoints::sample);
-                    join(*this, parts, &GatherPoints::position);
-                    join(*this, parts, &GatherPoints::normal);
-                    join(*this, parts, &GatherPoints::frame);
-                    join(*this, parts, &GatherPoints::wo);
-                    join(*this, parts, &GatherPoints::throughput);
-                  });
+void GatherPoints::clear() {
+  slot.clear();
+  sequence.clear();
+  sample.clear();
+  position.clear();
+  normal.clear();
+  frame.clear();
+  wo.clear();
+  bsdf.clear();
+  throughput.clear();
+}
+
+void GatherPoints::append(const GatherPoints& other) {
+  slot.insert(slot.end(), other.slot.begin(), other.slot.end());
+  sequence.insert(sequence.end(), other.sequence.begin(), other.sequence.end());
+  sample.insert(sample.end(), other.sample.begin(), other.sample.end());
+  position.insert(position.end(), other.position.begin(), other.position.end());
+  normal.insert(normal.end(), other.normal.begin(), other.normal.end());
+  frame.insert(frame.end(), other.frame.begin(), other.frame.end());
+  wo.insert(wo.end(), other.wo.begin(), other.wo.end());
+  bsdf.insert(bsdf.end(), other.bsdf.begin(), other.bsdf.end());
+  throughput.insert(throughput.end(), other.throughput.begin(), other.throughput.end());
 }
 
 void SlotRadiance::resize(std::size_t slots) {

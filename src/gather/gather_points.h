@@ -1,7 +1,6 @@
 // Gather points: where camera paths first meet a surface that light is gathered for.
 #pragma once
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/frame.h"
@@ -38,8 +37,9 @@ struct GatherPoints {
   std::size_t size() const { return slot.size(); }
   /// Takes memory for n points.
   void reserve(std::size_t n);
-  /// Appends all parts in order, on all threads.
-  void append(std::span<const GatherPoints> parts);
+  /// Forgets all points but keeps their memory.
+  void clear();
+  void append(const GatherPoints& other);
   static constexpr std::size_t kBytesEach =
       3 * sizeof(std::uint32_t) + 3 * sizeof(Vec3) + sizeof(Frame) + sizeof(Bsdf) + sizeof(RGB);
 };

@@ -32,16 +32,15 @@ CameraRay generate_ray(const Camera& camera, Vec2 film, int width, int height, V
   const Vec2 p = screen_point(camera, film, width, height) * camera.half_extent;
   // Lengths are metres in the world, so the axes count by their directions where to_world scales.
   Vec3 origin = m.translation, direction;
-  float axial_speed;  // metres along the axis for each length of `direction`
   if (camera.kind == CameraKind::orthographic) {
     origin += normalize(m.x) * p.x + normalize(m.y) * p.y;
     direction = normalize(m.z);
-    axial_speed = 1;
   } else {
     direction = m.vector({p.x, p.y, 1});
-    axial_speed = length(m.z);
   }
   if (camera.lens_radius > 0) {
+    // Metres along the axis for each length of `direction`.
+    const float axial_speed = camera.kind == CameraKind::orthographic ? 1 : length(m.z);
     const Vec3 focus = origin + direction * (camera.focal_distance / axial_speed);
     const Vec2 disk = square_to_disk(lens) * camera.lens_radius;
     origin += normalize(m.x) * disk.x + normalize(m.y) * disk.y;

@@ -10,21 +10,25 @@ namespace glowworm {
 
 namespace {
 
-/// Query points that are looked up at once: the more, the closer together they lie, and the more share their searches.
-constexpr std::size_t kQueriesAtOnce = std::size_t{1} << 21;
 /// Bytes that a query point costs between its ray and completion.
 constexpr std::uint64_t kBytesPerQuery = 2 * QueryPoints::kBytesEach + sizeof(RGB) + 64;
 
 class PassRenderer {
  public:
   PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const FramePassSettings& settings, MemoryBudget& budget,
-               const Interrupt& interrupt, Statistics& statistics)
+               const Interrupt& interrupt, Statistics& statistics, FramePassMemory& memory)
       : tracer_(tracer),
         maps_(maps),
         settings_(settings),
         budget_(budget),
         interrupt_(interrupt),
-        statistics_(statistics) {}
+        statistics_(statistics),
+        memory_(memory) {
+    memory_.reservation.reset();
+  }
+  ~PassRenderer() { memory_.keep(budget_); }
+  PassRenderer(const PassRenderer&) = delete;
+  PassRenderer& operator=(const PassRenderer&) = delete;
 
   FramePass render(const Camera& camera) {
     interrupt_.check();
@@ -34,12 +38,16 @@ class PassRenderer {
     camera_settings.height = settings_.height;
     camera_settings.seed = settings_.seed;
     const CameraTask task{0, 0, settings_.width, settings_.height, settings_.sample, 1};
-    const GatherPoints points =
-        camera_pass(tracer_, camera, task, camera_settings, pass_.radiance, pass_.first_hit, statistics_);
+    if (settings_.mode == ViewMode::photons) {
+      camera_pass_queries(tracer_, camera, task, camera_settings, pass_.radiance, pass_.first_hit, memory_.queries,
+                          statistics_);
+      look_up(memory_.queries, maps_.engine(), pass_.radiance.indirect);
+      return std::move(pass_);
+    }
+    GatherPoints& points = memory_.points;
+    camera_pass(tracer_, camera, task, camera_settings, pass_.radiance, pass_.first_hit, points, statistics_);
     if (needs_diagnosis(settings_.mode))
       diagnose(points);
-    else if (settings_.mode == ViewMode::photons)
-      look_up(gather_points_as_queries(points), maps_.engine(), pass_.radiance.indirect);
     else if (settings_.mode == ViewMode::gather)
       gather_light(points);
     return std::move(pass_);
@@ -47,9 +55,9 @@ class PassRenderer {
 
  private:
   void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
-    std::vector<RGB> found(queries.size());
-    engine.estimate(queries, found, statistics_);
-    complete(queries, found, target, statistics_);
+    memory_.found.assign(queries.size(), RGB());
+    engine.estimate(queries, memory_.found, statistics_);
+    complete(queries, memory_.found, target, statistics_);
   }
 
   bool wants(LightPart part) const { return settings_.part == LightPart::all || settings_.part == part; }
@@ -84,8 +92,8 @@ class PassRenderer {
       interrupt_.check();
       const std::size_t last = std::min(first + step, points.size());
       const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * kBytesPerQuery);
-      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, queries_, statistics_);
-      answer(queries_);
+      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, memory_.queries, statistics_);
+      answer(memory_.queries);
     }
   }
 
@@ -103,7 +111,7 @@ class PassRenderer {
     if (settings_.mode == ViewMode::cost)
       gather(points, count);
     else
-      count(queries_ = gather_points_as_queries(points));
+      count(memory_.queries = gather_points_as_queries(points));
   }
 
   const Tracer& tracer_;
@@ -112,8 +120,8 @@ class PassRenderer {
   MemoryBudget& budget_;
   const Interrupt& interrupt_;
   Statistics& statistics_;
+  FramePassMemory& memory_;
   FramePass pass_;
-  QueryPoints queries_;
 };
 
 }  // namespace
@@ -126,10 +134,21 @@ bool needs_diagnosis(ViewMode mode) {
   return mode == ViewMode::density || mode == ViewMode::radius || mode == ViewMode::cost;
 }
 
+void FramePassMemory::keep(MemoryBudget& budget) {
+  const std::uint64_t bytes = points.slot.capacity() * GatherPoints::kBytesEach +
+                              queries.position.capacity() * QueryPoints::kBytesEach +
+                              queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
+  reservation.reset();
+  if (bytes > budget.available() / 2)
+    *this = FramePassMemory();
+  else
+    reservation = std::make_unique<Reservation>(budget, "query points", bytes);
+}
+
 FramePass render_frame_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera,
                             const FramePassSettings& settings, MemoryBudget& budget, const Interrupt& interrupt,
-                            Statistics& statistics) {
-  return PassRenderer(tracer, maps, settings, budget, interrupt, statistics).render(camera);
+                            Statistics& statistics, FramePassMemory& memory) {
+  return PassRenderer(tracer, maps, settings, budget, interrupt, statistics, memory).render(camera);
 }
 
 }  // namespace glowworm

@@ -29,7 +29,10 @@ void play_settings(const ScriptMove& move, const Scene& scene, ViewState& state)
   if (move.mode) set_mode(state, *move.mode);
   if (move.part) set_part(state, *move.part);
   if (move.kernel) set_kernel(state, *move.kernel);
-  if (move.engine) state.engine = engine_names()[place_of(engine_names(), *move.engine, "engine")];
+  if (move.engine) {
+    if (*move.engine != "auto") place_of(engine_names(), *move.engine, "engine");
+    state.engine = *move.engine;
+  }
   state.gather = move.gather.value_or(state.gather);
   state.nearest = move.nearest.value_or(state.nearest);
   state.photons = move.photons.value_or(state.photons);

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "density/engine_choice.h"
 #include "render/photon_guiding.h"
 #include "session/preview_filter.h"
 
@@ -66,6 +67,21 @@ void check_state(const ViewState& s) {
 
 /// Bytes of a photon map, with an index over it.
 std::uint64_t map_bytes(std::uint64_t photons) { return photons * (2 * PhotonBatch::kBytesEach + sizeof(float)); }
+
+/// The engine that a view is looked up with. It hangs on the view alone, so that no index is built for a change of
+/// pace.
+std::string engine_of(const ViewState& state) {
+  if (state.engine != "auto") return state.engine;
+  const double pixels = static_cast<double>(state.width) * state.height;
+  const bool gathers = state.mode == ViewMode::gather || state.mode == ViewMode::cost;
+  EngineWorkload workload;
+  workload.photons = static_cast<double>(state.photons);
+  // A map serves the passes of a view at rest, and as many frames in motion where light stays.
+  workload.queries = pixels * (gathers ? state.gather : 1) * kPassesOfMaps;
+  workload.queries_at_once = std::min(workload.queries / kPassesOfMaps, static_cast<double>(kQueriesAtOnce));
+  workload.nearest = state.nearest;
+  return choose_engine(workload);
+}
 
 int scaled(int side, float scale) {
   return std::max(1, static_cast<int>(std::lround(static_cast<float>(side) * scale)));
@@ -152,7 +168,7 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
   PhotonMapSettings wanted;
   wanted.photons = photons;
   wanted.nearest = state.nearest;
-  wanted.engine = state.engine;
+  wanted.engine = engine_of(state);
   wanted.kernel = state.kernel;
   wanted.seed = settings_.seed;
   wanted.corners = corners && (state.mode == ViewMode::gather || state.mode == ViewMode::cost);
@@ -167,6 +183,8 @@ void Session::update_maps(const ViewState& state, std::uint64_t photons, bool ha
   wanted.guide = hasty ? map_guide_ : guide_;
   wanted.diagnosed = needs_diagnosis(state.mode);
   const bool others = photons != map_photons_ || wanted.guide != map_guide_;
+  // Photons come first.
+  if (others) pass_memory_ = FramePassMemory();
   if (others && has_maps_ && settings_.adapt && budget_.available() >= map_bytes(photons)) {
     // Until better photons are there, those that are stay: should this be interrupted, the next frame has a map.
     std::unique_ptr<Reservation> reservation = reserved(photons);
@@ -208,7 +226,10 @@ const PhotonMaps& Session::resting_maps(const ViewState& state, const Interrupt&
     return maps_;
   }
   if (!refined_guide_) refined_guide_ = make_guide(state, interrupt);
-  if (!refined_reservation_) refined_reservation_ = reserved(state.photons);
+  if (!refined_reservation_) {
+    pass_memory_ = FramePassMemory();
+    refined_reservation_ = reserved(state.photons);
+  }
   PhotonMapSettings wanted = map_settings(state, state.photons, state.corners);
   wanted.guide = *refined_guide_;
   wanted.pass = pass;
@@ -292,11 +313,12 @@ ViewFrame Session::render(const ViewState& state, bool moving, const Interrupt& 
   pass.mode = state.mode;
   pass.part = state.part;
   pass.corners = state.corners && !hasty;
-  sums.add(render_frame_pass(*tracer_, maps, state.camera, pass, budget_, interrupt, statistics_));
+  sums.add(render_frame_pass(*tracer_, maps, state.camera, pass, budget_, interrupt, statistics_, pass_memory_));
   ViewFrame frame = finish(state, sums, pass.width, pass.height);
   frame.moving = moving;
   frame.effort = effort;
   frame.photons = needs_photons(state.mode) ? maps.photons().global.size() : 0;
+  if (needs_photons(state.mode)) frame.engine = maps.engine().name();
   return frame;
 }
 

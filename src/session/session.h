@@ -6,6 +6,7 @@
 
 #include "core/memory_budget.h"
 #include "core/statistics.h"
+#include "session/frame_pass.h"
 #include "session/frame_sums.h"
 #include "session/history.h"
 #include "session/interrupt.h"
@@ -93,6 +94,7 @@ class Session {
   std::shared_ptr<const EmissionGuide> guide_;                         // that maps_ shall have at rest
   bool guided_ = false;                                                // guide_ was asked for in this light
   std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
+  FramePassMemory pass_memory_;
   FrameSums sums_;
   History history_;
   Pace pace_;

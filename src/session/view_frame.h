@@ -37,6 +37,7 @@ struct ViewFrame {
   bool moving = false;        ///< one of those that had to come in time
   FrameEffort effort;
   std::uint64_t photons = 0;  ///< in the global map it was made with
+  std::string engine;         ///< that looked photons up in it
   FrameCost cost;
 };
 

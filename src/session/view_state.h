@@ -40,8 +40,8 @@ struct ViewState {
   std::vector<LightEdit> lights;  ///< one for each of LightRig::lights()
   ViewMode mode = ViewMode::gather;
   LightPart part = LightPart::all;
-  std::uint32_t gather = 16;       ///< final gather rays of each camera sample
-  std::string engine = "blocked";  ///< density engine
+  std::uint32_t gather = 16;    ///< final gather rays of each camera sample
+  std::string engine = "auto";  ///< density engine; auto: the one expected to be the fastest for the view
   KernelShape kernel = KernelShape::epanechnikov;
   std::uint64_t photons = 500'000;  ///< in the global map
   std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch

@@ -93,6 +93,28 @@ TEST(SobolPairs, AreTheSamplersBitForBit) {
   });
 }
 
+TEST(SobolPairs, OfManySequencesAreTheSamplersBitForBit) {
+  constexpr std::size_t kMost = 67;
+  std::vector<std::uint32_t> sequence(kMost);
+  for (std::uint32_t i = 0; i < kMost; ++i) sequence[i] = i < 40 ? i : hash32(i);
+  on_every_instruction_set([&] {
+    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{16}, kMost})
+      for (std::uint32_t dimension = 0; dimension < 3; ++dimension) {
+        std::vector<float> x(n + 1, -1.0f), y(n + 1, -1.0f);
+        sobol_pairs_of(5, sequence.data(), n, 11, dimension, x.data(), y.data());
+        for (std::size_t i = 0; i < n; ++i) {
+          Sampler sampler(SamplerKind::sobol, 5, sequence[i], 11);
+          for (std::uint32_t d = 0; d < dimension; ++d) (void)sampler.next2();
+          const Vec2 expected = sampler.next2();
+          ASSERT_EQ(x[i], expected.x) << i << " of " << n << ", dimension " << dimension;
+          ASSERT_EQ(y[i], expected.y) << i << " of " << n << ", dimension " << dimension;
+        }
+        EXPECT_EQ(x[n], -1.0f);
+        EXPECT_EQ(y[n], -1.0f);
+      }
+  });
+}
+
 TEST(DiffuseRays, AreThoseOfPlainLoopsBitForBit) {
   const DiffuseRayCell whole{3, 0x67617468u, 25, 11, {0, 0}, {1, 1}}, part{9, 17, 1, 0, {0.4f, 0.8f}, {0.2f, 0.2f}};
   for (const std::size_t n : {1u, 5u, 8u, 16u, 333u}) {

@@ -1,0 +1,110 @@
+// The camera pass: gather points, and query points made without them.
+#include "gather/camera_pass.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "core/parallel.h"
+#include "gather/final_gather.h"
+#include "scene/builtin.h"
+
+namespace glowworm {
+namespace {
+
+struct Seen {
+  SlotRadiance radiance;
+  FirstHit first_hit;
+};
+
+bool same(const std::vector<RGB>& a, const std::vector<RGB>& b) { return a == b; }
+
+/// Whether what is seen first is the same, but for what rounding makes of albedos.
+void expect_same(const Seen& a, const Seen& b) {
+  EXPECT_TRUE(same(a.radiance.emitted, b.radiance.emitted));
+  EXPECT_TRUE(same(a.radiance.direct, b.radiance.direct));
+  EXPECT_EQ(a.first_hit.depth, b.first_hit.depth);
+  EXPECT_EQ(a.first_hit.normal, b.first_hit.normal);
+  EXPECT_TRUE(same(a.first_hit.albedo, b.first_hit.albedo));
+}
+
+class CameraPass : public testing::TestWithParam<std::string> {
+ protected:
+  CameraPass() : scene_(builtin_scene(GetParam())), tracer_(scene_) {}
+
+  GatherPoints points(Seen& seen) const {
+    return camera_pass(tracer_, scene_.camera(""), task_, settings_, seen.radiance, seen.first_hit, statistics_);
+  }
+  QueryPoints queries(Seen& seen) const {
+    QueryPoints out;
+    camera_pass_queries(tracer_, scene_.camera(""), task_, settings_, seen.radiance, seen.first_hit, out, statistics_);
+    return out;
+  }
+
+  const Scene scene_;
+  const Tracer tracer_;
+  // Neither side a multiple of what is traced together.
+  const CameraTask task_{3, 2, 61, 47, 5, 2};
+  const CameraPassSettings settings_{64, 48, 7, 32};
+  mutable Statistics statistics_;
+};
+
+TEST_P(CameraPass, MakesTheQueryPointsOfItsGatherPoints) {
+  Seen by_points, by_queries;
+  const QueryPoints expected = gather_points_as_queries(points(by_points));
+  const QueryPoints made = queries(by_queries);
+  ASSERT_GT(made.size(), task_.slot_count() / 4);
+  EXPECT_EQ(made.position, expected.position);
+  EXPECT_EQ(made.normal, expected.normal);
+  EXPECT_EQ(made.reflectance, expected.reflectance);
+  EXPECT_EQ(made.bsdf, expected.bsdf);
+  EXPECT_EQ(made.bsdfs.size(), expected.bsdfs.size());
+  EXPECT_EQ(made.weight, expected.weight);
+  EXPECT_EQ(made.gather_point, expected.gather_point);
+  expect_same(by_points, by_queries);
+}
+
+TEST_P(CameraPass, IsTheSameForAnyNumberOfThreads) {
+  Seen by_one, by_all;
+  set_thread_count(1);
+  const GatherPoints one = points(by_one);
+  set_thread_count(0);
+  const GatherPoints all = points(by_all);
+  EXPECT_EQ(one.slot, all.slot);
+  EXPECT_EQ(one.position, all.position);
+  EXPECT_EQ(one.throughput, all.throughput);
+  expect_same(by_one, by_all);
+}
+
+TEST_P(CameraPass, SeesEachPixelByRaysThroughIt) {
+  Seen seen;
+  const GatherPoints found = points(seen);
+  const Camera camera = scene_.camera("");
+  std::size_t straight = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::uint32_t x = found.sequence[i] % 64, y = found.sequence[i] / 64;
+    ASSERT_EQ(found.slot[i], (found.sample[i] - 5) * task_.pixel_count() + (y - 2) * 58 + (x - 3));
+    const Vec3 away = found.position[i] - camera.to_world.translation;
+    // Points beyond sharp bounces lie elsewhere.
+    const float depth = seen.first_hit.depth[found.slot[i]];
+    if (std::abs(length(away) - depth) > 1e-4f * depth) continue;
+    const CameraRay ray =
+        generate_ray(camera, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, 64, 48, {});
+    const float pixel = camera.half_extent * 2 / 48;
+    EXPECT_LT(length(normalize(away) - ray.direction), pixel);
+    ++straight;
+  }
+  EXPECT_GT(straight, found.size() / 4);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfBuiltinScenes, CameraPass, testing::Values("cornell", "atrium", "glass-sphere", "ring"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           for (char& c : name)
+                             if (c == '-') c = '_';
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace glowworm
