@@ -1,23 +1,118 @@
 #include "core/large_array.h"
 
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <cstdlib>
+#include <mutex>
 #include <new>
+#include <vector>
+
+#include "core/spare_memory.h"
 
 #ifdef __linux__
+#include <malloc.h>
 #include <sys/mman.h>
 #endif
 
 namespace glowworm {
 
 namespace {
+
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
+/// Blocks from this size on are kept for others; smaller ones the system's allocator keeps itself.
+constexpr std::size_t kLeastKept = std::size_t{1} << 20;
+
+constexpr std::size_t kMostBlocks = 256;
+
+/// Blocks that were freed and may serve again.
+class SpareMemory {
+ public:
+  void raise_limit(std::size_t bytes) {
+    const std::scoped_lock lock(mutex_);
+    blocks_.reserve(kMostBlocks);
+    limit_ += bytes;
+  }
+  void lower_limit(std::size_t bytes) {
+    const std::scoped_lock lock(mutex_);
+    limit_ -= bytes;
+    shrink();
+  }
+  bool keeps() const { return limit_.load(std::memory_order_relaxed) > 0; }
+
+  /// The smallest block that is large enough, but not by much; null where there is none.
+  void* take(std::size_t bytes, std::size_t alignment) {
+    const std::scoped_lock lock(mutex_);
+    auto best = blocks_.end();
+    for (auto i = blocks_.begin(); i != blocks_.end(); ++i) {
+      const bool fits = i->bytes >= bytes && i->bytes <= bytes + bytes / 4 + kLeastKept &&
+                        reinterpret_cast<std::uintptr_t>(i->memory) % alignment == 0;
+      if (fits && (best == blocks_.end() || i->bytes < best->bytes)) best = i;
+    }
+    if (best == blocks_.end()) return nullptr;
+    void* memory = best->memory;
+    held_ -= best->bytes;
+    blocks_.erase(best);
+    return memory;
+  }
+
+  void give(void* memory, std::size_t bytes) {
+    const std::scoped_lock lock(mutex_);
+    // Freeing must not fail, so the list does not grow.
+    if (blocks_.size() == blocks_.capacity()) return std::free(memory);
+    blocks_.push_back({memory, bytes});
+    held_ += bytes;
+    shrink();
+  }
+
+ private:
+  struct Block {
+    void* memory;
+    std::size_t bytes;
+  };
+
+  /// Frees the blocks that wait the longest until the limit is kept.
+  void shrink() {
+    auto kept = blocks_.begin();
+    for (; held_ > limit_ && kept != blocks_.end(); ++kept) {
+      std::free(kept->memory);
+      held_ -= kept->bytes;
+    }
+    blocks_.erase(blocks_.begin(), kept);
+  }
+
+  std::mutex mutex_;
+  std::atomic<std::size_t> limit_{0};
+  std::size_t held_ = 0;
+  std::vector<Block> blocks_;  // the oldest first
+};
+
+/// Never destroyed: other objects' destructors free memory at the end of the program.
+SpareMemory& spare_memory() {
+  static auto* const memory = new SpareMemory;
+  return *memory;
 }
+
+std::size_t size_of([[maybe_unused]] void* memory) {
+#ifdef __linux__
+  return memory ? malloc_usable_size(memory) : 0;
+#else
+  return 0;  // not known: nothing is kept
+#endif
+}
+
+}  // namespace
+
+FreedMemoryKeeper::FreedMemoryKeeper(std::size_t bytes) : bytes_(bytes) { spare_memory().raise_limit(bytes); }
+FreedMemoryKeeper::~FreedMemoryKeeper() { spare_memory().lower_limit(bytes_); }
 
 void* allocate_large(std::size_t bytes) {
   const bool huge = bytes >= 2 * kHugePage;
   const std::size_t alignment = huge ? kHugePage : 64;
   const std::size_t rounded = (bytes + alignment - 1) / alignment * alignment;
   if (rounded < bytes) throw std::bad_alloc();
+  if (rounded >= kLeastKept && spare_memory().keeps())
+    if (void* memory = spare_memory().take(rounded, alignment)) return memory;
   void* memory = std::aligned_alloc(alignment, rounded == 0 ? alignment : rounded);
   if (memory == nullptr) throw std::bad_alloc();
 #ifdef __linux__
@@ -27,6 +122,10 @@ void* allocate_large(std::size_t bytes) {
   return memory;
 }
 
-void free_large(void* memory) { std::free(memory); }
+void free_large(void* memory) {
+  if (spare_memory().keeps())
+    if (const std::size_t bytes = size_of(memory); bytes >= kLeastKept) return spare_memory().give(memory, bytes);
+  std::free(memory);
+}
 
 }  // namespace glowworm

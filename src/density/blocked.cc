@@ -23,6 +23,9 @@ constexpr std::size_t kPartPoints = std::size_t{10} << 20;
 // Fewer points lie so far apart that a run of them shares no search: it goes no further than the points that are tested
 // together.
 constexpr std::size_t kFewPoints = std::size_t{1} << 15;
+// Still fewer, measured in photons a point, are looked up one by one: sixteen of them would be tested against hundreds
+// of times the photons that they use.
+constexpr std::size_t kSparsePhotons = 24;
 // How far ahead of its turn memory of a point is asked for, in points.
 constexpr std::size_t kAhead = 16;
 
@@ -42,6 +45,10 @@ class BucketWorker {
     const Clock::time_point sorted = Clock::now();
     for (std::size_t g = 0; g < kNotLambertianGroup; ++g) {
       std::span<const std::uint32_t> indices = order_.group(g);
+      if (sparse_) {
+        for (const std::uint32_t i : indices) buckets_.answer(bucket, i) = sum_alone(buckets_.points(bucket)[i]);
+        continue;
+      }
       while (!indices.empty()) {
         sum(bucket, indices);
         indices = indices.subspan(std::min(indices.size(), run_points_));
@@ -85,11 +92,28 @@ class BucketWorker {
       buckets_.answer(bucket, indices[i]) = RGB(out_[0][i], out_[1][i], out_[2][i]);
   }
 
-  /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
-  RGB shade(const BucketPoint& point) {
+  /// Finds the photons in support at one point.
+  void find(const BucketPoint& point) {
     const float position[3] = {point.position.x, point.position.y, point.position.z};
     const float normal[3] = {point.normal.x, point.normal.y, point.normal.z};
     blocked_find(tree_, position, normal, scratch_, found_, counts);
+  }
+
+  /// A Lambertian point by itself.
+  RGB sum_alone(const BucketPoint& point) {
+    find(point);
+    RGB sum;
+    for (const FoundPhoton& found : found_) {
+      const PhotonBlock& block = tree_.blocks[found.place / kBlockWidth];
+      const std::size_t lane = found.place % kBlockWidth;
+      sum += RGB(block.r[lane], block.g[lane], block.b[lane]) * found.profile;
+    }
+    return sum;
+  }
+
+  /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
+  RGB shade(const BucketPoint& point) {
+    find(point);
     gathered_.clear();
     for (const FoundPhoton& found : found_) {
       const PhotonBlock& block = tree_.blocks[found.place / kBlockWidth];
@@ -110,6 +134,7 @@ class BucketWorker {
   std::vector<FoundPhoton> found_;
   GatheredPhotons gathered_;
   BatchShader shader_;
+  const bool sparse_ = points_.size() * kSparsePhotons < index_.size();
   const std::size_t run_points_ = points_.size() < kFewPoints ? kTileWidth : kRunPoints;
   alignas(64) float in_[6][kRunPoints];
   alignas(64) float out_[3][kRunPoints];

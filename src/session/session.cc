@@ -21,6 +21,8 @@ using Clock = std::chrono::steady_clock;
 /// Passes of a view at rest that share photons, before others are traced.
 constexpr std::uint32_t kPassesOfMaps = 16;
 constexpr int kLargestSide = 16384;
+/// Of large arrays that were freed.
+constexpr std::uint64_t kMostSpareBytes = std::uint64_t{128} << 20;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -103,7 +105,12 @@ Session::Session(std::shared_ptr<const Scene> scene, const SessionSettings& sett
       rig_(base_),
       scene_(base_),
       tracer_(std::make_unique<Tracer>(*base_)),
-      budget_(settings.memory_bytes ? settings.memory_bytes : physical_memory_bytes() / 2) {}
+      budget_(settings.memory_bytes ? settings.memory_bytes : physical_memory_bytes() / 2) {
+  // A frame with new photons makes the arrays of the frame before anew.
+  const std::uint64_t spare = std::min(kMostSpareBytes, budget_.available() / 8);
+  spare_reservation_ = std::make_unique<Reservation>(budget_, "memory kept for the next frame", spare);
+  spare_memory_ = std::make_unique<FreedMemoryKeeper>(spare);
+}
 
 Session::~Session() = default;
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/memory_budget.h"
+#include "core/spare_memory.h"
 #include "core/statistics.h"
 #include "session/frame_pass.h"
 #include "session/frame_sums.h"
@@ -85,6 +86,8 @@ class Session {
   bool movable_ = false;  // whether the tracer's structure has movable triangles
 
   MemoryBudget budget_;
+  std::unique_ptr<Reservation> spare_reservation_;
+  std::unique_ptr<FreedMemoryKeeper> spare_memory_;
   std::unique_ptr<Reservation> photon_reservation_, refined_reservation_;
   Statistics statistics_;
   PhotonMaps maps_, refined_;

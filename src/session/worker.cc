@@ -4,6 +4,8 @@
 #include <new>
 #include <utility>
 
+#include "core/memory_budget.h"
+
 namespace glowworm {
 
 using Clock = std::chrono::steady_clock;
@@ -110,6 +112,9 @@ void SessionWorker::load_scene(const std::string& path) {
   const std::shared_ptr<const Scene> scene = load_(path);
   auto session = std::make_unique<Session>(scene, settings_);
   LoadedScene loaded{path, scene, session->rig().lights(), session->initial_state()};
+  // The memory of one scene is in the way of the next one's.
+  session_.reset();
+  return_free_memory();
   session_ = std::move(session);
   const std::lock_guard lock(mutex_);
   state_.reset();

@@ -88,7 +88,7 @@ TEST_P(CameraPass, SeesEachPixelByRaysThroughIt) {
     const Vec3 away = found.position[i] - camera.to_world.translation;
     // Points beyond sharp bounces lie elsewhere.
     const float depth = seen.first_hit.depth[found.slot[i]];
-    if (std::abs(length(away) - depth) > 1e-4f * depth) continue;
+    if (!(found.throughput[i] == RGB(1.0f)) || std::abs(length(away) - depth) > 1e-4f * depth) continue;
     const CameraRay ray =
         generate_ray(camera, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, 64, 48, {});
     const float pixel = camera.half_extent * 2 / 48;
