@@ -65,6 +65,9 @@ class Image {
 /// machine's memory, or not an image.
 Image read_image(const std::string& path);
 
+/// Throws Error for a picture that has nothing to write.
+void check_not_empty(const std::string& path, const Image& image);
+
 /// How numbers are stored in an EXR file.
 enum class ExrPrecision {
   half,  ///< 16-bit floats; what is beyond their range becomes the largest of them. The channel "depth.Z" stays 32-bit.

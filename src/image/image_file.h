@@ -1,4 +1,4 @@
-// What an image file holds, as plain data: the one place where pixels come out of OpenImageIO.
+// What an image file holds, as plain data.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -54,8 +54,5 @@ ImageFileData read_image_file(const std::string& path, bool convert_to_single);
 /// with the samples of each, as stored, from the top down. Throws Error as read_image_file does.
 ImageFileHeader scan_image_file(const std::string& path,
                                 const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band);
-
-/// Fixes OpenImageIO's own threads at none: pictures are decoded by the thread that asks. Called by all that use it.
-void configure_openimageio();
 
 }  // namespace glowworm

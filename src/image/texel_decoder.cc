@@ -1,22 +1,10 @@
 #include "image/texel_decoder.h"
 
-#include <bit>
 #include <cstring>
 
-namespace glowworm {
+#include "image/half.h"
 
-namespace {
-// IEEE 754 binary16 to binary32, exact, without arithmetic on subnormal floats, which a thread may have set to zero.
-float half_to_float(std::uint16_t bits) {
-  const std::uint32_t sign = (bits & 0x8000u) << 16, exponent = (bits >> 10) & 31u, fraction = bits & 0x3ffu;
-  if (exponent == 0) {
-    const float magnitude = static_cast<float>(fraction) * 0x1p-24f;
-    return sign ? -magnitude : magnitude;
-  }
-  const std::uint32_t widened = exponent == 31 ? 255 : exponent + (127 - 15);
-  return std::bit_cast<float>(sign | (widened << 23) | (fraction << 13));
-}
-}  // namespace
+namespace glowworm {
 
 TransferFunction resolve_encoding(const TextureOptions& options, const TransferFunction& of_file) {
   using Kind = TransferFunction::Kind;

@@ -1,0 +1,43 @@
+// The way to OpenImageIO: a shared library of our own, which alone is linked with it and is loaded when the first file
+// is read. OpenImageIO brings some 250 libraries along, whose loading takes longer than a small render.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "image/image_file.h"
+
+namespace glowworm {
+
+/// An image file that has been opened. What goes wrong is told by results, not thrown: the library holds no code of
+/// other rooms.
+class ImageReader {
+ public:
+  virtual ~ImageReader() = default;
+
+  const ImageFileHeader& header() const { return header_; }
+  /// Slices of a volume; 1 for a picture, 0 where the file does not say.
+  int depth() const { return depth_; }
+  /// Rows of a tile; 0 where the file is not tiled.
+  int tile_height() const { return tile_height_; }
+  bool is_jpeg() const { return is_jpeg_; }
+  /// Reads rows [first, last), which begin at a tile's first row and end at a tile's last or the picture's, as samples
+  /// of a type. Returns whether all came.
+  virtual bool read_rows(int first, int last, SampleType type, void* samples) = 0;
+  /// What the reader has to complain of since the last call.
+  virtual std::string report() = 0;
+
+ protected:
+  ImageFileHeader header_;
+  int depth_ = 0, tile_height_ = 0;
+  bool is_jpeg_ = false;
+};
+
+/// Opens a file; null where it cannot be read as an image, and then `failure` says why. Throws Error where the shared
+/// library is not there.
+std::unique_ptr<ImageReader> open_image_reader(const std::string& path, std::string& failure);
+
+/// The function of the shared library that does it, by its name there. The caller deletes what it returns.
+using OpenImageFunction = ImageReader*(const char* path, std::string& failure);
+inline constexpr const char* kOpenImageFunction = "glowworm_open_image";
+
+}  // namespace glowworm

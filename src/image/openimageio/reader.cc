@@ -1,0 +1,113 @@
+// The shared library of image/image_reader.h: the one place where pixels come out of OpenImageIO.
+#include <OpenImageIO/imageio.h>
+
+#include <mutex>
+
+#include "image/image_reader.h"
+
+namespace glowworm {
+namespace {
+
+SampleType sample_type(const OIIO::ImageSpec& spec) {
+  switch (spec.format.basetype) {
+    case OIIO::TypeDesc::UINT8:
+      return SampleType::uint8;
+    case OIIO::TypeDesc::UINT16:
+      return SampleType::uint16;
+    case OIIO::TypeDesc::HALF:
+      return SampleType::half;
+    default:
+      return SampleType::single;
+  }
+}
+
+OIIO::TypeDesc type_desc(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return OIIO::TypeDesc::UINT8;
+    case SampleType::uint16:
+      return OIIO::TypeDesc::UINT16;
+    case SampleType::half:
+      return OIIO::TypeDesc::HALF;
+    case SampleType::single:
+      break;
+  }
+  return OIIO::TypeDesc::FLOAT;
+}
+
+TransferFunction transfer_function(const OIIO::ImageSpec& spec) {
+  using Kind = TransferFunction::Kind;
+  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+  const float gamma = spec.get_float_attribute("oiio:Gamma", 1.0f);
+  if (space.starts_with("Gamma") || space.starts_with("gamma")) {
+    return gamma > 0 && gamma != 1 ? TransferFunction{Kind::power, gamma} : TransferFunction{};
+  }
+  if (space == "sRGB") return {Kind::srgb, 1};
+  if (space.empty() && !spec.format.is_floating_point()) return {Kind::srgb, 1};
+  return {};
+}
+
+ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
+  ImageFileHeader header;
+  header.width = spec.width;
+  header.height = spec.height;
+  header.channels = spec.nchannels;
+  header.alpha_channel = spec.alpha_channel;
+  header.type = sample_type(spec);
+  header.transfer = transfer_function(spec);
+  header.channel_names = spec.channelnames;
+  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
+    if (attribute.type() == OIIO::TypeDesc::STRING) header.metadata[attribute.name().string()] = attribute.get_string();
+  }
+  return header;
+}
+
+class OpenImageIoReader : public ImageReader {
+ public:
+  explicit OpenImageIoReader(std::unique_ptr<OIIO::ImageInput> input) : input_(std::move(input)) {
+    const OIIO::ImageSpec& spec = input_->spec();
+    header_ = header_of(spec);
+    depth_ = spec.depth;
+    tile_height_ = spec.tile_width > 0 ? spec.tile_height : 0;
+    is_jpeg_ = std::string_view(input_->format_name()) == "jpeg";
+  }
+
+  bool read_rows(int first, int last, SampleType type, void* samples) override {
+    const OIIO::ImageSpec& spec = input_->spec();
+    const OIIO::TypeDesc format = type_desc(type);
+    if (first == 0 && last == spec.height) return input_->read_image(0, 0, 0, spec.nchannels, format, samples);
+    if (tile_height_ > 0)
+      return input_->read_tiles(0, 0, spec.x, spec.x + spec.width, spec.y + first, spec.y + last, spec.z, spec.z + 1, 0,
+                                spec.nchannels, format, samples);
+    return input_->read_scanlines(0, 0, spec.y + first, spec.y + last, 0, 0, spec.nchannels, format, samples);
+  }
+
+  std::string report() override { return input_->geterror(); }
+
+ private:
+  std::unique_ptr<OIIO::ImageInput> input_;
+};
+
+/// Fixes OpenImageIO's own threads at none: pictures are decoded by the thread that asks.
+void configure_openimageio() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1);
+  });
+}
+
+}  // namespace
+}  // namespace glowworm
+
+extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, std::string& failure) {
+  glowworm::configure_openimageio();
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
+  if (!input) {
+    failure = OIIO::geterror();
+    return nullptr;
+  }
+  return new glowworm::OpenImageIoReader(std::move(input));
+}
