@@ -112,12 +112,26 @@ std::vector<RGB> pixels_of(const RenderedScene& set, const RenderSettings& setti
   return pixels;
 }
 
+/// A mean and its standard error.
+struct Mean {
+  double value = 0, error = 0;
+};
+Mean mean_of(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  Mean mean;
+  for (const double v : values) mean.value += v / n;
+  for (const double v : values) mean.error += (v - mean.value) * (v - mean.value);
+  mean.error = std::sqrt(mean.error / (n - 1) / n);
+  return mean;
+}
+
 /// Error of progressive renders and of renders with one photon map over the number of passes.
 void table_progressive(bool full) {
   constexpr int kSide = 12;
-  constexpr std::uint32_t kSeeds = 2;
+  constexpr std::uint32_t kSeeds = 6;
   Table table("progressive", "Error over passes, Cornell box at 12x12 pixels, indirect light, 2,000 photons a pass",
-              {"passes", "relative error, progressive", "slope from the row before", "relative error, one photon map"});
+              {"passes", "relative error, progressive", "its standard error", "slope from the row before",
+               "relative error, one photon map"});
   const RenderedScene set("builtin:cornell");
   RenderSettings by_path;
   by_path.integrator = Integrator::path;
@@ -127,11 +141,11 @@ void table_progressive(bool full) {
   const std::vector<RGB> truth = pixels_of(set, by_path);
   by_path.seed = 1;
   const double noise = relative_mse(pixels_of(set, by_path), truth) / 2;  // of each of the two
-  double before = 0;
+  Mean before;
   for (const std::uint32_t passes : {4, 16, 64, 256, 1024}) {
     if (passes > 256 && !full) break;
     const auto error = [&](bool progressive) {
-      double sum = 0;
+      std::vector<double> found;
       for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
         RenderSettings settings = by_path;
         settings.integrator = Integrator::photon;
@@ -141,15 +155,18 @@ void table_progressive(bool full) {
         settings.engine = "blocked";
         settings.progressive = progressive;
         settings.seed = 10 + seed;
-        sum += std::sqrt(std::max(relative_mse(pixels_of(set, settings), truth) - noise, 0.0)) / kSeeds;
+        found.push_back(std::sqrt(std::max(relative_mse(pixels_of(set, settings), truth) - noise, 0.0)));
       }
-      return sum;
+      return mean_of(found);
     };
-    const double progressive = error(true);
-    std::vector<Cell> row = {Number{double(passes), 4}, Number{progressive}};
-    row.resize(4);
-    if (before > 0) row[2] = Number{std::log(progressive / before) / std::log(4.0)};
-    if (passes <= 256) row[3] = Number{error(false)};
+    const Mean progressive = error(true);
+    std::vector<Cell> row = {Number{double(passes), 4}, Number{progressive.value}, Number{progressive.error, 2}};
+    row.resize(5);
+    if (before.value > 0)
+      row[3] =
+          fmt::format("{:.2f} +- {:.2f}", std::log(progressive.value / before.value) / std::log(4.0),
+                      std::hypot(progressive.error / progressive.value, before.error / before.value) / std::log(4.0));
+    if (passes <= 256) row[4] = Number{error(false).value};
     table.add(row);
     before = progressive;
   }
