@@ -138,6 +138,13 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
   return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
 }
 
+/// The settings as they were asked for, what was left to the program still 0.
+RenderSettings asked_settings(const RenderOptions& o) {
+  RenderSettings asked = o.settings;
+  if (o.memory.empty()) asked.memory_bytes = 0;
+  return asked;
+}
+
 /// Where the time went, for -v.
 void describe_times(const Statistics& statistics) {
   for (int i = 0; i < static_cast<int>(Phase::count_); ++i) {
@@ -249,6 +256,7 @@ int run_render(RenderOptions& o) {
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
+  for (const std::string& note : choice_notes(asked_settings(o), job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
   attend(job, o, tev);
   return finish(o, job, *tracer, start);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/memory_budget.h"
@@ -134,6 +135,36 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     if (s.engine == "auto") s.engine = choose_engine(workload(s));
   }
   return s;
+}
+
+std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderSettings& chosen) {
+  const bool open_ended = chosen.time_limit_s > 0 || chosen.noise_target > 0;
+  const bool by_photons = chosen.integrator != Integrator::path;
+  std::vector<std::string> notes;
+  const auto note = [&](bool left, std::string text) {
+    if (left) notes.push_back(std::move(text));
+  };
+  note(asked.memory_bytes == 0, fmt::format("memory {} MB: half of the machine's", chosen.memory_bytes / 1'000'000));
+  note(asked.samples == 0, open_ended ? std::string("samples: as many as time or noise allow")
+                                      : fmt::format("{} samples: enough for edges{}", chosen.samples,
+                                                    by_photons ? ", while gather rays see to the rest" : " and light"));
+  if (!by_photons) return notes;
+  note(asked.gather == 0 && chosen.integrator == Integrator::photon,
+       fmt::format("{} gather rays a sample: {}", chosen.gather,
+                   chosen.gather < kUsualGather ? "as many as give a first image within a quarter of the time"
+                                                : "the usual number, 400 a pixel with 16 samples"));
+  note(asked.photons == 0,
+       fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}, within {:.0f}% of the memory{}",
+                   chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons, 100 * kPhotonShare,
+                   chosen.time_limit_s > 0 ? " and a quarter of the time" : ""));
+  note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
+       fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
+                   kQueriesThatPayControl));
+  note(asked.nearest == 0,
+       fmt::format("k = {}: radii hold so many photons; less is blotched, more is blurred", chosen.nearest));
+  note(asked.engine == "auto",
+       fmt::format("engine {}: the least by a model of each engine's time for these counts", chosen.engine));
+  return notes;
 }
 
 }  // namespace glowworm

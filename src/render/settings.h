@@ -77,4 +77,8 @@ std::uint64_t usual_memory_bytes();
 /// The settings with every automatic value replaced. Throws Error for what cannot be (a size of 0, an unknown AOV).
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene);
 
+/// What was left to the program, what it chose and why, a line each; nothing for what was asked for.
+/// @param chosen resolve(asked)
+std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderSettings& chosen);
+
 }  // namespace glowworm

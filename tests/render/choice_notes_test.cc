@@ -1,0 +1,44 @@
+// What a render says of the settings that were left to it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "render/settings.h"
+#include "scene/builtin.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(ChoiceNotes, NameWhatWasChosenAndNothingThatWasGiven) {
+  const Scene scene(builtin_scene("cornell"));
+  RenderSettings asked;
+  asked.photons = 4000;
+  asked.engine = "forward";
+  const RenderSettings chosen = resolve(asked, scene);
+  const std::vector<std::string> notes = choice_notes(asked, chosen);
+  EXPECT_THAT(notes, Contains(HasSubstr(std::to_string(chosen.samples) + " samples")));
+  EXPECT_THAT(notes, Contains(HasSubstr(std::to_string(chosen.gather) + " gather rays")));
+  EXPECT_THAT(notes, Contains(HasSubstr("k = " + std::to_string(chosen.nearest))));
+  EXPECT_THAT(notes, Not(Contains(HasSubstr("photons:"))));
+  EXPECT_THAT(notes, Not(Contains(HasSubstr("engine"))));
+}
+
+TEST(ChoiceNotes, SayThatPhotonsAreThinned) {
+  const Scene scene(builtin_scene("cornell"));
+  RenderSettings asked;
+  asked.engine = "reverse";
+  const RenderSettings chosen = resolve(asked, scene);
+  ASSERT_LT(chosen.photons, chosen.photons_traced);
+  EXPECT_THAT(choice_notes(asked, chosen),
+              AllOf(Contains(HasSubstr(std::to_string(chosen.photons_traced) + " photons")),
+                    Contains(HasSubstr("thinned to " + std::to_string(chosen.photons)))));
+  EXPECT_TRUE(choice_notes(chosen, chosen).empty());
+}
+
+}  // namespace
+}  // namespace glowworm
