@@ -1,73 +1,73 @@
-// PNG files, as ISO/IEC 15948 describes them: 8 bits of three channels.
-#include <zlib.h>
+// PNG files by libpng: 8 bits of three channels.
+#include <fmt/format.h>
+#include <png.h>
 
-#include <algorithm>
-#include <array>
-#include <cstdlib>
+#include <csetjmp>
+#include <string>
+#include <vector>
 
 #include "core/atomic_file.h"
-#include "image/deflate.h"
+#include "core/error.h"
 #include "image/image.h"
 
 namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kBytesPerPixel = 3;
-constexpr std::size_t kLongestKeyword = 79;
-constexpr std::size_t kLargestChunk = std::size_t{1} << 24;
+/// What libpng's callbacks work with.
+struct Encoding {
+  std::string bytes, failure;
+};
 
-std::string big_endian(std::uint32_t value) {
-  return {static_cast<char>(value >> 24), static_cast<char>(value >> 16), static_cast<char>(value >> 8),
-          static_cast<char>(value)};
+void append(png_structp png, png_bytep bytes, png_size_t count) {
+  auto* encoding = static_cast<Encoding*>(png_get_io_ptr(png));
+  encoding->bytes.append(reinterpret_cast<const char*>(bytes), count);
 }
 
-void write_chunk(AtomicFile& file, const std::string& type, const std::string& content) {
-  const std::string checked = type + content;
-  const auto check = static_cast<std::uint32_t>(
-      crc32(0, reinterpret_cast<const Bytef*>(checked.data()), static_cast<uInt>(checked.size())));
-  file.write(big_endian(static_cast<std::uint32_t>(content.size())) + checked + big_endian(check));
+void note_failure(png_structp png, png_const_charp message) {
+  static_cast<Encoding*>(png_get_error_ptr(png))->failure = message;
+  png_longjmp(png, 1);
 }
 
-/// A line of the header; as UTF-8 where it is not plain ASCII.
-void write_text(AtomicFile& file, const std::string& key, const std::string& value) {
-  const std::string keyword = key.substr(0, kLongestKeyword) + '\0';
-  const bool plain = std::all_of(value.begin(), value.end(), [](char c) { return c > 0; });
-  if (plain)
-    write_chunk(file, "tEXt", keyword + value);
-  else
-    write_chunk(file, "iTXt", keyword + std::string(4, '\0') + value);
+void ignore_warning(png_structp, png_const_charp) {}
+
+/// Encodes rows of 8-bit RGB; false where libpng gives up. Its jump back passes over no object that has a destructor.
+bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 height, png_bytepp rows,
+            std::vector<png_text>& texts) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_set_IHDR(png, info, width, height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_set_text(png, info, texts.data(), static_cast<int>(texts.size()));
+  png_set_rows(png, info, rows);
+  png_write_png(png, info, PNG_TRANSFORM_IDENTITY, nullptr);
+  return true;
 }
 
-/// The predictor of filter type 4 (section 9.4): that of left, above and upper left that is nearest to a + b - c.
-int paeth(int left, int above, int corner) {
-  const int estimate = left + above - corner;
-  const int by_left = std::abs(estimate - left), by_above = std::abs(estimate - above),
-            by_corner = std::abs(estimate - corner);
-  if (by_left <= by_above && by_left <= by_corner) return left;
-  return by_above <= by_corner ? above : corner;
-}
-
-/// A row under a filter type, the type in front.
-std::vector<std::byte> filtered(const std::vector<std::uint8_t>& row, const std::vector<std::uint8_t>& above,
-                                int type) {
-  std::vector<std::byte> result(row.size() + 1);
-  result[0] = static_cast<std::byte>(type);
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    const bool first = i < kBytesPerPixel;
-    const int a = first ? 0 : row[i - kBytesPerPixel], b = above[i], c = first ? 0 : above[i - kBytesPerPixel];
-    const std::array<int, 5> predicted = {0, a, b, (a + b) / 2, paeth(a, b, c)};
-    result[i + 1] =
-        static_cast<std::byte>(static_cast<std::uint8_t>(row[i] - predicted[static_cast<std::size_t>(type)]));
+/// Lines of the header as libpng takes them: UTF-8, not compressed. They point into `metadata`.
+template <typename Metadata>
+std::vector<png_text> texts_of(Metadata& metadata) {
+  std::vector<png_text> texts;
+  for (auto& [key, value] : metadata) {
+    png_text text = {};
+    text.compression = PNG_ITXT_COMPRESSION_NONE;
+    text.key = const_cast<char*>(key.c_str());
+    text.text = const_cast<char*>(value.c_str());
+    text.itxt_length = value.size();
+    texts.push_back(text);
   }
-  return result;
+  return texts;
 }
 
-/// The sum of what is left of a row as signed numbers: the least compresses best, as a rule (section 12.8).
-long weight_of(const std::vector<std::byte>& row) {
-  long sum = 0;
-  for (const std::byte b : row) sum += std::abs(static_cast<std::int8_t>(b));
-  return sum;
+std::vector<std::uint8_t> tone_mapped(const Image& image, ToneCurve curve, float exposure) {
+  const std::vector<RGB> pixels = image.rgb();
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(pixels.size() * 3);
+  for (const RGB& pixel : pixels) {
+    const RGB mapped = tone_map(pixel, curve, exposure);
+    for (int c = 0; c < 3; ++c) bytes.push_back(to_byte(mapped[c]));
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -75,34 +75,20 @@ long weight_of(const std::vector<std::byte>& row) {
 void write_png(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
   check_not_empty(path, image);
   AtomicFile file(path);
-  const std::vector<RGB> pixels = image.rgb();
+  std::vector<std::uint8_t> bytes = tone_mapped(image, curve, exposure);
   const auto width = static_cast<std::size_t>(image.width()), height = static_cast<std::size_t>(image.height());
-  std::vector<std::uint8_t> row(width * kBytesPerPixel), above(row.size());
-  std::vector<std::byte> rows;
-  for (std::size_t y = 0; y < height; ++y) {
-    for (std::size_t x = 0; x < width; ++x) {
-      const RGB mapped = tone_map(pixels[y * width + x], curve, exposure);
-      for (int c = 0; c < 3; ++c) row[x * kBytesPerPixel + static_cast<std::size_t>(c)] = to_byte(mapped[c]);
-    }
-    std::vector<std::byte> best = filtered(row, above, 0);
-    for (int type = 1; type < 5; ++type) {
-      std::vector<std::byte> other = filtered(row, above, type);
-      if (weight_of(other) < weight_of(best)) best.swap(other);
-    }
-    rows.insert(rows.end(), best.begin(), best.end());
-    row.swap(above);
-  }
-  const std::vector<std::byte> packed = deflate_bytes(rows);
-  file.write("\x89PNG\r\n\x1a\n");
-  write_chunk(file, "IHDR",
-              big_endian(static_cast<std::uint32_t>(width)) + big_endian(static_cast<std::uint32_t>(height)) +
-                  std::string({8, 2, 0, 0, 0}));
-  write_chunk(file, "sRGB", std::string(1, '\0'));
-  for (const auto& [key, value] : image.metadata) write_text(file, key, value);
-  for (std::size_t i = 0; i < packed.size(); i += kLargestChunk)
-    write_chunk(file, "IDAT",
-                {reinterpret_cast<const char*>(packed.data() + i), std::min(kLargestChunk, packed.size() - i)});
-  write_chunk(file, "IEND", "");
+  std::vector<png_bytep> rows;
+  for (std::size_t y = 0; y < height; ++y) rows.push_back(bytes.data() + 3 * width * y);
+  std::vector<png_text> texts = texts_of(image.metadata);
+  Encoding encoding;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoding, note_failure, ignore_warning);
+  png_infop info = png ? png_create_info_struct(png) : nullptr;
+  if (info) png_set_write_fn(png, &encoding, append, nullptr);
+  const bool done =
+      info && encode(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), rows.data(), texts);
+  png_destroy_write_struct(&png, &info);
+  if (!done) throw Error({path}, fmt::format("cannot encode the picture ({})", encoding.failure));
+  file.write(encoding.bytes);
   file.commit();
 }
 
