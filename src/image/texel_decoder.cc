@@ -1,8 +1,8 @@
 #include "image/texel_decoder.h"
 
-#include <cstring>
+#include <Imath/half.h>
 
-#include "image/half.h"
+#include <cstring>
 
 namespace glowworm {
 
@@ -43,7 +43,9 @@ float TexelDecoder::plain(const std::byte* samples, std::size_t index) const {
     case SampleType::half: {
       std::uint16_t bits;
       std::memcpy(&bits, samples + index * sizeof bits, sizeof bits);
-      return half_to_float(bits);
+      Imath::half half;
+      half.setBits(bits);
+      return half;
     }
     case SampleType::single:
       break;

@@ -1,4 +1,5 @@
 // EXR files by OpenEXR: one part of scan lines, ZIP compression.
+#include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -13,7 +14,6 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "image/half.h"
 #include "image/image.h"
 
 namespace glowworm {
@@ -48,10 +48,10 @@ bool is_half(const ImageChannel& channel, ExrPrecision precision) {
   return precision == ExrPrecision::half && !channel.name.ends_with("depth.Z");
 }
 
-std::vector<std::uint16_t> halves(const std::vector<float>& samples) {
-  std::vector<std::uint16_t> out(samples.size());
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = float_to_half(std::clamp(samples[i], -kLargestHalf, kLargestHalf));
+std::vector<Imath::half> halves(const std::vector<float>& samples) {
+  std::vector<Imath::half> out;
+  out.reserve(samples.size());
+  for (const float sample : samples) out.emplace_back(std::clamp(sample, -kLargestHalf, kLargestHalf));
   return out;
 }
 
@@ -67,7 +67,7 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const auto& [key, value] : image.metadata) header.insert(key, Imf::StringAttribute(value));
   Imf::FrameBuffer frame;
-  std::vector<std::vector<std::uint16_t>> rounded;
+  std::vector<std::vector<Imath::half>> rounded;
   rounded.reserve(image.channels().size());
   for (const ImageChannel& channel : image.channels()) {
     const Imf::PixelType type = is_half(channel, precision) ? Imf::HALF : Imf::FLOAT;
