@@ -19,7 +19,7 @@ namespace glowworm {
 namespace {
 
 // Query points that are worked off at once: the more, the closer they lie; the fewer, the less memory they take.
-constexpr std::size_t kPartPoints = std::size_t{10} << 20;
+constexpr std::size_t kPartPoints = DensityEngine::kMostPointsAtOnce;
 // Fewer points lie so far apart that a run of them shares no search: it goes no further than the points that are tested
 // together.
 constexpr std::size_t kFewPoints = std::size_t{1} << 15;

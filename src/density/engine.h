@@ -53,6 +53,10 @@ struct EnginePlan {
 /// never lives in it. All engines that are given the same radii agree with the brute-force sum to rounding.
 class DensityEngine {
  public:
+  /// Query points that are worth handing to estimate() at once: the more there are, the closer they lie together, and
+  /// the more their searches share. Beyond that engines may work them off in parts.
+  static constexpr std::uint64_t kMostPointsAtOnce = std::uint64_t{10} << 20;
+
   virtual ~DensityEngine() = default;
   virtual std::string name() const = 0;
 

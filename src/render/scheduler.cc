@@ -6,14 +6,14 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "density/engine.h"
 
 namespace glowworm {
 
 namespace {
 
-// Query points looked up at once, where the budget allows: the more, the closer they lie, and the more they share (as
-// many as the engine `blocked` works off at once).
-constexpr std::uint64_t kMostQueries = std::uint64_t{10} << 20;
+// Query points looked up at once, where the budget allows.
+constexpr std::uint64_t kMostQueries = DensityEngine::kMostPointsAtOnce;
 // Below this a portion is hardly worth the work around it.
 constexpr std::uint64_t kFewestQueries = 4096;
 // Query points that a file takes at once: a few gigabytes.

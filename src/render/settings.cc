@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "density/engine.h"
 #include "density/engine_choice.h"
 #include "gather/direct_light.h"
 #include "render/scheduler.h"
@@ -19,8 +20,6 @@ namespace glowworm {
 
 namespace {
 
-/// Query points that the photon renderer looks up at once, where memory allows.
-constexpr double kQueriesAtOnce = 10 << 20;
 constexpr int kLargestSide = 65536;
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Camera samples of a render that ends by time or noise, at most.
@@ -86,7 +85,8 @@ EngineWorkload workload(const RenderSettings& s) {
   w.photons = static_cast<double>(s.photons);
   // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its engine.
   w.queries = pixels * rays * (s.progressive ? 1 : kUsualSamples);
-  w.queries_at_once = std::min({pixels, kTilePixels, kQueriesAtOnce / rays}) * rays;
+  w.queries_at_once =
+      std::min({pixels, kTilePixels, static_cast<double>(DensityEngine::kMostPointsAtOnce) / rays}) * rays;
   w.nearest = s.nearest;
   return w;
 }
