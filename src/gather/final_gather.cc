@@ -177,13 +177,7 @@ class ChunkGatherer {
     if (is_short(i, hit, point.position)) return gather_again(i, point, bsdf, wo, weight);
     const std::uint32_t slot = points_.slot[rays_.point[i]];
     const Vec3 normal = face_forward(point.geometric_normal, wo);
-    if (bsdf.kind == BsdfKind::lambertian) {
-      if (!is_black(bsdf.diffuse)) queries_.push_back(point.position, normal, bsdf.diffuse, weight, slot);
-      if (!is_black(bsdf.transmission)) queries_.push_back(point.position, -normal, bsdf.transmission, weight, slot);
-    } else {
-      const Frame& f = point.frame;
-      queries_.push_back(point.position, normal, QueryBsdf{bsdf, f.s, f.t, f.n, wo}, weight, slot);
-    }
+    add_query(queries_, point.position, normal, point.frame, wo, bsdf, weight, slot);
     return false;
   }
 
@@ -281,7 +275,7 @@ void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& fr
     queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, wo}, weight, target);
     return;
   }
-  queries.push_back(position, normal, bsdf.diffuse, weight, target);
+  if (!is_black(bsdf.diffuse)) queries.push_back(position, normal, bsdf.diffuse, weight, target);
   if (!is_black(bsdf.transmission)) queries.push_back(position, -normal, bsdf.transmission, weight, target);
 }
 

@@ -34,7 +34,8 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
                   const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
                   Statistics& statistics);
 
-/// Appends a surface point as query points: one, or two where it lets light through diffusely.
+/// Appends a surface point as query points: one, two where it lets light through diffusely,
+/// none where it is black.
 /// @param frame shading frame; @param wo unit, world space, towards the viewer; @param target QueryPoints::gather_point
 void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
                RGB weight, std::uint32_t target);
