@@ -75,7 +75,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   wanted.seed = settings_.seed;
   wanted.pass = pass;
   // A photon's path goes on by two bounces: where its flux is looked up, and at the gather point.
-  if (settings_.max_bounces < wanted.max_bounces) wanted.max_bounces = std::max(1, settings_.max_bounces - 1);
+  wanted.max_bounces = std::max(1, settings_.max_bounces - 1);
   if (settings_.guiding && !guiding_) {
     const PhaseTimer timer(statistics_, Phase::trace_photons);
     guiding_ = std::make_unique<PhotonGuiding>(guide_photons(tracer_, settings_));
