@@ -71,17 +71,19 @@ struct Rays {
   DiffuseRays view() { return {{arrays[0].data(), arrays[1].data(), arrays[2].data()}, arrays[3].data()}; }
 };
 
-TEST(SobolPairs, AreTheSamplersBitForBit) {
+/// Holds `pairs(names, n, dimension, x, y)` to the samplers `sampler_of(name)`, on every instruction set.
+template <typename Pairs, typename SamplerOf>
+void expect_pairs_of(const Pairs& pairs, const SamplerOf& sampler_of) {
   constexpr std::size_t kMost = 67;
-  std::vector<std::uint32_t> index(kMost);
-  for (std::uint32_t i = 0; i < kMost; ++i) index[i] = i < 40 ? i : hash32(i);
+  std::vector<std::uint32_t> names(kMost);
+  for (std::uint32_t i = 0; i < kMost; ++i) names[i] = i < 40 ? i : hash32(i);
   on_every_instruction_set([&] {
     for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{16}, kMost})
       for (std::uint32_t dimension = 0; dimension < 3; ++dimension) {
         std::vector<float> x(n + 1, -1.0f), y(n + 1, -1.0f);
-        sobol_pairs(Sampler::pair_key(5, 77, dimension), index.data(), n, x.data(), y.data());
+        pairs(names.data(), n, dimension, x.data(), y.data());
         for (std::size_t i = 0; i < n; ++i) {
-          Sampler sampler(SamplerKind::sobol, 5, 77, index[i]);
+          Sampler sampler = sampler_of(names[i]);
           for (std::uint32_t d = 0; d < dimension; ++d) (void)sampler.next2();
           const Vec2 expected = sampler.next2();
           ASSERT_EQ(x[i], expected.x) << i << " of " << n << ", dimension " << dimension;
@@ -93,26 +95,16 @@ TEST(SobolPairs, AreTheSamplersBitForBit) {
   });
 }
 
+TEST(SobolPairs, AreTheSamplersBitForBit) {
+  expect_pairs_of([](const std::uint32_t* index, std::size_t n, std::uint32_t dimension, float* x,
+                     float* y) { sobol_pairs(Sampler::pair_key(5, 77, dimension), index, n, x, y); },
+                  [](std::uint32_t index) { return Sampler(SamplerKind::sobol, 5, 77, index); });
+}
+
 TEST(SobolPairs, OfManySequencesAreTheSamplersBitForBit) {
-  constexpr std::size_t kMost = 67;
-  std::vector<std::uint32_t> sequence(kMost);
-  for (std::uint32_t i = 0; i < kMost; ++i) sequence[i] = i < 40 ? i : hash32(i);
-  on_every_instruction_set([&] {
-    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{16}, kMost})
-      for (std::uint32_t dimension = 0; dimension < 3; ++dimension) {
-        std::vector<float> x(n + 1, -1.0f), y(n + 1, -1.0f);
-        sobol_pairs_of(5, sequence.data(), n, 11, dimension, x.data(), y.data());
-        for (std::size_t i = 0; i < n; ++i) {
-          Sampler sampler(SamplerKind::sobol, 5, sequence[i], 11);
-          for (std::uint32_t d = 0; d < dimension; ++d) (void)sampler.next2();
-          const Vec2 expected = sampler.next2();
-          ASSERT_EQ(x[i], expected.x) << i << " of " << n << ", dimension " << dimension;
-          ASSERT_EQ(y[i], expected.y) << i << " of " << n << ", dimension " << dimension;
-        }
-        EXPECT_EQ(x[n], -1.0f);
-        EXPECT_EQ(y[n], -1.0f);
-      }
-  });
+  expect_pairs_of([](const std::uint32_t* sequence, std::size_t n, std::uint32_t dimension, float* x,
+                     float* y) { sobol_pairs_of(5, sequence, n, 11, dimension, x, y); },
+                  [](std::uint32_t sequence) { return Sampler(SamplerKind::sobol, 5, sequence, 11); });
 }
 
 TEST(DiffuseRays, AreThoseOfPlainLoopsBitForBit) {
