@@ -25,6 +25,21 @@ constexpr std::size_t kLeastKept = std::size_t{1} << 20;
 
 constexpr std::size_t kMostBlocks = 256;
 
+#ifdef __GLIBC__
+/// What glibc begins with, and the largest that it takes (mallopt(3)).
+constexpr std::size_t kUsualTrim = std::size_t{128} << 10, kUsualMap = std::size_t{128} << 10,
+                      kLargestMap = std::size_t{32} << 20;
+#endif
+
+/// Lets the C library keep up to so many bytes free at the end of each of its heaps; 0: what it does by itself. Blocks
+/// then come from heaps even where they would be mapped each for itself, and given back at once.
+void keep_free_heap([[maybe_unused]] std::size_t bytes) {
+#ifdef __GLIBC__
+  mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kUsualTrim), 1 << 30)));
+  mallopt(M_MMAP_THRESHOLD, static_cast<int>(bytes > 0 ? kLargestMap : kUsualMap));
+#endif
+}
+
 /// Blocks that were freed and may serve again.
 class SpareMemory {
  public:
@@ -32,10 +47,12 @@ class SpareMemory {
     const std::scoped_lock lock(mutex_);
     blocks_.reserve(kMostBlocks);
     limit_ += bytes;
+    keep_free_heap(limit_);
   }
   void lower_limit(std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
     limit_ -= bytes;
+    keep_free_heap(limit_);
     shrink();
   }
   bool keeps() const { return limit_.load(std::memory_order_relaxed) > 0; }

@@ -5,8 +5,9 @@
 namespace glowworm {
 
 /// While it lives, up to so many bytes of large arrays (core/large_array.h) that are freed are kept for others of about
-/// their size, which then need not be cleared by the system page by page. The bytes of several add up. For programs
-/// that make the same arrays over and over. Where the system does not tell how large a block is nothing is kept.
+/// their size, which then need not be cleared by the system page by page, and up to so many bytes of smaller ones stay
+/// with the C library. The bytes of several add up. For programs that make the same arrays over and over. Where the
+/// system does not tell how large a block is nothing is kept. return_free_memory() gives back what small arrays left.
 class FreedMemoryKeeper {
  public:
   explicit FreedMemoryKeeper(std::size_t bytes);

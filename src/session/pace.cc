@@ -7,9 +7,9 @@ namespace glowworm {
 
 namespace {
 
-/// Of the time asked for, what is planned with: frames differ, and an input waits for the frame under way as well as
-/// for its own; at 15 frames a second both shall be over after 100 ms.
-constexpr double kMargin = 0.6;
+/// Of the time asked for, what is planned with. An input waits for the frame under way as well as for its own; at 15
+/// frames a second both shall be over after 100 ms, though now and then a frame takes twice what was planned.
+constexpr double kMargin = 0.5;
 /// Of that, what photons may take where they must be traced.
 constexpr double kPhotonShare = 0.5;
 /// Weight of a new measurement against what was known.
