@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <mutex>
 
@@ -12,6 +13,7 @@
 #include "density/blocked_index.h"
 #include "density/blocked_queries.h"
 #include "density/engines.h"
+#include "density/glossy.h"
 #include "density/shading.h"
 
 namespace glowworm {
@@ -54,8 +56,7 @@ class BucketWorker {
         indices = indices.subspan(std::min(indices.size(), run_points_));
       }
     }
-    for (const std::uint32_t i : order_.group(kNotLambertianGroup))
-      buckets_.answer(bucket, i) = shade(buckets_.points(bucket)[i]);
+    shade_group(bucket, order_.group(kNotLambertianGroup));
     sort_time += sorted - start;
     other_time += Clock::now() - sorted;
   }
@@ -64,8 +65,9 @@ class BucketWorker {
   Clock::duration sort_time{}, other_time{};
 
  private:
-  /// The run of Lambertian points that the indices begin with.
-  void sum(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices) {
+  /// The run of points that the indices begin with: Lambertian ones, or those that `glossy` has the numbers of.
+  void sum(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices,
+           const GlossyPoints* glossy = nullptr) {
     const std::span<const BucketPoint> points = buckets_.points(bucket);
     QueryRun run;
     run.count = std::min(indices.size(), run_points_);
@@ -85,11 +87,59 @@ class BucketWorker {
       in_[4][i] = p.normal.y;
       in_[5][i] = p.normal.z;
     }
-    blocked_sum(tree_, run, scratch_, counts);
+    if (glossy)
+      blocked_sum_glossy(tree_, run, *glossy, scratch_, counts);
+    else
+      blocked_sum(tree_, run, scratch_, counts);
     for (std::size_t i = 0; i < std::min<std::size_t>(run.count, kAhead); ++i)
       __builtin_prefetch(&buckets_.answer(bucket, indices[i]), 1);
     for (std::size_t i = 0; i < run.count; ++i)
       buckets_.answer(bucket, indices[i]) = RGB(out_[0][i], out_[1][i], out_[2][i]);
+  }
+
+  /// The points that are not Lambertian: those of a model that the kernels know in runs of one model that face alike,
+  /// the others one by one.
+  void shade_group(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices) {
+    const std::span<const BucketPoint> points = buckets_.points(bucket);
+    for (const std::uint32_t i : indices) __builtin_prefetch(&points_.bsdfs[points[i].bsdf]);
+    for (std::vector<std::uint32_t>& run : runs_) run.clear();
+    for (const std::uint32_t i : indices) {
+      GlossyModel model;
+      if (sparse_ || !is_glossy(points_.bsdfs[points[i].bsdf].bsdf, model))
+        buckets_.answer(bucket, i) = shade(points[i]);
+      else
+        runs_[static_cast<std::size_t>(model) * kFacings + facing(points[i].normal)].push_back(i);
+    }
+    for (std::size_t r = 0; r < runs_.size(); ++r) {
+      std::span<const std::uint32_t> left = runs_[r];
+      while (!left.empty()) {
+        const auto run = left.first(std::min(left.size(), run_points_));
+        prepare(points, run, static_cast<GlossyModel>(r / kFacings));
+        sum(bucket, run, &glossy_);
+        left = left.subspan(run.size());
+      }
+    }
+  }
+
+  /// Fills in the numbers of a run.
+  void prepare(std::span<const BucketPoint> points, std::span<const std::uint32_t> run, GlossyModel model) {
+    preparer_.clear();
+    numbers_.resize(kGlossyFields * kRunPoints);
+    const std::size_t padded = (run.size() + kTileWidth - 1) / kTileWidth * kTileWidth;
+    GlossyNumbers numbers{};
+    for (std::size_t i = 0; i < padded; ++i) {
+      // Padding repeats the last point: its numbers are read, though nothing comes of them.
+      if (i < run.size()) numbers = preparer_.prepare(points_.bsdfs[points[run[i]].bsdf]);
+      for (std::size_t field = 0; field < kGlossyFields; ++field) numbers_[field * kRunPoints + i] = numbers[field];
+    }
+    glossy_ = {numbers_.data(), kRunPoints, preparer_.tables(), model};
+  }
+
+  /// Which way a normal points: 2 axis + 1 where down the axis.
+  static std::size_t facing(Vec3 n) {
+    const Vec3 a{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+    const std::size_t axis = a.z > std::max(a.x, a.y) ? 2 : a.y > a.x ? 1 : 0;
+    return 2 * axis + (n[axis] < 0);
   }
 
   /// Finds the photons in support at one point.
@@ -134,6 +184,11 @@ class BucketWorker {
   std::vector<FoundPhoton> found_;
   GatheredPhotons gathered_;
   BatchShader shader_;
+  static constexpr std::size_t kFacings = 6;
+  std::array<std::vector<std::uint32_t>, kGlossyModels * kFacings> runs_;
+  GlossyPreparer preparer_;
+  std::vector<float> numbers_;
+  GlossyPoints glossy_;
   const bool sparse_ = points_.size() * kSparsePhotons < index_.size();
   const std::size_t run_points_ = points_.size() < kFewPoints ? kTileWidth : kRunPoints;
   alignas(64) float in_[6][kRunPoints];

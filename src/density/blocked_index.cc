@@ -242,6 +242,8 @@ BlockTree BlockedIndex::tree() const {
     tree.level[level] = nodes_.data() + level_first_[level];
   tree.profile = profile_;
   tree.min_normal_cosine = min_normal_cosine_;
+  static_assert(sizeof(Vec3) == 3 * sizeof(float));
+  tree.directions = directions_.size() > 0 ? &directions_[0].x : nullptr;
   return tree;
 }
 

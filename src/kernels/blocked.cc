@@ -21,13 +21,25 @@ namespace {
 void sum_run(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts) {
   switch (tree.profile) {
     case BlockedProfile::box:
-      return RunSummer<BlockedProfile::box>(tree, run, scratch, counts).run();
+      return RunSummer<Group<BlockedProfile::box>>(tree, run, scratch, counts).run();
     case BlockedProfile::cone:
-      return RunSummer<BlockedProfile::cone>(tree, run, scratch, counts).run();
+      return RunSummer<Group<BlockedProfile::cone>>(tree, run, scratch, counts).run();
     case BlockedProfile::epanechnikov:
-      return RunSummer<BlockedProfile::epanechnikov>(tree, run, scratch, counts).run();
+      return RunSummer<Group<BlockedProfile::epanechnikov>>(tree, run, scratch, counts).run();
     case BlockedProfile::gaussian:
-      return RunSummer<BlockedProfile::gaussian>(tree, run, scratch, counts).run();
+      return RunSummer<Group<BlockedProfile::gaussian>>(tree, run, scratch, counts).run();
+  }
+}
+
+void sum_glossy_run(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy, BlockedScratch& scratch,
+                    BlockedCounts& counts) {
+  switch (glossy.model) {
+    case GlossyModel::coated:
+      return RunSummer<GlossyGroup<GlossyModel::coated>>(tree, run, scratch, counts, &glossy).run();
+    case GlossyModel::conductor:
+      return RunSummer<GlossyGroup<GlossyModel::conductor>>(tree, run, scratch, counts, &glossy).run();
+    case GlossyModel::schlick:
+      return RunSummer<GlossyGroup<GlossyModel::schlick>>(tree, run, scratch, counts, &glossy).run();
   }
 }
 
@@ -55,11 +67,17 @@ namespace glowworm {
 
 namespace {
 HWY_EXPORT(sum_run);
+HWY_EXPORT(sum_glossy_run);
 HWY_EXPORT(find_photons);
 }  // namespace
 
 void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts) {
   HWY_DYNAMIC_DISPATCH(sum_run)(tree, run, scratch, counts);
+}
+
+void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy,
+                        BlockedScratch& scratch, BlockedCounts& counts) {
+  HWY_DYNAMIC_DISPATCH(sum_glossy_run)(tree, run, glossy, scratch, counts);
 }
 
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,

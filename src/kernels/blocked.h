@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/glossy.h"
+
 namespace glowworm {
 
 /// Photons of a block, and children of a node of the tree over blocks.
@@ -48,6 +50,8 @@ struct BlockTree {
   int levels = 0;  ///< 0 where there are no photons
   BlockedProfile profile = BlockedProfile::epanechnikov;
   float min_normal_cosine = 0;  ///< photons count where the dot product of the normals is above this
+  /// x, y, z of the photons' directions (unit, back along their way), by place: 8 times the block plus the lane.
+  const float* directions = nullptr;
 };
 
 /// Query points that lie together. The arrays have room for a multiple of kTileWidth; behind `count` they repeat a
@@ -85,6 +89,11 @@ struct BlockedScratch {
 /// Sums the photons at each point of the run (runs on the instruction set of set_simd()). The sums of a point are added
 /// up in the same order for the same run and tree.
 void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts);
+
+/// The same for points of one glossy model: the sum of profile times r, g, b times pi f towards the photon.
+/// @param glossy the numbers of the run's points; readable for padding, whose numbers mean nothing
+void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy,
+                        BlockedScratch& scratch, BlockedCounts& counts);
 
 /// Replaces `found` by the photons in support at one point, in order of their places.
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,

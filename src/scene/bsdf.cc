@@ -120,6 +120,29 @@ RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
   return f;
 }
 
+bool has_isotropic_reflection(const Bsdf& bsdf, ReflectionModel& model) {
+  if (bsdf.alpha_x != bsdf.alpha_y) return false;
+  switch (bsdf.kind) {
+    case BsdfKind::coated_diffuse:
+      model = ReflectionModel::coated;
+      return true;
+    case BsdfKind::conductor:
+      model = bsdf.use_reflectance ? ReflectionModel::schlick : ReflectionModel::conductor;
+      return true;
+    case BsdfKind::metallic_roughness:
+      model = ReflectionModel::schlick;
+      return bsdf.transmission_weight == 0 && bsdf.coat == 0;
+    default:
+      return false;
+  }
+}
+
+IsotropicReflection isotropic_reflection(const Bsdf& bsdf, float cosine_o) {
+  if (bsdf.kind == BsdfKind::coated_diffuse) return reflection_of_coated_diffuse(bsdf, cosine_o);
+  if (bsdf.kind == BsdfKind::conductor) return reflection_of_conductor(bsdf);
+  return reflection_of_metallic_roughness(bsdf, cosine_o);
+}
+
 void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out) {
   if (wo.z == 0) return fill_black(out);
   evaluate_view(view_of(bsdf, wo, lobes), wi, out);

@@ -143,6 +143,18 @@ void evaluate_coated_diffuse(const View& view, std::span<const Vec3> wi, std::sp
   });
 }
 
+IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_o) {
+  const Coat coat(bsdf, bsdf.alpha_x, bsdf.alpha_y);
+  IsotropicReflection out;
+  out.model = ReflectionModel::coated;
+  out.alpha = broad_alpha(bsdf.alpha_x);
+  out.diffuse = DiffuseBase(bsdf, coat).factor * coat.passed(cosine_o);
+  out.eta = coat.eta;
+  out.thickness = coat.thickness;
+  if (!coat.smooth) out.curve[0] = coat.transmitted;
+  return out;
+}
+
 void coated_diffuse_components(const View& view, Components& out) {
   const Coat coat(view.bsdf, view.bsdf.alpha_x, view.bsdf.alpha_y);
   out.add(coat.component(view.wo));

@@ -6,6 +6,7 @@
 
 #include "scene/bsdf.h"
 #include "scene/bsdf_microfacet.h"
+#include "scene/bsdf_reflection.h"
 
 namespace glowworm::bsdf_detail {
 
@@ -66,6 +67,8 @@ inline Lobes lobe_of_alpha(float alpha_x, float alpha_y) {
   return alpha_x * alpha_y < kSharpAlpha * kSharpAlpha ? kSharp : kGlossy;
 }
 inline bool is_smooth(float alpha_x, float alpha_y) { return std::max(alpha_x, alpha_y) < kSmoothAlpha; }
+/// The alpha of an isotropic lobe that is broad; 0 of others.
+inline float broad_alpha(float alpha) { return lobe_of_alpha(alpha, alpha) == kGlossy ? alpha : 0.0f; }
 /// A microfacet distribution of alphas that are not both smooth.
 inline Microfacet rough(float alpha_x, float alpha_y) { return {std::max(alpha_x, 1e-4f), std::max(alpha_y, 1e-4f)}; }
 
@@ -128,5 +131,10 @@ void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::
 void coated_conductor_components(const View& view, Components& out);
 void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
 void metallic_roughness_components(const View& view, Components& out);
+
+// isotropic_reflection() of the kinds that have it.
+IsotropicReflection reflection_of_conductor(const Bsdf& bsdf);
+IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_o);
+IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cosine_o);
 
 }  // namespace glowworm::bsdf_detail

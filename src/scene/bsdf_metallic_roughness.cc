@@ -161,6 +161,21 @@ void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std
   });
 }
 
+IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cosine_o) {
+  const Layers layers(View{bsdf, false, {0, 0, cosine_o}, kBroad});
+  IsotropicReflection out;
+  out.model = ReflectionModel::schlick;
+  out.alpha = broad_alpha(bsdf.alpha_x);
+  out.diffuse = layers.diffuse_factor(cosine_o);
+  out.first = layers.f0;
+  out.first_grazing = layers.f90;
+  out.second = layers.dielectric_f0;
+  out.second_grazing = layers.dielectric_f90;
+  out.curve[0] = layers.curves.scale;
+  out.curve[1] = layers.curves.bias;
+  return out;
+}
+
 void metallic_roughness_components(const View& view, Components& out) {
   const Layers layers(view);
   const float cosine = view.wo.z, under = layers.under_coat(layers.coat, cosine);

@@ -1,0 +1,155 @@
+// f of glossy query points, one a lane, towards the direction of a photon; compiled once for every instruction set.
+#if defined(GLOWWORM_KERNELS_GLOSSY_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef GLOWWORM_KERNELS_GLOSSY_INL_H_
+#undef GLOWWORM_KERNELS_GLOSSY_INL_H_
+#else
+#define GLOWWORM_KERNELS_GLOSSY_INL_H_
+#endif
+
+#include <hwy/contrib/math/math-inl.h>
+#include <hwy/highway.h>
+
+#include "kernels/glossy.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace glowworm {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Reflectance of a dielectric (fresnel_dielectric() of scene/bsdf_fresnel.h): where all is reflected, the cosine beyond
+/// is 0 and both terms are 1.
+template <class D>
+HWY_INLINE hn::Vec<D> glossy_dielectric(D d, hn::Vec<D> cosine, hn::Vec<D> eta) {
+  const auto one = hn::Set(d, 1.0f);
+  cosine = hn::Min(cosine, one);
+  const auto sine = hn::Div(hn::NegMulAdd(cosine, cosine, one), hn::Mul(eta, eta));
+  const auto beyond = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(one, sine)));
+  const auto a = hn::Mul(eta, cosine), b = hn::Mul(eta, beyond);
+  const auto parallel = hn::Div(hn::Sub(a, beyond), hn::Add(a, beyond));
+  const auto perpendicular = hn::Div(hn::Sub(cosine, b), hn::Add(cosine, b));
+  return hn::Mul(hn::Set(d, 0.5f), hn::MulAdd(parallel, parallel, hn::Mul(perpendicular, perpendicular)));
+}
+
+/// Reflectance of a conductor (fresnel_conductor() of scene/bsdf_fresnel.h).
+template <class D>
+HWY_INLINE hn::Vec<D> glossy_conductor(D d, hn::Vec<D> cosine, hn::Vec<D> eta, hn::Vec<D> k) {
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), half = hn::Set(d, 0.5f), tiny = hn::Set(d, 1e-30f);
+  cosine = hn::Min(cosine, one);
+  const auto cosine2 = hn::Mul(cosine, cosine), sine2 = hn::Sub(one, cosine2);
+  const auto t0 = hn::Sub(hn::Sub(hn::Mul(eta, eta), hn::Mul(k, k)), sine2);
+  const auto twice = hn::Mul(hn::Add(eta, eta), k);
+  const auto ab = hn::Sqrt(hn::MulAdd(t0, t0, hn::Mul(twice, twice)));
+  const auto t1 = hn::Add(ab, cosine2);
+  const auto a = hn::Sqrt(hn::Max(zero, hn::Mul(half, hn::Add(ab, t0))));
+  const auto t2 = hn::Mul(hn::Add(cosine, cosine), a);
+  const auto perpendicular = hn::Div(hn::Sub(t1, t2), hn::Max(tiny, hn::Add(t1, t2)));
+  const auto t3 = hn::MulAdd(cosine2, ab, hn::Mul(sine2, sine2)), t4 = hn::Mul(t2, sine2);
+  const auto ratio = hn::Div(hn::Sub(t3, t4), hn::Max(tiny, hn::Add(t3, t4)));
+  return hn::Min(one, hn::Max(zero, hn::Mul(half, hn::MulAdd(perpendicular, ratio, perpendicular))));
+}
+
+/// Where the curves of a vector of points are read for a cosine.
+template <class D>
+struct GlossyPlace {
+  hn::Vec<hn::RebindToSigned<D>> index;
+  hn::Vec<D> fraction;
+
+  HWY_INLINE GlossyPlace(D d, hn::Vec<D> cosine, const float* tables_of_points) {
+    const hn::RebindToSigned<D> di;
+    constexpr float kSteps = kGlossyCurve - 1;
+    cosine = hn::Min(cosine, hn::Set(d, 1.0f));
+    const auto node =
+        hn::Min(hn::ConvertTo(di, hn::Mul(hn::Sqrt(cosine), hn::Set(d, kSteps))), hn::Set(di, kGlossyCurve - 2));
+    const auto low = hn::ConvertTo(d, node);
+    fraction = hn::Div(hn::NegMulAdd(low, low, hn::Mul(cosine, hn::Set(d, kSteps * kSteps))),
+                       hn::MulAdd(hn::Set(d, 2.0f), low, hn::Set(d, 1.0f)));
+    const auto first = hn::BitCast(di, hn::LoadU(d, tables_of_points));
+    index = hn::Add(hn::Max(first, hn::Zero(di)), node);
+  }
+  HWY_INLINE hn::Vec<D> read(D d, const float* tables) const {
+    const auto low = hn::GatherIndex(d, tables, index), high = hn::GatherIndex(d, tables + 1, index);
+    return hn::MulAdd(hn::Sub(high, low), fraction, low);
+  }
+};
+
+/// f times pi, by channel; of lanes where wi is behind the surface: black.
+template <class D>
+struct GlossyValue {
+  hn::Vec<D> r, g, b;
+};
+
+/// @param point  the first of the lanes' points
+/// @param wi     x, y, z, world space
+template <GlossyModel model, class D>
+HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::size_t point, const float* wi) {
+  using V = hn::Vec<D>;
+  const auto field = [&](std::size_t f) HWY_ATTR { return hn::LoadU(d, points.fields + f * points.stride + point); };
+  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d), half = hn::Set(d, 0.5f);
+  const V x = hn::Set(d, wi[0]), y = hn::Set(d, wi[1]), z = hn::Set(d, wi[2]);
+  const V nx = field(kGlossyNormal), ny = field(kGlossyNormal + 1), nz = field(kGlossyNormal + 2);
+  const V cosine = hn::MulAdd(nx, x, hn::MulAdd(ny, y, hn::Mul(nz, z)));
+  const auto above = hn::Gt(cosine, zero);
+  const V c = hn::Max(cosine, hn::Set(d, 1e-12f));
+
+  // The lobe, with the half vector's length left in: v = wo + wi, of which t is tangential and n along the normal.
+  const V vx = hn::Add(field(kGlossyWo), x), vy = hn::Add(field(kGlossyWo + 1), y),
+          vz = hn::Add(field(kGlossyWo + 2), z);
+  const V along = hn::MulAdd(nx, vx, hn::MulAdd(ny, vy, hn::Mul(nz, vz)));
+  const V tx = hn::NegMulAdd(along, nx, vx), ty = hn::NegMulAdd(along, ny, vy), tz = hn::NegMulAdd(along, nz, vz);
+  const V t2 = hn::MulAdd(tx, tx, hn::MulAdd(ty, ty, hn::Mul(tz, tz))), n2 = hn::Mul(along, along);
+  const V length2 = hn::Add(t2, n2), alpha2 = field(kGlossyAlphaSquared);
+  const V spread = hn::MulAdd(alpha2, n2, t2), c2 = hn::Mul(c, c);
+  const V shadowing = hn::MulAdd(c, field(kGlossyMasking),
+                                 hn::Mul(half, hn::Sqrt(hn::MulAdd(alpha2, hn::Max(zero, hn::Sub(one, c2)), c2))));
+  const V lobe = hn::Div(hn::Mul(field(kGlossyLobe), hn::Mul(length2, length2)),
+                         hn::Max(hn::Mul(hn::Mul(spread, spread), shadowing), hn::Set(d, 1e-30f)));
+  // Of unit vectors.
+  const V cosine_of_half = hn::Mul(half, hn::Sqrt(length2));
+
+  GlossyValue<D> f;
+  if constexpr (model == GlossyModel::conductor) {
+    const auto channel = [&](std::size_t i) HWY_ATTR {
+      return hn::Mul(lobe, glossy_conductor(d, cosine_of_half, field(kGlossyFirst + i), field(kGlossySecond + i)));
+    };
+    f = {channel(0), channel(1), channel(2)};
+  }
+  if constexpr (model == GlossyModel::schlick) {
+    const V m = hn::Sub(one, hn::Min(cosine_of_half, one)), m2 = hn::Mul(m, m), term = hn::Mul(hn::Mul(m2, m2), m);
+    const V kept = hn::Mul(lobe, hn::Sub(one, term)),
+            grazing = hn::Mul(lobe, hn::Mul(term, field(kGlossyFirstGrazing)));
+    f = {hn::MulAdd(kept, field(kGlossyFirst), grazing), hn::MulAdd(kept, field(kGlossyFirst + 1), grazing),
+         hn::MulAdd(kept, field(kGlossyFirst + 2), grazing)};
+    const GlossyPlace<D> place(d, c, points.fields + kGlossyTable * points.stride + point);
+    const V scale = place.read(d, points.tables),
+            left = hn::NegMulAdd(place.read(d, points.tables + kGlossyCurve), field(kGlossySecondGrazing), one);
+    const auto add = [&](V value, std::size_t i) HWY_ATTR {
+      return hn::MulAdd(field(kGlossyDiffuse + i), hn::NegMulAdd(scale, field(kGlossySecond + i), left), value);
+    };
+    f = {add(f.r, 0), add(f.g, 1), add(f.b, 2)};
+  }
+  if constexpr (model == GlossyModel::coated) {
+    const V eta = field(kGlossyIndex), thickness = field(kGlossyThickness);
+    const V mirrored = hn::Mul(lobe, glossy_dielectric(d, cosine_of_half, eta));
+    const auto table = hn::LoadU(d, points.fields + kGlossyTable * points.stride + point);
+    const auto smooth = hn::RebindMask(d, hn::Lt(hn::BitCast(hn::RebindToSigned<D>(), table),
+                                                 hn::Zero(hn::RebindToSigned<D>())));
+    V passed = zero;
+    if (!hn::AllTrue(d, smooth))
+      passed = GlossyPlace<D>(d, c, points.fields + kGlossyTable * points.stride + point).read(d, points.tables);
+    if (!hn::AllFalse(d, smooth)) passed = hn::IfThenElse(smooth, hn::Sub(one, glossy_dielectric(d, c, eta)), passed);
+    const V inner = hn::Sqrt(hn::Max(hn::Set(d, 1e-12f), hn::Sub(one, hn::Div(hn::Sub(one, c2), hn::Mul(eta, eta)))));
+    passed = hn::Mul(passed, hn::Exp(d, hn::Neg(hn::Div(thickness, inner))));
+    f = {hn::MulAdd(passed, field(kGlossyDiffuse), mirrored), hn::MulAdd(passed, field(kGlossyDiffuse + 1), mirrored),
+         hn::MulAdd(passed, field(kGlossyDiffuse + 2), mirrored)};
+  }
+  return {hn::IfThenElseZero(above, f.r), hn::IfThenElseZero(above, f.g), hn::IfThenElseZero(above, f.b)};
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace glowworm
+HWY_AFTER_NAMESPACE();
+
+#endif

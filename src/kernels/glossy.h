@@ -1,0 +1,46 @@
+// Glossy query points as the kernels see them: the numbers of their BSDFs, point by point in arrays.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace glowworm {
+
+/// How the numbers of a point are put together (what each means is said in scene/bsdf_reflection.h).
+enum class GlossyModel : std::uint8_t { coated, conductor, schlick };
+inline constexpr std::size_t kGlossyModels = 3;
+
+/// The numbers of a point. Factors of f are multiplied by pi, since the photons of the kernels are divided by it.
+enum GlossyField : std::size_t {
+  kGlossyNormal = 0,         ///< x, y, z of the shading normal, on the side of wo
+  kGlossyWo = 3,             ///< x, y, z, world space
+  kGlossyAlphaSquared = 6,   ///< 0: no lobe
+  kGlossyLobe = 7,           ///< pi alpha^2 / (4 pi cos_o)
+  kGlossyMasking = 8,        ///< 1/2 + Lambda(wo)
+  kGlossyDiffuse = 9,        ///< r, g, b, times pi
+  kGlossyFirst = 12,         ///< r, g, b
+  kGlossySecond = 15,        ///< r, g, b
+  kGlossyFirstGrazing = 18,  ///< schlick; of coated surfaces the index
+  kGlossySecondGrazing = 19,  ///< schlick; of coated surfaces the thickness
+  kGlossyTable = 20,         ///< where the point's curves begin in the tables, as the bits of an int32; < 0: none
+  kGlossyFields = 21,
+};
+inline constexpr std::size_t kGlossyIndex = kGlossyFirstGrazing, kGlossyThickness = kGlossySecondGrazing;
+
+/// Values of a curve in the tables, at cosines (i / (kGlossyCurve - 1))^2; a point of the model schlick has two, one
+/// behind the other.
+inline constexpr int kGlossyCurve = 32;
+
+/// The numbers of one point.
+using GlossyNumbers = std::array<float, kGlossyFields>;
+
+/// Numbers of points that lie together: field f of point i is fields[f * stride + i]. Readable up to a vector behind
+/// the last point.
+struct GlossyPoints {
+  const float* fields = nullptr;
+  std::size_t stride = 0;
+  const float* tables = nullptr;
+  GlossyModel model = GlossyModel::coated;
+};
+
+}  // namespace glowworm
