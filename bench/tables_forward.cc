@@ -1,11 +1,12 @@
 // The tables of [SF07], regenerated: the paper's engine (forward) and ours (blocked) on the scenes of table_scenes(),
 // at the paper's resolution, samples, photons and k, with the paper's figures beside ours. Writes to bench/results/.
 //
-// usage: tables_forward [lanes] [packets] [render] [reorder] [depth] [SCENE]...     (default: all, on those of
+// usage: tables_forward [lanes] [packets] [render] [widths] [reorder] [depth] [SCENE]...     (default: all, on those of
 // table_scenes())
 //   lanes    Table 1: mean number of active lanes with and without reordering
 //   packets  what the order of query points has to do with active lanes
 //   render   Table 2: the whole render against ray tracing alone
+//   widths   the same of small pictures, by engine and instruction set
 //   reorder  Table 3: what reordering costs and what it saves
 //   depth    the paper's open question: time of reordering and lookups over the depth of the order
 //
@@ -233,15 +234,19 @@ std::uint32_t asked_k(const SharedStage& stage, double wanted) {
   return static_cast<std::uint32_t>(asked + 0.5);
 }
 
-void table_of_renders(const std::vector<std::string>& scenes) {
-  Table table("sf07-table2", "[SF07] Table 2: a whole render of indirect light against ray tracing alone (576 samples)",
+/// @param small pictures of a sixteenth of the paper's pixels, by both engines and on every instruction set
+void table_of_renders(const std::vector<std::string>& scenes, bool small) {
+  Table table(small ? "sf07-table2-widths" : "sf07-table2",
+              fmt::format("[SF07] Table 2{}: a whole render of indirect light against ray tracing alone (576 samples)",
+                          small ? ", by engine and instruction set" : ""),
               {"scene", "engine", "pixels", "k", "ray tracing alone, s", "photons and map, s", "reordering, s",
                "lookups, s", "whole, s", "whole / ray tracing", "the same, lookups and reordering free",
                "the same, photons and map free", "million shader operations a second a core"});
   for (const std::string& path : scenes) {
     const std::string scene = short_name(path);
     const bool cornell = scene == "cornell";
-    for (const int cores : {1, 2})
+    for (const int cores : {1, 2}) {
+      if (small) break;
       table.add({scene,
                  fmt::format("the paper's, {} core{}", cores, cores > 1 ? "s" : ""),
                  "308 x 308",
@@ -255,6 +260,7 @@ void table_of_renders(const std::vector<std::string>& scenes) {
                  {},
                  {},
                  Number{cornell ? 11.0 : 10.0}});
+    }
     SharedStage stage;
     stage.scene = std::make_shared<const Scene>(load_scene(path));
     stage.tracer = std::make_shared<const Tracer>(*stage.scene);
@@ -267,8 +273,12 @@ void table_of_renders(const std::vector<std::string>& scenes) {
                  spread_of(r.total), spread_of(r.ratio), spread_of(r.without_lookups), spread_of(r.without_photons),
                  spread_of(r.rate)});
     };
-    for (const int threads : {2, 1}) row("blocked", 308, threads, true, 2);
-    row("blocked", 308, 2, false, 1);
+    if (!small) {
+      for (const int threads : {2, 1}) row("blocked", 308, threads, true, 2);
+      row("blocked", 308, 2, false, 1);
+      set_thread_count(0);
+      continue;
+    }
     for (const std::string& simd : simd_names()) {
       if (simd == "ssse3") continue;  // differs from SSE4 in nothing that is used here
       set_simd(simd);
@@ -280,7 +290,8 @@ void table_of_renders(const std::vector<std::string>& scenes) {
   }
   table.note(
       "500,000 photons, a radius for each; ray tracing alone is the camera pass and the gather rays of the same "
-      "render. Pictures of 77 x 77 pixels hold a sixteenth of the paper's pixels.");
+      "render.");
+  if (small) table.note("Pictures of 77 x 77 pixels hold a sixteenth of the paper's pixels.");
   table.write();
 }
 
@@ -419,7 +430,8 @@ int main(int argc, char** argv) {
     const Arguments asked(argc, argv);
     if (asked.wants("lanes")) table_of_lanes(asked.scenes());
     if (asked.wants("packets")) table_of_lane_limits(asked.scenes());
-    if (asked.wants("render")) table_of_renders(asked.scenes());
+    if (asked.wants("render")) table_of_renders(asked.scenes(), false);
+    if (asked.wants("widths")) table_of_renders(asked.scenes(), true);
     if (asked.wants("reorder")) table_of_reordering(asked.scenes());
     if (asked.wants("depth")) table_of_depths(asked.scenes());
   });

@@ -84,9 +84,8 @@ GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point) {
   const GlossyModel model = glossy_model(f.model);
   const float alpha = point.bsdf.alpha_x, eta = coated ? f.eta : 0.0f;
   const auto last = known_.rbegin(), end = last + static_cast<std::ptrdiff_t>(std::min(kLookBack, known_.size()));
-  auto known = std::find_if(last, end, [&](const Known& k) {
-    return k.model == model && k.alpha == alpha && k.eta == eta;
-  });
+  auto known =
+      std::find_if(last, end, [&](const Known& k) { return k.model == model && k.alpha == alpha && k.eta == eta; });
   std::size_t place = tables_.size();
   if (known != end) {
     place = known->place;

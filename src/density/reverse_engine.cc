@@ -1,11 +1,14 @@
 // Reverse photon mapping [HHS05]: photons look for the query points that they light.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <memory>
 #include <mutex>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
+#include "density/glossy.h"
 #include "density/reverse.h"
 #include "density/reverse_photons.h"
 #include "density/shading.h"
@@ -19,6 +22,28 @@ constexpr std::size_t kPartPoints = std::size_t{1} << 26;
 // Pairs with points that are not Lambertian are shaded when so many are found.
 constexpr std::size_t kMostPairs = std::size_t{1} << 18;
 
+/// How the points of a tree are shaded.
+enum class Shading { lambertian, glossy, one_by_one };
+
+/// Points of a part of a render that are shaded alike, by their indices.
+struct ShadingGroups {
+  std::vector<std::uint32_t> lambertian, others;
+  std::array<std::vector<std::uint32_t>, kGlossyModels> glossy;
+
+  ShadingGroups(const QueryPoints& points, std::size_t first, std::size_t last) {
+    lambertian.reserve(last - first);
+    for (std::size_t i = first; i < last; ++i) {
+      GlossyModel model;
+      if (points.bsdf[i] == kLambertianQuery)
+        lambertian.push_back(static_cast<std::uint32_t>(i));
+      else if (is_glossy(points.bsdfs[points.bsdf[i]].bsdf, model))
+        glossy[static_cast<std::size_t>(model)].push_back(static_cast<std::uint32_t>(i));
+      else
+        others.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+};
+
 /// Runs photons over one subtree after another; what one thread needs for that.
 class SubtreeWorker {
  public:
@@ -28,7 +53,7 @@ class SubtreeWorker {
   /// All photons against the points of a subtree, in A_P order.
   /// @param fields its part of A_R
   /// @param sums   its part of A_W
-  void work(const ReverseSubtree& subtree, const float* fields, float* sums, bool lambertian) {
+  void work(const ReverseSubtree& subtree, const float* fields, float* sums, Shading shading, GlossyModel model) {
     const Box3 box = tree_.measure(subtree, fields, bounds_);
     ReverseSubtreeView part;
     part.nodes = tree_.nodes().data();
@@ -37,20 +62,51 @@ class SubtreeWorker {
     part.points = fields;
     part.sums = sums;
     part.bounds = bounds_.data();
+    ReverseGlossy glossy;
+    if (shading == Shading::glossy) glossy = prepare(part, subtree, model);
     photons_.visit(box, [&](const ReverseCluster& cluster) {
-      if (lambertian) {
+      if (shading == Shading::lambertian) {
         reverse_sum(part, view_, cluster, counts);
+      } else if (shading == Shading::glossy) {
+        reverse_sum_glossy(part, view_, cluster, glossy, counts);
       } else {
         reverse_collect(part, view_, cluster, pairs_, counts);
         if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
       }
     });
-    if (!lambertian) shade_pairs(part, subtree);
+    if (shading == Shading::one_by_one) shade_pairs(part, subtree);
   }
 
   ReverseCounts counts;
 
  private:
+  /// The numbers of the points of a subtree.
+  ReverseGlossy prepare(const ReverseSubtreeView& part, const ReverseSubtree& subtree, GlossyModel model) {
+    preparer_.clear();
+    leaf_.assign(subtree.node_count, 0);
+    std::size_t all = 0;
+    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+      const ReverseNode& node = part.nodes[subtree.root + i];
+      if (!node.is_leaf()) continue;
+      leaf_[i] = static_cast<std::uint32_t>(all);
+      all += kGlossyFields * reverse_glossy_stride(node.count());
+    }
+    numbers_.resize(std::max(numbers_.size(), all));
+    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+      const ReverseNode& node = part.nodes[subtree.root + i];
+      if (!node.is_leaf() || node.count() == 0) continue;
+      const std::size_t n = node.count(), stride = reverse_glossy_stride(n);
+      const float* bsdfs = part.points + (node.first() - subtree.first_point) * kReverseFields + 7 * n;
+      GlossyNumbers numbers{};
+      for (std::size_t lane = 0; lane < stride; ++lane) {
+        if (lane < n) numbers = preparer_.prepare(points_.bsdfs[std::bit_cast<std::uint32_t>(bsdfs[lane])]);
+        for (std::size_t field = 0; field < kGlossyFields; ++field)
+          numbers_[leaf_[i] + field * stride + lane] = numbers[field];
+      }
+    }
+    return {numbers_.data(), leaf_.data(), preparer_.tables(), model};
+  }
+
   /// Adds what the pairs found so far give, each point's in one batch, and forgets them.
   void shade_pairs(const ReverseSubtreeView& part, const ReverseSubtree& subtree) {
     std::stable_sort(pairs_.begin(), pairs_.end(),
@@ -88,6 +144,9 @@ class SubtreeWorker {
   std::vector<ReversePair> pairs_;
   GatheredPhotons gathered_;
   BatchShader shader_;
+  GlossyPreparer preparer_;
+  std::vector<float> numbers_;
+  std::vector<std::uint32_t> leaf_;
 };
 
 /// Completion: adds a subtree's part of A_W, in its order, to the radiance of the points.
@@ -146,18 +205,14 @@ class ReverseEngine final : public DensityEngine {
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
     statistics.add(Counter::query_points, points.size());
     if (photons_.size() == 0) return;
-    std::vector<std::uint32_t> lambertian, others;
     std::unique_ptr<ReverseMemory> memory = take_memory();
     for (std::size_t first = 0; first < points.size(); first += kPartPoints) {
-      lambertian.clear();
-      others.clear();
-      const std::size_t last = std::min(first + kPartPoints, points.size());
-      lambertian.reserve(last - first);
-      for (std::size_t i = first; i < last; ++i) {
-        (points.bsdf[i] == kLambertianQuery ? lambertian : others).push_back(static_cast<std::uint32_t>(i));
-      }
-      estimate_some(points, lambertian, true, radiance, *memory, statistics);
-      estimate_some(points, others, false, radiance, *memory, statistics);
+      const ShadingGroups groups(points, first, std::min(first + kPartPoints, points.size()));
+      estimate_some(points, groups.lambertian, Shading::lambertian, {}, radiance, *memory, statistics);
+      for (std::size_t model = 0; model < kGlossyModels; ++model)
+        estimate_some(points, groups.glossy[model], Shading::glossy, static_cast<GlossyModel>(model), radiance, *memory,
+                      statistics);
+      estimate_some(points, groups.others, Shading::one_by_one, {}, radiance, *memory, statistics);
     }
     const std::lock_guard lock(mutex_);
     idle_ = std::move(memory);
@@ -170,8 +225,8 @@ class ReverseEngine final : public DensityEngine {
     return idle_ ? std::move(idle_) : std::make_unique<ReverseMemory>();
   }
 
-  void estimate_some(const QueryPoints& points, std::span<const std::uint32_t> chosen, bool lambertian,
-                     std::span<RGB> radiance, ReverseMemory& memory, Statistics& statistics) const {
+  void estimate_some(const QueryPoints& points, std::span<const std::uint32_t> chosen, Shading shading,
+                     GlossyModel model, std::span<RGB> radiance, ReverseMemory& memory, Statistics& statistics) const {
     if (chosen.empty()) return;
     std::unique_ptr<const ReverseTree> tree;
     {
@@ -190,8 +245,8 @@ class ReverseEngine final : public DensityEngine {
         const ReverseSubtree& subtree = tree->subtrees()[s];
         const float* fields = tree->points().data() + std::size_t{subtree.first_point} * kReverseFields;
         sums.assign(subtree.point_count * kReverseSums + kReversePadding, 0.0f);
-        worker.work(subtree, fields, sums.data(), lambertian);
-        complete(*tree, subtree, fields, sums.data(), points, lambertian, radiance);
+        worker.work(subtree, fields, sums.data(), shading, model);
+        complete(*tree, subtree, fields, sums.data(), points, shading == Shading::lambertian, radiance);
       }
       statistics.add(Counter::shader_operations, worker.counts.operations);
       statistics.add(Counter::pairs_tested, worker.counts.tested);

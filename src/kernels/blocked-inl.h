@@ -319,8 +319,7 @@ class GlossyGroup {
     std::uint64_t inside_count = 0;
     for (std::size_t i = 0; i < length; ++i) {
       const float* p = photons + list[i];
-      const float* direction =
-          tree.directions + 3 * (list[i] / kBlockFloats * kBlockWidth + list[i] % kBlockFloats);
+      const float* direction = tree.directions + 3 * (list[i] / kBlockFloats * kBlockWidth + list[i] % kBlockFloats);
       for (std::size_t first = 0; first < kGroupWidth; first += kTileLanes) {
         TileVector t = hn::Zero(d);
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -333,8 +332,8 @@ class GlossyGroup {
           const auto product = [&](std::size_t axis) HWY_ATTR {
             return hn::Mul(hn::Load(d, normal_[axis] + first), hn::Set(d, p[(4 + axis) * kBlockWidth]));
           };
-          inside = hn::And(inside, hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)),
-                                          hn::Set(d, tree.min_normal_cosine)));
+          inside = hn::And(
+              inside, hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, tree.min_normal_cosine)));
         }
         if (hn::AllFalse(d, inside)) continue;
         inside_count += hn::CountTrue(d, inside);
@@ -466,8 +465,7 @@ class RunSummer {
     Group& group = groups_[g];
     if (group.valid() == 0) return;
     counts_.evaluated += group.template add<false>(tree_, lists.accepted, accepted);
-    if (ambiguous > 0)
-      counts_.evaluated += group.template add<true>(tree_, lists.ambiguous, ambiguous);
+    if (ambiguous > 0) counts_.evaluated += group.template add<true>(tree_, lists.ambiguous, ambiguous);
     counts_.tested += (accepted + ambiguous) * group.valid();
     counts_.steps += (accepted + ambiguous) * kTileVectors;
   }

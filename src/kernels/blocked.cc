@@ -75,8 +75,8 @@ void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scr
   HWY_DYNAMIC_DISPATCH(sum_run)(tree, run, scratch, counts);
 }
 
-void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy,
-                        BlockedScratch& scratch, BlockedCounts& counts) {
+void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy, BlockedScratch& scratch,
+                        BlockedCounts& counts) {
   HWY_DYNAMIC_DISPATCH(sum_glossy_run)(tree, run, glossy, scratch, counts);
 }
 

@@ -92,8 +92,8 @@ void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scr
 
 /// The same for points of one glossy model: the sum of profile times r, g, b times pi f towards the photon.
 /// @param glossy the numbers of the run's points; readable for padding, whose numbers mean nothing
-void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy,
-                        BlockedScratch& scratch, BlockedCounts& counts);
+void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy, BlockedScratch& scratch,
+                        BlockedCounts& counts);
 
 /// Replaces `found` by the photons in support at one point, in order of their places.
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,

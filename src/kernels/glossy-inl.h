@@ -18,8 +18,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Reflectance of a dielectric (fresnel_dielectric() of scene/bsdf_fresnel.h): where all is reflected, the cosine beyond
-/// is 0 and both terms are 1.
+/// Reflectance of a dielectric (fresnel_dielectric() of scene/bsdf_fresnel.h): where all is reflected, the cosine
+/// beyond is 0 and both terms are 1.
 template <class D>
 HWY_INLINE hn::Vec<D> glossy_dielectric(D d, hn::Vec<D> cosine, hn::Vec<D> eta) {
   const auto one = hn::Set(d, 1.0f);
@@ -133,8 +133,8 @@ HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::siz
     const V eta = field(kGlossyIndex), thickness = field(kGlossyThickness);
     const V mirrored = hn::Mul(lobe, glossy_dielectric(d, cosine_of_half, eta));
     const auto table = hn::LoadU(d, points.fields + kGlossyTable * points.stride + point);
-    const auto smooth = hn::RebindMask(d, hn::Lt(hn::BitCast(hn::RebindToSigned<D>(), table),
-                                                 hn::Zero(hn::RebindToSigned<D>())));
+    const auto smooth =
+        hn::RebindMask(d, hn::Lt(hn::BitCast(hn::RebindToSigned<D>(), table), hn::Zero(hn::RebindToSigned<D>())));
     V passed = zero;
     if (!hn::AllTrue(d, smooth))
       passed = GlossyPlace<D>(d, c, points.fields + kGlossyTable * points.stride + point).read(d, points.tables);

@@ -12,17 +12,17 @@ inline constexpr std::size_t kGlossyModels = 3;
 
 /// The numbers of a point. Factors of f are multiplied by pi, since the photons of the kernels are divided by it.
 enum GlossyField : std::size_t {
-  kGlossyNormal = 0,         ///< x, y, z of the shading normal, on the side of wo
-  kGlossyWo = 3,             ///< x, y, z, world space
-  kGlossyAlphaSquared = 6,   ///< 0: no lobe
-  kGlossyLobe = 7,           ///< pi alpha^2 / (4 pi cos_o)
-  kGlossyMasking = 8,        ///< 1/2 + Lambda(wo)
-  kGlossyDiffuse = 9,        ///< r, g, b, times pi
-  kGlossyFirst = 12,         ///< r, g, b
-  kGlossySecond = 15,        ///< r, g, b
-  kGlossyFirstGrazing = 18,  ///< schlick; of coated surfaces the index
+  kGlossyNormal = 0,          ///< x, y, z of the shading normal, on the side of wo
+  kGlossyWo = 3,              ///< x, y, z, world space
+  kGlossyAlphaSquared = 6,    ///< 0: no lobe
+  kGlossyLobe = 7,            ///< pi alpha^2 / (4 pi cos_o)
+  kGlossyMasking = 8,         ///< 1/2 + Lambda(wo)
+  kGlossyDiffuse = 9,         ///< r, g, b, times pi
+  kGlossyFirst = 12,          ///< r, g, b
+  kGlossySecond = 15,         ///< r, g, b
+  kGlossyFirstGrazing = 18,   ///< schlick; of coated surfaces the index
   kGlossySecondGrazing = 19,  ///< schlick; of coated surfaces the thickness
-  kGlossyTable = 20,         ///< where the point's curves begin in the tables, as the bits of an int32; < 0: none
+  kGlossyTable = 20,          ///< where the point's curves begin in the tables, as the bits of an int32; < 0: none
   kGlossyFields = 21,
 };
 inline constexpr std::size_t kGlossyIndex = kGlossyFirstGrazing, kGlossyThickness = kGlossySecondGrazing;

@@ -11,6 +11,8 @@
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
+#include "kernels/glossy-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
 namespace HWY_NAMESPACE {
@@ -148,7 +150,7 @@ struct Sink {
   ReverseCounts& counts;
 
   template <bool kNormals>
-  void leaf(const ReverseNode& node, const Accepted& accepted) {
+  void leaf(const ReverseNode& node, std::uint32_t, const Accepted& accepted) {
     const D d;
     const std::size_t count = node.count();
     const std::size_t first = node.first() - part.first_point;
@@ -220,6 +222,38 @@ HWY_INLINE void visit_pairs(const ReverseSubtreeView& part, const ReversePhotons
   counts.tested += accepted.count * count;
 }
 
+/// Where reverse_sum_glossy() puts what it finds: the leaf's entries of A_W.
+template <class Kernel, GlossyModel model>
+struct GlossySink {
+  const ReverseSubtreeView& part;
+  const ReversePhotons& photons;
+  const ReverseGlossy& glossy;
+  ReverseCounts& counts;
+
+  template <bool kNormals>
+  void leaf(const ReverseNode& node, std::uint32_t index, const Accepted& accepted) {
+    const D d;
+    const std::size_t count = node.count();
+    const GlossyPoints points{glossy.fields + glossy.leaf[index - part.root], reverse_glossy_stride(count),
+                              glossy.tables, model};
+    float* sums = part.sums + (node.first() - part.first_point) * kReverseSums;
+    visit_pairs<kNormals>(
+        part, photons, node, accepted, counts, [&](std::size_t at, std::uint32_t j, V u, M inside) HWY_ATTR {
+          if (hn::AllFalse(d, inside)) return;
+          counts.operations += hn::CountTrue(d, inside);
+          const V weight = hn::IfThenElseZero(inside, Kernel::profile(u));
+          const GlossyValue<D> f = glossy_value<model>(d, points, at, photons.directions + 3 * std::size_t{j});
+          const auto add = [&](std::size_t channel, float flux, V value) HWY_ATTR {
+            float* sum = sums + channel * count + at;
+            hn::BlendedStore(hn::MulAdd(hn::Mul(weight, hn::Set(d, flux)), value, hn::LoadU(d, sum)), inside, d, sum);
+          };
+          add(0, photons.r[j], f.r);
+          add(1, photons.g[j], f.g);
+          add(2, photons.b[j], f.b);
+        });
+  }
+};
+
 /// Where reverse_collect() puts what it finds: a list of pairs.
 template <class Kernel>
 struct Collector {
@@ -229,7 +263,7 @@ struct Collector {
   std::vector<ReversePair>& pairs;
 
   template <bool kNormals>
-  void leaf(const ReverseNode& node, const Accepted& accepted) {
+  void leaf(const ReverseNode& node, std::uint32_t, const Accepted& accepted) {
     const D d;
     visit_pairs<kNormals>(
         part, photons, node, accepted, counts, [&](std::size_t at, std::uint32_t photon, V u, M inside) HWY_ATTR {
@@ -254,7 +288,7 @@ struct Counter {
   ReverseCounts& counts;
 
   template <bool kNormals>
-  void leaf(const ReverseNode& node, const Accepted& accepted) {
+  void leaf(const ReverseNode& node, std::uint32_t, const Accepted& accepted) {
     const D d;
     visit_pairs<kNormals>(part, photons, node, accepted, counts, [&](std::size_t, std::uint32_t, V, M inside) HWY_ATTR {
       counts.operations += hn::CountTrue(d, inside);
@@ -298,9 +332,9 @@ void search(const ReverseSubtreeView& part, const ReversePhotons& photons, const
     } else {
       const Accepted accepted = accept(part.bounds[at - part.root], photons, cluster);
       if (accepted.check_normals) {
-        sink.template leaf<true>(node, accepted);
+        sink.template leaf<true>(node, at, accepted);
       } else if (accepted.count > 0) {
-        sink.template leaf<false>(node, accepted);
+        sink.template leaf<false>(node, at, accepted);
       }
     }
     if (depth == 0) return;
@@ -319,6 +353,33 @@ void sum(const ReverseSubtreeView& part, const ReversePhotons& photons, const Re
       return search(part, photons, cluster, Sink<Epanechnikov>{part, photons, counts}, counts);
     case ReverseKernel::gaussian:
       return search(part, photons, cluster, Sink<Gaussian>{part, photons, counts}, counts);
+  }
+}
+
+template <GlossyModel model>
+void sum_of_model(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+                  const ReverseGlossy& glossy, ReverseCounts& counts) {
+  switch (photons.kernel) {
+    case ReverseKernel::box:
+      return search(part, photons, cluster, GlossySink<Box, model>{part, photons, glossy, counts}, counts);
+    case ReverseKernel::cone:
+      return search(part, photons, cluster, GlossySink<Cone, model>{part, photons, glossy, counts}, counts);
+    case ReverseKernel::epanechnikov:
+      return search(part, photons, cluster, GlossySink<Epanechnikov, model>{part, photons, glossy, counts}, counts);
+    case ReverseKernel::gaussian:
+      return search(part, photons, cluster, GlossySink<Gaussian, model>{part, photons, glossy, counts}, counts);
+  }
+}
+
+void sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+                const ReverseGlossy& glossy, ReverseCounts& counts) {
+  switch (glossy.model) {
+    case GlossyModel::coated:
+      return sum_of_model<GlossyModel::coated>(part, photons, cluster, glossy, counts);
+    case GlossyModel::conductor:
+      return sum_of_model<GlossyModel::conductor>(part, photons, cluster, glossy, counts);
+    case GlossyModel::schlick:
+      return sum_of_model<GlossyModel::schlick>(part, photons, cluster, glossy, counts);
   }
 }
 
@@ -351,6 +412,7 @@ namespace glowworm {
 
 namespace {
 HWY_EXPORT(sum);
+HWY_EXPORT(sum_glossy);
 HWY_EXPORT(collect);
 HWY_EXPORT(count);
 }  // namespace
@@ -358,6 +420,11 @@ HWY_EXPORT(count);
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
                  ReverseCounts& counts) {
   HWY_DYNAMIC_DISPATCH(sum)(part, photons, cluster, counts);
+}
+
+void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+                        const ReverseGlossy& glossy, ReverseCounts& counts) {
+  HWY_DYNAMIC_DISPATCH(sum_glossy)(part, photons, cluster, glossy, counts);
 }
 
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,

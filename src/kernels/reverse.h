@@ -5,6 +5,8 @@
 #include <cstring>
 #include <vector>
 
+#include "kernels/glossy.h"
+
 namespace glowworm {
 
 /// Shapes of the kernel, as KernelShape of the density room.
@@ -82,6 +84,7 @@ struct ReversePhotons {
   const float* inverse_radius_squared;          ///< m^-2
   const float *normal_x, *normal_y, *normal_z;  ///< unit
   const float *r, *g, *b;                       ///< dPhi / (pi h^2) times the norm of the kernel, W m^-2
+  const float* directions = nullptr;            ///< x, y, z of each, unit, back along its way; for glossy points
   float min_normal_cosine = 0;                  ///< photons count where the normals' dot product is above this
   ReverseKernel kernel = ReverseKernel::epanechnikov;
 };
@@ -108,6 +111,23 @@ struct ReverseCounts {
 /// descends to the first node whose plane cuts it; the search goes on from there.
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
                  ReverseCounts& counts);
+
+/// Numbers of the glossy points of a part, all of one model.
+struct ReverseGlossy {
+  const float* fields = nullptr;
+  /// By node less root, of leaves: where its numbers begin in `fields`. Field f of its point i is f * stride + i behind
+  /// that, with reverse_glossy_stride(), up to which points repeat the last one.
+  const std::uint32_t* leaf = nullptr;
+  const float* tables = nullptr;
+  GlossyModel model = GlossyModel::coated;
+};
+constexpr std::size_t reverse_glossy_stride(std::size_t count) {
+  return (count + kReversePadding - 1) / kReversePadding * kReversePadding;
+}
+
+/// reverse_sum() for glossy points: each photon's contribution is multiplied by pi f towards it.
+void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
+                        const ReverseGlossy& glossy, ReverseCounts& counts);
 
 /// A photon inside the kernel support at a point.
 struct ReversePair {

@@ -22,8 +22,8 @@ inline constexpr int kReflectionModels = 3;
 /// f of the broad lobes of a BSDF for one wo.
 struct IsotropicReflection {
   ReflectionModel model = ReflectionModel::coated;
-  float alpha = 0;     ///< GGX; 0: the lobe is not there, or not broad
-  RGB diffuse{0.0f};   ///< everything of the diffuse part that does not depend on wi
+  float alpha = 0;    ///< GGX; 0: the lobe is not there, or not broad
+  RGB diffuse{0.0f};  ///< everything of the diffuse part that does not depend on wi
   RGB first{0.0f}, second{0.0f};
   float first_grazing = 1, second_grazing = 0;
   float eta = 1.5f, thickness = 0;
