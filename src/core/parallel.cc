@@ -31,6 +31,30 @@ class Ordering {
 #endif
 };
 
+// Marks that the scope it stands in is left, by an exception too.
+class ReleaseAtEnd {
+ public:
+  explicit ReleaseAtEnd(Ordering& ordering) : ordering_(ordering) {}
+  ~ReleaseAtEnd() { ordering_.release(); }
+  ReleaseAtEnd(const ReleaseAtEnd&) = delete;
+  ReleaseAtEnd& operator=(const ReleaseAtEnd&) = delete;
+
+ private:
+  Ordering& ordering_;
+};
+
+// The same of what all of those marks come before.
+class AcquireAtEnd {
+ public:
+  explicit AcquireAtEnd(Ordering& ordering) : ordering_(ordering) {}
+  ~AcquireAtEnd() { ordering_.acquire(); }
+  AcquireAtEnd(const AcquireAtEnd&) = delete;
+  AcquireAtEnd& operator=(const AcquireAtEnd&) = delete;
+
+ private:
+  Ordering& ordering_;
+};
+
 // The flag that work of this thread looks at, or null.
 thread_local const std::atomic<bool>* cancellation = nullptr;
 
@@ -42,6 +66,7 @@ void throw_if_cancelled(const std::atomic<bool>* flag) {
 template <typename Task>
 void run_ordered(Ordering& start, Ordering& end, const std::atomic<bool>* flag, const Task& task) {
   start.acquire();
+  const ReleaseAtEnd released(end);
   throw_if_cancelled(flag);
   // A thread that waits for its own loop may run a piece of another one meanwhile.
   struct Restore {
@@ -50,7 +75,6 @@ void run_ordered(Ordering& start, Ordering& end, const std::atomic<bool>* flag, 
   } restore;
   cancellation = flag;
   task();
-  end.release();
 }
 
 std::unique_ptr<tbb::global_control> control;
@@ -84,6 +108,7 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
   Ordering started, ended;
   const std::atomic<bool>* const flag = cancellation;
   started.release();
+  const AcquireAtEnd acquired(ended);
   tbb::parallel_for(
       std::size_t{0}, pieces,
       [&](std::size_t piece) {
@@ -91,7 +116,6 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
         run_ordered(started, ended, flag, [&] { body(first, std::min(first + grain, end)); });
       },
       tbb::simple_partitioner());
-  ended.acquire();
 }
 
 void parallel_invoke(const std::function<void()>& a, const std::function<void()>& b) {
@@ -103,8 +127,8 @@ void parallel_invoke(const std::function<void()>& a, const std::function<void()>
   Ordering started, ended;
   const std::atomic<bool>* const flag = cancellation;
   started.release();
+  const AcquireAtEnd acquired(ended);
   tbb::parallel_invoke([&] { run_ordered(started, ended, flag, a); }, [&] { run_ordered(started, ended, flag, b); });
-  ended.acquire();
 }
 
 }  // namespace glowworm
