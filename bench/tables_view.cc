@@ -1,31 +1,25 @@
 // Frames a second of interactive sessions, beside those of [SF07] section 5.4 on four cores.
 // usage: tables_view [FOLDER [SCENE...]]
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <deque>
+#include <fstream>
 #include <functional>
-#include <limits>
 #include <memory>
-#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "core/warp.h"
-#include "gather/camera_pass.h"
-#include "gather/gather_rays.h"
 #include "import/import.h"
-#include "photon/photon_tracer.h"
-#include "scene/surface.h"
 #include "session/camera_control.h"
 #include "session/session.h"
 #include "session/worker.h"
+#include "support/frame_floor.h"
 #include "support/recording.h"
 #include "support/run_tables.h"
 #include "support/table.h"
@@ -38,9 +32,6 @@ using namespace glowworm::bench;
 constexpr int kSide = 256;
 constexpr std::uint64_t kPhotons = 500'000;
 constexpr double kFramesPerSecond = 15;
-constexpr int kRaysAloneRuns = 3;
-/// Rays that are traced at once, where they are traced alone.
-constexpr std::size_t kRaysAtOnce = 4096;
 
 struct Row {
   ViewMode mode;
@@ -72,98 +63,43 @@ void move_on(ViewState& state) {
   state.camera = fly(state.camera, {0.0005f * state.pivot_distance, 0, 0});
 }
 
-/// Wall seconds of closest hits alone, on all threads: the least of some runs.
-double seconds_alone(const Tracer& tracer, const std::vector<Ray>& rays, RayOrder order) {
-  std::vector<Hit> hits(rays.size());
-  double least = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < kRaysAloneRuns; ++run) {
-    const Spread s = measure_seconds(1, [&] {
-      parallel_for(0, rays.size(), kRaysAtOnce, [&](std::size_t first, std::size_t last) {
-        tracer.intersect(std::span(rays).subspan(first, last - first), std::span(hits).subspan(first, last - first),
-                         order);
-      });
-    });
-    least = std::min(least, s.median);
-  }
-  return least;
-}
-
-/// What closest hits alone take of a frame, in seconds: the least that tracing can take.
-struct RaysAlone {
-  double photons = 0, camera = 0, gather = 0;
+/// What frames took, and what the same takes that they cannot do without, frame by frame.
+struct Measured {
+  std::vector<ViewFrame> frames;
+  std::vector<double> rays, numbers, sums, bytes;  ///< seconds, as FrameFloor
 };
 
-/// As many rays as leave a photon, from where photons lie, in the order of their tracing, by the cosine law.
-std::vector<Ray> photon_rays(const Tracer& tracer) {
-  PhotonPassSettings settings;
-  settings.photons = kPhotons;
-  Statistics statistics;
-  const PhotonPass pass = trace_photons(tracer, settings, statistics);
-  std::vector<Ray> rays;
-  for (std::size_t i = 0; i < pass.global.size(); ++i) {
-    Sampler sampler(SamplerKind::sobol, 0, 0, static_cast<std::uint32_t>(i));
-    const Vec3 n = pass.global.normal[i];
-    rays.push_back({offset_origin(pass.global.position[i], n), 0,
-                    Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2())),
-                    std::numeric_limits<float>::infinity()});
-  }
-  return rays;
+/// Whether a row has what was asked of it, or what keeps it from that.
+std::string verdict(double frames_a_second, double rays, double least, double asked) {
+  if (frames_a_second >= asked) return "reached";
+  if (1 / rays < asked) return "rays alone forbid it";
+  if (1 / least < asked) return "the least forbids it";
+  return "not reached";
 }
 
-/// The camera rays and final gather rays of a frame.
-RaysAlone rays_alone(const Tracer& tracer, const Camera& camera, const Row& row, double photon_seconds) {
-  RaysAlone out;
-  out.photons = photon_seconds;
-  std::vector<Ray> rays;
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
-      const CameraRay ray = generate_ray(camera, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, kSide,
-                                         kSide, {0.5f, 0.5f});
-      rays.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-    }
-  out.camera = seconds_alone(tracer, rays, RayOrder::coherent);
-  if (row.mode == ViewMode::photons) return out;
-  CameraPassSettings settings;
-  settings.width = settings.height = kSide;
-  SlotRadiance radiance;
-  FirstHit first_hit;
-  Statistics statistics;
-  const GatherPoints points =
-      camera_pass(tracer, camera, {0, 0, kSide, kSide, 0, 1}, settings, radiance, first_hit, statistics);
-  // In the portions and the order in which final gathering traces them.
-  const std::size_t portion = std::max<std::size_t>(1, 32768 / row.gather);
-  GatherRays gather;
-  for (std::size_t first = 0; first < points.size(); first += portion) {
-    std::vector<std::uint32_t> order;
-    coherent_order(points, first, std::min(first + portion, points.size()), order);
-    GatherRayMaker maker;
-    maker.prepare(points, order, row.gather, 0);
-    maker.create(0, row.gather, gather);
-  }
-  out.gather = seconds_alone(tracer, gather.rays, RayOrder::incoherent);
-  return out;
-}
-
-std::vector<Cell> cells(const std::string& scene, const Row& row, const char* shows, bool anew, const RaysAlone& alone,
-                        const std::vector<ViewFrame>& frames) {
+std::vector<Cell> cells(const std::string& scene, const Row& row, const char* shows, bool anew, const Measured& m) {
   std::vector<double> seconds;
-  for (const ViewFrame& frame : frames) seconds.push_back(frame.cost.seconds);
+  for (const ViewFrame& frame : m.frames) seconds.push_back(frame.cost.seconds);
   const auto phase = [&](std::vector<Phase> phases) -> Cell {
     std::vector<double> values;
-    for (const ViewFrame& frame : frames) {
+    for (const ViewFrame& frame : m.frames) {
       double sum = 0;
       for (const Phase p : phases) sum += frame.cost.phase(p);
       values.push_back(1e3 * sum);
     }
     return Number{spread_of(values).median};
   };
-  const double rays = (anew ? alone.photons : 0) + alone.camera + alone.gather;
+  const double rays = spread_of(m.rays).median, numbers = spread_of(m.numbers).median, sums = spread_of(m.sums).median,
+               bytes = spread_of(m.bytes).median;
+  const double least = rays + numbers + sums + bytes, asked = anew ? row.asked : row.asked_kept;
+  const Spread rate = spread_of(seconds).rate(1);
   return {scene,
           std::string(row.name),
           std::string(shows),
           std::string(anew ? "all anew" : "map kept"),
-          spread_of(seconds).rate(1),
-          Number{anew ? row.asked : row.asked_kept},
+          rate,
+          Number{asked},
+          verdict(rate.median, rays, least, asked),
           std::string(row.paper),
           phase({Phase::trace_photons}),
           phase({Phase::build_photon_map}),
@@ -172,18 +108,38 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* sh
           phase({Phase::gather_rays}),
           phase({Phase::reorder, Phase::density, Phase::completion}),
           Number{1e3 * rays},
-          Number{1 / rays}};
+          Number{1e3 * numbers},
+          Number{1e3 * sums},
+          Number{1e3 * bytes},
+          Number{1 / least}};
+}
+
+/// Frames, and after each what it could not do without, so that both meet the machine as it is then.
+Measured measure_frames(Session& session, ViewState& state, const FrameFloor& floor, bool anew, int runs,
+                        double& clock) {
+  Measured m;
+  for (int run = 0; run < runs; ++run) {
+    move_on(state);
+    if (anew) session.forget_photons();
+    m.frames.push_back(session.next_frame(state, clock += 0.1));
+    const FrameCost& cost = m.frames.back().cost;
+    m.rays.push_back(floor.rays(anew));
+    m.numbers.push_back(floor.numbers(anew));
+    m.sums.push_back(floor.sums(cost.count(Counter::shader_operations)));
+    m.bytes.push_back(floor.bytes(cost.count(Counter::query_points), anew));
+  }
+  return m;
 }
 
 void measure(Table& table, const std::string& path) {
   const auto scene = std::make_shared<const Scene>(load_scene(path, {}));
   const Tracer tracer(*scene);
-  const double photon_seconds = seconds_alone(tracer, photon_rays(tracer), RayOrder::incoherent);
   Session session(scene, {});
   const ViewState initial = session.initial_state();
+  FrameFloor floor(tracer, initial.camera, kSide, kPhotons);
   double clock = 0;
   for (const Row& row : kRows) {
-    const RaysAlone alone = rays_alone(tracer, initial.camera, row, photon_seconds);
+    floor.choose_gather(row.mode == ViewMode::photons ? 0 : row.gather);
     for (const bool all : {false, true}) {
       // The photon map shown has its light in one part; all light is shown by one row.
       if (all && row.gather != 16) continue;
@@ -191,17 +147,22 @@ void measure(Table& table, const std::string& path) {
       state.part = all || row.mode == ViewMode::photons ? LightPart::all : LightPart::indirect;
       state.corners = all;
       session.next_frame(state, clock);
-      for (const bool anew : {true, false}) {
-        std::vector<ViewFrame> frames;
-        for (int run = 0; run < (anew ? row.anew_runs : row.kept_runs); ++run) {
-          move_on(state);
-          if (anew) session.forget_photons();
-          frames.push_back(session.next_frame(state, clock += 0.1));
-        }
-        table.add(cells(short_name(path), row, all ? "all light" : "as [SF07]", anew, alone, frames));
-      }
+      for (const bool anew : {true, false})
+        table.add(cells(short_name(path), row, all ? "all light" : "as [SF07]", anew,
+                        measure_frames(session, state, floor, anew, anew ? row.anew_runs : row.kept_runs, clock)));
     }
   }
+}
+
+/// Seconds that this machine's processors stood ready but were given to other machines, all added up; 0 where the
+/// system does not say.
+double stolen_seconds() {
+  std::ifstream file("/proc/stat");
+  std::string name;
+  double ticks = 0;
+  file >> name;
+  for (int field = 0; field < 8; ++field) file >> ticks;  // the eighth is "steal": proc(5)
+  return file ? ticks / static_cast<double>(sysconf(_SC_CLK_TCK)) : 0;
 }
 
 /// A view in motion, as a window drives it: the worker's thread renders, states come 60 times a second.
@@ -300,10 +261,12 @@ class Motion {
 void measure_adapting(Table& table, const std::string& path, const Row& row, bool light) {
   constexpr double kSeconds = 2.5;
   Motion motion(path, row);
+  const double stolen_before = stolen_seconds();
   if (light)
     motion.drag_light(kSeconds);
   else
     motion.move_camera(kSeconds);
+  const double stolen = stolen_seconds() - stolen_before;
   if (motion.frames.empty()) throw Error("no frame came while the view moved");
   const auto median = [&](auto&& value) -> Cell {
     std::vector<double> values;
@@ -315,7 +278,7 @@ void measure_adapting(Table& table, const std::string& path, const Row& row, boo
              spread_of(motion.wanted_latencies).scaled(1e3), spread_of(motion.latencies).scaled(1e3),
              median([](const ViewFrame& f) { return f.effort.scale; }),
              median([](const ViewFrame& f) { return f.effort.gather; }),
-             median([](const ViewFrame& f) { return f.photons; })});
+             median([](const ViewFrame& f) { return f.photons; }), Number{1e3 * stolen, 2}});
 }
 
 void write_tables(int argc, char** argv) {
@@ -324,26 +287,30 @@ void write_tables(int argc, char** argv) {
   if (scenes.empty()) scenes = {"builtin:cornell", "builtin:atrium"};
   Table table(
       "view", "Interactive sessions: 256x256 pixels, 500,000 photons, nothing reused across frames",
-      {"scene", "mode", "light", "redone", "frames/s", "asked, frames/s", "[SF07], 4 cores, frames/s", "photons, ms",
-       "map, ms", "camera, ms", "direct, ms", "gather rays, ms", "density, ms", "rays alone, ms", "limit, frames/s"});
+      {"scene", "mode", "light", "redone", "frames/s", "asked, frames/s", "what was asked", "[SF07], 4 cores, frames/s",
+       "photons, ms", "map, ms", "camera, ms", "direct, ms", "gather rays, ms", "density, ms", "rays alone, ms",
+       "random numbers, ms", "sums alone, ms", "bytes, ms", "limit, frames/s"});
   table.note(
       "Photons, map, ...: medians of wall time. 'map kept': only the camera moved. Samples: final gather rays of "
       "each pixel. 'as [SF07]': what they bring from the map; 'all light': with direct light by shadow rays, "
       "caustics, and a second gather in corners.");
   table.note(
-      "Rays alone: Embree's closest hits of the same camera rays and final gather rays, and of as many rays as there "
-      "are photons, from where photons lie: the least of three runs. Limit: frames a second if all else took no time.");
+      "Rays alone: Embree's closest hits of the same camera and final gather rays, and of as many rays as there are "
+      "photons, from where photons lie. Random numbers: directions of gather rays, and Sobol' pairs of photons. Sums "
+      "alone: the frame's shader operations where every pair tested is used. Bytes: query points written once, photons "
+      "written and put in order once. Each is measured after each frame; limit: frames a second if all else took no "
+      "time. 'forbids it': rays alone, or all four, take longer than a frame that was asked for.");
   for (const std::string& scene : scenes) measure(table, scene);
   table.write(folder);
   Table adapting("view_adapting",
                  fmt::format("Views in motion that adapt to {} frames a second: 256x256 pixels, 500,000 photons",
                              kFramesPerSecond),
                  {"scene", "mode", "what moves", "pictures/s", "state to its picture, ms", "input to picture, ms",
-                  "scale", "gather rays", "photons"});
+                  "scale", "gather rays", "photons", "stolen, ms"});
   adapting.note(
       "States come 60 times a second. State to its picture: of those that a picture was made of. Input to picture: of "
       "all states, to the first picture that is not older, so with the wait for the picture under way. Scale: of both "
-      "sides of the picture.");
+      "sides of the picture. Stolen: processor time that the machine below gave to others meanwhile.");
   for (const std::string& scene : scenes)
     for (const bool light : {false, true})
       for (const Row& row : kRows)

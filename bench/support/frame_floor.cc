@@ -1,0 +1,169 @@
+#include "support/frame_floor.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <span>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "core/warp.h"
+#include "density/engine.h"
+#include "gather/camera_pass.h"
+#include "gather/gather_rays.h"
+#include "gather/query_points.h"
+#include "kernels/sobol.h"
+#include "photon/photon_tracer.h"
+#include "scene/surface.h"
+#include "support/table.h"
+
+namespace glowworm::bench {
+
+namespace {
+
+/// Rays that are traced at once, and numbers that are made at once.
+constexpr std::size_t kAtOnce = 4096;
+/// Runs of what is measured once for all frames; the least counts.
+constexpr int kRuns = 5;
+
+template <typename Work>
+double least_seconds(Work&& work) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < kRuns; ++run) least = std::min(least, work());
+  return least;
+}
+
+double seconds_of(const std::function<void()>& work) { return measure_seconds(1, work).median; }
+
+/// @param hits of at least as many rays
+void intersect(const Tracer& tracer, const std::vector<Ray>& rays, std::vector<Hit>& hits, RayOrder order) {
+  parallel_for(0, rays.size(), kAtOnce, [&](std::size_t first, std::size_t last) {
+    tracer.intersect(std::span(rays).subspan(first, last - first), std::span(hits).subspan(first, last - first), order);
+  });
+}
+
+/// Photons and query points in one spot: all are within the support of all.
+double measure_operation() {
+  constexpr std::size_t kPhotons = 4096, kPoints = 32768;
+  PhotonBatch photons;
+  QueryPoints points;
+  const auto place = [](std::uint32_t i, std::uint32_t stream) {
+    Sampler sampler(SamplerKind::sobol, 0, stream, i);
+    const Vec2 u = sampler.next2();
+    return Vec3{0.1f * u.x, 0.1f * u.y, 0};
+  };
+  const Vec3 up{0, 0, 1};
+  for (std::uint32_t i = 0; i < kPhotons; ++i) photons.push_back(place(i, 0), up, RGB(1.0f), up);
+  for (std::uint32_t i = 0; i < kPoints; ++i) points.push_back(place(i, 1), up, RGB(1.0f), RGB(1.0f), i);
+  RadiusPolicy policy;
+  policy.kind = RadiusKind::per_photon;
+  policy.radii.assign(kPhotons, 1.0f);
+  const auto engine = make_engine("blocked");
+  Statistics building;
+  engine->build(photons, policy, building);
+  std::vector<RGB> radiance(kPoints);
+  return least_seconds([&] {
+    Statistics statistics;
+    engine->estimate(points, radiance, statistics);
+    return statistics.seconds(Phase::density) / static_cast<double>(statistics.count(Counter::shader_operations));
+  });
+}
+
+/// Arrays beyond the caches, copied in order.
+double measure_byte() {
+  constexpr std::size_t kBytes = std::size_t{128} << 20, kPiece = std::size_t{1} << 20;
+  std::vector<char> from(kBytes, 1), to(kBytes, 2);
+  return least_seconds([&] {
+    return seconds_of([&] {
+             parallel_for(0, kBytes, kPiece, [&](std::size_t first, std::size_t last) {
+               std::memcpy(&to[first], &from[first], last - first);
+             });
+           }) /
+           static_cast<double>(kBytes);
+  });
+}
+
+}  // namespace
+
+FrameFloor::FrameFloor(const Tracer& tracer, const Camera& camera, int side, std::uint64_t photons)
+    : tracer_(tracer), photons_(photons), seconds_an_operation_(measure_operation()), seconds_a_byte_(measure_byte()) {
+  PhotonPassSettings settings;
+  settings.photons = photons;
+  Statistics statistics;
+  const PhotonPass pass = trace_photons(tracer, settings, statistics);
+  emitted_ = pass.emitted;
+  for (std::size_t i = 0; i < pass.global.size(); ++i) {
+    Sampler sampler(SamplerKind::sobol, 0, 0, static_cast<std::uint32_t>(i));
+    const Vec3 n = pass.global.normal[i];
+    photon_rays_.push_back({offset_origin(pass.global.position[i], n), 0,
+                            Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2())),
+                            std::numeric_limits<float>::infinity()});
+  }
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      const CameraRay ray =
+          generate_ray(camera, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, side, side, {0.5f, 0.5f});
+      camera_rays_.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+    }
+  CameraPassSettings camera_settings;
+  camera_settings.width = camera_settings.height = side;
+  SlotRadiance radiance;
+  FirstHit first_hit;
+  points_ = camera_pass(tracer, camera, {0, 0, side, side, 0, 1}, camera_settings, radiance, first_hit, statistics);
+}
+
+void FrameFloor::choose_gather(std::uint32_t rays_each) {
+  rays_each_ = rays_each;
+  gather_rays_.clear();
+  orders_.clear();
+  if (rays_each == 0) return;
+  // In the portions and the order in which final gathering traces them.
+  const std::size_t portion = std::max<std::size_t>(1, 32768 / rays_each);
+  GatherRays rays;
+  for (std::size_t first = 0; first < points_.size(); first += portion) {
+    orders_.emplace_back();
+    coherent_order(points_, first, std::min(first + portion, points_.size()), orders_.back());
+    GatherRayMaker maker;
+    maker.prepare(points_, orders_.back(), rays_each, 0);
+    rays.clear();
+    maker.create(0, rays_each, rays);
+    gather_rays_.insert(gather_rays_.end(), rays.rays.begin(), rays.rays.end());
+  }
+}
+
+double FrameFloor::rays(bool anew) const {
+  std::vector<Hit> hits(std::max({photon_rays_.size(), camera_rays_.size(), gather_rays_.size()}));
+  return seconds_of([&] {
+    if (anew) intersect(tracer_, photon_rays_, hits, RayOrder::incoherent);
+    intersect(tracer_, camera_rays_, hits, RayOrder::coherent);
+    intersect(tracer_, gather_rays_, hits, RayOrder::incoherent);
+  });
+}
+
+double FrameFloor::numbers(bool anew) const {
+  const auto pairs = static_cast<std::size_t>(3 * emitted_ + 2 * photons_);
+  return seconds_of([&] {
+    parallel_for(0, orders_.size(), 1, [&](std::size_t i, std::size_t) {
+      static thread_local GatherRays rays;
+      static thread_local GatherRayMaker maker;
+      rays.clear();
+      maker.prepare(points_, orders_[i], rays_each_, 0);
+      maker.create(0, rays_each_, rays);
+    });
+    if (!anew) return;
+    parallel_for(0, pairs, kAtOnce, [&](std::size_t first, std::size_t last) {
+      std::uint32_t index[kAtOnce];
+      float x[kAtOnce], y[kAtOnce];
+      for (std::size_t i = 0; i < last - first; ++i) index[i] = static_cast<std::uint32_t>(first + i);
+      sobol_pairs(Sampler::pair_key(0, 0, 0), index, last - first, x, y);
+    });
+  });
+}
+
+double FrameFloor::bytes(std::uint64_t query_points, bool anew) const {
+  const std::uint64_t moved =
+      query_points * QueryPoints::kBytesEach + (anew ? 2 * photons_ * PhotonBatch::kBytesEach : 0);
+  return seconds_a_byte_ * static_cast<double>(moved);
+}
+
+}  // namespace glowworm::bench
