@@ -17,11 +17,13 @@
 
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "density/glossy.h"
 #include "density/radius.h"
 #include "density/reorder.h"
 #include "import/import.h"
 #include "render/job.h"
 #include "support/nanoflann_tree.h"
+#include "support/pair_cost.h"
 #include "support/paper_render.h"
 #include "support/recording.h"
 #include "support/run_tables.h"
@@ -51,13 +53,17 @@ struct Published {
 constexpr Published kPublished[] = {
     {"cornell", 300, 605, 420}, {"cornell", 500, 1540, 710}, {"sponza", 300, 840, 493}, {"sponza", 500, 2613, 1280}};
 
-/// Seconds of wall time that nanoflann's k nearest neighbours would take for each query point, summed up as normal
-/// photon mapping does: the normal photon mapping that others would have.
-double nanoflann_seconds(const std::string& path) {
+/// A small part of a render's query points.
+Recording small_recording(const std::string& path) {
   RecordingSettings settings;
   settings.width = settings.height = 60;
   settings.gather = kPaperRays / kPaperSamples;
-  const Recording recording = record(Stage(path), settings);
+  return record(Stage(path), settings);
+}
+
+/// Seconds of wall time that nanoflann's k nearest neighbours would take for each query point, summed up as normal
+/// photon mapping does: the normal photon mapping that others would have.
+double nanoflann_seconds(const Recording& recording) {
   ReorderSettings full;
   full.depth = 21;
   const PhotonBatch& photons = recording.photons;
@@ -89,6 +95,49 @@ double nanoflann_seconds(const std::string& path) {
   return seconds.median / static_cast<double>(points.size());
 }
 
+/// Shares of query points by how they are shaded.
+struct Shares {
+  double lambertian = 0, one_by_one = 0, glossy[kGlossyModels] = {};
+
+  explicit Shares(const QueryPoints& points) {
+    const double each = 1 / static_cast<double>(std::max<std::size_t>(points.size(), 1));
+    for (const std::uint32_t bsdf : points.bsdf) {
+      GlossyModel model;
+      if (bsdf == kLambertianQuery)
+        lambertian += each;
+      else if (is_glossy(points.bsdfs[bsdf].bsdf, model))
+        glossy[static_cast<std::size_t>(model)] += each;
+      else
+        one_by_one += each;
+    }
+  }
+};
+
+/// Nanoseconds of a thread that the kernels of the reverse engine take for a pair where nothing is searched for.
+struct PairCosts {
+  double lambertian = nanoseconds_of_a_sum({});
+  double glossy[kGlossyModels] = {nanoseconds_of_a_sum(GlossyModel::coated),
+                                  nanoseconds_of_a_sum(GlossyModel::conductor),
+                                  nanoseconds_of_a_sum(GlossyModel::schlick)};
+
+  /// Of a pair of the points of a scene. Those shaded one by one count as if they were Lambertian.
+  double of(const Shares& shares) const {
+    double sum = (shares.lambertian + shares.one_by_one) * lambertian;
+    for (std::size_t m = 0; m < kGlossyModels; ++m) sum += shares.glossy[m] * glossy[m];
+    return sum;
+  }
+};
+
+/// What keeps the reverse engine from being 8 times as fast as the normal render: the first that alone does.
+const char* what_limits(double ratio, double rays, double sums, double tests) {
+  constexpr double kAsked = 8;
+  if (ratio >= kAsked) return "nothing";
+  if (rays < kAsked) return "rays";
+  if (sums < kAsked) return "sums";
+  if (tests < kAsked) return "tests";
+  return "searching";
+}
+
 /// Table 1: whole renders.
 void table_render(bool full, const std::set<std::string>& parts) {
   constexpr int kSide = 90;
@@ -108,18 +157,27 @@ void table_render(bool full, const std::set<std::string>& parts) {
                "blocked over nanoflann's",
                "no engine over normal more than",
                "over nanoflann's",
+               "glossy points, %",
+               "sums alone, s",
+               "with rays and sums alone",
+               "tests and sums alone, s",
+               "with rays, tests and sums alone",
+               "8 times is kept from by",
                "looking up: reverse over normal",
                "looking up: blocked over normal",
                "all but looking up, s",
                "published normal, s",
                "published reverse, s",
                "published speed-up"});
+  const PairCosts costs;
   const bool chosen =
       std::any_of(parts.begin(), parts.end(), [](const std::string& p) { return p.starts_with("scene:"); });
   for (const std::string& path : scene_paths()) {
     const std::string name = short_name(path);
     if (chosen && parts.count("scene:" + name) == 0) continue;
-    const double nanoflann = nanoflann_seconds(path);
+    const Recording recording = small_recording(path);
+    const Shares shares(recording.points);
+    const double nanoflann = nanoflann_seconds(recording), pair = costs.of(shares) * 1e-9 / thread_count();
     const RenderedScene set(path);
     RenderTimes normal, reverse, blocked;
     for (const int side : {300, 500}) {
@@ -137,6 +195,7 @@ void table_render(bool full, const std::set<std::string>& parts) {
                     blocked.whole(factor) - blocked.look_up * factor});
       const double n = normal.whole(factor), r = reverse.whole(factor), b = blocked.whole(factor),
                    other = n + (queries * nanoflann - normal.look_up) * factor;
+      const double sums = queries * factor * reverse.k * pair, tests = queries * factor * reverse.tested * pair;
       std::vector<Cell> row = {name,
                                fmt::format("{0}x{0}", side),
                                fmt::format("{0}x{0}", measured),
@@ -152,6 +211,12 @@ void table_render(bool full, const std::set<std::string>& parts) {
                                Number{other / b},
                                Number{n / rays},
                                Number{other / rays},
+                               Number{100 * (1 - shares.lambertian), 2},
+                               Number{sums},
+                               Number{n / (rays + sums)},
+                               Number{tests},
+                               Number{n / (rays + tests)},
+                               what_limits(n / r, n / rays, n / (rays + sums), n / (rays + tests)),
                                Number{normal.look_up / reverse.look_up},
                                Number{normal.look_up / blocked.look_up},
                                Number{rays}};
@@ -170,6 +235,13 @@ void table_render(bool full, const std::set<std::string>& parts) {
       "Normal by nanoflann: the same render, with the time that nanoflann's k nearest neighbours and their sum take "
       "for "
       "as many query points in place of the program's; its tree is not counted, nor are normals compared.");
+  table.note(fmt::format(
+      "Sums alone: as many pairs as the reverse engine adds up, at {:.3f} ns of a thread for a Lambertian point, "
+      "{:.3f}, "
+      "{:.3f} and {:.3f} for coated, conducting and Schlick's ones, as its kernels take where nothing is searched for "
+      "and all is in the nearest cache; tests and sums: as many as it tests. Beside them the ratio that would be "
+      "reached if looking up took that long. The first of these below 8 is what keeps from 8 times.",
+      costs.lambertian, costs.glossy[0], costs.glossy[1], costs.glossy[2]));
   table.note("No engine over normal more than: the normal render over all of it but looking up, by the fastest run.");
   if (!full)
     table.note(

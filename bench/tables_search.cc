@@ -24,6 +24,7 @@
 #include "density/reverse_photons.h"
 #include "support/calibration.h"
 #include "support/nanoflann_tree.h"
+#include "support/pair_cost.h"
 #include "support/recording.h"
 #include "support/run_tables.h"
 #include "support/table.h"
@@ -147,45 +148,6 @@ ReverseSearch search_reverse(const Recording& recording, const RadiusPolicy& pol
   return result;
 }
 
-/// Nanoseconds that a pair takes a thread where there is nothing to search: the engine's tests of distance and normal,
-/// photons that reach every point of a leaf against that leaf, all of it in the nearest cache.
-double nanoseconds_of_a_test() {
-  constexpr std::uint32_t kPoints = 96, kClusters = 20'000;
-  PhotonBatch batch;
-  for (std::uint32_t i = 0; i < ReverseCluster::kMaxCount; ++i)
-    batch.push_back({0.001f * static_cast<float>(i), 0, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
-  RadiusPolicy policy;
-  policy.kind = RadiusKind::fixed;
-  policy.radius = 10;
-  policy.kernel = KernelShape::box;
-  const ReversePhotonArray photons(batch, policy, ReverseCluster::kMaxCount);
-  QueryPoints points;
-  std::vector<std::uint32_t> all(kPoints);
-  std::iota(all.begin(), all.end(), 0u);
-  for (const std::uint32_t i : all)
-    points.push_back({0, 0.001f * static_cast<float>(i), 0}, {0, 0, 1}, RGB(1.0f), RGB(1.0f), 0);
-  const ReverseTree tree(points, all, kPoints);
-  const ReverseSubtree& subtree = tree.subtrees().front();
-  std::vector<ReverseLeafBounds> bounds;
-  ReverseSubtreeView part;
-  part.nodes = tree.nodes().data();
-  part.root = subtree.root;
-  part.points = tree.points().data();
-  tree.measure(subtree, part.points, bounds);
-  part.bounds = bounds.data();
-  std::atomic<std::uint64_t> tested;
-  const Spread seconds = measure_seconds(kRuns, [&] {
-    tested = 0;
-    parallel_for(0, kClusters, kClusters / 16, [&](std::size_t first, std::size_t last) {
-      ReverseCounts counts;
-      for (std::size_t i = first; i < last; ++i)
-        for (const ReverseCluster& cluster : photons.clusters()) reverse_count(part, photons.view(), cluster, counts);
-      tested += counts.tested;
-    });
-  });
-  return 1e9 * thread_count() * seconds.median / static_cast<double>(tested);
-}
-
 /// A whole lookup, reordering and sums included; the second call is timed, which finds the engine's memory there.
 Spread look_up(DensityEngine& engine, const Recording& recording, const RadiusPolicy& policy) {
   Statistics statistics;
@@ -196,7 +158,7 @@ Spread look_up(DensityEngine& engine, const Recording& recording, const RadiusPo
   return nanoseconds(recording.points.size(), estimate);
 }
 
-void add_scene(Table& table, const std::string& path, const ReverseOptions& options, double test_ns) {
+void add_scene(Table& table, const std::string& path, const ReverseOptions& options, double test_ns, double sum_ns) {
   RecordingSettings settings;
   settings.width = settings.height = 400;
   settings.gather = 25;
@@ -226,6 +188,8 @@ void add_scene(Table& table, const std::string& path, const ReverseOptions& opti
              blocked_whole,
              Number{nearest.median / 50},
              Number{tests_ns},
+             Number{tests_ns / test_ns * sum_ns},
+             Number{pairs / static_cast<double>(recording.points.size()) * sum_ns},
              Number{nearest.median / tests_ns},
              Number{nearest.median / reverse.search.median},
              Number{nanoflann.median / reverse.search.median},
@@ -250,6 +214,8 @@ void write_tables(const std::vector<std::string>& arguments) {
                "blocked with sums and order, ns",
                "a fiftieth of k nearest, ns",
                "tests of the search alone, ns",
+               "the same with sums, ns",
+               "sums of the pairs used alone, ns",
                "k nearest over these tests",
                "k nearest over reverse search",
                "nanoflann over reverse search",
@@ -271,9 +237,9 @@ void write_tables(const std::vector<std::string>& arguments) {
   }
   if (scenes.empty()) scenes = table_scenes();
   if (options.empty()) options.emplace_back();
-  const double test_ns = nanoseconds_of_a_test();
+  const double test_ns = nanoseconds_of_a_test(), sum_ns = nanoseconds_of_a_sum({});
   for (const std::string& scene : scenes)
-    for (const ReverseOptions& o : options) add_scene(table, scene, o, test_ns);
+    for (const ReverseOptions& o : options) add_scene(table, scene, o, test_ns, sum_ns);
   table.note(fmt::format(
       "Tests of the search alone: as many tests of distance and normal as the search makes, at {:.3f} ns each, which "
       "is "

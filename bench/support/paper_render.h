@@ -34,6 +34,7 @@ struct RenderTimes {
   double rest = 0;     ///< all that grows with the pixels
   double look_up = 0;  ///< of it, reordering and density estimation
   double k = 0;        ///< shader operations of a query point
+  double tested = 0;   ///< pairs tested for a query point
   std::uint64_t queries = 0, tasks = 0, peak = 0;
 
   /// Of a picture of so many times the pixels, with the same photons.

@@ -74,10 +74,10 @@ Vec3 outside(const Box3& box, Vec3 x) {
 void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) {
   tree_ = build_kd_tree(photons.position, kLeafSize);
   const std::size_t count = photons.size();
-  normal_.resize(count);
-  direction_.resize(count);
-  flux_.resize(count);
-  radius_squared_.resize(radii.empty() ? 0 : count);
+  normal_ = LargeArray<Vec3>(count);
+  direction_ = LargeArray<Vec3>(count);
+  flux_ = LargeArray<RGB>(count);
+  radius_squared_ = LargeArray<float>(radii.empty() ? 0 : count);
   parallel_for(0, count, kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const std::uint32_t index = tree_.points[i].index;
@@ -91,8 +91,8 @@ void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) 
 }
 
 void PhotonMap::find_node_radii() {
-  node_radius_squared_.resize(radius_squared_.empty() ? 0 : tree_.nodes.size());
-  if (radius_squared_.empty()) return;
+  node_radius_squared_.resize(radius_squared_.size() == 0 ? 0 : tree_.nodes.size());
+  if (radius_squared_.size() == 0) return;
   // Children stand behind their parents.
   for (std::size_t i = tree_.nodes.size(); i-- > 0;) {
     const KdNode& node = tree_.nodes[i];
@@ -160,10 +160,18 @@ void PhotonMap::search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSq
       if (far.distance_squared <= node_radius_squared(far.node)) stack[depth++] = far;
     });
     tested += leaf.count;
+    // Every photon is written down and kept or written over: which it is cannot be foretold, so that branches would
+    // cost more than the tests.
+    const std::size_t before = found.size();
+    found.resize(before + leaf.count);
+    FoundPhoton* next = found.data() + before;
     for (std::uint32_t place = leaf.first(); place < leaf.first() + leaf.count; ++place) {
       const float d2 = length_squared(tree_.points[place].position - x);
-      if (d2 < photon_radius_squared(place) && dot(normal_[place], normal) > min_cosine) found.push_back({d2, place});
+      *next = {d2, place};
+      next += static_cast<std::ptrdiff_t>(d2 < photon_radius_squared(place)) &
+              static_cast<std::ptrdiff_t>(dot(normal_[place], normal) > min_cosine);
     }
+    found.resize(static_cast<std::size_t>(next - found.data()));
     if (depth == 0) return;
     at = stack[--depth];
   }

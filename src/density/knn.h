@@ -60,9 +60,9 @@ class PhotonMap {
   void find_node_radii();
 
   KdTree tree_;
-  std::vector<Vec3> normal_, direction_;
-  std::vector<RGB> flux_;
-  std::vector<float> radius_squared_;       // by place; empty without radii
+  LargeArray<Vec3> normal_, direction_;
+  LargeArray<RGB> flux_;
+  LargeArray<float> radius_squared_;        // by place; empty without radii
   std::vector<float> node_radius_squared_;  // by node: the largest below it
 };
 
