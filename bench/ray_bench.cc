@@ -2,6 +2,7 @@
 // and by Embree's settings; then what the phases around them cost. Writes bench/results/rays.md and rays.csv.
 //
 //   ray_bench [SIDE [REPEATS]]     SIDE: pixels of the square tile of a 320x320 picture whose rays are traced
+//   ray_bench count [SIDE]         traces some of the orders once, for scripts/count-instructions rays
 //
 // Times are processor time of the thread, so that other work on the machine disturbs them little; medians of repeats.
 #include <embree3/rtcore.h>
@@ -253,6 +254,7 @@ class SceneBench {
       for (const Order& order : orders_)
         for (const Way way : kWays) measure(embree, "default", order, "gather", way, false);
       measure(embree, "default, coherent flag", orders_[kKept], "gather", Way::packet8, true);
+      measure(embree, "default", again_, "gather", Way::single, false);
     }
     const struct {
       const char *name, *config;
@@ -276,12 +278,38 @@ class SceneBench {
       measure(embree, c.name, orders_[0], "gather", Way::single, false);
       measure(embree, c.name, orders_[kKept], "gather", Way::single, false);
       measure(embree, c.name, orders_[kKept], "gather", Way::packet8, false);
+      if (c.quality == RTC_BUILD_QUALITY_HIGH) measure(embree, c.name, again_, "gather", Way::single, false);
     }
     phases();
   }
 
+  /// Traces orders once each, in functions of their own by which callgrind tells them apart; prints their rays.
+  void count() const {
+    const EmbreeScene medium(scene_, nullptr, RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE),
+        high(scene_, nullptr, RTC_BUILD_QUALITY_HIGH, RTC_SCENE_FLAG_NONE);
+    const std::vector<Ray>&created = orders_[0].rays, &framed = orders_[kKept].rays, &sorted = orders_[3].rays;
+    counted<0>(medium, created, Way::single, false, "as created, single");
+    counted<1>(medium, framed, Way::single, false, "strata by frame, single");
+    counted<2>(medium, framed, Way::packet8, false, "strata by frame, packets of 8");
+    counted<3>(medium, sorted, Way::packet8, false, "all sorted, packets of 8");
+    counted<4>(medium, framed, Way::packet8, true, "strata by frame, packets of 8, coherent flag");
+    counted<5>(high, created, Way::single, false, "as created, single, high build quality");
+    counted<6>(high, framed, Way::packet8, false, "strata by frame, packets of 8, high build quality");
+    counted<7>(medium, camera_rays_, Way::single, false, "camera rays, single");
+    counted<8>(medium, camera_rays_, Way::packet8, false, "camera rays, packets of 8");
+    counted<9>(medium, camera_rays_, Way::packet8, true, "camera rays, packets of 8, coherent flag");
+  }
+
  private:
   static constexpr std::size_t kKept = 2;  ///< the order that final_gather() uses
+
+  template <int kCase>
+  [[gnu::noinline]] static void counted(const EmbreeScene& embree, const std::vector<Ray>& rays, Way way, bool coherent,
+                                        const char* what) {
+    std::vector<Hit> hits(rays.size());
+    embree.trace(rays, hits, way, coherent);
+    fmt::print("{};{};{}\n", kCase, rays.size(), what);
+  }
 
   void make_orders() {
     GatherRays rays;
@@ -320,6 +348,9 @@ class SceneBench {
     });
     std::vector<Ray> sorted;
     const double sort_seconds = median_seconds(repeats_, [&] { sorted = fully_sorted(created, scene_.bounds()); });
+    // What no order can surpass: whatever a ray needs, the ray before it has just needed.
+    again_.name = "each ray eight times";
+    for (std::size_t i = 0; i < created.size(); i += 8) again_.rays.insert(again_.rays.end(), 8, created[i]);
     orders_ = {{"as created", std::move(created), 0},
                {"strata of 512 points", std::move(chunks), 0},
                {"strata, by frame", std::move(framed), framed_seconds},
@@ -364,6 +395,7 @@ class SceneBench {
   GatherPoints points_;
   std::vector<Ray> camera_rays_;
   std::vector<Order> orders_;
+  Order again_{};
 };
 
 std::string markdown(const Report& report, int side, int repeats) {
@@ -397,6 +429,12 @@ std::string csv(const Report& report) {
 }
 
 int run(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "count") {
+    set_thread_count(1);
+    Report report;
+    SceneBench("atrium", argc > 2 ? std::clamp(std::atoi(argv[2]), 1, kPicture) : 24, 1, report).count();
+    return 0;
+  }
   const int side = argc > 1 ? std::atoi(argv[1]) : 160, repeats = argc > 2 ? std::atoi(argv[2]) : 5;
   if (side < 1 || side > kPicture || repeats < 1) {
     fmt::print(stderr, "usage: ray_bench [SIDE (1 to {}) [REPEATS]]\n", kPicture);

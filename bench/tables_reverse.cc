@@ -99,6 +99,8 @@ double nanoflann_seconds(const Recording& recording) {
 struct Shares {
   double lambertian = 0, one_by_one = 0, glossy[kGlossyModels] = {};
 
+  double not_lambertian() const { return one_by_one + glossy[0] + glossy[1] + glossy[2]; }
+
   explicit Shares(const QueryPoints& points) {
     const double each = 1 / static_cast<double>(std::max<std::size_t>(points.size(), 1));
     for (const std::uint32_t bsdf : points.bsdf) {
@@ -162,6 +164,7 @@ void table_render(bool full, const std::set<std::string>& parts) {
                "with rays and sums alone",
                "tests and sums alone, s",
                "with rays, tests and sums alone",
+               "8 times would leave for all else, ns a query point",
                "8 times is kept from by",
                "looking up: reverse over normal",
                "looking up: blocked over normal",
@@ -211,11 +214,12 @@ void table_render(bool full, const std::set<std::string>& parts) {
                                Number{other / b},
                                Number{n / rays},
                                Number{other / rays},
-                               Number{100 * (1 - shares.lambertian), 2},
+                               Number{100 * shares.not_lambertian(), 2},
                                Number{sums},
                                Number{n / (rays + sums)},
                                Number{tests},
                                Number{n / (rays + tests)},
+                               Number{1e9 * thread_count() * (n / 8 - rays - tests) / (queries * factor)},
                                what_limits(n / r, n / rays, n / (rays + sums), n / (rays + tests)),
                                Number{normal.look_up / reverse.look_up},
                                Number{normal.look_up / blocked.look_up},
@@ -240,7 +244,8 @@ void table_render(bool full, const std::set<std::string>& parts) {
       "{:.3f}, "
       "{:.3f} and {:.3f} for coated, conducting and Schlick's ones, as its kernels take where nothing is searched for "
       "and all is in the nearest cache; tests and sums: as many as it tests. Beside them the ratio that would be "
-      "reached if looking up took that long. The first of these below 8 is what keeps from 8 times.",
+      "reached if looking up took that long, and the time of a thread that 8 times would leave for trees, search, "
+      "order and completion together. The first of these below 8 is what keeps from 8 times.",
       costs.lambertian, costs.glossy[0], costs.glossy[1], costs.glossy[2]));
   table.note("No engine over normal more than: the normal render over all of it but looking up, by the fastest run.");
   if (!full)

@@ -35,6 +35,10 @@ struct ForwardOptions {
   ReorderSettings reorder;
 };
 
+/// Query points in a packet where ForwardOptions ask for none: as many as the vectors of the instruction set in use
+/// hold, at least 4.
+int forward_lanes();
+
 /// make_forward_engine() with other options.
 std::unique_ptr<DensityEngine> make_forward_engine(const ForwardOptions& options);
 

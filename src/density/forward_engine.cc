@@ -82,7 +82,7 @@ class ForwardEngine final : public DensityEngine {
       order = hilbert_order(points.position, map_.bounds, map_.nodes.size(), options_.reorder);
     }
     PhaseTimer timer(statistics, Phase::density);
-    const int lanes = options_.lanes > 0 ? options_.lanes : std::clamp(simd_lanes(), 4, kForwardMaxLanes);
+    const int lanes = options_.lanes > 0 ? options_.lanes : forward_lanes();
     const ForwardTree tree = map_.tree(policy_);
     parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
       PacketQueries lambertian(last - first), others(0);
@@ -148,6 +148,8 @@ class ForwardEngine final : public DensityEngine {
 };
 
 }  // namespace
+
+int forward_lanes() { return std::clamp(simd_lanes(), 4, kForwardMaxLanes); }
 
 std::unique_ptr<DensityEngine> make_forward_engine(const ForwardOptions& options) {
   return std::make_unique<ForwardEngine>(options);

@@ -1,5 +1,6 @@
 // Each query point searches the photon map on its own: for its nearest photons, which is normal photon mapping, or for
 // those within a radius.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,8 +16,9 @@ namespace glowworm {
 
 namespace {
 
-// Neighbours on the Hilbert curve that one thread looks up in turn.
-constexpr std::size_t kGrain = 512;
+// Neighbours on the Hilbert curve that one thread looks up in turn: fewer where there are few, since they take unlike
+// times.
+constexpr std::size_t kMostGrain = 512, kLeastGrain = 16, kPieces = 64;
 
 /// What one piece of query points needs while it is looked up.
 struct Scratch {
@@ -62,7 +64,8 @@ class KnnEngine final : public DensityEngine {
       order = hilbert_order(points.position, map_.tree().bounds, map_.size(), ReorderSettings());
     }
     PhaseTimer timer(statistics, Phase::density);
-    parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    const std::size_t grain = std::clamp(order.size() / kPieces, kLeastGrain, kMostGrain);
+    parallel_for(0, order.size(), grain, [&](std::size_t first, std::size_t last) {
       Scratch scratch;
       scratch.heap.resize(std::min<std::size_t>(policy_.k, map_.size()));
       for (std::size_t i = first; i < last; ++i) {

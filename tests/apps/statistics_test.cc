@@ -189,6 +189,15 @@ TEST_F(StatisticsTest, RatesAndMeansAreTheirCountsOverTheirTimes) {
   EXPECT_GT(s["mean"]["active_lanes"], 0);
 }
 
+TEST_F(StatisticsTest, NoMoreLanesAreActiveThanThereAre) {
+  for (const char* engine : {"forward", "blocked", "reverse"})
+    for (const char* simd : {"scalar", "auto"}) {
+      const json s = statistics("builtin:cornell", {"--engine", engine, "--simd", simd});
+      EXPECT_GT(s["mean"]["active_lanes"], 0) << engine << ", " << simd;
+      EXPECT_LE(s["mean"]["active_lanes"], s["mean"]["lanes"]) << engine << ", " << simd;
+    }
+}
+
 TEST_F(StatisticsTest, PhasesFitIntoTheTotal) {
   for (const char* integrator : {"photon", "path", "photons"}) {
     const json s = statistics("builtin:cornell", {"--integrator", integrator});
