@@ -16,6 +16,10 @@ namespace {
 constexpr std::uint64_t kMostQueries = DensityEngine::kMostPointsAtOnce;
 // Below this a portion is hardly worth the work around it.
 constexpr std::uint64_t kFewestQueries = 4096;
+// A task of a render with a limit of time looks no more points up than a slow core does in this share of it (two or
+// three times less on others), since the limit is met to half a task; but no fewer than are worth a task.
+constexpr double kSlowQueriesPerSecond = 500'000, kTaskShareOfTime = 0.1;
+constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
 // Query points that a file takes at once: a few gigabytes.
 constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 // Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
@@ -59,7 +63,13 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   if (schedule.by_disk)
     schedule.queries_at_once =
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
-  const std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
+  std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
+  if (settings.time_limit_s > 0)
+    task_queries =
+        std::min(task_queries,
+                 std::max(kFewestTimedQueries, static_cast<std::uint64_t>(std::min(
+                                                   1e15, settings.time_limit_s * kTaskShareOfTime *
+                                                             kSlowQueriesPerSecond * std::max(settings.threads, 1)))));
   // A task as large as a portion of its query points, so that a picture comes in even steps.
   const std::uint64_t for_slots = schedule.by_disk ? left / 3 : left - schedule.queries_at_once * kBytesPerQuery;
   schedule.slots_at_once =

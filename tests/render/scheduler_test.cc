@@ -76,6 +76,23 @@ TEST(Scheduler, AWholeImageComesFirstAndAllSamplesInTheEnd) {
   EXPECT_EQ(samples_of_pass(schedule, progressive, 50), 1u);
 }
 
+TEST(Scheduler, TasksOfALimitedTimeTakeASmallShareOfIt) {
+  RenderSettings settings = settings_for(1280, 720, 1u << 20, 25);
+  const Schedule unlimited = make_schedule(settings, std::uint64_t{8} << 30);
+  std::uint64_t before = 0;
+  for (const double limit : {1.0, 5.0, 20.0}) {
+    settings.time_limit_s = limit;
+    const Schedule schedule = make_schedule(settings, std::uint64_t{8} << 30);
+    const std::uint64_t queries = schedule.slots_at_once * settings.gather;
+    EXPECT_LE(static_cast<double>(queries), 100'000 * settings.threads * limit + 50'000) << limit;
+    EXPECT_GT(queries, before) << limit;
+    EXPECT_LT(schedule.slots_at_once, unlimited.slots_at_once) << limit;
+    before = queries;
+  }
+  settings.time_limit_s = 1e6;
+  EXPECT_EQ(make_schedule(settings, std::uint64_t{8} << 30).slots_at_once, unlimited.slots_at_once);
+}
+
 TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
   for (const std::uint64_t room : {std::uint64_t{30} << 20, std::uint64_t{70} << 20, std::uint64_t{2} << 30}) {
     RenderSettings settings = settings_for(1000, 800, 16, 100);
