@@ -252,7 +252,7 @@ int run_render(RenderOptions& o) {
   std::optional<Checkpoint> checkpoint;
   if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
   if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
-  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr);
+  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, seconds_between(start, Clock::now()));
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));

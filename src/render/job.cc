@@ -31,12 +31,13 @@ float progressive_radius_scale(std::uint32_t pass) {
 }  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-         const Checkpoint* resume)
+         const Checkpoint* resume, double spent_s)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       settings_(resolve(asked, *scene_)),
       budget_(settings_.memory_bytes),
       film_(settings_.width, settings_.height, settings_.indirect_only, settings_.separate_layers),
+      spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()) {
   if (resume) {
     check_checkpoint(*resume);
@@ -67,7 +68,7 @@ double Job::seconds() const {
 
 double Job::progress() const {
   if (done_) return 1;
-  const double by_time = settings_.time_limit_s > 0 ? seconds() / settings_.time_limit_s : 0;
+  const double by_time = settings_.time_limit_s > 0 ? (spent_s_ + seconds()) / settings_.time_limit_s : 0;
   return std::clamp(std::max<double>(by_time, work_done_), 0.0, 1.0);
 }
 
@@ -140,7 +141,7 @@ bool Job::should_stop(double next_s) {
   // The limit is passed where that comes nearer to it than stopping before it does.
   if (cancelled_)
     ending_ = Ending::cancelled;
-  else if (settings_.time_limit_s > 0 && passes_ > 0 && seconds() + next_s / 2 >= settings_.time_limit_s)
+  else if (settings_.time_limit_s > 0 && passes_ > 0 && spent_s_ + seconds() + next_s / 2 >= settings_.time_limit_s)
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
 }

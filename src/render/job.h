@@ -29,8 +29,9 @@ class Job {
  public:
   /// Starts at once. @param asked is resolved first; errors of that are thrown here, later ones by wait().
   /// @param resume goes on from this film; throws Error where the checkpoint is of another render
+  /// @param spent_s seconds of the limit of time that are over already, in loading the scene
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-      const Checkpoint* resume = nullptr);
+      const Checkpoint* resume = nullptr, double spent_s = 0);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
@@ -94,6 +95,7 @@ class Job {
   mutable std::mutex film_mutex_;
   Film film_;
   std::vector<LightPhotons> light_photons_;
+  double spent_s_;
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
