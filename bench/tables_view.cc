@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -42,10 +43,10 @@ struct Row {
   double asked, asked_kept;  ///< frames a second
 };
 
-constexpr Row kRows[] = {{ViewMode::photons, 1, 5, 25, "photons shown", "10-11", 12, 60},
-                         {ViewMode::gather, 16, 3, 5, "16 samples", "1.14", 4, 5},
-                         {ViewMode::gather, 64, 2, 2, "64 samples", "0.34", 1.3, 1.3},
-                         {ViewMode::gather, 100, 2, 2, "100 samples", "0.23", 0.9, 0.9}};
+constexpr Row kRows[] = {{ViewMode::photons, 1, 9, 60, "photons shown", "10-11", 12, 60},
+                         {ViewMode::gather, 16, 5, 9, "16 samples", "1.14", 4, 5},
+                         {ViewMode::gather, 64, 3, 3, "64 samples", "0.34", 1.3, 1.3},
+                         {ViewMode::gather, 100, 3, 3, "100 samples", "0.23", 0.9, 0.9}};
 
 ViewState state_of(const ViewState& initial, const Row& row) {
   ViewState state = initial;
@@ -66,7 +67,7 @@ void move_on(ViewState& state) {
 /// What frames took, and what the same takes that they cannot do without, frame by frame.
 struct Measured {
   std::vector<ViewFrame> frames;
-  std::vector<double> rays, numbers, sums, bytes;  ///< seconds, as FrameFloor
+  std::vector<double> rays, surfaces, numbers, sums, bytes;  ///< seconds, as FrameFloor
 };
 
 /// Whether a row has what was asked of it, or what keeps it from that.
@@ -89,9 +90,10 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* sh
     }
     return Number{spread_of(values).median};
   };
-  const double rays = spread_of(m.rays).median, numbers = spread_of(m.numbers).median, sums = spread_of(m.sums).median,
+  const double rays = spread_of(m.rays).median, surfaces = spread_of(m.surfaces).median,
+               numbers = spread_of(m.numbers).median, sums = spread_of(m.sums).median,
                bytes = spread_of(m.bytes).median;
-  const double least = rays + numbers + sums + bytes, asked = anew ? row.asked : row.asked_kept;
+  const double least = rays + surfaces + numbers + sums + bytes, asked = anew ? row.asked : row.asked_kept;
   const Spread rate = spread_of(seconds).rate(1);
   return {scene,
           std::string(row.name),
@@ -108,6 +110,7 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* sh
           phase({Phase::gather_rays}),
           phase({Phase::reorder, Phase::density, Phase::completion}),
           Number{1e3 * rays},
+          Number{1e3 * surfaces},
           Number{1e3 * numbers},
           Number{1e3 * sums},
           Number{1e3 * bytes},
@@ -115,15 +118,16 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* sh
 }
 
 /// Frames, and after each what it could not do without, so that both meet the machine as it is then.
-Measured measure_frames(Session& session, ViewState& state, const FrameFloor& floor, bool anew, int runs,
-                        double& clock) {
+Measured measure_frames(Session& session, ViewState& state, FrameFloor& floor, bool anew, int runs, double& clock) {
   Measured m;
   for (int run = 0; run < runs; ++run) {
     move_on(state);
     if (anew) session.forget_photons();
     m.frames.push_back(session.next_frame(state, clock += 0.1));
+    m.frames.back().image = ViewImage();
     const FrameCost& cost = m.frames.back().cost;
     m.rays.push_back(floor.rays(anew));
+    m.surfaces.push_back(floor.surfaces(anew));
     m.numbers.push_back(floor.numbers(anew));
     m.sums.push_back(floor.sums(cost.count(Counter::shader_operations)));
     m.bytes.push_back(floor.bytes(cost.count(Counter::query_points), anew));
@@ -200,7 +204,7 @@ class Motion {
     });
   }
 
-  std::vector<ViewFrame> frames;         ///< of motion
+  std::vector<ViewFrame> frames;         ///< of motion, without their pictures
   std::vector<double> latencies;         ///< seconds from each state posted to the first picture of it, or a newer one
   std::vector<double> wanted_latencies;  ///< the same of those states alone that a picture was made of
 
@@ -232,11 +236,11 @@ class Motion {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (const auto error = worker_.take_error()) throw Error(*error);
-      if (const auto frame = worker_.take_frame()) take(*frame, move != nullptr);
+      if (auto frame = worker_.take_frame()) take(*frame, move != nullptr);
     }
   }
 
-  void take(const WorkerFrame& frame, bool moves) {
+  void take(WorkerFrame& frame, bool moves) {
     const Clock::time_point now = Clock::now();
     while (!waiting_.empty() && waiting_.front().number <= frame.number) {
       const double latency = std::chrono::duration<double>(now - waiting_.front().posted).count();
@@ -244,7 +248,8 @@ class Motion {
       if (moves && waiting_.front().number == frame.number) wanted_latencies.push_back(latency);
       waiting_.pop_front();
     }
-    if (moves && frame.frame.moving) frames.push_back(frame.frame);
+    frame.frame.image = ViewImage();  // a hundred of them would be a third of a gigabyte of fresh memory
+    if (moves && frame.frame.moving) frames.push_back(std::move(frame.frame));
   }
 
   struct Posted {
@@ -296,10 +301,11 @@ void write_tables(int argc, char** argv) {
       "caustics, and a second gather in corners.");
   table.note(
       "Rays alone: Embree's closest hits of the same camera and final gather rays, and of as many rays as there are "
-      "photons, from where photons lie. Random numbers: directions of gather rays, and Sobol' pairs of photons. Sums "
+      "photons, from where photons lie. Surfaces: position, normal and reflectance where they hit. Random numbers: "
+      "directions of gather rays, and Sobol' pairs of photons. Sums "
       "alone: the frame's shader operations where every pair tested is used. Bytes: query points written once, photons "
       "written and put in order once. Each is measured after each frame; limit: frames a second if all else took no "
-      "time. 'forbids it': rays alone, or all four, take longer than a frame that was asked for.");
+      "time. 'forbids it': rays alone, or all five, take longer than a frame that was asked for.");
   for (const std::string& scene : scenes) measure(table, scene);
   table.write(folder);
   Table adapting("view_adapting",

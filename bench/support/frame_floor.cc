@@ -35,10 +35,24 @@ double least_seconds(Work&& work) {
 
 double seconds_of(const std::function<void()>& work) { return measure_seconds(1, work).median; }
 
-/// @param hits of at least as many rays
 void intersect(const Tracer& tracer, const std::vector<Ray>& rays, std::vector<Hit>& hits, RayOrder order) {
   parallel_for(0, rays.size(), kAtOnce, [&](std::size_t first, std::size_t last) {
     tracer.intersect(std::span(rays).subspan(first, last - first), std::span(hits).subspan(first, last - first), order);
+  });
+}
+
+void look_up(const Scene& scene, const std::vector<Hit>& hits) {
+  parallel_for(0, hits.size(), kAtOnce, [&](std::size_t first, std::size_t last) {
+    Vec3 sum{0, 0, 0};
+    for (std::size_t i = first; i < last; ++i) {
+      fetch_ahead(scene, i, last, [&](std::size_t at) { return hits[at].triangle; });
+      DiffusePoint point;
+      if (hits[i].triangle == kNone || !diffuse_point(scene, hits[i].triangle, hits[i].barycentric, point)) continue;
+      sum += point.position + point.geometric_normal;
+      sum.x += point.reflectance.r;
+    }
+    // Else the compiler might leave all of it out.
+    [[maybe_unused]] const volatile float kept = sum.x + sum.y + sum.z;
   });
 }
 
@@ -131,12 +145,22 @@ void FrameFloor::choose_gather(std::uint32_t rays_each) {
   }
 }
 
-double FrameFloor::rays(bool anew) const {
-  std::vector<Hit> hits(std::max({photon_rays_.size(), camera_rays_.size(), gather_rays_.size()}));
+double FrameFloor::rays(bool anew) {
+  photon_hits_.resize(photon_rays_.size());
+  camera_hits_.resize(camera_rays_.size());
+  gather_hits_.resize(gather_rays_.size());
   return seconds_of([&] {
-    if (anew) intersect(tracer_, photon_rays_, hits, RayOrder::incoherent);
-    intersect(tracer_, camera_rays_, hits, RayOrder::coherent);
-    intersect(tracer_, gather_rays_, hits, RayOrder::incoherent);
+    if (anew) intersect(tracer_, photon_rays_, photon_hits_, RayOrder::incoherent);
+    intersect(tracer_, camera_rays_, camera_hits_, RayOrder::coherent);
+    intersect(tracer_, gather_rays_, gather_hits_, RayOrder::incoherent);
+  });
+}
+
+double FrameFloor::surfaces(bool anew) const {
+  return seconds_of([&] {
+    if (anew) look_up(tracer_.scene(), photon_hits_);
+    look_up(tracer_.scene(), camera_hits_);
+    look_up(tracer_.scene(), gather_hits_);
   });
 }
 

@@ -20,7 +20,9 @@ class FrameFloor {
 
   /// Embree's closest hits of the frame's camera and gather rays, and, anew, of as many rays as there are photons, from
   /// where photons lie by the cosine law.
-  double rays(bool anew) const;
+  double rays(bool anew);
+  /// Position, normal and reflectance of the surfaces that those rays met the last time.
+  double surfaces(bool anew) const;
   /// Random numbers: the directions of the gather rays; anew, Sobol' pairs: three to emit a path, two a photon.
   double numbers(bool anew) const;
   /// So many shader operations, where every pair that the kernel tests is used, and nothing must be searched.
@@ -33,6 +35,7 @@ class FrameFloor {
   std::uint64_t photons_, emitted_ = 0;
   std::uint32_t rays_each_ = 0;
   std::vector<Ray> photon_rays_, camera_rays_, gather_rays_;
+  std::vector<Hit> photon_hits_, camera_hits_, gather_hits_;
   GatherPoints points_;
   std::vector<std::vector<std::uint32_t>> orders_;  // of the portions in which gather rays are made
   double seconds_an_operation_, seconds_a_byte_;
