@@ -290,11 +290,27 @@ void write_tables(int argc, char** argv) {
   const std::string folder = argc > 1 ? argv[1] : "bench/results";
   std::vector<std::string> scenes(argv + std::min(argc, 2), argv + argc);
   if (scenes.empty()) scenes = {"builtin:cornell", "builtin:atrium"};
-  Table table(
-      "view", "Interactive sessions: 256x256 pixels, 500,000 photons, nothing reused across frames",
-      {"scene", "mode", "light", "redone", "frames/s", "asked, frames/s", "what was asked", "[SF07], 4 cores, frames/s",
-       "photons, ms", "map, ms", "camera, ms", "direct, ms", "gather rays, ms", "density, ms", "rays alone, ms",
-       "random numbers, ms", "sums alone, ms", "bytes, ms", "limit, frames/s"});
+  Table table("view", "Interactive sessions: 256x256 pixels, 500,000 photons, nothing reused across frames",
+              {"scene",
+               "mode",
+               "light",
+               "redone",
+               "frames/s",
+               "asked, frames/s",
+               "what was asked",
+               "[SF07], 4 cores, frames/s",
+               "photons, ms",
+               "map, ms",
+               "camera, ms",
+               "direct, ms",
+               "gather rays, ms",
+               "density, ms",
+               "rays alone, ms",
+               "surfaces, ms",
+               "random numbers, ms",
+               "sums alone, ms",
+               "bytes, ms",
+               "limit, frames/s"});
   table.note(
       "Photons, map, ...: medians of wall time. 'map kept': only the camera moved. Samples: final gather rays of "
       "each pixel. 'as [SF07]': what they bring from the map; 'all light': with direct light by shadow rays, "
