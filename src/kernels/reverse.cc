@@ -244,8 +244,10 @@ struct GlossySink {
           const V weight = hn::IfThenElseZero(inside, Kernel::profile(u));
           const GlossyValue<D> f = glossy_value<model>(d, points, at, photons.directions + 3 * std::size_t{j});
           const auto add = [&](std::size_t channel, float flux, V value) HWY_ATTR {
+            // The weight is 0 in all lanes that must not change, those behind the leaf among them; a store by mask
+            // would take longer than all the rest.
             float* sum = sums + channel * count + at;
-            hn::BlendedStore(hn::MulAdd(hn::Mul(weight, hn::Set(d, flux)), value, hn::LoadU(d, sum)), inside, d, sum);
+            hn::StoreU(hn::MulAdd(hn::Mul(weight, hn::Set(d, flux)), value, hn::LoadU(d, sum)), d, sum);
           };
           add(0, photons.r[j], f.r);
           add(1, photons.g[j], f.g);
