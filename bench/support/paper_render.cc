@@ -43,8 +43,8 @@ RenderTimes render(const RenderedScene& set, const RenderSettings& settings) {
   r.queries = s.count(Counter::query_points);
   r.k = static_cast<double>(s.count(Counter::shader_operations)) /
         static_cast<double>(std::max<std::uint64_t>(r.queries, 1));
-  r.tested = static_cast<double>(s.count(Counter::pairs_tested)) /
-             static_cast<double>(std::max<std::uint64_t>(r.queries, 1));
+  r.tested =
+      static_cast<double>(s.count(Counter::pairs_tested)) / static_cast<double>(std::max<std::uint64_t>(r.queries, 1));
   r.tasks = job.tasks();
   r.peak = job.peak_beside_scene_bytes();
   return r;

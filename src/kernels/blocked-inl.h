@@ -10,7 +10,6 @@
 #include <hwy/highway.h>
 
 #include "kernels/blocked.h"
-#include "kernels/glossy-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
@@ -272,96 +271,6 @@ class Group {
   }
 
   std::size_t first_, valid_;
-  alignas(64) float position_[3][kGroupWidth];
-  alignas(64) float normal_[3][kGroupWidth];
-  alignas(64) float sums_[3][kGroupWidth];
-};
-
-/// The profile of the tree's kernel, chosen while it runs.
-template <class D>
-HWY_INLINE hn::Vec<D> any_profile_at(D d, BlockedProfile profile, hn::Mask<D> inside, hn::Vec<D> t) {
-  switch (profile) {
-    case BlockedProfile::box:
-      return profile_at<BlockedProfile::box>(d, inside, t);
-    case BlockedProfile::cone:
-      return profile_at<BlockedProfile::cone>(d, inside, t);
-    case BlockedProfile::epanechnikov:
-      return profile_at<BlockedProfile::epanechnikov>(d, inside, t);
-    case BlockedProfile::gaussian:
-      break;
-  }
-  return profile_at<BlockedProfile::gaussian>(d, inside, hn::Min(t, hn::Set(d, 1.0f)));
-}
-
-/// Group for points of a glossy model: tests a photon against a vector of points, and evaluates f where it reaches one.
-template <GlossyModel model>
-class GlossyGroup {
- public:
-  HWY_INLINE void start(const QueryRun& run, const GlossyPoints* glossy, std::size_t first) {
-    first_ = first;
-    glossy_ = glossy;
-    valid_ = run.count > first ? HWY_MIN(run.count - first, kGroupWidth) : 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (std::size_t i = 0; i < kGroupWidth; ++i) {
-        sums_[axis][i] = 0;
-        position_[axis][i] = i < valid_ ? run.position[axis][first + i] : 1e19f;
-        normal_[axis][i] = run.normal[axis][first + i];
-      }
-  }
-
-  HWY_INLINE std::size_t valid() const { return valid_; }
-
-  template <bool compare_normals>
-  HWY_INLINE std::uint64_t add(const BlockTree& tree, const std::uint32_t* list, std::size_t length) {
-    constexpr auto kBlockFloats = static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float));
-    const TileTag d;
-    const auto* photons = reinterpret_cast<const float*>(tree.blocks);
-    std::uint64_t inside_count = 0;
-    for (std::size_t i = 0; i < length; ++i) {
-      const float* p = photons + list[i];
-      const float* direction = tree.directions + 3 * (list[i] / kBlockFloats * kBlockWidth + list[i] % kBlockFloats);
-      for (std::size_t first = 0; first < kGroupWidth; first += kTileLanes) {
-        TileVector t = hn::Zero(d);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const TileVector away = hn::Sub(hn::Set(d, p[axis * kBlockWidth]), hn::Load(d, position_[axis] + first));
-          t = hn::MulAdd(away, away, t);
-        }
-        t = hn::Mul(t, hn::Set(d, p[3 * kBlockWidth]));
-        hn::Mask<TileTag> inside = hn::Lt(t, hn::Set(d, 1.0f));
-        if constexpr (compare_normals) {
-          const auto product = [&](std::size_t axis) HWY_ATTR {
-            return hn::Mul(hn::Load(d, normal_[axis] + first), hn::Set(d, p[(4 + axis) * kBlockWidth]));
-          };
-          inside = hn::And(
-              inside, hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, tree.min_normal_cosine)));
-        }
-        if (hn::AllFalse(d, inside)) continue;
-        inside_count += hn::CountTrue(d, inside);
-        const TileVector weight = any_profile_at(d, tree.profile, inside, t);
-        const GlossyValue<TileTag> f = glossy_value<model>(d, *glossy_, first_ + first, direction);
-        add_color(0, first, hn::Mul(weight, hn::Set(d, p[7 * kBlockWidth])), f.r);
-        add_color(1, first, hn::Mul(weight, hn::Set(d, p[8 * kBlockWidth])), f.g);
-        add_color(2, first, hn::Mul(weight, hn::Set(d, p[9 * kBlockWidth])), f.b);
-      }
-    }
-    return inside_count;
-  }
-
-  HWY_INLINE void finish(const QueryRun& run) const {
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < kGroupWidth; ++i) run.sum[c][first_ + i] = sums_[c][i];
-  }
-
- private:
-  HWY_INLINE void add_color(std::size_t channel, std::size_t first, TileVector flux, TileVector f) {
-    const TileTag d;
-    // Lanes that the photon does not reach may hold anything but numbers beyond all bounds: their flux is 0.
-    float* sum = sums_[channel] + first;
-    hn::Store(hn::MulAdd(flux, f, hn::Load(d, sum)), d, sum);
-  }
-
-  std::size_t first_, valid_;
-  const GlossyPoints* glossy_;
   alignas(64) float position_[3][kGroupWidth];
   alignas(64) float normal_[3][kGroupWidth];
   alignas(64) float sums_[3][kGroupWidth];

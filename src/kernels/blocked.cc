@@ -11,7 +11,7 @@
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
-#include "kernels/blocked-inl.h"
+#include "kernels/blocked_glossy-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
