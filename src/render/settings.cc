@@ -26,9 +26,10 @@ constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 constexpr std::uint32_t kUsualSamples = 16, kUsualGather = 25;
 /// Photons of a render, within what its picture is worth: one for so many gather rays, since a photon costs as much as
-/// some tens of them, and more photons than the rays can tell apart make no better picture.
+/// some tens of them, and more photons than the rays can tell apart make no better picture. The least is what a room
+/// needs in which most light stays behind a door: one map's noise lies over all of a picture, however small.
 constexpr double kRaysPerPhoton = 200;
-constexpr double kFewestPhotons = 100'000, kMostPhotons = 1'000'000;
+constexpr double kFewestPhotons = 500'000, kMostPhotons = 1'000'000;
 /// Where photons look for so many query points each or more, thinning them to a quarter costs less than it saves, at no
 /// larger error.
 constexpr double kQueriesThatPayControl = 100;
