@@ -114,13 +114,17 @@ std::vector<std::string> ProgramTest::names() const {
   return found;
 }
 
-bool ProgramTest::wait_for_file(const std::string& name, double seconds) const {
+bool ProgramTest::wait_until(const std::function<bool()>& condition, double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (std::chrono::steady_clock::now() < end) {
-    if (std::filesystem::exists(folder_ / name)) return true;
+    if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return false;
+}
+
+bool ProgramTest::wait_for_file(const std::string& name, double seconds) const {
+  return wait_until([&] { return std::filesystem::exists(folder_ / name); }, seconds);
 }
 
 Outcome ProgramTest::run(const std::vector<std::string>& arguments, const std::function<void()>& prepare) const {

@@ -53,6 +53,8 @@ class ProgramTest : public testing::Test {
   nlohmann::json read_json(const std::string& name) const;
   /// Names of the files in the folder, in order.
   std::vector<std::string> names() const;
+  /// Whether the condition holds before the time is over.
+  static bool wait_until(const std::function<bool()>& condition, double seconds);
   /// Whether the file is there before the time is over.
   bool wait_for_file(const std::string& name, double seconds) const;
 

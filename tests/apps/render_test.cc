@@ -248,11 +248,12 @@ TEST_F(RenderTest, KilledRenderGoesOnToTheSameBits) {
     {
       Running program(folder_, endless);
       ASSERT_TRUE(wait_for_file("c.checkpoint", 60)) << kind.front();
+      // A machine that is slow at the time writes its first before a pass is whole.
+      ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("c.checkpoint"))->passes > 0; }, 60)) << kind.front();
       program.send(SIGKILL);
       ASSERT_EQ(program.wait().status, 128 + SIGKILL) << kind.front();
     }
     const std::uint32_t passes = read_checkpoint(path("c.checkpoint"))->passes;
-    EXPECT_GT(passes, 0u);
     options.insert(options.end(), {"--samples", std::to_string(passes + 3)});
     const Image whole = rendered("builtin:cornell", options);
     options.push_back("--resume=c.checkpoint");
