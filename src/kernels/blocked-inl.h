@@ -44,6 +44,9 @@ constexpr float kNormalMargin = 1e-5f;
 /// Photons that a list holds before it is worked off.
 constexpr std::ptrdiff_t kListLength = 4096;
 constexpr std::size_t kListRoom = kListLength + 2 * kBlockWidth;
+/// Shares of the pairs tested in a tile that count: above the first, the next tile lists photons for all its points at
+/// once, which tests more pairs but every photon once; below the second, for each group again.
+constexpr double kJoinAbove = 0.25, kPartBelow = 0.15;
 /// How far ahead of their test photons are asked for, in blocks.
 constexpr std::ptrdiff_t kBlocksAhead = 3;
 
@@ -291,11 +294,20 @@ class RunSummer {
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
     scratch_.accepted.resize(kGroups * kListRoom);
     scratch_.ambiguous.resize(kGroups * kListRoom);
-    for (std::size_t first = 0; first < run_.count; first += kTileWidth) sum_tile(first);
+    bool joined = false;
+    for (std::size_t first = 0; first < run_.count; first += kTileWidth) {
+      const BlockedCounts before = counts_;
+      if (joined)
+        sum_tile<1>(first);
+      else
+        sum_tile<kGroups>(first);
+      joined = static_cast<double>(counts_.evaluated - before.evaluated) >
+               (joined ? kPartBelow : kJoinAbove) * static_cast<double>(counts_.tested - before.tested);
+    }
   }
 
  private:
-  /// The photons near one group of the tile: those whose normals leave no doubt for any of its points, which need not
+  /// The photons near some points of the tile: those whose normals leave no doubt for any of them, which need not
   /// compare them, and the others.
   struct Lists {
     std::uint32_t *accepted, *ambiguous;
@@ -303,34 +315,36 @@ class RunSummer {
     bool full() const { return accepted_end - accepted > kListLength || ambiguous_end - ambiguous > kListLength; }
   };
 
+  /// @tparam lists lists of photons: one for each group, or one for all of them
+  template <std::size_t lists>
   void sum_tile(std::size_t first) {
     const SpreadBounds q(bounds_of(run_, first, kTileWidth), tree_.min_normal_cosine);
     std::uint32_t* end = scratch_.blocks.data();
     for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
-    for (std::size_t g = 0; g < kGroups; ++g) {
-      groups_[g].start(run_, glossy_, first + g * kGroupWidth);
-      std::uint32_t* const accepted = scratch_.accepted.data() + g * kListRoom;
-      std::uint32_t* const ambiguous = scratch_.ambiguous.data() + g * kListRoom;
-      lists_[g] = {accepted, ambiguous, accepted, ambiguous};
+    for (std::size_t g = 0; g < kGroups; ++g) groups_[g].start(run_, glossy_, first + g * kGroupWidth);
+    for (std::size_t l = 0; l < lists; ++l) {
+      std::uint32_t* const accepted = scratch_.accepted.data() + l * kListRoom;
+      std::uint32_t* const ambiguous = scratch_.ambiguous.data() + l * kListRoom;
+      lists_[l] = {accepted, ambiguous, accepted, ambiguous};
     }
-    list_photons(first, end);
-    for (std::size_t g = 0; g < kGroups; ++g) {
-      add(g);
-      groups_[g].finish(run_);
-    }
+    list_photons<lists>(first, end);
+    for (std::size_t l = 0; l < lists; ++l) add<lists>(l);
+    for (const Group& group : groups_) group.finish(run_);
   }
 
-  /// Tests the photons of the listed blocks against the bounds of each group, and lists those that may be in support.
-  /// Photons are read once for all groups, since most come from far up in the memory hierarchy.
+  /// Tests the photons of the listed blocks against the bounds of each list's points, and lists those that may be in
+  /// support. Photons are read once for all lists, since most come from far up in the memory hierarchy.
+  template <std::size_t lists>
   void list_photons(std::size_t first, const std::uint32_t* end) {
     const BlockTag d;
     const BlockVector rim = hn::Set(d, kRimMargin);
-    SpreadBounds tests[kGroups];
-    BlockVector sure_cosine[kGroups];
-    for (std::size_t g = 0; g < kGroups; ++g) {
-      const QueryBounds bounds = bounds_of(run_, first + g * kGroupWidth, kGroupWidth);
-      tests[g] = SpreadBounds(bounds, tree_.min_normal_cosine);
-      sure_cosine[g] = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
+    constexpr std::size_t kListWidth = kTileWidth / lists;
+    SpreadBounds tests[lists];
+    BlockVector sure_cosine[lists];
+    for (std::size_t l = 0; l < lists; ++l) {
+      const QueryBounds bounds = bounds_of(run_, first + l * kListWidth, kListWidth);
+      tests[l] = SpreadBounds(bounds, tree_.min_normal_cosine);
+      sure_cosine[l] = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
     }
     for (const std::uint32_t* i = scratch_.blocks.data(); i != end; ++i) {
       if (end - i > kBlocksAhead) {
@@ -341,8 +355,8 @@ class RunSummer {
       for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
         const std::uint32_t place =
             *i * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) + static_cast<std::uint32_t>(lane);
-        for (std::size_t g = 0; g < kGroups; ++g) {
-          const SpreadBounds& q = tests[g];
+        for (std::size_t l = 0; l < lists; ++l) {
+          const SpreadBounds& q = tests[l];
           const auto gap = [&](const float* p, int axis) HWY_ATTR {
             const BlockVector v = hn::Load(d, p + lane);
             return hn::Sub(v, hn::Min(hn::Max(v, q.min[axis]), q.max[axis]));
@@ -354,29 +368,33 @@ class RunSummer {
                                                 hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1],
                                                            hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
           const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
-          const BlockMask sure = hn::Gt(cosine, sure_cosine[g]);
-          append_lanes(hn::And(near, sure), place, lists_[g].accepted_end);
-          append_lanes(hn::AndNot(sure, near), place, lists_[g].ambiguous_end);
+          const BlockMask sure = hn::Gt(cosine, sure_cosine[l]);
+          append_lanes(hn::And(near, sure), place, lists_[l].accepted_end);
+          append_lanes(hn::AndNot(sure, near), place, lists_[l].ambiguous_end);
         }
       }
-      for (std::size_t g = 0; g < kGroups; ++g)
-        if (lists_[g].full()) add(g);
+      for (std::size_t l = 0; l < lists; ++l)
+        if (lists_[l].full()) add<lists>(l);
     }
   }
 
-  /// Works the lists of a group off and sets their ends back.
-  HWY_INLINE void add(std::size_t g) {
-    Lists& lists = lists_[g];
-    const auto accepted = static_cast<std::size_t>(lists.accepted_end - lists.accepted);
-    const auto ambiguous = static_cast<std::size_t>(lists.ambiguous_end - lists.ambiguous);
-    lists.accepted_end = lists.accepted;
-    lists.ambiguous_end = lists.ambiguous;
-    Group& group = groups_[g];
-    if (group.valid() == 0) return;
-    counts_.evaluated += group.template add<false>(tree_, lists.accepted, accepted);
-    if (ambiguous > 0) counts_.evaluated += group.template add<true>(tree_, lists.ambiguous, ambiguous);
-    counts_.tested += (accepted + ambiguous) * group.valid();
-    counts_.steps += (accepted + ambiguous) * kTileVectors;
+  /// Works one of the lists off and sets its ends back.
+  template <std::size_t lists>
+  HWY_INLINE void add(std::size_t l) {
+    Lists& list = lists_[l];
+    const auto accepted = static_cast<std::size_t>(list.accepted_end - list.accepted);
+    const auto ambiguous = static_cast<std::size_t>(list.ambiguous_end - list.ambiguous);
+    list.accepted_end = list.accepted;
+    list.ambiguous_end = list.ambiguous;
+    constexpr std::size_t kGroupsOfList = kGroups / lists;
+    for (std::size_t g = l * kGroupsOfList; g < (l + 1) * kGroupsOfList; ++g) {
+      Group& group = groups_[g];
+      if (group.valid() == 0) continue;
+      counts_.evaluated += group.template add<false>(tree_, list.accepted, accepted);
+      if (ambiguous > 0) counts_.evaluated += group.template add<true>(tree_, list.ambiguous, ambiguous);
+      counts_.tested += (accepted + ambiguous) * group.valid();
+      counts_.steps += (accepted + ambiguous) * kTileVectors;
+    }
   }
 
   const BlockTree& tree_;
