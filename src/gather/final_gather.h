@@ -26,17 +26,19 @@ struct FinalGatherSettings {
 
 /// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit
 /// lights bring (weighted against light_samples light samples), and to `radiance.indirect` the direct light at the ends
-/// of rays that gather again. `queries` become the query points, whose weight carries the throughput of the camera path
-/// and 1/N, and whose gather_point is the slot; in an order in which neighbours are close together; what they held
-/// before is lost, but its memory is used again. The same for any number of threads. Adds to Phase::gather_rays; counts
-/// gather_rays and occlusion_rays.
+/// of rays that gather again. The same for any number of threads. Adds to Phase::gather_rays; counts gather_rays and
+/// occlusion_rays.
+/// @param queries become the query points, in an order in which neighbours are close together; their weight carries the
+///   throughput of the camera path and 1/N, their gather_point is the slot. What they held before is lost, but its
+///   memory is used again.
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
                   const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
                   Statistics& statistics);
 
-/// Appends a surface point as query points: one, two where it lets light through diffusely,
-/// none where it is black.
-/// @param frame shading frame; @param wo unit, world space, towards the viewer; @param target QueryPoints::gather_point
+/// Appends a surface point as query points: one, two where it lets light through diffusely, none where it is black.
+/// @param frame  shading frame
+/// @param wo     unit, world space, towards the viewer
+/// @param target QueryPoints::gather_point
 void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
                RGB weight, std::uint32_t target);
 

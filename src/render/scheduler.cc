@@ -16,9 +16,9 @@ namespace {
 constexpr std::uint64_t kMostQueries = DensityEngine::kMostPointsAtOnce;
 // Below this a portion is hardly worth the work around it.
 constexpr std::uint64_t kFewestQueries = 4096;
-// A task of a render with a limit of time looks no more points up than a slow core does in this share of it (two or
-// three times less on others), since the limit is met to half a task; but no fewer than are worth a task.
-constexpr double kSlowQueriesPerSecond = 500'000, kTaskShareOfTime = 0.1;
+// A task of a render with a limit of time looks no more points up than slow cores do in this share of it, since the
+// limit is met to half a task; but no fewer than are worth a task.
+constexpr double kTaskShareOfTime = 0.1;
 constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
 // Query points that a file takes at once: a few gigabytes.
 constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
@@ -29,6 +29,15 @@ constexpr int kSmallestTile = 16;
 constexpr std::uint64_t kSmallestSlots = std::uint64_t{kSmallestTile} * kSmallestTile;
 // Tiles go over the whole width where they are no lower than this.
 constexpr int kLowestBand = 64;
+
+/// Query points of a task at most, for the sake of a limit of time.
+std::uint64_t most_timed_queries(const RenderSettings& settings) {
+  if (settings.time_limit_s <= 0) return kMostOnDisk;
+  const double seconds = settings.time_limit_s * kTaskShareOfTime;
+  const double queries = seconds * kQueriesPerSecond * std::max(settings.threads, 1);
+  return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMostOnDisk)), kFewestTimedQueries,
+                    kMostOnDisk);
+}
 
 /// Cuts a length into pieces as even as may be, no longer than `most`.
 int even_piece(int length, int most) {
@@ -63,13 +72,8 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   if (schedule.by_disk)
     schedule.queries_at_once =
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
-  std::uint64_t task_queries = schedule.by_disk ? kMostOnDisk : schedule.queries_at_once;
-  if (settings.time_limit_s > 0)
-    task_queries =
-        std::min(task_queries,
-                 std::max(kFewestTimedQueries, static_cast<std::uint64_t>(std::min(
-                                                   1e15, settings.time_limit_s * kTaskShareOfTime *
-                                                             kSlowQueriesPerSecond * std::max(settings.threads, 1)))));
+  const std::uint64_t task_queries =
+      std::min<std::uint64_t>(schedule.by_disk ? kMostOnDisk : schedule.queries_at_once, most_timed_queries(settings));
   // A task as large as a portion of its query points, so that a picture comes in even steps.
   const std::uint64_t for_slots = schedule.by_disk ? left / 3 : left - schedule.queries_at_once * kBytesPerQuery;
   schedule.slots_at_once =

@@ -28,8 +28,7 @@ inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 
 /// Cuts a render up so that its tasks stay within `room` bytes. Tiles are as large as fits, since engines work best on
 /// many query points at once, but not so large that a task takes more than a moment, or than a small share of the time
-/// where that is limited. Throws Error where not even the
-/// smallest task fits.
+/// where that is limited. Throws Error where not even the smallest task fits.
 /// @param settings resolved
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 

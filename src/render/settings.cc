@@ -36,9 +36,10 @@ constexpr double kQueriesThatPayControl = 100;
 constexpr std::uint64_t kShareKept = 4;
 /// Photons take at most this share of the memory.
 constexpr double kPhotonShare = 0.3;
-/// What a core of the year 2020 does at least, gathering and looking up: query points and photons a second. A render
-/// with a limit of time takes a first image within a quarter of it.
-constexpr double kQueriesPerSecond = 500'000, kPhotonsPerSecond = 40'000, kFirstImageShare = 0.25;
+/// Photons that a core of the year 2020 traces in a second at least.
+constexpr double kPhotonsPerSecond = 40'000;
+/// A render with a limit of time takes a first image within this share of it.
+constexpr double kFirstImageShare = 0.25;
 
 void resolve_size(RenderSettings& s, const Scene& scene) {
   if (s.width == 0 && s.height == 0) {

@@ -65,6 +65,10 @@ struct RenderSettings {
   std::vector<std::string> aovs;  ///< layers beside the image itself; names as in aov_names()
 };
 
+/// Query points that a core of the year 2020 gathers and looks up in a second at least; others do two or three times
+/// as many. Renders with a limit of time reckon with it.
+inline constexpr double kQueriesPerSecond = 500'000;
+
 /// Names that --aov knows.
 std::vector<std::string> aov_names();
 
