@@ -31,28 +31,17 @@ class Ordering {
 #endif
 };
 
-// Marks that the scope it stands in is left, by an exception too.
-class ReleaseAtEnd {
+// Does something when the scope it stands in is left, by an exception too.
+template <typename Action>
+class AtEnd {
  public:
-  explicit ReleaseAtEnd(Ordering& ordering) : ordering_(ordering) {}
-  ~ReleaseAtEnd() { ordering_.release(); }
-  ReleaseAtEnd(const ReleaseAtEnd&) = delete;
-  ReleaseAtEnd& operator=(const ReleaseAtEnd&) = delete;
+  explicit AtEnd(Action action) : action_(action) {}
+  ~AtEnd() { action_(); }
+  AtEnd(const AtEnd&) = delete;
+  AtEnd& operator=(const AtEnd&) = delete;
 
  private:
-  Ordering& ordering_;
-};
-
-// The same of what all of those marks come before.
-class AcquireAtEnd {
- public:
-  explicit AcquireAtEnd(Ordering& ordering) : ordering_(ordering) {}
-  ~AcquireAtEnd() { ordering_.acquire(); }
-  AcquireAtEnd(const AcquireAtEnd&) = delete;
-  AcquireAtEnd& operator=(const AcquireAtEnd&) = delete;
-
- private:
-  Ordering& ordering_;
+  Action action_;
 };
 
 // The flag that work of this thread looks at, or null.
@@ -66,13 +55,10 @@ void throw_if_cancelled(const std::atomic<bool>* flag) {
 template <typename Task>
 void run_ordered(Ordering& start, Ordering& end, const std::atomic<bool>* flag, const Task& task) {
   start.acquire();
-  const ReleaseAtEnd released(end);
+  const AtEnd released([&] { end.release(); });
   throw_if_cancelled(flag);
   // A thread that waits for its own loop may run a piece of another one meanwhile.
-  struct Restore {
-    const std::atomic<bool>* own = cancellation;
-    ~Restore() { cancellation = own; }
-  } restore;
+  const AtEnd restored([own = cancellation] { cancellation = own; });
   cancellation = flag;
   task();
 }
@@ -108,7 +94,7 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
   Ordering started, ended;
   const std::atomic<bool>* const flag = cancellation;
   started.release();
-  const AcquireAtEnd acquired(ended);
+  const AtEnd acquired([&] { ended.acquire(); });
   tbb::parallel_for(
       std::size_t{0}, pieces,
       [&](std::size_t piece) {
@@ -127,7 +113,7 @@ void parallel_invoke(const std::function<void()>& a, const std::function<void()>
   Ordering started, ended;
   const std::atomic<bool>* const flag = cancellation;
   started.release();
-  const AcquireAtEnd acquired(ended);
+  const AtEnd acquired([&] { ended.acquire(); });
   tbb::parallel_invoke([&] { run_ordered(started, ended, flag, a); }, [&] { run_ordered(started, ended, flag, b); });
 }
 
