@@ -31,8 +31,9 @@ constexpr std::size_t kUsualTrim = std::size_t{128} << 10, kUsualMap = std::size
                       kLargestMap = std::size_t{32} << 20;
 #endif
 
-/// Lets the C library keep up to so many bytes free at the end of each of its heaps; 0: what it does by itself. Blocks
-/// then come from heaps even where they would be mapped each for itself, and given back at once.
+/// Lets the C library keep up to so many bytes free at the end of each of its heaps. Blocks then come from heaps even
+/// where they would be mapped each for itself, and given back at once. 0: the thresholds that glibc begins with, though
+/// no longer those that it would have adapted to the sizes freed, for mallopt() ends that.
 void keep_free_heap([[maybe_unused]] std::size_t bytes) {
 #ifdef __GLIBC__
   mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kUsualTrim), 1 << 30)));
