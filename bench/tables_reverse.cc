@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -104,11 +105,10 @@ struct Shares {
   explicit Shares(const QueryPoints& points) {
     const double each = 1 / static_cast<double>(std::max<std::size_t>(points.size(), 1));
     for (const std::uint32_t bsdf : points.bsdf) {
-      GlossyModel model;
       if (bsdf == kLambertianQuery)
         lambertian += each;
-      else if (is_glossy(points.bsdfs[bsdf].bsdf, model))
-        glossy[static_cast<std::size_t>(model)] += each;
+      else if (const std::optional<GlossyModel> model = glossy_model(points.bsdfs[bsdf].bsdf))
+        glossy[static_cast<std::size_t>(*model)] += each;
       else
         one_by_one += each;
     }

@@ -61,7 +61,7 @@ class Leaf {
   ReverseGlossy glossy(GlossyModel model) {
     const float far = std::sqrt(0.5f);
     const QueryBsdf point{surface_of(model), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, far, far}};
-    const GlossyNumbers numbers = preparer_.prepare(point);
+    const GlossyNumbers numbers = preparer_.prepare(point, model);
     const std::size_t stride = reverse_glossy_stride(kPoints);
     fields_.resize(kGlossyFields * stride);
     for (std::size_t field = 0; field < kGlossyFields; ++field)

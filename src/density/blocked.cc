@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -104,11 +105,12 @@ class BucketWorker {
     for (const std::uint32_t i : indices) __builtin_prefetch(&points_.bsdfs[points[i].bsdf]);
     for (std::vector<std::uint32_t>& run : runs_) run.clear();
     for (const std::uint32_t i : indices) {
-      GlossyModel model;
-      if (sparse_ || !is_glossy(points_.bsdfs[points[i].bsdf].bsdf, model))
-        buckets_.answer(bucket, i) = shade(points[i]);
+      const std::optional<GlossyModel> model =
+          sparse_ ? std::nullopt : glossy_model(points_.bsdfs[points[i].bsdf].bsdf);
+      if (model)
+        runs_[static_cast<std::size_t>(*model) * kFacings + facing(points[i].normal)].push_back(i);
       else
-        runs_[static_cast<std::size_t>(model) * kFacings + facing(points[i].normal)].push_back(i);
+        buckets_.answer(bucket, i) = shade(points[i]);
     }
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       std::span<const std::uint32_t> left = runs_[r];
@@ -129,7 +131,7 @@ class BucketWorker {
     GlossyNumbers numbers{};
     for (std::size_t i = 0; i < padded; ++i) {
       // Padding repeats the last point: its numbers are read, though nothing comes of them.
-      if (i < run.size()) numbers = preparer_.prepare(points_.bsdfs[points[run[i]].bsdf]);
+      if (i < run.size()) numbers = preparer_.prepare(points_.bsdfs[points[run[i]].bsdf], model);
       for (std::size_t field = 0; field < kGlossyFields; ++field) numbers_[field * kRunPoints + i] = numbers[field];
     }
     glossy_ = {numbers_.data(), kRunPoints, preparer_.tables(), model};

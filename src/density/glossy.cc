@@ -15,18 +15,6 @@ namespace {
 // costs more than it finds.
 constexpr std::size_t kLookBack = 8;
 
-GlossyModel glossy_model(ReflectionModel model) {
-  switch (model) {
-    case ReflectionModel::coated:
-      return GlossyModel::coated;
-    case ReflectionModel::conductor:
-      return GlossyModel::conductor;
-    case ReflectionModel::schlick:
-      break;
-  }
-  return GlossyModel::schlick;
-}
-
 void set_color(GlossyNumbers& numbers, std::size_t field, RGB color) {
   numbers[field] = color.r;
   numbers[field + 1] = color.g;
@@ -50,14 +38,21 @@ void append_curve(std::vector<float>& tables, const bsdf_detail::Curve& curve) {
 
 }  // namespace
 
-bool is_glossy(const Bsdf& bsdf, GlossyModel& model) {
-  ReflectionModel reflection;
-  if (!has_isotropic_reflection(bsdf, reflection)) return false;
-  model = glossy_model(reflection);
-  return true;
+std::optional<GlossyModel> glossy_model(const Bsdf& bsdf) {
+  const std::optional<ReflectionModel> model = reflection_model(bsdf);
+  if (!model) return std::nullopt;
+  switch (*model) {
+    case ReflectionModel::coated:
+      return GlossyModel::coated;
+    case ReflectionModel::conductor:
+      return GlossyModel::conductor;
+    case ReflectionModel::schlick:
+      return GlossyModel::schlick;
+  }
+  return std::nullopt;
 }
 
-GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point) {
+GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point, GlossyModel model) {
   GlossyNumbers numbers{};
   // What reads the curves of points without any finds some.
   if (tables_.empty()) tables_.resize(2 * kGlossyCurve, 0.0f);
@@ -76,12 +71,11 @@ GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point) {
   set_color(numbers, kGlossyDiffuse, f.diffuse * std::numbers::pi_v<float>);
   set_color(numbers, kGlossyFirst, f.first);
   set_color(numbers, kGlossySecond, f.second);
-  const bool coated = f.model == ReflectionModel::coated;
+  const bool coated = model == GlossyModel::coated;
   numbers[kGlossyFirstGrazing] = coated ? f.eta : f.first_grazing;
   numbers[kGlossySecondGrazing] = coated ? f.thickness : f.second_grazing;
   if (!f.curve[0].rows[0]) return numbers;
 
-  const GlossyModel model = glossy_model(f.model);
   const float alpha = point.bsdf.alpha_x, eta = coated ? f.eta : 0.0f;
   const auto last = known_.rbegin(), end = last + static_cast<std::ptrdiff_t>(std::min(kLookBack, known_.size()));
   auto known =

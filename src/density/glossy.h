@@ -1,6 +1,7 @@
 // Glossy query points made into the numbers that the kernels evaluate in vectors.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "gather/query_points.h"
@@ -8,14 +9,15 @@
 
 namespace glowworm {
 
-/// Whether the kernels can evaluate the BSDF; of which model it is, where they can. (Others are for BatchShader.)
-bool is_glossy(const Bsdf& bsdf, GlossyModel& model);
+/// The model by which the kernels evaluate the BSDF; none where they cannot, which BatchShader is for.
+std::optional<GlossyModel> glossy_model(const Bsdf& bsdf);
 
 /// Makes the numbers of points, and keeps the tables that they point into; belongs to one thread.
 class GlossyPreparer {
  public:
-  /// The numbers of a point that is_glossy(). Black where wo lies in the surface.
-  GlossyNumbers prepare(const QueryBsdf& point);
+  /// The numbers of a point. Black where wo lies in the surface.
+  /// @param model glossy_model() of its BSDF
+  GlossyNumbers prepare(const QueryBsdf& point, GlossyModel model);
   /// The tables of all points since clear(); anew after every prepare().
   const float* tables() const { return tables_.data(); }
   /// Forgets the tables.

@@ -4,6 +4,7 @@
 #include <bit>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -33,11 +34,10 @@ struct ShadingGroups {
   ShadingGroups(const QueryPoints& points, std::size_t first, std::size_t last) {
     lambertian.reserve(last - first);
     for (std::size_t i = first; i < last; ++i) {
-      GlossyModel model;
       if (points.bsdf[i] == kLambertianQuery)
         lambertian.push_back(static_cast<std::uint32_t>(i));
-      else if (is_glossy(points.bsdfs[points.bsdf[i]].bsdf, model))
-        glossy[static_cast<std::size_t>(model)].push_back(static_cast<std::uint32_t>(i));
+      else if (const std::optional<GlossyModel> model = glossy_model(points.bsdfs[points.bsdf[i]].bsdf))
+        glossy[static_cast<std::size_t>(*model)].push_back(static_cast<std::uint32_t>(i));
       else
         others.push_back(static_cast<std::uint32_t>(i));
     }
@@ -99,7 +99,7 @@ class SubtreeWorker {
       const float* bsdfs = part.points + (node.first() - subtree.first_point) * kReverseFields + 7 * n;
       GlossyNumbers numbers{};
       for (std::size_t lane = 0; lane < stride; ++lane) {
-        if (lane < n) numbers = preparer_.prepare(points_.bsdfs[std::bit_cast<std::uint32_t>(bsdfs[lane])]);
+        if (lane < n) numbers = preparer_.prepare(points_.bsdfs[std::bit_cast<std::uint32_t>(bsdfs[lane])], model);
         for (std::size_t field = 0; field < kGlossyFields; ++field)
           numbers_[leaf_[i] + field * stride + lane] = numbers[field];
       }

@@ -120,20 +120,18 @@ RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
   return f;
 }
 
-bool has_isotropic_reflection(const Bsdf& bsdf, ReflectionModel& model) {
-  if (bsdf.alpha_x != bsdf.alpha_y) return false;
+std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf) {
+  if (bsdf.alpha_x != bsdf.alpha_y) return std::nullopt;
   switch (bsdf.kind) {
     case BsdfKind::coated_diffuse:
-      model = ReflectionModel::coated;
-      return true;
+      return ReflectionModel::coated;
     case BsdfKind::conductor:
-      model = bsdf.use_reflectance ? ReflectionModel::schlick : ReflectionModel::conductor;
-      return true;
+      return bsdf.use_reflectance ? ReflectionModel::schlick : ReflectionModel::conductor;
     case BsdfKind::metallic_roughness:
-      model = ReflectionModel::schlick;
-      return bsdf.transmission_weight == 0 && bsdf.coat == 0;
+      if (bsdf.transmission_weight != 0 || bsdf.coat != 0) return std::nullopt;
+      return ReflectionModel::schlick;
     default:
-      return false;
+      return std::nullopt;
   }
 }
 

@@ -146,7 +146,6 @@ void evaluate_coated_diffuse(const View& view, std::span<const Vec3> wi, std::sp
 IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_o) {
   const Coat coat(bsdf, bsdf.alpha_x, bsdf.alpha_y);
   IsotropicReflection out;
-  out.model = ReflectionModel::coated;
   out.alpha = broad_alpha(bsdf.alpha_x);
   out.diffuse = DiffuseBase(bsdf, coat).factor * coat.passed(cosine_o);
   out.eta = coat.eta;

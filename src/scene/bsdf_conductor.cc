@@ -19,7 +19,6 @@ void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RG
 
 IsotropicReflection reflection_of_conductor(const Bsdf& bsdf) {
   IsotropicReflection out;
-  out.model = bsdf.use_reflectance ? ReflectionModel::schlick : ReflectionModel::conductor;
   out.alpha = broad_alpha(bsdf.alpha_x);
   out.first = bsdf.use_reflectance ? bsdf.specular : bsdf.eta;
   if (!bsdf.use_reflectance) out.second = bsdf.k;

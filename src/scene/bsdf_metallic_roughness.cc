@@ -164,7 +164,6 @@ void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std
 IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cosine_o) {
   const Layers layers(View{bsdf, false, {0, 0, cosine_o}, kBroad});
   IsotropicReflection out;
-  out.model = ReflectionModel::schlick;
   out.alpha = broad_alpha(bsdf.alpha_x);
   out.diffuse = layers.diffuse_factor(cosine_o);
   out.first = layers.f0;

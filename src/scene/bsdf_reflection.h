@@ -2,6 +2,7 @@
 // knowing the kinds of BSDF.
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "core/rgb.h"
 #include "scene/bsdf.h"
@@ -17,11 +18,9 @@ namespace glowworm {
 /// - schlick:   diffuse (1 - second curve[0](c) - second_grazing curve[1](c)); F Schlick's of first at normal and
 ///              first_grazing at grazing incidence.
 enum class ReflectionModel : std::uint8_t { coated, conductor, schlick };
-inline constexpr int kReflectionModels = 3;
 
 /// f of the broad lobes of a BSDF for one wo.
 struct IsotropicReflection {
-  ReflectionModel model = ReflectionModel::coated;
   float alpha = 0;    ///< GGX; 0: the lobe is not there, or not broad
   RGB diffuse{0.0f};  ///< everything of the diffuse part that does not depend on wi
   RGB first{0.0f}, second{0.0f};
@@ -30,11 +29,11 @@ struct IsotropicReflection {
   bsdf_detail::Curve curve[2];  ///< without rows where there is none
 };
 
-/// The model that isotropic_reflection() would take; false for the BSDFs that are not of this form (anisotropic,
-/// transmitting, of two coats), which evaluate() is for.
-bool has_isotropic_reflection(const Bsdf& bsdf, ReflectionModel& model);
+/// The model that the numbers of isotropic_reflection() are for; none for the BSDFs that are not of this form
+/// (anisotropic, transmitting, of two coats), which evaluate() is for.
+std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf);
 
-/// The numbers of a BSDF that has_isotropic_reflection().
+/// The numbers of a BSDF that has a reflection_model().
 /// @param cosine_o cosine of wo, > 0: surfaces of this form are alike on both sides
 IsotropicReflection isotropic_reflection(const Bsdf& bsdf, float cosine_o);
 

@@ -118,8 +118,7 @@ TEST_P(GlossyQueries, AgreeWithBruteForceForEverySurface) {
   const PhotonBatch photons = photons_from_everywhere(3000);
   for (const Surface& surface : surfaces()) {
     SCOPED_TRACE(testing::Message() << surface.name << ", alpha " << surface.bsdf.alpha_x);
-    GlossyModel model;
-    ASSERT_TRUE(is_glossy(surface.bsdf, model));
+    ASSERT_TRUE(glossy_model(surface.bsdf));
     const QueryPoints points = points_of({surface.bsdf}, 300);
     const RadiusPolicy policy = radius(0.15f, KernelShape::epanechnikov);
     const std::vector<RGB> expected = run("brute", photons, policy, points);
@@ -158,17 +157,16 @@ INSTANTIATE_TEST_SUITE_P(Engines, GlossyQueries, testing::Values("blocked", "rev
                          [](const testing::TestParamInfo<std::string>& name) { return name.param; });
 
 TEST(GlossySurfaces, LeaveOtherSurfacesToTheScalarCode) {
-  GlossyModel model;
-  EXPECT_FALSE(is_glossy(Bsdf(), model));
+  EXPECT_FALSE(glossy_model(Bsdf()));
   Bsdf brushed = conductor(0.2f);
   brushed.alpha_y = 0.5f;
-  EXPECT_FALSE(is_glossy(brushed, model));
+  EXPECT_FALSE(glossy_model(brushed));
   Bsdf lacquered = metallic(0, 0.3f);
   lacquered.coat = 1;
-  EXPECT_FALSE(is_glossy(lacquered, model));
+  EXPECT_FALSE(glossy_model(lacquered));
   Bsdf glass = metallic(0, 0.3f);
   glass.transmission_weight = 1;
-  EXPECT_FALSE(is_glossy(glass, model));
+  EXPECT_FALSE(glossy_model(glass));
 }
 
 }  // namespace
