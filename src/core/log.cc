@@ -18,7 +18,6 @@ void print(std::string_view prefix, std::string_view message) {
 }  // namespace
 
 void set_log_level(LogLevel level) { current_level = level; }
-LogLevel log_level() { return current_level; }
 
 void inform(std::string_view message) {
   if (current_level != LogLevel::quiet) print("", message);

@@ -9,7 +9,6 @@ enum class LogLevel { quiet, normal, verbose };
 
 /// Sets how much is printed: quiet keeps warnings only, verbose adds detail(). Thread-safe, as all functions here.
 void set_log_level(LogLevel level);
-LogLevel log_level();
 
 /// Something the person should know of a normal run.
 void inform(std::string_view message);

@@ -6,7 +6,7 @@
 
 namespace glowworm {
 
-/// Sets how many threads parallel work uses from now on; 0 means one for each core.
+/// Sets how many threads parallel work uses from now on; 0: as many as the machine runs at once.
 void set_thread_count(int threads);
 /// How many threads parallel work uses.
 int thread_count();
@@ -27,8 +27,8 @@ class CancellationScope {
 
 /// Calls body(first, last) for consecutive pieces of [begin, end), each of exactly `grain` items but for the last.
 /// The cut depends on begin, end and grain alone, never on threads: what a piece computes may be joined in index
-/// order for the same bits from any number of threads. An exception of one piece is thrown on, after all others
-/// ended. Nested calls are allowed.
+/// order for the same bits from any number of threads. An exception of one piece is thrown on, after all others that
+/// have begun have ended; the rest need not begin. Nested calls are allowed.
 void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
                   const std::function<void(std::size_t first, std::size_t last)>& body);
 

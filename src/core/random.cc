@@ -45,8 +45,6 @@ std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed) {
   return reverse_bits(scramble_reversed(reverse_bits(x), seed));
 }
 
-SobolPoint sobol2(std::uint32_t index) { return {reverse_bits(index), reverse_bits(reversed_sobol_y(index))}; }
-
 Vec2 Sampler::next2() {
   const std::uint32_t key = hash_combine(key_, dimension_++);
   if (kind_ == SamplerKind::independent) {
@@ -56,7 +54,7 @@ Vec2 Sampler::next2() {
   // Shuffling the index by a scramble of its own decorrelates the dimension pairs but keeps every power-of-two
   // block of samples a (0,2)-sequence block.
   const std::uint32_t shuffled = nested_uniform_scramble(index_, key);
-  // nested_uniform_scramble() of sobol2(shuffled), less the reversals that undo one another.
+  // nested_uniform_scramble() of the Sobol' point of that index, less the reversals that undo one another.
   const std::uint32_t x = scramble_reversed(shuffled, hash32(key ^ 0x68bc21ebu));
   const std::uint32_t y = scramble_reversed(reversed_sobol_y(shuffled), hash32(key ^ 0x02e5be93u));
   return {to_unit_float(reverse_bits(x)), to_unit_float(reverse_bits(y))};

@@ -35,12 +35,6 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
 /// 9(4), 2020, with the hash of Laine and Karras as improved there).
 std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed);
 
-/// Point `index` of the first two Sobol' dimensions as 32-bit fractions.
-struct SobolPoint {
-  std::uint32_t x, y;
-};
-SobolPoint sobol2(std::uint32_t index);
-
 enum class SamplerKind : std::uint8_t {
   sobol,        ///< Owen-scrambled Sobol' pairs, padded and shuffled: the default
   independent,  ///< hashed random numbers; for tests of the other

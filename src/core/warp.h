@@ -40,13 +40,6 @@ inline Vec3 square_to_sphere(Vec2 u) {
 }
 inline constexpr float kUniformSpherePdf = kInversePi / 4;
 
-/// A direction uniform over the cone around +z in which cos(theta) >= cos_max.
-inline Vec3 square_to_cone(Vec2 u, float cos_max) {
-  const float z = 1 - u.x * (1 - cos_max), r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), z};
-}
-inline float cone_pdf(float cos_max) { return 1 / (2 * kPi * (1 - cos_max)); }
-
 /// Barycentric coordinates (of the second and third vertex) uniform over a triangle.
 inline Vec2 square_to_triangle(Vec2 u) {
   const float r = std::sqrt(u.x);

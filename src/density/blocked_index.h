@@ -19,7 +19,6 @@ class BlockedIndex {
 
   /// The view that the kernels work on; valid as long as this is neither moved nor destroyed.
   BlockTree tree() const;
-  std::size_t block_count() const { return blocks_.size(); }
   /// Photons in the blocks.
   std::size_t size() const { return size_; }
   /// By place (8 times the block plus the lane): the direction of the photon there, unit, back along its way.

@@ -22,10 +22,6 @@ class PacketQueries {
   explicit PacketQueries(std::size_t capacity) {
     for (auto& array : arrays_) array.reserve(capacity + kForwardMaxLanes);
   }
-  void clear() {
-    points_.clear();
-    for (auto& array : arrays_) array.clear();
-  }
   void push_back(std::uint32_t point, Vec3 position, Vec3 normal) {
     points_.push_back(point);
     for (int axis = 0; axis < 3; ++axis) {

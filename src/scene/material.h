@@ -53,7 +53,6 @@ struct Material {
   ColorInput normal_map;    ///< tangent-space normals, stored as (n + 1) / 2, where texture is not kNone
   float normal_scale = 1;
   FloatInput bump;  ///< displacement in metres along the normal, where texture is not kNone
-  bool two_sided_emission = false;
 };
 
 }  // namespace glowworm
