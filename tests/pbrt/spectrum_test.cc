@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <functional>
 #include <string>
 
 #include "core/error.h"
@@ -56,6 +59,64 @@ TEST(Spectrum, LightsHaveLuminanceOne) {
 TEST(Spectrum, BlackbodyAtIlluminantA) {
   // CIE illuminant A is a Planckian radiator at 2856 K.
   expect_near(blackbody_rgb(2855.5), *named_illuminant("stdillum-A"), 5e-3f);
+}
+
+/// The CIE 1931 matching functions by formulas instead of tables: C. Wyman, P.-P. Sloan, P. Shirley, "Simple Analytic
+/// Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013, section 2.2.
+std::array<double, 3> fitted_matching(double wavelength) {
+  const auto lobe = [&](double height, double mean, double below, double above) {
+    const double t = (wavelength - mean) / (wavelength < mean ? below : above);
+    return height * std::exp(-0.5 * t * t);
+  };
+  return {lobe(1.056, 599.8, 37.9, 31.0) + lobe(0.362, 442.0, 16.0, 26.7) + lobe(-0.065, 501.1, 20.4, 26.2),
+          lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
+          lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8)};
+}
+
+/// Chromaticity x, y of a light by those formulas, in steps of a nanometre.
+std::array<double, 2> fitted_chromaticity(const std::function<double(double)>& power) {
+  std::array<double, 3> xyz{};
+  for (double wavelength = 380; wavelength <= 780; ++wavelength)
+    for (std::size_t c = 0; c < 3; ++c) xyz[c] += power(wavelength) * fitted_matching(wavelength)[c];
+  const double sum = xyz[0] + xyz[1] + xyz[2];
+  return {xyz[0] / sum, xyz[1] / sum};
+}
+
+/// Chromaticity of linear Rec. 709 (IEC 61966-2-1).
+std::array<double, 2> chromaticity_of(RGB c) {
+  const double x = 0.4124 * c.r + 0.3576 * c.g + 0.1805 * c.b, y = 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b;
+  const double sum = x + y + 0.0193 * c.r + 0.1192 * c.g + 0.9505 * c.b;
+  return {x / sum, y / sum};
+}
+
+TEST(Spectrum, BlackBodiesAgreeWithPlanckUnderFittedMatchingFunctions) {
+  for (const double kelvin : {2000.0, 2856.0, 4000.0, 6504.0, 10000.0}) {
+    SCOPED_TRACE(kelvin);
+    const auto planck = [&](double wavelength) {
+      return std::pow(wavelength, -5) / std::expm1(1.438776877e7 / (wavelength * kelvin));
+    };
+    const std::array<double, 2> expected = fitted_chromaticity(planck), found = chromaticity_of(blackbody_rgb(kelvin));
+    EXPECT_NEAR(found[0], expected[0], 5e-3);
+    EXPECT_NEAR(found[1], expected[1], 5e-3);
+  }
+}
+
+TEST(Spectrum, PairsAgreeWithFittedMatchingFunctions) {
+  const SampledSpectrum spectra[] = {
+      {{380, 480, 560, 780}, {1, 3, 0.5, 2}}, {{380, 590, 610, 780}, {0.1, 0.2, 3, 3}}, {{380, 500, 780}, {4, 1, 0.5}}};
+  for (const SampledSpectrum& spectrum : spectra) {
+    const auto expected = fitted_chromaticity([&](double wavelength) {
+      std::size_t i = 1;
+      while (i + 1 < spectrum.wavelengths.size() && spectrum.wavelengths[i] < wavelength) ++i;
+      const double t =
+          (wavelength - spectrum.wavelengths[i - 1]) / (spectrum.wavelengths[i] - spectrum.wavelengths[i - 1]);
+      return spectrum.values[i - 1] * (1 - t) + spectrum.values[i] * t;
+    });
+    for (const RGB color : {illuminant_rgb(spectrum), emission_rgb(spectrum)}) {
+      EXPECT_NEAR(chromaticity_of(color)[0], expected[0], 5e-3);
+      EXPECT_NEAR(chromaticity_of(color)[1], expected[1], 5e-3);
+    }
+  }
 }
 
 TEST(Spectrum, MetalsHaveTheirColours) {
