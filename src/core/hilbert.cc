@@ -1,5 +1,6 @@
 #include "core/hilbert.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
