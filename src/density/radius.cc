@@ -19,8 +19,9 @@ constexpr int kMaxSurfaces = 4;
 constexpr std::size_t kPooledLeaves = 3;
 // Photons that an estimate of their area needs to stand on its own.
 constexpr float kTrustedCount = 12;
-// A radius is at most so many times the median one: photons that lie alone stay local.
-constexpr float kMaxOverMedian = 8;
+// A radius is at most so many times the median one, or the one that photons spread evenly would have: photons that lie
+// alone stay local. In a caustic, nearly all lie in the focus, and the median says nothing of the rest.
+constexpr float kMaxOverMedian = 8, kMaxOverEven = 4;
 constexpr std::size_t kLeafGrain = 64;
 
 /// Sums over photons: of positions relative to an origin near them, and of their products.
@@ -154,13 +155,22 @@ float median_radius(const std::vector<float>& radii) {
   return some[some.size() / 2];
 }
 
+/// The radius that would hold k of n photons, were they spread evenly over the largest side of their box; at most a
+/// share of its diagonal.
+float even_radius(std::size_t n, const Box3& bounds, float k) {
+  const Vec3 d = bounds.diagonal();
+  const float side = std::max(d.x * d.y, std::max(d.y * d.z, d.z * d.x));
+  return std::min(std::sqrt(k * kInversePi * side / static_cast<float>(n)), length(d) / 64);
+}
+
 /// Makes all radii positive and finite, and bounds them from both sides.
-void bound_radii(std::vector<float>& radii, const Box3& bounds) {
+void bound_radii(std::vector<float>& radii, const Box3& bounds, float k) {
   const float diagonal = length(bounds.diagonal());
   float median = median_radius(radii);
   // All photons coincide, or lie on lines: nothing tells their density, the size of their box comes nearest.
   if (!(median > 0)) median = diagonal > 0 ? diagonal / 100 : 1e-3f;
-  const float low = std::max(median * 1e-3f, std::numeric_limits<float>::min()), high = median * kMaxOverMedian;
+  const float low = std::max(median * 1e-3f, std::numeric_limits<float>::min());
+  const float high = std::max(median * kMaxOverMedian, kMaxOverEven * even_radius(radii.size(), bounds, k));
   const float low_untrusted = median / 4;
   for (float& radius : radii) {
     radius = radius > 0 ? std::clamp(radius, low, high) : std::clamp(-radius, low_untrusted, high);
@@ -201,7 +211,7 @@ PhotonRadii measured_radii(const PhotonBatch& photons, std::uint32_t k) {
       }
     }
   });
-  bound_radii(found.radii, tree.bounds);
+  bound_radii(found.radii, tree.bounds, static_cast<float>(std::max(k, 1u)));
   return found;
 }
 

@@ -134,6 +134,28 @@ TEST(Radius, LonePhotonsAreCapped) {
   EXPECT_LE(radii.back(), 8.001f * fixed_radius(photons, 50));
 }
 
+TEST(Radius, OfLightAroundAFocusIsThatOfItsOwnDensity) {
+  // Nine photons of ten lie in a spot of 2 cm, the others all over the floor.
+  PhotonBatch photons;
+  constexpr std::size_t kSpread = 4000;
+  for (std::size_t i = 0; i < 10 * kSpread; ++i) {
+    Sampler sampler(SamplerKind::independent, 5, 1, static_cast<std::uint32_t>(i));
+    const Vec2 u = sampler.next2();
+    const float scale = i < kSpread ? 1 : 0.01f;
+    photons.push_back({1 + scale * (3 * u.x - 1), 1 + scale * (2 * u.y - 1), 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+  }
+  const std::vector<float> radii = per_photon_radii(photons, 25);
+  const double own = std::sqrt(25 * 6 / (kPi * kSpread));
+  double sum = 0, number = 0;
+  for (std::size_t i = 0; i < kSpread; ++i) {
+    const Vec3 p = photons.position[i];
+    if (std::abs(p.x - 1) < 0.2f && std::abs(p.y - 1) < 0.2f) continue;
+    sum += radii[i] / own;
+    ++number;
+  }
+  EXPECT_NEAR(sum / number, 1, 0.05);
+}
+
 TEST(Radius, FewPhotonsCloseTogetherDoNotShineAsSpecks) {
   PhotonBatch photons = floor_photons(5000);
   for (int i = 0; i < 5; ++i) {
