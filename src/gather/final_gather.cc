@@ -20,7 +20,6 @@ namespace {
 constexpr std::size_t kRaysPerChunk = 32768;
 /// Of these so many are under way at a time, or one stratum: as their arrays fit the second cache.
 constexpr std::size_t kRaysAtOnce = 2048;
-constexpr int kRouletteAfter = 2;
 
 /// Gather points of a chunk but the last, which may have fewer.
 std::size_t points_of_chunk(std::uint32_t rays_each) { return std::max<std::size_t>(1, kRaysPerChunk / rays_each); }
@@ -34,17 +33,19 @@ std::uint32_t strata_under_way(std::uint32_t rays_each) {
 class ChunkGatherer {
  public:
   ChunkGatherer(const Tracer& tracer, const GatherPoints& points, const FinalGatherSettings& settings,
-                SlotRadiance& radiance, GatherRays& rays, QueryPoints& queries)
+                SlotRadiance& radiance, GatherRays& rays, QueryPoints& queries, QueryPoints* caustic_queries)
       : tracer_(tracer),
         scene_(tracer.scene()),
         points_(points),
         settings_(settings),
         radiance_(radiance),
         rays_(rays),
-        queries_(queries) {}
+        queries_(queries),
+        caustic_queries_(caustic_queries) {}
 
   void gather(std::size_t first, std::size_t last) {
     queries_.clear();
+    if (caustic_queries_) caustic_queries_->clear();
     std::vector<std::uint32_t> order;
     coherent_order(points_, first, last, order);
     maker_.prepare(points_, order, settings_.rays, settings_.seed);
@@ -145,7 +146,7 @@ class ChunkGatherer {
 
   /// Whether light that ray i meets is the final gather's to add.
   bool counts_light(std::size_t i) const {
-    return rays_.segment[i] == Segment::again_chain ||
+    return (rays_.segment[i] == Segment::again_chain && !caustic_queries_) ||
            (rays_.segment[i] == Segment::first && settings_.light_samples > 0);
   }
 
@@ -181,7 +182,7 @@ class ChunkGatherer {
     return false;
   }
 
-  /// Secondary final gather: direct light by a light sample, the rest by one more ray.
+  /// Secondary final gather: direct light by a light sample, caustics by their map, the rest by one more ray.
   bool gather_again(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
@@ -193,6 +194,9 @@ class ChunkGatherer {
       ++shadow_rays;
       if (!tracer_.occluded(light.shadow_ray)) radiance_.indirect[points_.slot[p]] += weight * light.radiance;
     }
+    if (caustic_queries_)
+      add_query(*caustic_queries_, point.position, face_forward(point.geometric_normal, wo), point.frame, wo, bsdf,
+                weight, points_.slot[p]);
     return bounce(i, point, bsdf, wo, weight, kBroad, sampler, Segment::again);
   }
 
@@ -205,12 +209,7 @@ class ChunkGatherer {
                     hash_combine(hash_combine(points_.sequence[p], 0x73686172u + static_cast<std::uint32_t>(bounces)),
                                  rays_.stratum[i]),
                     points_.sample[p]);
-    RGB weight = rays_.weight[i] * factor;
-    if (bounces > kRouletteAfter) {
-      const float survival = 0.75f;
-      if (sampler.next1() >= survival) return false;
-      weight *= 1 / survival;
-    }
+    const RGB weight = rays_.weight[i] * factor;
     const bool second = rays_.segment[i] == Segment::again || rays_.segment[i] == Segment::again_chain;
     return bounce(i, point, bsdf, wo, weight, kSharp, sampler, second ? Segment::again_chain : Segment::chain);
   }
@@ -237,31 +236,37 @@ class ChunkGatherer {
   GatherRays& rays_;
   GatherRayMaker maker_;
   QueryPoints& queries_;
+  QueryPoints* caustic_queries_;  // null: there is no caustic map
 };
 
 /// Arrays that chunks work in, one after the other.
 struct ChunkMemory {
   GatherRays rays;
-  QueryPoints queries;
+  QueryPoints queries, caustic_queries;
 };
 
 }  // namespace
 
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
                   const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
-                  Statistics& statistics) {
+                  Statistics& statistics, QueryPoints* caustic_queries) {
   const PhaseTimer timer(statistics, Phase::gather_rays);
   queries.clear();
+  if (caustic_queries) caustic_queries->clear();
   if (first >= last || settings.rays == 0) return;
   queries.reserve((last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
   const std::size_t per_chunk = points_of_chunk(settings.rays);
   const std::size_t chunks = (last - first + per_chunk - 1) / per_chunk;
-  PartQueue<ChunkMemory> queue(chunks, [&](const ChunkMemory& chunk) { queries.append(chunk.queries); });
+  PartQueue<ChunkMemory> queue(chunks, [&](const ChunkMemory& chunk) {
+    queries.append(chunk.queries);
+    if (caustic_queries) caustic_queries->append(chunk.caustic_queries);
+  });
   parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
     const std::size_t chunk = queue.take();
     const std::size_t begin = first + chunk * per_chunk, end = std::min(begin + per_chunk, last);
     std::unique_ptr<ChunkMemory> memory = queue.borrow();
-    ChunkGatherer gatherer(tracer, points, settings, radiance, memory->rays, memory->queries);
+    ChunkGatherer gatherer(tracer, points, settings, radiance, memory->rays, memory->queries,
+                           caustic_queries ? &memory->caustic_queries : nullptr);
     gatherer.gather(begin, end);
     statistics.add(Counter::gather_rays, gatherer.rays_traced);
     statistics.add(Counter::occlusion_rays, gatherer.shadow_rays);

@@ -31,9 +31,11 @@ struct FinalGatherSettings {
 /// @param queries become the query points, in an order in which neighbours are close together; their weight carries the
 ///   throughput of the camera path and 1/N, their gather_point is the slot. What they held before is lost, but its
 ///   memory is used again.
+/// @param caustic_queries become what rays that gather again ask the caustic map, of the same kind; null: there is no
+///   such map, and lights that they find through sharp bounces are added: seldom, and then bright
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
                   const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
-                  Statistics& statistics);
+                  Statistics& statistics, QueryPoints* caustic_queries = nullptr);
 
 /// Appends a surface point as query points: one, two where it lets light through diffusely, none where it is black.
 /// @param frame  shading frame

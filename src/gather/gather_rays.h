@@ -15,7 +15,7 @@ enum class Segment : std::uint8_t {
   first,        ///< straight from the gather point
   chain,        ///< behind a sharp bounce: lights seen through it are the caustic map's
   again,        ///< straight from a corner that gathers once more: its direct light is sampled there
-  again_chain,  ///< behind a sharp bounce after that: nothing else counts the lights seen through it
+  again_chain,  ///< behind a sharp bounce after that: lights seen through it count where there is no caustic map
   to_patch      ///< straight from the gather point to a bright patch
 };
 

@@ -66,6 +66,7 @@ std::uint64_t PhotonRenderer::photon_bytes() const { return photon_count_ * (Pho
 void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   // Photons may take all memory that tasks have left.
   queries_ = QueryPoints();
+  corners_ = QueryPoints();
   found_ = LargeVector<RGB>();
   photon_reservation_.reset();
   photon_reservation_ =
@@ -176,14 +177,18 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   gather_settings.patch_samples = usual_patch_samples(settings_.gather);
   const std::size_t rays_each = settings_.gather + (bright_.empty() ? 0 : gather_settings.patch_samples);
   const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(settings_.threads));
-  const std::uint64_t room = budget_.available() / kBytesPerQuery;
+  const DensityEngine* caustics = settings_.secondary_gather ? caustic_engine_.get() : nullptr;
+  // A ray that gathers again asks both maps.
+  const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
+  const std::uint64_t room = budget_.available() / bytes_each;
   const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(queries_at_once_, room));
   const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
   const auto trace = [&](std::size_t first) {
     final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance, queries_,
-                 statistics_);
+                 statistics_, caustics ? &corners_ : nullptr);
+    if (caustics) look_up(corners_, *caustics, radiance.indirect);
   };
-  const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * kBytesPerQuery);
+  const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
   if (!by_disk_) {
     for (std::size_t first = 0; first < points.size(); first += step) {
       trace(first);

@@ -68,6 +68,7 @@ class PhotonRenderer {
   RadiusGrid radii_;
   BrightPatches bright_;
   QueryPoints queries_;     // of the last portion: their memory is used again
+  QueryPoints corners_;     // of rays that gather again, for the caustic map; likewise
   LargeVector<RGB> found_;  // radiance of the query points looked up last; its memory serves the next
   std::uint64_t query_bytes_ = 0, photon_count_ = 0;
   PagedCounts paged_;

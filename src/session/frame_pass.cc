@@ -83,7 +83,10 @@ class PassRenderer {
     gather_settings.seed = settings_.seed;
     gather_settings.light_samples = wants(LightPart::direct) ? usual_light_samples(settings_.gather) : 0;
     gather_settings.radii = settings_.corners ? &maps_.radii() : nullptr;
-    const std::uint64_t room = budget_.available() / 2 / kBytesPerQuery;
+    const DensityEngine* caustics = settings_.corners && wants(LightPart::indirect) ? maps_.caustic_engine() : nullptr;
+    // A ray that gathers again asks both maps.
+    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
+    const std::uint64_t room = budget_.available() / 2 / bytes_each;
     const auto at_once = static_cast<std::size_t>(std::min<std::uint64_t>(kQueriesAtOnce, room));
     const std::size_t most = std::max<std::size_t>(1, at_once / settings_.gather);
     const std::size_t portions = std::max<std::size_t>(1, (points.size() + most - 1) / most);
@@ -91,8 +94,10 @@ class PassRenderer {
     for (std::size_t first = 0; first < points.size(); first += step) {
       interrupt_.check();
       const std::size_t last = std::min(first + step, points.size());
-      const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * kBytesPerQuery);
-      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, memory_.queries, statistics_);
+      const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * bytes_each);
+      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, memory_.queries, statistics_,
+                   caustics ? &memory_.caustic_queries : nullptr);
+      if (caustics) look_up(memory_.caustic_queries, *caustics, pass_.radiance.indirect);
       answer(memory_.queries);
     }
   }
@@ -135,9 +140,10 @@ bool needs_diagnosis(ViewMode mode) {
 }
 
 void FramePassMemory::keep(MemoryBudget& budget) {
-  const std::uint64_t bytes = points.slot.capacity() * GatherPoints::kBytesEach +
-                              queries.position.capacity() * QueryPoints::kBytesEach +
-                              queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
+  const std::uint64_t bytes =
+      points.slot.capacity() * GatherPoints::kBytesEach + queries.position.capacity() * QueryPoints::kBytesEach +
+      queries.bsdfs.capacity() * sizeof(QueryBsdf) + caustic_queries.position.capacity() * QueryPoints::kBytesEach +
+      caustic_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
   reservation.reset();
   if (bytes > budget.available() / 2)
     *this = FramePassMemory();

@@ -40,7 +40,7 @@ struct FramePass {
 /// What passes work in, one after another: it grows, and memory that was used before need not be cleared by the system.
 struct FramePassMemory {
   GatherPoints points;
-  QueryPoints queries;
+  QueryPoints queries, caustic_queries;
   LargeVector<RGB> found;  ///< radiance of the query points
 
   /// Between passes: stays within the budget, where there is plenty, or else goes.
