@@ -22,6 +22,8 @@ constexpr float kTrustedCount = 12;
 // A radius is at most so many times the median one, or the one that photons spread evenly would have: photons that lie
 // alone stay local. In a caustic, nearly all lie in the focus, and the median says nothing of the rest.
 constexpr float kMaxOverMedian = 8, kMaxOverEven = 4;
+// But the latter never beyond this share of the diagonal of the photons' box: few photons do not blur over all of it.
+constexpr float kMaxShareOfDiagonal = 1.0f / 16;
 constexpr std::size_t kLeafGrain = 64;
 
 /// Sums over photons: of positions relative to an origin near them, and of their products.
@@ -155,12 +157,11 @@ float median_radius(const std::vector<float>& radii) {
   return some[some.size() / 2];
 }
 
-/// The radius that would hold k of n photons, were they spread evenly over the largest side of their box; at most a
-/// share of its diagonal.
+/// The radius that would hold k of n photons, were they spread evenly over the largest side of their box.
 float even_radius(std::size_t n, const Box3& bounds, float k) {
   const Vec3 d = bounds.diagonal();
   const float side = std::max(d.x * d.y, std::max(d.y * d.z, d.z * d.x));
-  return std::min(std::sqrt(k * kInversePi * side / static_cast<float>(n)), length(d) / 64);
+  return std::sqrt(k * kInversePi * side / static_cast<float>(n));
 }
 
 /// Makes all radii positive and finite, and bounds them from both sides.
@@ -170,7 +171,8 @@ void bound_radii(std::vector<float>& radii, const Box3& bounds, float k) {
   // All photons coincide, or lie on lines: nothing tells their density, the size of their box comes nearest.
   if (!(median > 0)) median = diagonal > 0 ? diagonal / 100 : 1e-3f;
   const float low = std::max(median * 1e-3f, std::numeric_limits<float>::min());
-  const float high = std::max(median * kMaxOverMedian, kMaxOverEven * even_radius(radii.size(), bounds, k));
+  const float even = std::min(kMaxOverEven * even_radius(radii.size(), bounds, k), kMaxShareOfDiagonal * diagonal);
+  const float high = std::max(median * kMaxOverMedian, even);
   const float low_untrusted = median / 4;
   for (float& radius : radii) {
     radius = radius > 0 ? std::clamp(radius, low, high) : std::clamp(-radius, low_untrusted, high);
