@@ -17,8 +17,10 @@ namespace glowworm {
 
 namespace {
 
-// Photons that are sorted together after a Hilbert curve, or a tree, has brought them near each other.
+// Photons that are sorted together after a Hilbert curve has brought them near each other,
 constexpr std::size_t kSortedRun = 512;
+// or a tree, whose runs of leaves are boxes.
+constexpr std::size_t kSortedRunOfTree = 128;
 constexpr std::size_t kGrain = 1024;
 // How far ahead of its turn memory of a photon is asked for, in photons.
 constexpr std::size_t kAhead = 16;
@@ -73,10 +75,12 @@ LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPo
         return row.coordinate[CompactRow::kRadius] == 0;
       });
   count = static_cast<std::size_t>(end - sorted.begin());
-  parallel_for(0, count, kSortedRun, [&](std::size_t first, std::size_t last) {
+  const std::size_t run = policy.order.empty() ? kSortedRun : kSortedRunOfTree;
+  parallel_for(0, count, kSortedRun, [&](std::size_t begin, std::size_t end_of_piece) {
     std::array<CompactRow, kSortedRun> scratch;
     alignas(64) std::array<float, kSortedRun> column;
-    compact_sort(sorted.span().subspan(first, last - first), scratch, column);
+    for (std::size_t first = begin; first < end_of_piece; first += run)
+      compact_sort(sorted.span().subspan(first, std::min(run, end_of_piece - first)), scratch, column);
   });
   return sorted;
 }

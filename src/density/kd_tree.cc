@@ -1,6 +1,7 @@
 #include "density/kd_tree.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -16,9 +17,15 @@ constexpr std::size_t kParallelCount = 16384;
 // Below this depth cells are halved by count, which bounds the depth for points at ever smaller distances: two levels
 // a halving where coordinates are equal, and one an axis in which all are.
 constexpr int kMidpointDepth = 64;
+// Points whose extent along an axis is less than this share of their widest one lie on one surface across that axis.
+constexpr float kFlat = 1e-3f;
 // Points that are copied by one piece of work.
 constexpr std::size_t kPointGrain = 65536;
 constexpr std::size_t kMaxPoints = std::size_t{1} << 30;
+
+/// A KdPoint as it lies in memory: compilers copy structures member by member.
+using Row [[gnu::vector_size(16), gnu::may_alias]] = float;
+static_assert(sizeof(KdPoint) == sizeof(Row) && alignof(KdPoint) == alignof(Row) && offsetof(KdPoint, position) == 0);
 
 struct Split {
   int axis = -1;  // -1: all points coincide
@@ -96,15 +103,18 @@ class Builder {
     std::size_t left = partition(run, axis, middle);
     if (left > 0 && left < run.count) return {axis, middle, left};
 
-    // One side is empty. Slide along this axis, or where its coordinates are all equal, split the widest one.
-    Box3 tight;
-    for (std::size_t i = 0; i < run.count; ++i) tight.grow(run.from[i].position);
+    // One side is empty. Slide along this axis, or where its coordinates are all equal but for rounding, split the
+    // widest one: a plane between coordinates of a wall that differ by rounding would deal its photons out to two sets,
+    // each over the same area with half of the photons.
+    const Box3 tight = bounds_of(run);
+    const Vec3 extent = tight.diagonal();
+    const int widest = tight.longest_axis();
+    if (!(extent[widest] > 0)) return {};
     float plane;
-    if (tight.min[axis] < tight.max[axis]) {
+    if (extent[axis] > kFlat * extent[widest]) {
       plane = left == 0 ? tight.min[axis] : std::nextafter(tight.max[axis], tight.min[axis]);
     } else {
-      axis = tight.longest_axis();
-      if (!(tight.min[axis] < tight.max[axis])) return {};
+      axis = widest;
       plane = 0.5f * tight.min[axis] + 0.5f * tight.max[axis];
       if (!(plane < tight.max[axis])) plane = tight.min[axis];
     }
@@ -112,10 +122,23 @@ class Builder {
     return {axis, plane, left};
   }
 
+  static Box3 bounds_of(const Run& run) {
+    const auto* from = reinterpret_cast<const Row*>(run.from);
+    Row low = from[0], high = from[0];
+    for (std::size_t i = 1; i < run.count; ++i) {
+      const Row row = from[i];
+      low = row < low ? row : low;
+      high = row > high ? row : high;
+    }
+    Box3 box;
+    box.grow(Vec3{low[0], low[1], low[2]});
+    box.grow(Vec3{high[0], high[1], high[2]});
+    return box;
+  }
+
   /// Splits the widest axis at the median; the planes go between different coordinates only.
   static Split halve(const Run& run) {
-    Box3 tight;
-    for (std::size_t i = 0; i < run.count; ++i) tight.grow(run.from[i].position);
+    const Box3 tight = bounds_of(run);
     const int axis = tight.longest_axis();
     if (!(tight.min[axis] < tight.max[axis])) return {};
     KdPoint* const middle = run.from + run.count / 2;
@@ -128,28 +151,30 @@ class Builder {
   }
 
   /// Writes the points at or under the plane to the front of run.to, the others, in reverse, to its back. Without a
-  /// branch on the data: both places are written, only one pointer moves on.
+  /// branch on the data: both places are written, only one of them moves on.
   static std::size_t partition(const Run& run, int axis, float plane) {
     switch (axis) {
       case 0:
-        return partition_by(run, [plane](const KdPoint& p) { return p.position.x <= plane; });
+        return partition_along<0>(run, plane);
       case 1:
-        return partition_by(run, [plane](const KdPoint& p) { return p.position.y <= plane; });
+        return partition_along<1>(run, plane);
       default:
-        return partition_by(run, [plane](const KdPoint& p) { return p.position.z <= plane; });
+        return partition_along<2>(run, plane);
     }
   }
-  template <class IsLeft>
-  static std::size_t partition_by(const Run& run, const IsLeft& is_left) {
-    std::size_t left = 0, right = run.count - 1;
-    for (std::size_t i = 0; i < run.count; ++i) {
-      const bool to_left = is_left(run.from[i]);
-      run.to[left] = run.from[i];
-      run.to[right] = run.from[i];
-      left += to_left;
-      right -= !to_left;
+  template <int kAxis>
+  static std::size_t partition_along(const Run& run, float plane) {
+    const auto* from = reinterpret_cast<const Row*>(run.from);
+    auto* const begin = reinterpret_cast<Row*>(run.to);
+    Row* to = begin;
+    // Places left between front and back: as many as points to come.
+    for (auto between = static_cast<std::ptrdiff_t>(run.count) - 1; between >= 0; --between) {
+      const Row row = *from++;
+      to[0] = row;
+      to[between] = row;
+      to += row[kAxis] <= plane;
     }
-    return left;
+    return static_cast<std::size_t>(to - begin);
   }
 
   std::span<KdPoint> points_, scratch_;

@@ -45,7 +45,8 @@ struct KdTree {
 
 /// Builds a tree on all threads; the same tree for any number of them. A cell is split at the middle of its longest
 /// side; if one side would be empty the plane slides to the nearest point (Maneewongvatana and Mount, "It's Okay to Be
-/// Skinny, If Your Friends Are Fat", 1999). Leaves hold at most `leaf_size` points, or more that all coincide.
+/// Skinny, If Your Friends Are Fat", 1999), or, where the points lie on a surface across that side, their widest extent
+/// is split instead. Leaves hold at most `leaf_size` points, or more that all coincide.
 /// @param positions fewer than 2^30, finite
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size);
 /// The same over points that come with indices of their own.

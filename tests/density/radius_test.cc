@@ -48,6 +48,34 @@ TEST(Radius, HoldsAboutKPhotonsOnAFloor) {
   }
 }
 
+/// Photons of equal density on the five walls of an open box of side 1, whose coordinates across the wall differ by
+/// rounding, as those of hits on triangles do.
+PhotonBatch box_photons(std::size_t count) {
+  PhotonBatch photons;
+  for (std::size_t i = 0; i < count; ++i) {
+    Sampler sampler(SamplerKind::independent, 3, 1, static_cast<std::uint32_t>(i));
+    const Vec2 u = sampler.next2();
+    const int wall = static_cast<int>(i % 5), across = wall / 2;
+    Vec3 position, normal;
+    position[across] = wall % 2 == 0 ? 0.001f : 0.999f;
+    const float other_way = sampler.next1() < 0.5f ? -1.0f : 2.0f;
+    if (sampler.next1() < 0.6f) position[across] = std::nextafter(position[across], other_way);
+    position[(across + 1) % 3] = u.x;
+    position[(across + 2) % 3] = u.y;
+    normal[across] = wall % 2 == 0 ? 1.0f : -1.0f;
+    photons.push_back(position, normal, RGB(1.0f), normal);
+  }
+  return photons;
+}
+
+TEST(Radius, HoldsAboutKPhotonsOnWallsThatAreFlatToRounding) {
+  constexpr std::size_t kPhotons = 50'000;
+  const float expected = std::sqrt(50.0f / (kPhotons / 5 * kPi));
+  double squares = 0;
+  for (const float r : per_photon_radii(box_photons(kPhotons), 50)) squares += (r / expected) * (r / expected);
+  EXPECT_NEAR(squares / kPhotons, 1.0, 0.05);
+}
+
 /// Photons of equal density on a floor (side 0), the wall that meets it at x = 0 (1) and the floor's underside (2).
 PhotonBatch corner_photons(std::size_t count_each) {
   PhotonBatch photons;
