@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/frame.h"
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"

@@ -4,7 +4,10 @@
 
 namespace glowworm {
 
-Distribution1D::Distribution1D(std::span<const float> weights) : cdf_(weights.size() + 1, 0.0) {
+Distribution1D::Distribution1D(std::span<const float> weights)
+    : cdf_(weights.size() + 1, 0.0),
+      steps_(static_cast<double>(weights.size())),
+      last_step_(static_cast<std::uint32_t>(weights.size()) - 1) {
   for (std::size_t i = 0; i < weights.size(); ++i) cdf_[i + 1] = cdf_[i] + weights[i];
   total_ = cdf_.back();
   for (std::size_t i = 0; i < cdf_.size(); ++i)
@@ -17,20 +20,6 @@ Distribution1D::Distribution1D(std::span<const float> weights) : cdf_(weights.si
     first_of_step_.push_back(index);
   }
   first_of_step_.push_back(static_cast<std::uint32_t>(weights.size()) - 1);
-}
-
-Distribution1D::Sample Distribution1D::sample(float u) const {
-  // The last index whose interval begins at or below u, between those of the ends of the step that u lies in (the
-  // indexed search of Chen and Asau, "On Generating Random Variates from an Empirical Distribution", AIIE Transactions
-  // 6(2), 1974; halving the rest, since one step may hold nearly all weights).
-  const auto step =
-      std::min(static_cast<std::size_t>(static_cast<double>(u) * static_cast<double>(size())), size() - 1);
-  const auto first = cdf_.begin() + 1 + first_of_step_[step], last = cdf_.begin() + 1 + first_of_step_[step + 1];
-  const auto index = static_cast<std::size_t>(std::upper_bound(first, last, static_cast<double>(u)) - cdf_.begin() - 1);
-  const double width = cdf_[index + 1] - cdf_[index];
-  const double inside = width > 0 ? (u - cdf_[index]) / width : 0.0;
-  return {static_cast<std::uint32_t>(index), static_cast<float>(width),
-          std::min(static_cast<float>(inside), 0x1.fffffep-1f)};
 }
 
 Distribution2D::Distribution2D(std::span<const float> weights, int width, int height) : width_(width), height_(height) {

@@ -5,11 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
+#include "core/part_queue.h"
 #include "core/random.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
-#include "gather/part_queue.h"
 #include "kernels/sobol.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 

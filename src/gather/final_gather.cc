@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/part_queue.h"
 #include "core/random.h"
 #include "gather/direct_light.h"
 #include "gather/gather_rays.h"
-#include "gather/part_queue.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
 

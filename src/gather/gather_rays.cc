@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/offset_origin.h"
 #include "core/random.h"
 #include "core/warp.h"
 #include "kernels/diffuse_rays.h"

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel.h"
+
 namespace glowworm {
 
 namespace {
@@ -105,6 +107,7 @@ class EmissionGuide::Learner {
 
   void grow(std::uint32_t n, std::size_t first, std::size_t last, int depth) {
     if (depth >= kDeepest) return;
+    check_cancelled();
     const Split split = best_split(nodes_[n], first, last);
     if (split.axis < 0) return;
     const auto axis = static_cast<std::size_t>(split.axis);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "gather/direct_light.h"

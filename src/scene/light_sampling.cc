@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/offset_origin.h"
 #include "core/warp.h"
 #include "scene/environment.h"
 #include "scene/light_power.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "core/shading_light.h"
 
 namespace glowworm {
 
@@ -81,19 +82,16 @@ Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycen
   return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
 }
 
-/// Cosine below which a viewer sees too little of a shading normal's side.
-constexpr float kLeastCosine = 1e-3f;
-
 /// Turns the shading normal so that wo sees the side of it that it sees of the surface.
 void keep_side(SurfacePoint& point, Vec3 wo) {
   const Vec3 seen = dot(point.geometric_normal, wo) < 0 ? -wo : wo;
   const float cosine = dot(point.frame.n, seen);
-  if (cosine >= kLeastCosine || dot(point.geometric_normal, seen) < kLeastCosine) {
+  if (cosine >= kLeastShadingCosine || dot(point.geometric_normal, seen) < kLeastShadingCosine) {
     if (cosine <= 0) point.frame = frame_along(point.geometric_normal, point.frame.s);
     return;
   }
   // Adding some of `seen` cannot leave the geometric side, since both vectors lie on it.
-  turn_to(point, point.frame.n + seen * (2 * kLeastCosine - cosine));
+  turn_to(point, point.frame.n + seen * (2 * kLeastShadingCosine - cosine));
 }
 
 /// Follows mixed materials to one that is not mixed, by a number that belongs to the place.
@@ -220,7 +218,7 @@ bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 bar
   if (m.normal_map.texture != kNone || m.bump.texture != kNone) return false;
   normal = interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal);
   const float side = dot(point.geometric_normal, wo) < 0 ? -1.0f : 1.0f;
-  return side * dot(normal, wo) >= kLeastCosine;
+  return side * dot(normal, wo) >= kLeastShadingCosine;
 }
 
 Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo) {
@@ -251,22 +249,6 @@ bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric,
   if (alpha >= 1) return true;
   if (!(alpha > 0)) return false;
   return to_unit_float(hash_point(hash_point(hash32(triangle), ray_origin), ray_direction)) < alpha;
-}
-
-Vec3 offset_origin(Vec3 p, Vec3 n) {
-  // Steps in the last place scale with the rounding error of p; near zero that would be too little, so a fixed step.
-  constexpr float near_zero = 1.0f / 32, fixed_step = 1.0f / 65536, last_places = 256;
-  Vec3 out;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(p[axis]) < near_zero) {
-      out[axis] = p[axis] + fixed_step * n[axis];
-    } else {
-      const auto steps = static_cast<std::int32_t>(last_places * n[axis]);
-      const auto bits = std::bit_cast<std::int32_t>(p[axis]);
-      out[axis] = std::bit_cast<float>(bits + (p[axis] < 0 ? -steps : steps));
-    }
-  }
-  return out;
 }
 
 }  // namespace glowworm

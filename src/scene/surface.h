@@ -73,8 +73,4 @@ RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 /// Whether an alpha-tested surface is there for the ray: by the cut-off, or by chance that depends on the ray alone.
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);
 
-/// An origin for rays that leave a surface at p on the side of n: far enough that they don't hit it again, by steps in
-/// the last bits of p (Waechter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019).
-Vec3 offset_origin(Vec3 p, Vec3 n);
-
 }  // namespace glowworm

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "mesh_checks.h"
+#include "support/scene_test_name.h"
 
 namespace glowworm {
 namespace {
@@ -55,12 +56,7 @@ TEST_P(EveryBuiltinScene, IsTheSameEachTime) {
   EXPECT_EQ(a.material, b.material);
 }
 
-INSTANTIATE_TEST_SUITE_P(Builtin, EveryBuiltinScene, testing::ValuesIn(builtin_scene_names()), [](const auto& info) {
-  std::string name = info.param;
-  for (char& c : name)
-    if (c == '-') c = '_';
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Builtin, EveryBuiltinScene, testing::ValuesIn(builtin_scene_names()), scene_test_name);
 
 TEST(Builtin, AnUnknownNameListsThoseThereAre) {
   try {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"

@@ -9,6 +9,7 @@
 #include "core/parallel.h"
 #include "gather/final_gather.h"
 #include "scene/builtin.h"
+#include "support/scene_test_name.h"
 
 namespace glowworm {
 namespace {
@@ -99,12 +100,7 @@ TEST_P(CameraPass, SeesEachPixelByRaysThroughIt) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OfBuiltinScenes, CameraPass, testing::Values("cornell", "atrium", "glass-sphere", "ring"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           for (char& c : name)
-                             if (c == '-') c = '_';
-                           return name;
-                         });
+                         scene_test_name);
 
 }  // namespace
 }  // namespace glowworm

@@ -10,22 +10,11 @@
 
 #include "core/frame.h"
 #include "core/random.h"
-#include "kernels/simd.h"
+#include "kernels/instruction_sets.h"
 #include "kernels/sobol.h"
 
 namespace glowworm {
 namespace {
-
-/// Runs the check on every instruction set of the machine.
-template <typename Check>
-void on_every_instruction_set(Check&& check) {
-  for (const std::string& name : simd_names()) {
-    SCOPED_TRACE(name);
-    set_simd(name);
-    check();
-  }
-  set_simd("auto");
-}
 
 Vec3 unit_vector(std::uint32_t i, std::uint32_t which) {
   const float z = 2 * to_unit_float(hash_combine(i, which)) - 1;

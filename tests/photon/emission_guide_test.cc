@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <vector>
 
+#include "core/error.h"
+#include "core/parallel.h"
 #include "core/random.h"
 
 namespace glowworm {
@@ -28,6 +31,12 @@ EmissionGuide learnt(int paths) {
     path.score = score_at(path.numbers);
   }
   return EmissionGuide::learn(pilot);
+}
+
+TEST(EmissionGuide, StopsLearningWhereItIsCancelled) {
+  const std::atomic<bool> cancelled{true};
+  const CancellationScope scope(cancelled);
+  EXPECT_THROW(learnt(1000), Cancelled);
 }
 
 TEST(EmissionGuide, IsUniformUntilItLearns) {

@@ -9,6 +9,7 @@
 #include "core/parallel.h"
 #include "scene/builtin.h"
 #include "scene/scene_parts.h"
+#include "support/scene_test_name.h"
 
 namespace glowworm {
 namespace {
@@ -66,12 +67,7 @@ TEST_P(PhotonBalance, StoredFluxIsThatOfThePhotons) {
 
 INSTANTIATE_TEST_SUITE_P(Builtin, PhotonBalance,
                          testing::Values("cornell", "ajar", "furnace-box", "glass-sphere", "ring", "window-room"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           for (char& c : name)
-                             if (c == '-') c = '_';
-                           return name;
-                         });
+                         scene_test_name);
 
 TEST(PhotonTracer, LosesNothingFromClosedScenes) {
   for (const char* name : {"furnace-box", "furnace-sphere"}) {

@@ -6,6 +6,7 @@
 #include "image/metrics.h"
 #include "render/render_testing.h"
 #include "scene/builtin.h"
+#include "support/scene_test_name.h"
 
 namespace glowworm {
 namespace {
@@ -52,13 +53,7 @@ TEST_P(Samplers, GiveOnePictureByPixel) {
   EXPECT_TRUE(test.passed()) << test.rejected << " of " << test.entries << " rejected, smallest p " << test.smallest_p;
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, Samplers, testing::Values("furnace-box", "cornell", "window-room"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           for (char& c : name)
-                             if (c == '-') c = '_';
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Scenes, Samplers, testing::Values("furnace-box", "cornell", "window-room"), scene_test_name);
 
 }  // namespace
 }  // namespace glowworm

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/offset_origin.h"
 #include "core/random.h"
 #include "core/warp.h"
 #include "scene/light_sampling.h"

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"

@@ -1,0 +1,127 @@
+#include "kernels/diffuse_scatter.h"
+
+#include "core/shading_light.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/diffuse_scatter.cc"
+#include <hwy/foreach_target.h>
+// After foreach_target.
+#include <hwy/highway.h>
+
+#include "kernels/warp-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace glowworm {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// Where paths arrived.
+struct Places {
+  Triple position, geometric, shading;
+};
+
+HWY_INLINE Places places_of(const ArrivedPaths& in, std::size_t i) {
+  const SobolTag f;
+  const SobolNumbers zero = hn::Zero(f), one = hn::Set(f, 1.0f);
+  const SobolNumbers u = hn::LoadU(f, in.barycentric[0] + i), v = hn::LoadU(f, in.barycentric[1] + i);
+  const SobolNumbers w = hn::Sub(hn::Sub(one, u), v);
+  const Triple a = load(in.vertices, i);
+  const Triple e1 = minus(load(in.vertices + 3, i), a), e2 = minus(load(in.vertices + 6, i), a);
+  Places places;
+  places.position = moved(a, e1, u, e2, v);
+  const Triple scaled = cross(e1, e2);
+  const SobolNumbers doubled_area = hn::Sqrt(dot(scaled, scaled));
+  places.geometric = choose(hn::Gt(doubled_area, zero), over(scaled, doubled_area), {zero, zero, one});
+  const Triple n =
+      weighted(load(in.vertex_normals, i), w, load(in.vertex_normals + 3, i), u, load(in.vertex_normals + 6, i), v);
+  const SobolNumbers squared = dot(n, n);
+  const Triple unit = over(n, hn::Sqrt(squared));
+  places.shading =
+      choose(hn::Gt(squared, hn::Set(f, 1e-12f)), on_side(unit, dot(unit, places.geometric)), places.geometric);
+  return places;
+}
+
+/// The photons that paths leave at their places.
+HWY_INLINE void store_photons(const Places& places, SobolNumbers geometric_in, SobolNumbers shading_in, Triple flux,
+                              const ScatteredPaths& out, std::size_t i) {
+  const SobolTag f;
+  store(places.position, out.position, i);
+  store(on_side(places.geometric, geometric_in), out.normal, i);
+  const SobolNumbers ratio = hn::Div(hn::Abs(shading_in), hn::Max(hn::Abs(geometric_in), hn::Set(f, 1e-6f)));
+  store(times(flux, hn::Min(ratio, hn::Set(f, kMostShadingFactor))), out.photon_flux, i);
+}
+
+void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {
+  const SobolTag f;
+  const SobolBitsTag u;
+  constexpr std::size_t kLanes = hn::MaxLanes(SobolTag());
+  static_assert(kLanes <= kDiffuseScatterPadding);
+  const SobolNumbers zero = hn::Zero(f), one = hn::Set(f, 1.0f);
+  for (std::size_t i = 0; i < in.count; i += kLanes) {
+    const Places places = places_of(in, i);
+    const Triple back = load(in.back, i), flux = load(in.flux, i), reflectance = load(in.reflectance, i);
+    const SobolNumbers geometric_in = dot(places.geometric, back), shading_in = dot(places.shading, back);
+    store_photons(places, geometric_in, shading_in, flux, out, i);
+
+    const Triple n = on_side(places.shading, shading_in);
+    SobolNumbers x, y;
+    disk(hn::LoadU(f, in.square[0] + i), hn::LoadU(f, in.square[1] + i), x, y);
+    const SobolNumbers z = above_disk(x, y);
+    const Triple direction = from_frame_of(n, x, y, z);
+    store(direction, out.direction, i);
+    const SobolNumbers cosine_in = dot(n, back), geometric_out = dot(direction, places.geometric);
+    store(offset_origins(places.position, choose(hn::Gt(geometric_out, zero), places.geometric,
+                                                 {hn::Neg(places.geometric.x), hn::Neg(places.geometric.y),
+                                                  hn::Neg(places.geometric.z)})),
+          out.origin, i);
+
+    const SobolNumbers adjoint =
+        hn::Min(hn::Abs(hn::Div(hn::Mul(cosine_in, geometric_out),
+                                hn::Max(hn::Abs(hn::Mul(geometric_in, z)), hn::Set(f, 1e-9f)))),
+                hn::Set(f, kMostShadingFactor));
+    const Triple next = times(
+        {hn::Mul(flux.x, reflectance.x), hn::Mul(flux.y, reflectance.y), hn::Mul(flux.z, reflectance.z)}, adjoint);
+    const SobolNumbers survival = hn::Min(one, hn::Div(largest(next), hn::Max(largest(flux), hn::Set(f, 1e-30f))));
+
+    const auto black =
+        hn::And(hn::And(hn::Eq(reflectance.x, zero), hn::Eq(reflectance.y, zero)), hn::Eq(reflectance.z, zero));
+    const auto seen = hn::Ge(hn::IfThenElse(hn::Lt(geometric_in, zero), hn::Neg(shading_in), shading_in),
+                             hn::Set(f, kLeastShadingCosine));
+    const auto left = hn::AndNot(black, seen);
+    // A shading normal may send light through an opaque surface: such paths do not exist.
+    const auto same_side =
+        hn::Not(hn::Xor(hn::Gt(hn::Mul(geometric_out, geometric_in), zero), hn::Gt(hn::Mul(z, cosine_in), zero)));
+    const auto leaves = hn::And(hn::And(hn::Gt(z, zero), same_side), hn::Ne(geometric_out, zero));
+    const auto survives = hn::And(hn::Gt(survival, zero), hn::Lt(hn::LoadU(f, in.roulette + i), survival));
+    const auto goes_on = hn::And(left, hn::And(leaves, survives));
+    const Triple scattered = over(next, survival);
+    store({hn::IfThenElseZero(goes_on, scattered.x), hn::IfThenElseZero(goes_on, scattered.y),
+           hn::IfThenElseZero(goes_on, scattered.z)},
+          out.flux, i);
+    const auto bits = [&](auto mask, std::uint32_t bit) HWY_ATTR {
+      return hn::BitCast(u, hn::IfThenElseZero(mask, hn::BitCast(f, hn::Set(u, bit))));
+    };
+    const SobolBits outcome = hn::Or(
+        bits(left, kPhotonLeft), hn::Or(bits(goes_on, kPathGoesOn), bits(hn::Not(hn::Or(black, seen)), kTurnedNormal)));
+    hn::StoreU(outcome, u, out.outcome + i);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace glowworm
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace glowworm {
+
+namespace {
+HWY_EXPORT(scatter);
+}
+
+void diffuse_scatter(const ArrivedPaths& arrived, const ScatteredPaths& scattered) {
+  HWY_DYNAMIC_DISPATCH(scatter)(arrived, scattered);
+}
+
+}  // namespace glowworm
+#endif  // HWY_ONCE

@@ -1,0 +1,76 @@
+#include "core/frame.h"
+#include "core/offset_origin.h"
+#include "core/rgb.h"
+#include "core/shading_light.h"
+#include "core/warp.h"
+#include "kernels/diffuse_scatter.h"
+
+namespace glowworm {
+
+namespace {
+
+Vec3 vector_at(const float* const* arrays, std::size_t i) { return {arrays[0][i], arrays[1][i], arrays[2][i]}; }
+RGB color_at(const float* const* arrays, std::size_t i) { return {arrays[0][i], arrays[1][i], arrays[2][i]}; }
+void put(float* const* arrays, std::size_t i, Vec3 v) {
+  for (int axis = 0; axis < 3; ++axis) arrays[axis][i] = v[axis];
+}
+void put(float* const* arrays, std::size_t i, RGB c) {
+  for (int channel = 0; channel < 3; ++channel) arrays[channel][i] = c[channel];
+}
+
+/// Where a path arrived.
+struct Place {
+  Vec3 position, geometric, shading;
+};
+
+Place place_of(const ArrivedPaths& in, std::size_t i) {
+  const float u = in.barycentric[0][i], v = in.barycentric[1][i], w = 1 - u - v;
+  const Vec3 a = vector_at(in.vertices, i);
+  const Vec3 e1 = vector_at(in.vertices + 3, i) - a, e2 = vector_at(in.vertices + 6, i) - a;
+  Place place;
+  place.position = a + e1 * u + e2 * v;
+  const Vec3 scaled = cross(e1, e2);
+  const float doubled_area = length(scaled);
+  place.geometric = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  const Vec3 n = vector_at(in.vertex_normals, i) * w + vector_at(in.vertex_normals + 3, i) * u +
+                 vector_at(in.vertex_normals + 6, i) * v;
+  const float squared = length_squared(n);
+  place.shading = squared > 1e-12f ? face_forward(n / std::sqrt(squared), place.geometric) : place.geometric;
+  return place;
+}
+
+std::uint32_t scatter(const ArrivedPaths& in, const ScatteredPaths& out, std::size_t i) {
+  put(out.flux, i, RGB(0.0f));
+  const RGB reflectance = color_at(in.reflectance, i), flux = color_at(in.flux, i);
+  if (is_black(reflectance)) return 0;
+  const Place place = place_of(in, i);
+  const Vec3 back = vector_at(in.back, i);
+  const float geometric_in = dot(place.geometric, back), shading_in = dot(place.shading, back);
+  if (!((geometric_in < 0 ? -shading_in : shading_in) >= kLeastShadingCosine)) return kTurnedNormal;
+  put(out.position, i, place.position);
+  put(out.normal, i, face_forward(place.geometric, back));
+  put(out.photon_flux, i, flux * arrival_correction(std::abs(shading_in), std::abs(geometric_in)));
+
+  const Vec3 n = face_forward(place.shading, back);
+  const Vec3 local = square_to_cosine_hemisphere({in.square[0][i], in.square[1][i]});
+  const Vec3 direction = Frame::from_normal(n).to_world(local);
+  const float cosine_in = dot(n, back), geometric_out = dot(direction, place.geometric);
+  // A shading normal may send light through an opaque surface: such paths do not exist.
+  if (!(local.z > 0) || (geometric_out * geometric_in > 0) != (local.z * cosine_in > 0) || geometric_out == 0)
+    return kPhotonLeft;
+  const RGB next = flux * reflectance * adjoint_factor(cosine_in, local.z, geometric_in, geometric_out);
+  const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux), 1e-30f));
+  if (!(survival > 0) || in.roulette[i] >= survival) return kPhotonLeft;
+  put(out.flux, i, next / survival);
+  put(out.origin, i, offset_origin(place.position, geometric_out > 0 ? place.geometric : -place.geometric));
+  put(out.direction, i, direction);
+  return kPhotonLeft | kPathGoesOn;
+}
+
+}  // namespace
+
+void diffuse_scatter_reference(const ArrivedPaths& arrived, const ScatteredPaths& scattered) {
+  for (std::size_t i = 0; i < arrived.count; ++i) scattered.outcome[i] = scatter(arrived, scattered, i);
+}
+
+}  // namespace glowworm

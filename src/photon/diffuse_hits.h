@@ -1,0 +1,87 @@
+// Light paths that hit surfaces of diffuse reflection, brought into the arrays that the kernel takes.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+#include "kernels/diffuse_scatter.h"
+#include "scene/scene.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// What diffuse_scatter() is to know of a scene: which materials it serves, those that reflect diffusely and do nothing
+/// else, without normal or bump map.
+class DiffuseMaterials {
+ public:
+  /// The scene must outlive this.
+  explicit DiffuseMaterials(const Scene& scene);
+
+  struct Entry {
+    RGB reflectance;         ///< as diffuse_point() gives it; black where it is textured or the material is not served
+    bool textured = false;   ///< reflectance() knows it
+    bool left_over = false;  ///< the material is not served
+  };
+
+  const Scene& scene() const { return *scene_; }
+  /// One a material, and a black one behind the last.
+  const std::vector<Entry>& entries() const { return entries_; }
+  RGB reflectance(std::uint32_t triangle, Vec2 barycentric) const;
+  /// Whether any vertex has a shading normal.
+  bool smooth() const { return smooth_; }
+  /// Whether the triangles are so many that they are better fetched ahead.
+  bool large() const { return large_; }
+
+ private:
+  const Scene* scene_;
+  std::vector<Entry> entries_;
+  bool smooth_ = false, large_ = false;
+};
+
+/// A block of paths on their way through the kernel. Its arrays fit the first cache.
+class DiffuseHits {
+ public:
+  static constexpr std::size_t kBlock = 128;
+
+  /// Scatters paths [first, first + count) of those that have rays, count <= kBlock; path `first` is number 0 of the
+  /// block. Paths that hit nothing leave nothing.
+  /// @param paths the flux of all paths, their roulette and their square; the padding is read
+  void scatter(const DiffuseMaterials& materials, std::span<const Ray> rays, std::span<const Hit> hits,
+               std::size_t first, std::size_t count, const ArrivedPaths& paths);
+
+  /// All bits where path i hit nothing, else none.
+  const std::uint32_t* missed() const { return missed_; }
+  /// Path i hit a surface that the kernel does not serve. What comes of it may be put() in.
+  bool left_over(std::size_t i) const { return (other_[i] | (outcome_[i] & kTurnedNormal)) != 0; }
+  void put_photon(std::size_t i, Vec3 position, Vec3 normal, RGB flux);
+  void put_path(std::size_t i, Vec3 origin, Vec3 direction, RGB flux);
+  void put_outcome(std::size_t i, std::uint32_t outcome) { outcome_[i] = outcome; }
+
+  /// Bits of DiffuseOutcome; the rest holds where they say so, but for flux(), which is 0 where a path ends.
+  std::uint32_t outcome(std::size_t i) const { return outcome_[i]; }
+  Vec3 back(std::size_t i) const { return vector(back_, i); }
+  Vec3 position(std::size_t i) const { return vector(position_, i); }
+  Vec3 normal(std::size_t i) const { return vector(normal_, i); }
+  RGB photon_flux(std::size_t i) const { return {photon_flux_[0][i], photon_flux_[1][i], photon_flux_[2][i]}; }
+  Vec3 origin(std::size_t i) const { return vector(origin_, i); }
+  Vec3 direction(std::size_t i) const { return vector(direction_, i); }
+  RGB flux(std::size_t i) const { return {flux_[0][i], flux_[1][i], flux_[2][i]}; }
+  /// One channel of the flux of all paths.
+  const float* flux_channel(int channel) const { return flux_[channel]; }
+
+ private:
+  using Array = float[kBlock + kDiffuseScatterPadding];
+  static Vec3 vector(const Array* arrays, std::size_t i) { return {arrays[0][i], arrays[1][i], arrays[2][i]}; }
+  void place(const DiffuseMaterials& materials, std::span<const Hit> hits, std::size_t first, std::size_t count);
+  void place_normals(const Geometry& geometry, const Hit* hits, std::size_t count);
+
+  alignas(64) Array vertices_[9] = {}, vertex_normals_[9] = {}, barycentric_[2] = {},
+                    reflectance_[3] = {}, back_[3] = {};
+  alignas(64) Array position_[3] = {}, normal_[3] = {}, photon_flux_[3] = {}, origin_[3] = {},
+                    direction_[3] = {}, flux_[3] = {};
+  alignas(64) std::uint32_t outcome_[kBlock + kDiffuseScatterPadding] = {}, other_[kBlock] = {}, missed_[kBlock] = {};
+};
+
+}  // namespace glowworm

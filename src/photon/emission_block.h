@@ -1,0 +1,52 @@
+// Photons emitted a block at a time. For photon_chunk.cc, and for benches.
+#pragma once
+#include <cstdint>
+
+#include "kernels/light_emission.h"
+#include "photon/emission_guide.h"
+#include "scene/light_sampling.h"
+
+namespace glowworm {
+
+/// A block of photons on their way through the kernels that emit. What comes of number i is what sample_emission()
+/// gives, its flux times the guide's weight, to the bit.
+class EmissionBlock {
+ public:
+  static constexpr std::size_t kBlock = 128;
+
+  /// The numbers that photon i is to be made of, and the factor on its flux.
+  void set_numbers(std::size_t i, const EmissionNumbers& numbers, float guide_weight);
+  /// Emits photons [0, count), count <= kBlock.
+  void emit(const Scene& scene, std::size_t count);
+
+  std::uint32_t light(std::size_t i) const { return light_[i]; }
+  Vec3 origin(std::size_t i) const { return vector(origin_, i); }
+  Vec3 direction(std::size_t i) const { return vector(direction_, i); }
+  RGB flux(std::size_t i) const { return {flux_[0][i], flux_[1][i], flux_[2][i]}; }
+  /// One channel of the flux of all photons.
+  const float* flux_channel(int channel) const { return flux_[channel]; }
+
+ private:
+  using Array = float[kBlock + kLightEmissionPadding];
+  static Vec3 vector(const Array* arrays, std::size_t i) { return {arrays[0][i], arrays[1][i], arrays[2][i]}; }
+  /// What emits a photon: a kernel, or sample_emission() for it alone.
+  enum Kind : std::uint8_t { kTriangle, kDistant, kOther, kKinds };
+
+  Kind choose(const Scene& scene, std::size_t i);
+  void set_triangles(const Scene& scene, std::size_t count);
+  RGB textured_radiance(const Scene& scene, std::uint32_t triangle, std::size_t i) const;
+  void set_distant(std::size_t i, Vec3 direction, RGB irradiance);
+  void emit_distant(const Scene& scene, const EmissionChoices& choices);
+  void emit_triangles(const EmissionChoices& choices, bool others);
+  void emit_other(const Scene& scene, std::size_t i);
+
+  alignas(64) Array choice_ = {}, place_[2] = {}, square_[2] = {}, guide_weight_ = {}, probability_ = {};
+  alignas(64) Array vertices_[9] = {}, distant_direction_[3] = {};
+  alignas(64) Array radiance_[3] = {};  // of a distant light: irradiance
+  alignas(64) Array origin_[3] = {}, direction_[3] = {}, flux_[3] = {};
+  alignas(64) std::uint32_t light_[kBlock + kLightEmissionPadding] = {},
+                                            two_sided_[kBlock + kLightEmissionPadding] = {};
+  Kind kind_[kBlock] = {};
+};
+
+}  // namespace glowworm

@@ -1,0 +1,333 @@
+#include "photon/photon_chunk.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <utility>
+
+#include "core/offset_origin.h"
+#include "core/random.h"
+#include "core/shading_light.h"
+#include "kernels/sobol.h"
+#include "photon/emission_block.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Light paths under way, in structure-of-arrays form; finished ones are compacted away after every bounce. The arrays
+/// keep the length of the chunk and the padding of kernels, `count` of them mean something.
+struct Paths {
+  Paths() {
+    for (auto& channel : flux) channel.resize(kPathsPerChunk + kDiffuseScatterPadding);
+  }
+
+  std::size_t count = 0;
+  std::vector<Ray> rays = std::vector<Ray>(kPathsPerChunk);
+  std::vector<Hit> hits = std::vector<Hit>(kPathsPerChunk);
+  std::array<std::vector<float>, 3> flux;                                          // W
+  std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
+  std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
+  std::vector<std::uint8_t> sharp_only = std::vector<std::uint8_t>(kPathsPerChunk);  // every bounce so far was sharp
+};
+
+/// A pair of random numbers of every path under way.
+struct Pairs {
+  std::vector<float> x = std::vector<float>(kPathsPerChunk + kDiffuseScatterPadding), y = x;
+};
+/// Pairs that emission takes; every bounce takes two.
+constexpr std::uint32_t kEmissionPairs = 3;
+
+/// Photons that a path leaves in the mean, or more.
+constexpr std::size_t kPhotonsEach = 2;
+
+/// Sum of `count` numbers, each a float, in four sums of which compilers make vectors.
+template <typename Value>
+double sum(std::size_t count, const Value& value) {
+  double lanes[4] = {};
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4)
+    for (std::size_t lane = 0; lane < 4; ++lane) lanes[lane] += static_cast<double>(value(i + lane));
+  for (; i < count; ++i) lanes[0] += static_cast<double>(value(i));
+  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+}
+
+Ray photon_ray(Vec3 origin, Vec3 direction) { return {origin, 0, direction, std::numeric_limits<float>::infinity()}; }
+
+template <typename T>
+void enlarge(LargeArray<T>& array, std::size_t used, std::size_t size) {
+  LargeArray<T> larger(size);
+  std::copy_n(array.data(), used, larger.data());
+  array = std::move(larger);
+}
+
+}  // namespace
+
+void PhotonChunk::make_room(std::size_t most) {
+  if (most <= position.size()) return;
+  const std::size_t size = std::max(most, 2 * position.size());
+  for (auto* array : {&position, &direction, &normal}) enlarge(*array, count, size);
+  enlarge(flux, count, size);
+  for (auto* array : {&light, &path}) enlarge(*array, count, size);
+  for (auto* array : {&caustic, &used}) enlarge(*array, count, size);
+}
+
+class ChunkTracers::ChunkTracer {
+ public:
+  explicit ChunkTracer(const PhotonChunkSettings& settings)
+      : scene_(settings.tracer->scene()), settings_(settings), pass_(*settings.pass) {}
+
+  void trace(std::uint64_t first_path, std::size_t count, PhotonChunk& chunk) {
+    result_ = &chunk;
+    chunk.count = 0;
+    chunk.balance = {};
+    chunk.numbers.clear();
+    chunk.guide_weight.clear();
+    chunk.make_room(kPhotonsEach * count);
+    emit(first_path, count);
+    for (int bounce = 0; paths_.count > 0; ++bounce) {
+      const std::span<const Ray> rays(paths_.rays.data(), paths_.count);
+      settings_.tracer->intersect(rays, {paths_.hits.data(), paths_.count}, RayOrder::incoherent);
+      draw_bounce(first_path, bounce);
+      std::size_t kept = 0;
+      for (std::size_t first = 0; first < rays.size(); first += DiffuseHits::kBlock)
+        kept = scatter_block(first, std::min(DiffuseHits::kBlock, rays.size() - first), bounce, kept);
+      paths_.count = kept;
+    }
+  }
+
+ private:
+  /// Pair `dimension` of the random numbers of paths index_[0..count).
+  void draw(std::uint32_t dimension, std::size_t count, Pairs& pairs) {
+    sobol_pairs(Sampler::pair_key(pass_.seed, hash_combine(0x70686f74u, pass_.pass), dimension), index_.data(), count,
+                pairs.x.data(), pairs.y.data());
+  }
+
+  void emit(std::uint64_t first_path, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) index_[i] = static_cast<std::uint32_t>(first_path + i);
+    draw(0, count, direction_);
+    draw(1, count, choice_);
+    draw(2, count, light_);
+    result_->emitted_light.resize(count);
+    paths_.count = 0;
+    for (std::size_t first = 0; first < count; first += EmissionBlock::kBlock)
+      emit_block(first, std::min(EmissionBlock::kBlock, count - first));
+  }
+
+  /// Emits paths [first, first + count) and lines them up.
+  void emit_block(std::size_t first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t path = first + i;
+      EmissionNumbers numbers = {light_.x[path], choice_.x[path], choice_.y[path], direction_.x[path],
+                                 direction_.y[path]};
+      const float guide_weight = pass_.guide ? pass_.guide->warp(numbers) : 1.0f;
+      emission_.set_numbers(i, numbers, guide_weight);
+      if (!settings_.pilot) continue;
+      result_->numbers.push_back(numbers);
+      result_->guide_weight.push_back(guide_weight);
+    }
+    emission_.emit(scene_, count);
+    for (int c = 0; c < 3; ++c)
+      result_->balance.emitted[c] += sum(count, [flux = emission_.flux_channel(c)](std::size_t i) { return flux[i]; });
+    std::size_t at = paths_.count;
+    for (std::size_t i = 0; i < count; ++i) {
+      const RGB flux = emission_.flux(i);
+      result_->emitted_light[first + i] = emission_.light(i);
+      paths_.rays[at] = photon_ray(emission_.origin(i), emission_.direction(i));
+      for (int c = 0; c < 3; ++c) paths_.flux[c][at] = flux[c];
+      paths_.number[at] = static_cast<std::uint32_t>(first + i);
+      paths_.light[at] = emission_.light(i);
+      paths_.sharp_only[at] = 1;
+      at += !is_black(flux);
+    }
+    paths_.count = at;
+  }
+
+  /// The numbers of a bounce, of all paths at once: a pair for the choice of the lobe and for Russian roulette, and one
+  /// for the direction.
+  void draw_bounce(std::uint64_t first_path, int bounce) {
+    for (std::size_t i = 0; i < paths_.count; ++i)
+      index_[i] = static_cast<std::uint32_t>(first_path + paths_.number[i]);
+    const auto dimension = kEmissionPairs + 2 * static_cast<std::uint32_t>(bounce);
+    draw(dimension, paths_.count, choice_);
+    draw(dimension + 1, paths_.count, direction_);
+  }
+
+  /// Stores the photons that paths [first, first + count) leave where they hit, and puts those that go on behind the
+  /// first `kept` paths. Returns how many there are then.
+  std::size_t scatter_block(std::size_t first, std::size_t count, int bounce, std::size_t kept) {
+    ArrivedPaths numbers;
+    numbers.roulette = choice_.y.data();
+    numbers.square[0] = direction_.x.data();
+    numbers.square[1] = direction_.y.data();
+    for (std::size_t c = 0; c < 3; ++c) numbers.flux[c] = paths_.flux[c].data();
+    block_.scatter(*settings_.materials, {paths_.rays.data(), paths_.count}, {paths_.hits.data(), paths_.count}, first,
+                   count, numbers);
+    bool any_left_over = false;
+    for (std::size_t i = 0; i < count; ++i) any_left_over |= block_.left_over(i);
+    if (any_left_over)
+      for (std::size_t i = 0; i < count; ++i) sharp_[i] = block_.left_over(i) && scatter_other(first + i, i);
+    const bool last = bounce + 1 >= pass_.max_bounces;
+    add_balance(first, count, last);
+    store_photons(first, count, bounce);
+    if (!last) kept = keep_paths(first, count, kept);
+    if (any_left_over) sharp_.fill(0);
+    return kept;
+  }
+
+  RGB flux(std::size_t path) const { return {paths_.flux[0][path], paths_.flux[1][path], paths_.flux[2][path]}; }
+
+  /// Scatters one path, number i of its block, by any BSDF; true where it goes on by a sharp lobe.
+  bool scatter_other(std::size_t path, std::size_t i) {
+    block_.put_outcome(i, 0);
+    const Hit& hit = paths_.hits[path];
+    const Vec3 back = block_.back(i);
+    SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
+    const Bsdf bsdf = resolve_bsdf(scene_, point, back);
+    std::uint32_t outcome = 0;
+    if (lobes(bsdf) & kBroad) {
+      outcome |= kPhotonLeft;
+      const float correction =
+          arrival_correction(std::abs(dot(back, point.frame.n)), std::abs(dot(back, point.geometric_normal)));
+      block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), flux(path) * correction);
+    }
+    const Vec3 wo = point.frame.to_local(back);
+    const BsdfSample s =
+        sample(bsdf, wo, choice_.x[path], {direction_.x[path], direction_.y[path]}, kAllLobes, Transport::flux);
+    if (s.valid && leave(path, i, point, wo.z, s)) outcome |= kPathGoesOn;
+    if (!(outcome & kPathGoesOn)) block_.put_path(i, {}, {}, RGB(0.0f));
+    block_.put_outcome(i, outcome);
+    return s.lobe == kSharp;
+  }
+
+  /// Sends a path on in the direction that was sampled, or ends it by Russian roulette.
+  bool leave(std::size_t path, std::size_t i, const SurfacePoint& point, float cosine_in, const BsdfSample& s) {
+    const Vec3 direction = point.frame.to_world(s.wi);
+    const float out_geometric = dot(direction, point.geometric_normal);
+    const float in_geometric = dot(block_.back(i), point.geometric_normal);
+    // A shading normal may send light through an opaque surface: such paths do not exist.
+    if ((out_geometric * in_geometric > 0) != (s.wi.z * cosine_in > 0) || out_geometric == 0) return false;
+    const RGB next = flux(path) * s.weight * adjoint_factor(cosine_in, s.wi.z, in_geometric, out_geometric);
+    const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux(path)), 1e-30f));
+    if (!(survival > 0) || choice_.y[path] >= survival) return false;
+    const Vec3 side = out_geometric > 0 ? point.geometric_normal : -point.geometric_normal;
+    block_.put_path(i, offset_origin(point.position, side), direction, next / survival);
+    return true;
+  }
+
+  /// Adds the flux of paths [first, first + count), a block, to where it goes.
+  void add_balance(std::size_t first, std::size_t count, bool last) {
+    FluxBalance& balance = result_->balance;
+    bool all_left = true;
+    for (std::size_t i = 0; i < count; ++i) all_left &= ((block_.outcome(i) & kPhotonLeft) | block_.missed()[i]) != 0;
+    for (int c = 0; c < 3; ++c) {
+      const float* const in = paths_.flux[c].data() + first;
+      const double whole = sum(count, [&](std::size_t i) { return in[i]; });
+      const double escaped = sum(count, [in, missed = block_.missed()](std::size_t i) {
+        return std::bit_cast<float>(std::bit_cast<std::uint32_t>(in[i]) & missed[i]);
+      });
+      const double on = sum(count, [out = block_.flux_channel(c)](std::size_t i) { return out[i]; });
+      double not_stored = 0;
+      for (std::size_t i = 0; !all_left && i < count; ++i)
+        if (!(block_.outcome(i) & kPhotonLeft) && !block_.missed()[i]) not_stored += static_cast<double>(in[i]);
+      balance.escaped[c] += escaped;
+      balance.arrived[c] += whole - escaped;
+      balance.stored[c] += whole - escaped - not_stored;
+      balance.scattered[c] += on;
+      if (last) balance.cut[c] += on;
+    }
+  }
+
+  /// Appends the photons that paths [first, first + count), a block, leave. What is written for a path without one, the
+  /// next one overwrites: a branch would often be foretold wrongly.
+  void store_photons(std::size_t first, std::size_t count, int bounce) {
+    PhotonChunk& photons = *result_;
+    const std::size_t before = photons.count;
+    photons.make_room(before + count);
+    Vec3* const position = photons.position.data();
+    Vec3* const direction = photons.direction.data();
+    Vec3* const normal = photons.normal.data();
+    RGB* const flux = photons.flux.data();
+    std::uint32_t* const light = photons.light.data();
+    std::uint8_t* const caustic = photons.caustic.data();
+    const std::uint32_t* const light_of = paths_.light.data() + first;
+    const std::uint8_t* const sharp_only = paths_.sharp_only.data() + first;
+    const std::uint8_t bounced = bounce > 0;
+    std::size_t at = before;
+    for (std::size_t i = 0; i < count; ++i) {
+      position[at] = block_.position(i);
+      direction[at] = block_.back(i);
+      normal[at] = block_.normal(i);
+      flux[at] = block_.photon_flux(i);
+      light[at] = light_of[i];
+      caustic[at] = sharp_only[i] & bounced;
+      at += (block_.outcome(i) / kPhotonLeft) & 1u;
+    }
+    photons.count = at;
+    if (settings_.pilot)
+      for (std::size_t i = 0, to = before; i < count; ++i)
+        if (block_.outcome(i) & kPhotonLeft) photons.path[to++] = paths_.number[first + i];
+    for (std::size_t i = before; pass_.demand && i < at; ++i)
+      photons.used[i] = demand_for(*pass_.demand, position[i], normal[i], caustic[i] != 0) > 0;
+  }
+
+  /// Puts those of paths [first, first + count), a block, that go on behind the first `kept` paths; returns how many
+  /// there are then.
+  std::size_t keep_paths(std::size_t first, std::size_t count, std::size_t kept) {
+    Ray* const rays = paths_.rays.data();
+    float* const flux[3] = {paths_.flux[0].data(), paths_.flux[1].data(), paths_.flux[2].data()};
+    std::uint32_t* const number = paths_.number.data();
+    std::uint32_t* const light = paths_.light.data();
+    std::uint8_t* const sharp_only = paths_.sharp_only.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      rays[kept] = photon_ray(block_.origin(i), block_.direction(i));
+      const RGB of_path = block_.flux(i);
+      flux[0][kept] = of_path.r;
+      flux[1][kept] = of_path.g;
+      flux[2][kept] = of_path.b;
+      number[kept] = number[first + i];
+      light[kept] = light[first + i];
+      sharp_only[kept] = sharp_only[first + i] & sharp_[i];
+      kept += (block_.outcome(i) / kPathGoesOn) & 1u;
+    }
+    return kept;
+  }
+
+  const Scene& scene_;
+  const PhotonChunkSettings& settings_;
+  const PhotonPassSettings& pass_;
+  Paths paths_;
+  std::vector<std::uint32_t> index_ =
+      std::vector<std::uint32_t>(kPathsPerChunk);  // of the paths, among all of the pass
+  Pairs choice_, direction_, light_;
+  EmissionBlock emission_;
+  DiffuseHits block_;
+  std::array<std::uint8_t, DiffuseHits::kBlock> sharp_ = {};  // which of a block go on by a sharp lobe
+  PhotonChunk* result_ = nullptr;
+};
+
+float demand_for(const PhotonDemand& demand, Vec3 position, Vec3 normal, bool caustic) {
+  return demand.gathered.value(position, normal) + (caustic ? demand.seen.value(position, normal) : 0.0f);
+}
+
+ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings) : settings_(settings) {}
+ChunkTracers::~ChunkTracers() = default;
+
+void ChunkTracers::trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk) {
+  std::unique_ptr<ChunkTracer> tracer;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!idle_.empty()) {
+      tracer = std::move(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  if (!tracer) tracer = std::make_unique<ChunkTracer>(settings_);
+  tracer->trace(first, count, chunk);
+  const std::scoped_lock lock(mutex_);
+  idle_.push_back(std::move(tracer));
+}
+
+}  // namespace glowworm
