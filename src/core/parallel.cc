@@ -70,6 +70,8 @@ int limit = 0;
 CancellationScope::CancellationScope(const std::atomic<bool>& flag) : outer_(cancellation) { cancellation = &flag; }
 CancellationScope::~CancellationScope() { cancellation = outer_; }
 
+void check_cancelled() { throw_if_cancelled(cancellation); }
+
 void set_thread_count(int threads) {
   control.reset();
   limit = threads > 0 ? threads : tbb::info::default_concurrency();

@@ -25,6 +25,9 @@ class CancellationScope {
   const std::atomic<bool>* outer_;
 };
 
+/// Throws Cancelled where the flag of this thread's CancellationScope is set: for loops of one thread that take long.
+void check_cancelled();
+
 /// Calls body(first, last) for consecutive pieces of [begin, end), each of exactly `grain` items but for the last.
 /// The cut depends on begin, end and grain alone, never on threads: what a piece computes may be joined in index
 /// order for the same bits from any number of threads. An exception of one piece is thrown on, after all others that

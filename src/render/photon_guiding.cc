@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "core/parallel.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
 
@@ -28,6 +29,8 @@ constexpr std::size_t kMoreFirstPaths = 32;
 constexpr double kEasyShare = 0.4;
 /// Gain of the mean score that pays for the unevenness of the photons' flux.
 constexpr double kLeastGain = 1.5;
+/// Paths whose densities are one piece of work.
+constexpr std::size_t kPathGrain = 2048;
 /// Passes of a seed that photons themselves never use.
 constexpr std::uint32_t kPilotPass = 0x70696c6fu;
 
@@ -79,12 +82,14 @@ std::size_t count_hits(std::span<const PilotPath> paths) {
 EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGuide>& guides,
                     const std::vector<std::size_t>& counts) {
   // Balance heuristic over the rounds: each path has the density of all of them together.
-  for (PilotPath& path : paths) {
-    double density = 0;
-    for (std::size_t r = 0; r < guides.size(); ++r)
-      density += guides[r].density(path.numbers) * static_cast<double>(counts[r]) / static_cast<double>(paths.size());
-    path.density = static_cast<float>(density);
-  }
+  parallel_for(0, paths.size(), kPathGrain, [&](std::size_t first, std::size_t last) {
+    for (PilotPath& path : std::span(paths).subspan(first, last - first)) {
+      double density = 0;
+      for (std::size_t r = 0; r < guides.size(); ++r)
+        density += guides[r].density(path.numbers) * static_cast<double>(counts[r]) / static_cast<double>(paths.size());
+      path.density = static_cast<float>(density);
+    }
+  });
   return EmissionGuide::learn(paths);
 }
 
