@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
 
 #include "density/density_scenes.h"
 
@@ -17,7 +18,7 @@ TEST(EngineChoice, KnowsEnginesThatTakeTheRadiiOfPhotons) {
   for (const EngineCosts& costs : engine_costs()) {
     Statistics statistics;
     EXPECT_NO_THROW(make_engine(costs.engine)->build(photons, policy, statistics)) << costs.engine;
-    EXPECT_GT(costs.build, 0) << costs.engine;
+    for (const double build : costs.build) EXPECT_GT(build, 0) << costs.engine;
     EXPECT_GT(costs.query, 0) << costs.engine;
   }
 }
@@ -30,14 +31,18 @@ TEST(EngineChoice, CostsGrowWithEverythingThatIsAskedFor) {
     EXPECT_GT(expected_seconds(costs, {2e5, 1e6, 1e6, 50}), seconds) << costs.engine;
     EXPECT_GT(expected_seconds(costs, {1e5, 2e6, 1e6, 50}), seconds) << costs.engine;
     EXPECT_GT(expected_seconds(costs, {1e5, 1e6, 1e6, 100}), seconds) << costs.engine;
-    // The same points in smaller portions lie farther apart.
-    EXPECT_GT(expected_seconds(costs, {1e5, 1e6, 1e4, 50}), seconds) << costs.engine;
+    // The same points in smaller portions lie farther apart, which is nothing to an engine that takes them one by one.
+    if (std::string(costs.engine) == "single")
+      EXPECT_EQ(expected_seconds(costs, {1e5, 1e6, 1e4, 50}), seconds);
+    else
+      EXPECT_GT(expected_seconds(costs, {1e5, 1e6, 1e4, 50}), seconds) << costs.engine;
   }
 }
 
-TEST(EngineChoice, TakesTheEngineOfLeastCost) {
-  for (const double photons : {1e3, 1e5, 1e7})
-    for (const double queries : {1e2, 1e4, 1e6, 1e8}) {
+TEST(EngineChoice, TakesTheEngineOfLeastCostOrBlockedWhereThatIsAsGood) {
+  int others = 0;
+  for (const double photons : {1e3, 1e5, 1e6, 1e7})
+    for (const double queries : {1e2, 1e3, 1e4, 1e6, 1e8}) {
       const EngineWorkload workload{photons, queries, std::min(queries, 4e6), 50};
       double least = 1e30, chosen = 0;
       for (const EngineCosts& costs : engine_costs()) {
@@ -45,8 +50,14 @@ TEST(EngineChoice, TakesTheEngineOfLeastCost) {
         least = std::min(least, seconds);
         if (choose_engine(workload) == costs.engine) chosen = seconds;
       }
-      EXPECT_EQ(chosen, least);
+      if (choose_engine(workload) == "blocked") {
+        EXPECT_LE(0.9 * chosen, least);
+      } else {
+        EXPECT_EQ(chosen, least);
+        ++others;
+      }
     }
+  EXPECT_GT(others, 0);
 }
 
 TEST(EngineChoice, BuildsBlocksWhereManyPointsAreLookedUp) {
@@ -54,10 +65,7 @@ TEST(EngineChoice, BuildsBlocksWhereManyPointsAreLookedUp) {
   EXPECT_NE(choose_engine({1e6, 1e3, 1e3, 50}), "blocked");
 }
 
-TEST(EngineChoice, LooksFewPointsUpOneByOne) {
-  EXPECT_EQ(choose_engine({1e6, 1e3, 1e3, 50}), "single");
-  EXPECT_EQ(choose_engine({1e5, 1e3, 1e3, 50}), "single");
-}
+TEST(EngineChoice, LooksFewPointsUpOneByOne) { EXPECT_EQ(choose_engine({1e6, 1e3, 1e3, 50}), "single"); }
 
 TEST(EngineChoice, BearsNothingAndTheBoundless) {
   EXPECT_FALSE(choose_engine({0, 0, 0, 0}).empty());
