@@ -5,13 +5,11 @@
 //   ray_bench count [SIDE]         traces some of the orders once, for scripts/count-instructions rays
 //
 // Times are processor time of the thread, so that other work on the machine disturbs them little; medians of repeats.
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 #include <time.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -27,6 +25,7 @@
 #include "gather/gather_rays.h"
 #include "photon/photon_tracer.h"
 #include "scene/builtin.h"
+#include "support/embree_scene.h"
 
 namespace glowworm::bench {
 namespace {
@@ -52,122 +51,6 @@ double median_seconds(int repeats, const std::function<void()>& work, clockid_t 
   std::nth_element(times.begin(), times.begin() + repeats / 2, times.end());
   return times[static_cast<std::size_t>(repeats) / 2];
 }
-
-/// How rays go to Embree.
-enum class Way { single, packet4, packet8, packet16, stream };
-constexpr Way kWays[] = {Way::single, Way::packet4, Way::packet8, Way::packet16, Way::stream};
-const char* name(Way way) {
-  static constexpr const char* names[] = {"single", "packets of 4", "packets of 8", "packets of 16", "stream of 1024"};
-  return names[static_cast<std::size_t>(way)];
-}
-
-/// A scene in Embree, with settings of our choice.
-class EmbreeScene {
- public:
-  EmbreeScene(const Scene& scene, const char* config, RTCBuildQuality quality, RTCSceneFlags flags)
-      : device_(rtcNewDevice(config)), world_(rtcNewScene(device_)) {
-    const Geometry& g = scene.geometry();
-    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
-                                        g.positions.size()),
-                g.positions.data(), g.positions.size() * sizeof(Vec3));
-    std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, g.triangles.size()),
-                g.triangles.data(), g.triangles.size() * 12);
-    rtcSetGeometryBuildQuality(geometry, quality);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(world_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcSetSceneBuildQuality(world_, quality);
-    rtcSetSceneFlags(world_, flags);
-    rtcCommitScene(world_);
-  }
-  ~EmbreeScene() {
-    rtcReleaseScene(world_);
-    rtcReleaseDevice(device_);
-  }
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
-  bool usable() const { return rtcGetDeviceError(device_) == RTC_ERROR_NONE; }
-
-  void trace(const std::vector<Ray>& rays, std::vector<Hit>& hits, Way way, bool coherent) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    switch (way) {
-      case Way::single:
-        return stream<1>(rays, hits, context);
-      case Way::stream:
-        return stream<1024>(rays, hits, context);
-      case Way::packet4:
-        return packets<RTCRayHit4, 4>(rays, hits, context);
-      case Way::packet8:
-        return packets<RTCRayHit8, 8>(rays, hits, context);
-      case Way::packet16:
-        return packets<RTCRayHit16, 16>(rays, hits, context);
-    }
-  }
-
- private:
-  template <std::size_t kCount>
-  void stream(const std::vector<Ray>& rays, std::vector<Hit>& hits, RTCIntersectContext& context) const {
-    std::vector<RTCRayHit> queries(kCount);
-    for (std::size_t first = 0; first < rays.size(); first += kCount) {
-      const std::size_t n = std::min(kCount, rays.size() - first);
-      for (std::size_t i = 0; i < n; ++i) {
-        const Ray& r = rays[first + i];
-        queries[i].ray = {r.origin.x, r.origin.y, r.origin.z, r.t_min, r.direction.x, r.direction.y, r.direction.z, 0,
-                          r.t_max,    ~0u,        0,          0};
-        queries[i].hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        queries[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-      }
-      if constexpr (kCount == 1)
-        rtcIntersect1(world_, &context, queries.data());
-      else
-        rtcIntersect1M(world_, &context, queries.data(), static_cast<unsigned>(n), sizeof(RTCRayHit));
-      for (std::size_t i = 0; i < n; ++i)
-        hits[first + i] = {queries[i].ray.tfar,
-                           queries[i].hit.geomID == RTC_INVALID_GEOMETRY_ID ? kNone : queries[i].hit.primID,
-                           {queries[i].hit.u, queries[i].hit.v}};
-    }
-  }
-
-  static void call(const int* v, RTCScene s, RTCIntersectContext* c, RTCRayHit4* p) { rtcIntersect4(v, s, c, p); }
-  static void call(const int* v, RTCScene s, RTCIntersectContext* c, RTCRayHit8* p) { rtcIntersect8(v, s, c, p); }
-  static void call(const int* v, RTCScene s, RTCIntersectContext* c, RTCRayHit16* p) { rtcIntersect16(v, s, c, p); }
-
-  template <typename Packet, std::size_t kWidth>
-  void packets(const std::vector<Ray>& rays, std::vector<Hit>& hits, RTCIntersectContext& context) const {
-    for (std::size_t first = 0; first < rays.size(); first += kWidth) {
-      const std::size_t n = std::min(kWidth, rays.size() - first);
-      Packet p;
-      alignas(64) int valid[kWidth];
-      for (std::size_t i = 0; i < kWidth; ++i) {
-        const Ray& r = rays[first + std::min(i, n - 1)];
-        valid[i] = i < n ? -1 : 0;
-        p.ray.org_x[i] = r.origin.x;
-        p.ray.org_y[i] = r.origin.y;
-        p.ray.org_z[i] = r.origin.z;
-        p.ray.tnear[i] = r.t_min;
-        p.ray.dir_x[i] = r.direction.x;
-        p.ray.dir_y[i] = r.direction.y;
-        p.ray.dir_z[i] = r.direction.z;
-        p.ray.tfar[i] = r.t_max;
-        p.ray.time[i] = 0;
-        p.ray.mask[i] = ~0u;
-        p.ray.flags[i] = 0;
-        p.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-      }
-      call(valid, world_, &context, &p);
-      for (std::size_t i = 0; i < n; ++i)
-        hits[first + i] = {p.ray.tfar[i],
-                           p.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kNone : p.hit.primID[i],
-                           {p.hit.u[i], p.hit.v[i]}};
-    }
-  }
-
-  RTCDevice device_;
-  RTCScene world_;
-};
 
 /// Cell of a direction in a 32 x 32 grid over the octahedron.
 std::uint32_t direction_cell(Vec3 d) {
@@ -243,6 +126,7 @@ class SceneBench {
   }
 
   void run() {
+    in_turns();
     const auto plain = RTC_SCENE_FLAG_NONE;
     const auto medium = RTC_BUILD_QUALITY_MEDIUM;
     {
@@ -283,6 +167,43 @@ class SceneBench {
     phases();
   }
 
+  /// What the renderer does and what might be better, one after the other in each of several rounds, since the
+  /// machine's speed changes within minutes.
+  void in_turns() {
+    const auto plain = RTC_SCENE_FLAG_NONE;
+    const auto high = RTC_BUILD_QUALITY_HIGH;
+    const EmbreeScene usual(scene_, nullptr, RTC_BUILD_QUALITY_MEDIUM, plain), split(scene_, nullptr, high, plain),
+        quads(scene_, nullptr, high, plain, true), twice(scene_, "max_spatial_split_replications=2", high, plain);
+    const struct {
+      const char* config;
+      const EmbreeScene& embree;
+      const Order& order;
+      Way way;
+    } ways[] = {
+        {"in turns: default", usual, orders_[0], Way::single},
+        {"in turns: default", usual, orders_[kKept], Way::packet8},
+        {"in turns: high", split, orders_[0], Way::single},
+        {"in turns: high", split, orders_[kKept], Way::packet8},
+        {"in turns: high, quads", quads, orders_[kKept], Way::packet8},
+        {"in turns: high, twice the triangles", twice, orders_[kKept], Way::packet8},
+        {"in turns: default", usual, again_, Way::single},
+        {"in turns: high", split, again_, Way::single},
+    };
+    std::vector<std::vector<double>> seconds(std::size(ways));
+    std::vector<Hit> hits(orders_[0].rays.size());
+    for (int round = 0; round < 2 * repeats_ + 1; ++round)
+      for (std::size_t w = 0; w < std::size(ways); ++w)
+        seconds[w].push_back(
+            median_seconds(1, [&] { ways[w].embree.trace(ways[w].order.rays, hits, ways[w].way, false); }));
+    for (std::size_t w = 0; w < std::size(ways); ++w) {
+      auto& times = seconds[w];
+      std::nth_element(times.begin(), times.begin() + repeats_, times.end());
+      const double all = ways[w].order.sort_seconds + times[static_cast<std::size_t>(repeats_)];
+      report_.add({name_, "gather", ways[w].config, ways[w].order.name, name(ways[w].way),
+                   static_cast<double>(ways[w].order.rays.size()) / all * 1e-6, ways[w].order.sort_seconds / all});
+    }
+  }
+
   /// Traces orders once each, in functions of their own by which callgrind tells them apart; prints their rays.
   void count() const {
     const EmbreeScene medium(scene_, nullptr, RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE),
@@ -298,6 +219,10 @@ class SceneBench {
     counted<7>(medium, camera_rays_, Way::single, false, "camera rays, single");
     counted<8>(medium, camera_rays_, Way::packet8, false, "camera rays, packets of 8");
     counted<9>(medium, camera_rays_, Way::packet8, true, "camera rays, packets of 8, coherent flag");
+    const EmbreeScene quads(scene_, nullptr, RTC_BUILD_QUALITY_HIGH, RTC_SCENE_FLAG_NONE, true),
+        split(scene_, "max_spatial_split_replications=2", RTC_BUILD_QUALITY_HIGH, RTC_SCENE_FLAG_NONE);
+    counted<10>(quads, framed, Way::packet8, false, "strata by frame, packets of 8, quads, high");
+    counted<11>(split, framed, Way::packet8, false, "strata by frame, packets of 8, high, twice the triangles");
   }
 
  private:

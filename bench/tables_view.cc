@@ -67,7 +67,8 @@ void move_on(ViewState& state) {
 /// What frames took, and what the same takes that they cannot do without, frame by frame.
 struct Measured {
   std::vector<ViewFrame> frames;
-  std::vector<double> rays, surfaces, numbers, sums, bytes;  ///< seconds, as FrameFloor
+  std::vector<double> rays, surfaces, numbers, sums, bytes, map, emission;  ///< seconds, as FrameFloor
+  std::vector<double> tested, search;  ///< what lookups take beside: sums of all pairs tested, and finding nothing
 };
 
 /// Whether a row has what was asked of it, or what keeps it from that.
@@ -76,6 +77,37 @@ std::string verdict(double frames_a_second, double rays, double least, double as
   if (1 / rays < asked) return "rays alone forbid it";
   if (1 / least < asked) return "the least forbids it";
   return "not reached";
+}
+
+/// Seconds of all parts that a frame cannot do without, each in the middle of its runs.
+double least_seconds(const Measured& m) {
+  double sum = 0;
+  for (const auto* part : {&m.rays, &m.surfaces, &m.numbers, &m.sums, &m.bytes, &m.map, &m.emission})
+    sum += spread_of(*part).median;
+  return sum;
+}
+
+/// What a frame that was asked for leaves beside the least, and what lookups and the map take beyond theirs.
+std::vector<Cell> budget(const std::string& scene, const Row& row, const char* shows, bool anew, const Measured& m) {
+  std::vector<double> seconds, maps;
+  for (const ViewFrame& frame : m.frames) {
+    seconds.push_back(frame.cost.seconds);
+    maps.push_back(frame.cost.phase(Phase::build_photon_map));
+  }
+  const double asked = 1 / (anew ? row.asked : row.asked_kept), least = least_seconds(m);
+  const double lookups = spread_of(m.tested).median - spread_of(m.sums).median + spread_of(m.search).median;
+  const double map = spread_of(maps).median - spread_of(m.map).median;
+  const auto milliseconds = [](double s) -> Cell { return Number{1e3 * s}; };
+  return {scene,
+          std::string(row.name),
+          std::string(shows),
+          std::string(anew ? "all anew" : "map kept"),
+          milliseconds(asked),
+          milliseconds(least),
+          milliseconds(asked - least),
+          milliseconds(lookups),
+          milliseconds(map),
+          milliseconds(spread_of(seconds).median)};
 }
 
 std::vector<Cell> cells(const std::string& scene, const Row& row, const char* shows, bool anew, const Measured& m) {
@@ -92,8 +124,9 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* sh
   };
   const double rays = spread_of(m.rays).median, surfaces = spread_of(m.surfaces).median,
                numbers = spread_of(m.numbers).median, sums = spread_of(m.sums).median,
-               bytes = spread_of(m.bytes).median;
-  const double least = rays + surfaces + numbers + sums + bytes, asked = anew ? row.asked : row.asked_kept;
+               bytes = spread_of(m.bytes).median, map = spread_of(m.map).median,
+               emission = spread_of(m.emission).median;
+  const double least = least_seconds(m), asked = anew ? row.asked : row.asked_kept;
   const Spread rate = spread_of(seconds).rate(1);
   return {scene,
           std::string(row.name),
@@ -114,7 +147,11 @@ std::vector<Cell> cells(const std::string& scene, const Row& row, const char* sh
           Number{1e3 * numbers},
           Number{1e3 * sums},
           Number{1e3 * bytes},
-          Number{1 / least}};
+          Number{1e3 * map},
+          Number{1e3 * emission},
+          Number{1 / least},
+          Number{1e3 * spread_of(m.tested).median},
+          Number{1e3 * spread_of(m.search).median}};
 }
 
 /// Frames, and after each what it could not do without, so that both meet the machine as it is then.
@@ -131,11 +168,15 @@ Measured measure_frames(Session& session, ViewState& state, FrameFloor& floor, b
     m.numbers.push_back(floor.numbers(anew));
     m.sums.push_back(floor.sums(cost.count(Counter::shader_operations)));
     m.bytes.push_back(floor.bytes(cost.count(Counter::query_points), anew));
+    m.map.push_back(anew ? floor.map() : 0);
+    m.emission.push_back(anew ? floor.emission() : 0);
+    m.tested.push_back(floor.sums(cost.count(Counter::pairs_tested)));
+    m.search.push_back(floor.search());
   }
   return m;
 }
 
-void measure(Table& table, const std::string& path) {
+void measure(Table& table, Table& budgets, const std::string& path) {
   const auto scene = std::make_shared<const Scene>(load_scene(path, {}));
   const Tracer tracer(*scene);
   Session session(scene, {});
@@ -151,9 +192,12 @@ void measure(Table& table, const std::string& path) {
       state.part = all || row.mode == ViewMode::photons ? LightPart::all : LightPart::indirect;
       state.corners = all;
       session.next_frame(state, clock);
-      for (const bool anew : {true, false})
-        table.add(cells(short_name(path), row, all ? "all light" : "as [SF07]", anew,
-                        measure_frames(session, state, floor, anew, anew ? row.anew_runs : row.kept_runs, clock)));
+      const char* shows = all ? "all light" : "as [SF07]";
+      for (const bool anew : {true, false}) {
+        const Measured m = measure_frames(session, state, floor, anew, anew ? row.anew_runs : row.kept_runs, clock);
+        table.add(cells(short_name(path), row, shows, anew, m));
+        budgets.add(budget(short_name(path), row, shows, anew, m));
+      }
     }
   }
 }
@@ -310,20 +354,36 @@ void write_tables(int argc, char** argv) {
                "random numbers, ms",
                "sums alone, ms",
                "bytes, ms",
-               "limit, frames/s"});
+               "least map, ms",
+               "emission, ms",
+               "limit, frames/s",
+               "pairs tested, ms",
+               "nothing found, ms"});
   table.note(
       "Photons, map, ...: medians of wall time. 'map kept': only the camera moved. Samples: final gather rays of "
       "each pixel. 'as [SF07]': what they bring from the map; 'all light': with direct light by shadow rays, "
       "caustics, and a second gather in corners.");
   table.note(
       "Rays alone: Embree's closest hits of the same camera and final gather rays, and of as many rays as there are "
-      "photons, from where photons lie. Surfaces: position, normal and reflectance where they hit. Random numbers: "
-      "directions of gather rays, and Sobol' pairs of photons. Sums "
-      "alone: the frame's shader operations where every pair tested is used. Bytes: query points written once, photons "
-      "written and put in order once. Each is measured after each frame; limit: frames a second if all else took no "
-      "time. 'forbids it': rays alone, or all five, take longer than a frame that was asked for.");
-  for (const std::string& scene : scenes) measure(table, scene);
+      "photons, from where photons lie. Surfaces: position, normal and reflectance where they hit; of photons with the "
+      "direction in which paths go on, by the vector kernel. Random numbers: directions of gather rays, and Sobol' "
+      "pairs of photons. Sums alone: the frame's shader operations where every pair tested is used. Bytes: query "
+      "points and photons written once. Least map: photons counted by cell and moved once. Emission: of all light "
+      "paths, by the vector kernels, from numbers in the first cache. Each is measured after each frame; limit: frames "
+      "a second if all else took no time. 'forbids it': rays alone, or all seven, take longer than a frame that was "
+      "asked for.");
+  table.note(
+      "What lookups take beside the sums: pairs tested, the sums of all pairs that are tested; nothing found, the same "
+      "query points looked up among the same photons with radii of a ten-thousandth.");
+  Table budgets("view_budget", "What frames that were asked for leave beside the least",
+                {"scene", "mode", "light", "redone", "a frame asked for, ms", "the least, ms", "is left, ms",
+                 "lookups beyond sums, ms", "map beyond the least, ms", "the frame, ms"});
+  budgets.note(
+      "The least: the seven parts of the table of frames. Lookups beyond sums: pairs tested that do not count, and the "
+      "lookup that finds nothing. Map beyond the least: radii and index as sessions make them.");
+  for (const std::string& scene : scenes) measure(table, budgets, scene);
   table.write(folder);
+  budgets.write(folder);
   Table adapting("view_adapting",
                  fmt::format("Views in motion that adapt to {} frames a second: 256x256 pixels, 500,000 photons",
                              kFramesPerSecond),
