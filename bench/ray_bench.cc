@@ -190,7 +190,9 @@ class SceneBench {
         {"in turns: high", split, again_, Way::single},
     };
     std::vector<std::vector<double>> seconds(std::size(ways));
-    std::vector<Hit> hits(orders_[0].rays.size());
+    std::size_t most = 0;
+    for (const auto& way : ways) most = std::max(most, way.order.rays.size());
+    std::vector<Hit> hits(most);
     for (int round = 0; round < 2 * repeats_ + 1; ++round)
       for (std::size_t w = 0; w < std::size(ways); ++w)
         seconds[w].push_back(

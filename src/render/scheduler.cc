@@ -24,6 +24,12 @@ constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
 constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 // Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
+// What portions cost beside rays (atrium, two threads): memory that is written for the first time 190 ns for each query
+// point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points, with
+// Q million of them at once.
+constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
+// Samples that a render is expected to take, whatever it was asked for: one that goes on with more keeps its portions.
+constexpr double kExpectedSamples = 16;
 // Sides of tiles are multiples of this, the side of the blocks in which the camera pass takes pixels.
 constexpr int kSmallestTile = 16;
 constexpr std::uint64_t kSmallestSlots = std::uint64_t{kSmallestTile} * kSmallestTile;
@@ -37,6 +43,16 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
   const double queries = seconds * kQueriesPerSecond * std::max(settings.threads, 1);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMostOnDisk)), kFewestTimedQueries,
                     kMostOnDisk);
+}
+
+/// Query points of a portion with which all portions of the render together cost the least, where photons leave it.
+std::uint64_t worthwhile_queries(const RenderSettings& settings) {
+  const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kExpectedSamples;
+  // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
+  const double millions =
+      std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
+  const std::uint64_t fewest = std::min(std::max(kFewQueriesPerPhoton * settings.photons, kFewestQueries), kMostQueries);
+  return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
 }
 
 /// Cuts a length into pieces as even as may be, no longer than `most`.
@@ -72,6 +88,8 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   if (schedule.by_disk)
     schedule.queries_at_once =
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
+  else if (gathers)
+    schedule.queries_at_once = std::min<std::size_t>(schedule.queries_at_once, worthwhile_queries(settings));
   const std::uint64_t task_queries =
       std::min<std::uint64_t>(schedule.by_disk ? kMostOnDisk : schedule.queries_at_once, most_timed_queries(settings));
   // A task as large as a portion of its query points, so that a picture comes in even steps.
