@@ -58,7 +58,7 @@ void look_up(const Scene& scene, const std::vector<Hit>& hits) {
   parallel_for(0, hits.size(), kAtOnce, [&](std::size_t first, std::size_t last) {
     Vec3 sum{0, 0, 0};
     for (std::size_t i = first; i < last; ++i) {
-      fetch_ahead(scene, i, last, [&](std::size_t at) { return hits[at].triangle; });
+      fetch_ahead<false>(scene, i, last, [&](std::size_t at) { return hits[at].triangle; });
       DiffusePoint point;
       if (hits[i].triangle == kNone || !diffuse_point(scene, hits[i].triangle, hits[i].barycentric, point)) continue;
       sum += point.position + point.geometric_normal;
@@ -70,7 +70,7 @@ void look_up(const Scene& scene, const std::vector<Hit>& hits) {
 }
 
 /// Places, normals, photons and the directions in which paths go on, by the vector kernel.
-void scatter(const DiffuseMaterials& materials, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
+void scatter(const Scene& scene, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
              const std::vector<float>& numbers) {
   parallel_for(0, rays.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
     const auto block = std::make_unique<DiffuseHits>();
@@ -81,7 +81,7 @@ void scatter(const DiffuseMaterials& materials, const std::vector<Ray>& rays, co
       ArrivedPaths paths;
       paths.roulette = paths.square[0] = paths.square[1] = numbers.data();
       for (const float*& flux : paths.flux) flux = numbers.data();
-      block->scatter(materials, std::span(rays).subspan(first, count), std::span(hits).subspan(first, count), 0, count,
+      block->scatter(scene, std::span(rays).subspan(first, count), std::span(hits).subspan(first, count), 0, count,
                      paths);
       sum += block->position(0).x + block->direction(count - 1).x;
     }
@@ -134,7 +134,6 @@ double measure_byte() {
 
 FrameFloor::FrameFloor(const Tracer& tracer, const Camera& camera, int side, std::uint64_t photons)
     : tracer_(tracer),
-      materials_(tracer.scene()),
       photons_(photons),
       seconds_an_operation_(measure_operation()),
       seconds_a_byte_(measure_byte()) {
@@ -271,7 +270,7 @@ double FrameFloor::rays(bool anew) {
 
 double FrameFloor::surfaces(bool anew) const {
   return seconds_of([&] {
-    if (anew) scatter(materials_, photon_rays_, photon_hits_, numbers_);
+    if (anew) scatter(tracer_.scene(), photon_rays_, photon_hits_, numbers_);
     look_up(tracer_.scene(), camera_hits_);
     look_up(tracer_.scene(), gather_hits_);
   });

@@ -56,7 +56,6 @@ class FrameFloor {
   void make_queries();
 
   const Tracer& tracer_;
-  DiffuseMaterials materials_;
   std::uint64_t photons_, emitted_ = 0;
   PhotonBatch map_;                       // the photons themselves
   std::unique_ptr<DensityEngine> empty_;  // over them, with radii of nearly nothing

@@ -93,7 +93,7 @@ class ChunkGatherer {
     rays_traced += rays_.rays.size();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < rays_.rays.size(); ++i) {
-      fetch_ahead(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
+      fetch_ahead<false>(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
       if (counts(i) && advance(i)) rays_.move(i, kept++);
     }
     rays_.shrink(kept);
@@ -113,7 +113,7 @@ class ChunkGatherer {
       return false;
     }
     DiffusePoint diffuse;
-    if (scene_.geometry().emission[hit.triangle] == kNone &&
+    if (!(scene_.diffuse_triangle(hit.triangle).kind & DiffuseTriangle::kEmits) &&
         diffuse_point(scene_, hit.triangle, hit.barycentric, diffuse) && !is_short(i, hit, diffuse.position)) {
       if (is_black(diffuse.reflectance)) return false;
       const Vec3 normal = face_forward(diffuse.geometric_normal, wo);

@@ -90,14 +90,16 @@ void GatherRays::move(std::size_t from, std::size_t to) {
   bounces[to] = bounces[from];
 }
 
-void GatherRays::shrink(std::size_t n) {
+void GatherRays::shrink(std::size_t n) { resize(n, 0); }
+
+void GatherRays::resize(std::size_t n, std::uint32_t cell) {
   rays.resize(n);
   weight.resize(n);
   pdf.resize(n);
   point.resize(n);
-  stratum.resize(n);
-  segment.resize(n);
-  bounces.resize(n);
+  stratum.resize(n, cell);
+  segment.resize(n, Segment::first);
+  bounces.resize(n, 0);
 }
 
 void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
@@ -145,10 +147,12 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
   weight_.resize(order.size());
   diffuse_.resize(order.size());
   any_diffuse_ = false;
+  all_diffuse_ = true;
   for (std::size_t place = 0; place < order.size(); ++place) {
     diffuse_[place] = is_lambertian(points.bsdf[order[place]]);
     if (diffuse_[place]) prepare_diffuse(place);
     any_diffuse_ |= diffuse_[place] != 0;
+    all_diffuse_ &= diffuse_[place] != 0;
   }
 }
 
@@ -178,16 +182,36 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
   out.reserve(out.size() + order_.size() * (last - first));
   for (std::uint32_t cell = first; cell < last; ++cell) {
     if (any_diffuse_) diffuse_rays(points, numbers_of_cell(rays_each_, cell, seed_), made);
+    if (all_diffuse_) {
+      add_diffuse(cell, out);
+      continue;
+    }
     for (std::size_t place = 0; place < order_.size(); ++place) {
-      if (!diffuse_[place]) {
+      if (!diffuse_[place])
         add_other(place, cell, out);
-      } else if (cosine_[place] > 0) {
-        const Vec3 direction{direction_[0][place], direction_[1][place], direction_[2][place]};
-        out.push_back({origin_[place], 0, direction, std::numeric_limits<float>::infinity()}, weight_[place],
-                      cosine_hemisphere_pdf(cosine_[place]), order_[place], cell);
-      }
+      else if (cosine_[place] > 0)
+        out.push_back(diffuse_ray(place), weight_[place], cosine_hemisphere_pdf(cosine_[place]), order_[place], cell);
     }
   }
+}
+
+Ray GatherRayMaker::diffuse_ray(std::size_t place) const {
+  const Vec3 direction{direction_[0][place], direction_[1][place], direction_[2][place]};
+  return {origin_[place], 0, direction, std::numeric_limits<float>::infinity()};
+}
+
+void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
+  std::size_t at = out.size();
+  out.resize(at + order_.size(), cell);
+  // What is written for a sample without a direction, the next one overwrites: a branch would often be foretold wrongly.
+  for (std::size_t place = 0; place < order_.size(); ++place) {
+    out.rays[at] = diffuse_ray(place);
+    out.weight[at] = weight_[place];
+    out.pdf[at] = cosine_hemisphere_pdf(cosine_[place]);
+    out.point[at] = order_[place];
+    at += cosine_[place] > 0;
+  }
+  out.shrink(at);
 }
 
 /// The same for one ray of any BSDF.

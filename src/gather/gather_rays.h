@@ -37,6 +37,8 @@ struct GatherRays {
   void move(std::size_t from, std::size_t to);
   /// Keeps the first n rays.
   void shrink(std::size_t n);
+  /// Makes it n rays; what is new is of stratum `cell`, straight from the gather point, and says nothing else yet.
+  void resize(std::size_t n, std::uint32_t cell);
   void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell);
 };
 
@@ -56,6 +58,9 @@ class GatherRayMaker {
 
  private:
   void prepare_diffuse(std::size_t place);
+  Ray diffuse_ray(std::size_t place) const;
+  /// Appends the rays of a stratum where all points are diffuse.
+  void add_diffuse(std::uint32_t cell, GatherRays& out) const;
   void add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const;
 
   const GatherPoints* points_ = nullptr;
@@ -69,7 +74,7 @@ class GatherRayMaker {
   std::vector<Vec3> origin_;
   std::vector<RGB> weight_;  // of a diffuse ray
   std::vector<std::uint8_t> diffuse_;
-  bool any_diffuse_ = false;
+  bool any_diffuse_ = false, all_diffuse_ = false;
 };
 
 /// A number in [0, 1) that belongs to one final gather ray and `what` it is for.

@@ -22,16 +22,12 @@ struct Places {
 
 HWY_INLINE Places places_of(const ArrivedPaths& in, std::size_t i) {
   const SobolTag f;
-  const SobolNumbers zero = hn::Zero(f), one = hn::Set(f, 1.0f);
+  const SobolNumbers one = hn::Set(f, 1.0f);
   const SobolNumbers u = hn::LoadU(f, in.barycentric[0] + i), v = hn::LoadU(f, in.barycentric[1] + i);
   const SobolNumbers w = hn::Sub(hn::Sub(one, u), v);
-  const Triple a = load(in.vertices, i);
-  const Triple e1 = minus(load(in.vertices + 3, i), a), e2 = minus(load(in.vertices + 6, i), a);
   Places places;
-  places.position = moved(a, e1, u, e2, v);
-  const Triple scaled = cross(e1, e2);
-  const SobolNumbers doubled_area = hn::Sqrt(dot(scaled, scaled));
-  places.geometric = choose(hn::Gt(doubled_area, zero), over(scaled, doubled_area), {zero, zero, one});
+  places.position = moved(load(in.corner, i), load(in.edges, i), u, load(in.edges + 3, i), v);
+  places.geometric = load(in.geometric, i);
   const Triple n =
       weighted(load(in.vertex_normals, i), w, load(in.vertex_normals + 3, i), u, load(in.vertex_normals + 6, i), v);
   const SobolNumbers squared = dot(n, n);

@@ -13,8 +13,10 @@ inline constexpr std::size_t kDiffuseScatterPadding = 16;
 /// the x, y and z of a vector. Where the reflectance is black nothing comes of a path, and the rest may be any numbers.
 struct ArrivedPaths {
   std::size_t count = 0;
-  const float* vertices[9] = {};        ///< of the triangle, metres
-  const float* vertex_normals[9] = {};  ///< their shading normals; (0,0,0): the triangle's own
+  const float* corner[3] = {};          ///< the first vertex of the triangle, metres
+  const float* edges[6] = {};           ///< from there to the second and third
+  const float* geometric[3] = {};       ///< unit normal of the triangle, by the winding
+  const float* vertex_normals[9] = {};  ///< shading normals of the vertices; (0,0,0): the triangle's own
   const float* barycentric[2] = {};     ///< of the place, weights of the second and third vertex
   const float* reflectance[3] = {};
   const float* back[3] = {};    ///< unit, along the way that the path came

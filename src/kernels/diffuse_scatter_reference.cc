@@ -25,13 +25,9 @@ struct Place {
 
 Place place_of(const ArrivedPaths& in, std::size_t i) {
   const float u = in.barycentric[0][i], v = in.barycentric[1][i], w = 1 - u - v;
-  const Vec3 a = vector_at(in.vertices, i);
-  const Vec3 e1 = vector_at(in.vertices + 3, i) - a, e2 = vector_at(in.vertices + 6, i) - a;
   Place place;
-  place.position = a + e1 * u + e2 * v;
-  const Vec3 scaled = cross(e1, e2);
-  const float doubled_area = length(scaled);
-  place.geometric = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  place.position = vector_at(in.corner, i) + vector_at(in.edges, i) * u + vector_at(in.edges + 3, i) * v;
+  place.geometric = vector_at(in.geometric, i);
   const Vec3 n = vector_at(in.vertex_normals, i) * w + vector_at(in.vertex_normals + 3, i) * u +
                  vector_at(in.vertex_normals + 6, i) * v;
   const float squared = length_squared(n);

@@ -6,65 +6,41 @@
 
 namespace glowworm {
 
-DiffuseMaterials::DiffuseMaterials(const Scene& scene) : scene_(&scene) {
-  const Geometry& g = scene.geometry();
-  entries_.reserve(scene.materials().size() + 1);
-  for (const Material& m : scene.materials()) {
-    const bool served = m.kind == MaterialKind::diffuse && m.transmittance.texture == kNone &&
-                        !(max_component(m.transmittance.value) > 0) && m.normal_map.texture == kNone &&
-                        m.bump.texture == kNone;
-    Entry entry;
-    entry.left_over = !served;
-    entry.textured = served && m.reflectance.texture != kNone;
-    if (served && !entry.textured) entry.reflectance = clamp(m.reflectance.value, 0, 1);
-    entries_.push_back(entry);
-  }
-  entries_.emplace_back();
-  smooth_ = std::any_of(g.normals.begin(), g.normals.end(), [](Vec3 n) { return !(n == Vec3{0, 0, 0}); });
-  // What fits the second cache besides the rest.
-  large_ = g.triangle_count() > 2048;
-}
+namespace {
 
-RGB DiffuseMaterials::reflectance(std::uint32_t triangle, Vec2 barycentric) const {
-  const Geometry& g = scene_->geometry();
-  const auto& [a, b, c] = g.triangles[triangle];
-  const float u = barycentric.x, v = barycentric.y;
-  const Vec2 uv = g.uvs[a] * (1 - u - v) + g.uvs[b] * u + g.uvs[c] * v;
-  return clamp(evaluate(scene_->textures(), scene_->materials()[g.material[triangle]].reflectance, uv), 0, 1);
-}
+/// Bits of a triangle's kind that decide whether the kernel serves it.
+constexpr std::uint32_t kServed = DiffuseTriangle::kDiffuse | DiffuseTriangle::kMapped;
 
-void DiffuseHits::place(const DiffuseMaterials& materials, std::span<const Hit> hits, std::size_t first,
-                        std::size_t count) {
-  const Geometry& g = materials.scene().geometry();
-  const auto* const triangles = g.triangles.data();
-  const Vec3* const positions = g.positions.data();
-  const std::uint32_t* const material = g.material.data();
-  const DiffuseMaterials::Entry* const entries = materials.entries().data();
-  const std::size_t black = materials.entries().size() - 1;
-  const bool fetched = materials.large();
+/// Triangles that fit the second cache besides the rest, and need not be fetched ahead.
+constexpr std::size_t kTrianglesInCache = 2048;
+
+/// What paths that hit nothing go through, as if it were a black surface: a branch would often be foretold wrongly.
+constexpr DiffuseTriangle kNothing{{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}}, {0, 0, 1}, RGB(0.0f), DiffuseTriangle::kDiffuse};
+
+}  // namespace
+
+void DiffuseHits::place(const Scene& scene, std::span<const Hit> hits, std::size_t first, std::size_t count) {
+  const auto put = [](Array* arrays, std::size_t i, Vec3 v) {
+    for (int axis = 0; axis < 3; ++axis) arrays[axis][i] = v[axis];
+  };
+  const bool fetched = scene.geometry().triangle_count() > kTrianglesInCache;
   for (std::size_t i = 0; i < count; ++i) {
-    if (fetched)
-      fetch_ahead(materials.scene(), first + i, hits.size(), [&](std::size_t at) { return hits[at].triangle; });
-    // Paths that hit nothing go through as if they had hit a black triangle: a branch would often be foretold wrongly.
+    if (fetched) fetch_ahead<true>(scene, first + i, hits.size(), [&](std::size_t at) { return hits[at].triangle; });
     const Hit& hit = hits[first + i];
     const bool missed = hit.triangle == kNone;
-    const std::uint32_t triangle = missed ? 0 : hit.triangle;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Vec3 position = positions[triangles[triangle][corner]];
-      vertices_[3 * corner][i] = position.x;
-      vertices_[3 * corner + 1][i] = position.y;
-      vertices_[3 * corner + 2][i] = position.z;
-    }
-    const std::size_t of_material = material[triangle];
-    const DiffuseMaterials::Entry& entry = entries[missed ? black : of_material];
-    RGB reflectance = entry.reflectance;
-    if (entry.textured) reflectance = materials.reflectance(triangle, hit.barycentric);
-    reflectance_[0][i] = reflectance.r;
-    reflectance_[1][i] = reflectance.g;
-    reflectance_[2][i] = reflectance.b;
+    const DiffuseTriangle& triangle = missed ? kNothing : scene.diffuse_triangle(hit.triangle);
+    put(corner_, i, triangle.corner);
+    put(edges_, i, triangle.edge[0]);
+    put(edges_ + 3, i, triangle.edge[1]);
+    put(geometric_, i, triangle.normal);
+    const bool served = (triangle.kind & kServed) == DiffuseTriangle::kDiffuse;
+    RGB reflectance = served ? triangle.reflectance : RGB(0.0f);
+    if (served && triangle.kind & DiffuseTriangle::kTextured)
+      reflectance = diffuse_reflectance(scene, hit.triangle, hit.barycentric);
+    for (int c = 0; c < 3; ++c) reflectance_[c][i] = reflectance[c];
     barycentric_[0][i] = hit.barycentric.x;
     barycentric_[1][i] = hit.barycentric.y;
-    other_[i] = entry.left_over;
+    other_[i] = !served;
     missed_[i] = -static_cast<std::uint32_t>(missed);
   }
 }
@@ -83,11 +59,11 @@ void DiffuseHits::place_normals(const Geometry& geometry, const Hit* hits, std::
   }
 }
 
-void DiffuseHits::scatter(const DiffuseMaterials& materials, std::span<const Ray> rays, std::span<const Hit> hits,
-                          std::size_t first, std::size_t count, const ArrivedPaths& paths) {
-  place(materials, hits, first, count);
+void DiffuseHits::scatter(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::size_t first,
+                          std::size_t count, const ArrivedPaths& paths) {
+  place(scene, hits, first, count);
   // Else they are all zero, as they were made.
-  if (materials.smooth()) place_normals(materials.scene().geometry(), hits.data() + first, count);
+  if (scene.smooth()) place_normals(scene.geometry(), hits.data() + first, count);
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3 direction = rays[first + i].direction;
     back_[0][i] = -direction.x;
@@ -97,10 +73,8 @@ void DiffuseHits::scatter(const DiffuseMaterials& materials, std::span<const Ray
   ArrivedPaths arrived;
   arrived.count = count;
   arrived.roulette = paths.roulette + first;
-  for (std::size_t k = 0; k < 9; ++k) {
-    arrived.vertices[k] = vertices_[k];
-    arrived.vertex_normals[k] = vertex_normals_[k];
-  }
+  for (std::size_t k = 0; k < 6; ++k) arrived.edges[k] = edges_[k];
+  for (std::size_t k = 0; k < 9; ++k) arrived.vertex_normals[k] = vertex_normals_[k];
   for (std::size_t k = 0; k < 2; ++k) {
     arrived.barycentric[k] = barycentric_[k];
     arrived.square[k] = paths.square[k] + first;
@@ -108,6 +82,8 @@ void DiffuseHits::scatter(const DiffuseMaterials& materials, std::span<const Ray
   ScatteredPaths scattered;
   scattered.outcome = outcome_;
   for (std::size_t k = 0; k < 3; ++k) {
+    arrived.corner[k] = corner_[k];
+    arrived.geometric[k] = geometric_[k];
     arrived.reflectance[k] = reflectance_[k];
     arrived.back[k] = back_[k];
     arrived.flux[k] = paths.flux[k] + first;

@@ -2,7 +2,6 @@
 #pragma once
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/rgb.h"
 #include "core/vec.h"
@@ -12,34 +11,6 @@
 
 namespace glowworm {
 
-/// What diffuse_scatter() is to know of a scene: which materials it serves, those that reflect diffusely and do nothing
-/// else, without normal or bump map.
-class DiffuseMaterials {
- public:
-  /// The scene must outlive this.
-  explicit DiffuseMaterials(const Scene& scene);
-
-  struct Entry {
-    RGB reflectance;         ///< as diffuse_point() gives it; black where it is textured or the material is not served
-    bool textured = false;   ///< reflectance() knows it
-    bool left_over = false;  ///< the material is not served
-  };
-
-  const Scene& scene() const { return *scene_; }
-  /// One a material, and a black one behind the last.
-  const std::vector<Entry>& entries() const { return entries_; }
-  RGB reflectance(std::uint32_t triangle, Vec2 barycentric) const;
-  /// Whether any vertex has a shading normal.
-  bool smooth() const { return smooth_; }
-  /// Whether the triangles are so many that they are better fetched ahead.
-  bool large() const { return large_; }
-
- private:
-  const Scene* scene_;
-  std::vector<Entry> entries_;
-  bool smooth_ = false, large_ = false;
-};
-
 /// A block of paths on their way through the kernel. Its arrays fit the first cache.
 class DiffuseHits {
  public:
@@ -48,8 +19,8 @@ class DiffuseHits {
   /// Scatters paths [first, first + count) of those that have rays, count <= kBlock; path `first` is number 0 of the
   /// block. Paths that hit nothing leave nothing.
   /// @param paths the flux of all paths, their roulette and their square; the padding is read
-  void scatter(const DiffuseMaterials& materials, std::span<const Ray> rays, std::span<const Hit> hits,
-               std::size_t first, std::size_t count, const ArrivedPaths& paths);
+  void scatter(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::size_t first,
+               std::size_t count, const ArrivedPaths& paths);
 
   /// All bits where path i hit nothing, else none.
   const std::uint32_t* missed() const { return missed_; }
@@ -74,10 +45,10 @@ class DiffuseHits {
  private:
   using Array = float[kBlock + kDiffuseScatterPadding];
   static Vec3 vector(const Array* arrays, std::size_t i) { return {arrays[0][i], arrays[1][i], arrays[2][i]}; }
-  void place(const DiffuseMaterials& materials, std::span<const Hit> hits, std::size_t first, std::size_t count);
+  void place(const Scene& scene, std::span<const Hit> hits, std::size_t first, std::size_t count);
   void place_normals(const Geometry& geometry, const Hit* hits, std::size_t count);
 
-  alignas(64) Array vertices_[9] = {}, vertex_normals_[9] = {}, barycentric_[2] = {},
+  alignas(64) Array corner_[3] = {}, edges_[6] = {}, geometric_[3] = {}, vertex_normals_[9] = {}, barycentric_[2] = {},
                     reflectance_[3] = {}, back_[3] = {};
   alignas(64) Array position_[3] = {}, normal_[3] = {}, photon_flux_[3] = {}, origin_[3] = {},
                     direction_[3] = {}, flux_[3] = {};

@@ -35,8 +35,7 @@ struct PhotonChunk {
 struct PhotonChunkSettings {
   const Tracer* tracer = nullptr;
   const PhotonPassSettings* pass = nullptr;
-  const DiffuseMaterials* materials = nullptr;  ///< of the tracer's scene
-  bool pilot = false;                           ///< emission numbers and paths of photons are kept
+  bool pilot = false;  ///< emission numbers and paths of photons are kept
 };
 
 /// How much the image asks for a photon: of the global map and, where it is one, of the caustic map.

@@ -70,8 +70,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   pass.used_by_light.resize(tracer.scene().light_source_count());
   // The last chunk brings more than are wanted; what is reserved and not written takes no memory.
   pass.global.reserve(settings.photons + 8 * kPathsPerChunk);
-  const DiffuseMaterials materials(tracer.scene());
-  ChunkTracers tracers({&tracer, &settings, &materials, false});
+  ChunkTracers tracers({&tracer, &settings, false});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
   while (pass.global.size() < settings.photons && pass.emitted < limit) {
@@ -105,8 +104,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
 std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSettings& settings, std::uint64_t first,
                                    std::size_t count) {
   std::vector<PilotPath> paths(count);
-  const DiffuseMaterials materials(tracer.scene());
-  ChunkTracers tracers({&tracer, &settings, &materials, true});
+  ChunkTracers tracers({&tracer, &settings, true});
   const double power = tracer.scene().light_power().total();
   parallel_for(0, count, kPathsPerChunk, [&](std::size_t begin, std::size_t end) {
     PhotonChunk chunk;

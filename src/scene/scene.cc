@@ -86,6 +86,8 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
 Scene::Scene(const Scene& scene, SceneEdit edit)
     : d_(scene.d_),
       geometry_(scene.geometry_),
+      diffuse_triangles_(scene.diffuse_triangles_),
+      smooth_(scene.smooth_),
       bounds_(scene.bounds_),
       center_(scene.center_),
       radius_(scene.radius_),
@@ -108,6 +110,10 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
 }
 
 void Scene::measure() {
+  diffuse_triangles_ =
+      std::make_shared<const LargeVector<DiffuseTriangle>>(diffuse_triangles(*geometry_, d_.materials));
+  const std::vector<Vec3>& normals = geometry_->normals;
+  smooth_ = std::any_of(normals.begin(), normals.end(), [](Vec3 n) { return !(n == Vec3{0, 0, 0}); });
   bounds_ = geometry_->bounds();
   center_ = bounds_.center();
   radius_ = 0;

@@ -8,6 +8,7 @@
 #include "core/box.h"
 #include "core/distribution.h"
 #include "scene/camera.h"
+#include "scene/diffuse_triangles.h"
 #include "scene/geometry.h"
 #include "scene/light.h"
 #include "scene/light_selector.h"
@@ -61,6 +62,7 @@ class Scene {
   const std::string& name() const { return d_.name; }
   const Geometry& geometry() const { return *geometry_; }
   std::shared_ptr<const Geometry> shared_geometry() const { return geometry_; }
+  const DiffuseTriangle& diffuse_triangle(std::uint32_t triangle) const { return (*diffuse_triangles_)[triangle]; }
   const std::vector<Material>& materials() const { return d_.materials; }
   const std::vector<TextureNode>& textures() const { return d_.textures; }
   const std::vector<Emission>& emissions() const { return d_.emissions; }
@@ -73,6 +75,8 @@ class Scene {
   /// The camera of that name; an empty name is the first. Throws Error that lists the names there are.
   const Camera& camera(const std::string& name) const;
 
+  /// Whether any vertex has a shading normal.
+  bool smooth() const { return smooth_; }
   Box3 bounds() const { return bounds_; }
   Vec3 center() const { return center_; }
   /// Radius of a sphere around center() that holds the scene, metres.
@@ -103,6 +107,8 @@ class Scene {
 
   SceneDescription d_;  // without its geometry, which scenes in other light share
   std::shared_ptr<const Geometry> geometry_;
+  std::shared_ptr<const LargeVector<DiffuseTriangle>> diffuse_triangles_;  // shared like the geometry
+  bool smooth_ = false;
   Box3 bounds_;
   Vec3 center_;
   float radius_ = 0;

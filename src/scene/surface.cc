@@ -194,22 +194,13 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
   return point;
 }
 
-bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point) {
+RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   const Geometry& g = scene.geometry();
   const Material& m = scene.materials()[g.material[triangle]];
-  if (m.kind != MaterialKind::diffuse || m.transmittance.texture != kNone || max_component(m.transmittance.value) > 0)
-    return false;
   const auto& [a, b, c] = g.triangles[triangle];
   const float u = barycentric.x, v = barycentric.y;
-  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
-  point.position = g.positions[a] + e1 * u + e2 * v;
-  const Vec3 scaled = cross(e1, e2);
-  const float doubled_area = length(scaled);
-  point.geometric_normal = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
-  Vec2 uv;
-  if (m.reflectance.texture != kNone) uv = g.uvs[a] * (1 - u - v) + g.uvs[b] * u + g.uvs[c] * v;
-  point.reflectance = clamp(evaluate(scene.textures(), m.reflectance, uv), 0, 1);
-  return true;
+  const Vec2 uv = g.uvs[a] * (1 - u - v) + g.uvs[b] * u + g.uvs[c] * v;
+  return clamp(evaluate(scene.textures(), m.reflectance, uv), 0, 1);
 }
 
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,

@@ -31,9 +31,20 @@ struct DiffusePoint {
   RGB reflectance;
 };
 
+/// Reflectance of a triangle whose material is diffuse reflection alone, in [0, 1].
+RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
+
 /// Where the triangle's material is diffuse reflection alone, fills `point` with the numbers that surface_point() and
 /// resolve_bsdf() would give, at a fraction of their cost, and returns true; else returns false.
-bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point);
+inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point) {
+  const DiffuseTriangle& t = scene.diffuse_triangle(triangle);
+  if (!(t.kind & DiffuseTriangle::kDiffuse)) return false;
+  point.position = t.corner + t.edge[0] * barycentric.x + t.edge[1] * barycentric.y;
+  point.geometric_normal = t.normal;
+  point.reflectance =
+      t.kind & DiffuseTriangle::kTextured ? diffuse_reflectance(scene, triangle, barycentric) : t.reflectance;
+  return true;
+}
 
 /// The shading normal that surface_point() and resolve_bsdf() would give where neither a map nor a grazing view turns
 /// it, at a fraction of their cost: unit, on the side of point.geometric_normal. Returns false where it may be turned.
@@ -42,24 +53,33 @@ bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 bar
                             Vec3 wo, Vec3& normal);
 
 /// Asks the processor for what surface_point() and diffuse_point() read, since hits of incoherent rays lie all over the
-/// scene: each hit is fetched in two steps, kFetchAhead hits apart, the second reading what the first has fetched.
-/// Called with `next` from 0 on before hit `next` is used, it has fetched that hit in time.
+/// scene: each hit is fetched in three steps, kFetchAhead hits apart, that read what the one before has fetched; the
+/// last two only where diffuse_point() is not enough. Called with `next` from 0 on before hit `next` is used, it has
+/// fetched that hit in time.
+/// @tparam kSmoothToo whether shading normals are asked for, too
 /// @param triangle_of the triangle of hit i, or kNone
 // Inlined, since GCC takes a function that only prefetches for one without effect, and drops its calls.
-template <typename TriangleOf>
+template <bool kSmoothToo, typename TriangleOf>
 [[gnu::always_inline]] inline void fetch_ahead(const Scene& scene, std::size_t next, std::size_t count,
                                                TriangleOf&& triangle_of) {
   constexpr std::size_t kFetchAhead = 8;
+  constexpr std::uint32_t kOverlooked = kSmoothToo ? 0 : DiffuseTriangle::kSmooth;
   const Geometry& g = scene.geometry();
+  if (next + 3 * kFetchAhead < count)
+    if (const std::uint32_t triangle = triangle_of(next + 3 * kFetchAhead); triangle != kNone)
+      __builtin_prefetch(&scene.diffuse_triangle(triangle));
+  const auto needs_more = [&](std::uint32_t triangle) {
+    return triangle != kNone && (scene.diffuse_triangle(triangle).kind & ~kOverlooked) != DiffuseTriangle::kDiffuse;
+  };
   if (next + 2 * kFetchAhead < count) {
-    if (const std::uint32_t triangle = triangle_of(next + 2 * kFetchAhead); triangle != kNone) {
+    if (const std::uint32_t triangle = triangle_of(next + 2 * kFetchAhead); needs_more(triangle)) {
       __builtin_prefetch(&g.triangles[triangle]);
       __builtin_prefetch(&g.material[triangle]);
       __builtin_prefetch(&g.emission[triangle]);
     }
   }
   if (next + kFetchAhead < count) {
-    if (const std::uint32_t triangle = triangle_of(next + kFetchAhead); triangle != kNone)
+    if (const std::uint32_t triangle = triangle_of(next + kFetchAhead); needs_more(triangle))
       for (const std::uint32_t vertex : g.triangles[triangle]) {
         __builtin_prefetch(&g.positions[vertex]);
         __builtin_prefetch(&g.normals[vertex]);

@@ -23,7 +23,7 @@ Vec3 triple(std::uint32_t i, std::uint32_t which) {
 /// Paths that arrive anywhere on any triangle: flat ones, smooth ones, ones without area, black ones, some seen at a
 /// grazing angle, some with one black channel or hardly any flux.
 struct Arrived {
-  std::array<std::vector<float>, 32> arrays;
+  std::array<std::vector<float>, 35> arrays;
 
   explicit Arrived(std::size_t n) {
     for (auto& array : arrays) array.resize(n + kDiffuseScatterPadding);
@@ -32,9 +32,11 @@ struct Arrived {
       const Vec3 scaled = cross(b - a, c - a);
       const Vec3 normal = length(scaled) > 0 ? normalize(scaled) : Vec3{0, 0, 1};
       const bool flat = i % 3 == 0;
-      const Vec3 corners[3] = {a, b, c};
+      set(0, i, a);
+      set(3, i, b - a);
+      set(6, i, c - a);
+      set(32, i, normal);
       for (std::uint32_t corner = 0; corner < 3; ++corner) {
-        set(3 * corner, i, corners[corner]);
         set(9 + 3 * corner, i, flat ? Vec3{0, 0, 0} : normalize(normal + triple(i, 10 + 3 * corner) * 0.6f));
       }
       arrays[18][i] = number(i, 20) * 0.5f;
@@ -54,7 +56,9 @@ struct Arrived {
   ArrivedPaths view(std::size_t n) const {
     ArrivedPaths out;
     out.count = n;
-    for (std::size_t k = 0; k < 9; ++k) out.vertices[k] = arrays[k].data();
+    for (std::size_t k = 0; k < 3; ++k) out.corner[k] = arrays[k].data();
+    for (std::size_t k = 0; k < 6; ++k) out.edges[k] = arrays[3 + k].data();
+    for (std::size_t k = 0; k < 3; ++k) out.geometric[k] = arrays[32 + k].data();
     for (std::size_t k = 0; k < 9; ++k) out.vertex_normals[k] = arrays[9 + k].data();
     for (std::size_t k = 0; k < 2; ++k) out.barycentric[k] = arrays[18 + k].data();
     for (std::size_t k = 0; k < 3; ++k) out.back[k] = arrays[20 + k].data();

@@ -46,13 +46,12 @@ class DiffuseHitsOf : public testing::TestWithParam<const char*> {};
 TEST_P(DiffuseHitsOf, AreWhatDiffusePointSays) {
   const Scene scene(builtin_scene(GetParam()));
   const Tracer tracer(scene);
-  const DiffuseMaterials materials(scene);
   const Shots shots(tracer);
   const auto block = std::make_unique<DiffuseHits>();
   std::size_t served = 0;
   for (std::size_t first = 0; first < Shots::kCount; first += DiffuseHits::kBlock) {
     const std::size_t count = std::min(DiffuseHits::kBlock, Shots::kCount - first);
-    block->scatter(materials, shots.rays, shots.hits, first, count, shots.paths());
+    block->scatter(scene, shots.rays, shots.hits, first, count, shots.paths());
     for (std::size_t i = 0; i < count; ++i) {
       const Hit& hit = shots.hits[first + i];
       const Vec3 back = -shots.rays[first + i].direction;

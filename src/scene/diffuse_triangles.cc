@@ -1,0 +1,51 @@
+#include "scene/diffuse_triangles.h"
+
+#include <algorithm>
+
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kTrianglesAtOnce = 16384;
+
+std::uint32_t kind_of(const Material& m) {
+  const bool transmits = m.transmittance.texture != kNone || max_component(m.transmittance.value) > 0;
+  if (m.kind != MaterialKind::diffuse || transmits) return 0;
+  std::uint32_t kind = DiffuseTriangle::kDiffuse;
+  if (m.reflectance.texture != kNone) kind |= DiffuseTriangle::kTextured;
+  if (m.normal_map.texture != kNone || m.bump.texture != kNone) kind |= DiffuseTriangle::kMapped;
+  return kind;
+}
+
+DiffuseTriangle diffuse_triangle(const Geometry& g, const Material& m, std::uint32_t triangle) {
+  DiffuseTriangle out;
+  out.kind = kind_of(m);
+  if (out.kind == 0) return out;
+  const auto& [a, b, c] = g.triangles[triangle];
+  out.corner = g.positions[a];
+  out.edge[0] = g.positions[b] - g.positions[a];
+  out.edge[1] = g.positions[c] - g.positions[a];
+  const Vec3 scaled = cross(out.edge[0], out.edge[1]);
+  const float doubled_area = length(scaled);
+  out.normal = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  if (!(out.kind & DiffuseTriangle::kTextured)) out.reflectance = clamp(m.reflectance.value, 0, 1);
+  for (const std::uint32_t vertex : {a, b, c})
+    if (!(g.normals[vertex] == Vec3{0, 0, 0})) out.kind |= DiffuseTriangle::kSmooth;
+  if (g.emission[triangle] != kNone) out.kind |= DiffuseTriangle::kEmits;
+  return out;
+}
+
+}  // namespace
+
+LargeVector<DiffuseTriangle> diffuse_triangles(const Geometry& geometry, const std::vector<Material>& materials) {
+  LargeVector<DiffuseTriangle> out(geometry.triangle_count());
+  parallel_for(0, out.size(), kTrianglesAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      out[i] = diffuse_triangle(geometry, materials[geometry.material[i]], static_cast<std::uint32_t>(i));
+  });
+  return out;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,36 @@
+// What rays ask most often of a triangle, in one line of memory.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/large_array.h"
+#include "core/rgb.h"
+#include "core/vec.h"
+#include "scene/geometry.h"
+#include "scene/material.h"
+
+namespace glowworm {
+
+/// A triangle as rays that end on diffuse surfaces see it: hits of incoherent rays lie all over the scene, and what they
+/// would read of its tables lies in nine places. `kind` says how much of it means something.
+struct alignas(64) DiffuseTriangle {
+  // Bits of `kind`:
+  static constexpr std::uint32_t kDiffuse = 1;   ///< the material reflects diffusely, no more; else nothing is said
+  static constexpr std::uint32_t kTextured = 2;  ///< the reflectance is not one number: `reflectance` is black
+  static constexpr std::uint32_t kMapped = 4;    ///< shading normals are turned by a normal or bump map
+  static constexpr std::uint32_t kSmooth = 8;    ///< a vertex has a shading normal
+  static constexpr std::uint32_t kEmits = 16;    ///< it has an emission
+
+  Vec3 corner;           ///< first vertex, metres
+  Vec3 edge[2];          ///< from there to the second and third vertex
+  Vec3 normal;           ///< unit, by the winding; (0,0,1) for a triangle without area
+  RGB reflectance;       ///< in [0, 1]
+  std::uint32_t kind = 0;
+};
+static_assert(sizeof(DiffuseTriangle) == 64);
+
+/// One for each triangle. Runs on all threads.
+LargeVector<DiffuseTriangle> diffuse_triangles(const Geometry& geometry, const std::vector<Material>& materials);
+
+}  // namespace glowworm
