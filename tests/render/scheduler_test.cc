@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "density/engine.h"
 #include "render_testing.h"
 #include "scene/builtin.h"
 
@@ -91,6 +92,25 @@ TEST(Scheduler, TasksOfALimitedTimeTakeASmallShareOfIt) {
   }
   settings.time_limit_s = 1e6;
   EXPECT_EQ(make_schedule(settings, std::uint64_t{8} << 30).slots_at_once, unlimited.slots_at_once);
+}
+
+TEST(Scheduler, PortionsAreNoLargerThanPaysForTheirMemory) {
+  const std::uint64_t room = std::uint64_t{16} << 30;
+  std::size_t before = 0;
+  for (const int side : {64, 256, 512, 1024, 4096}) {
+    RenderSettings settings = settings_for(side, side, 16, 25);
+    settings.photons = 100'000;
+    const Schedule schedule = make_schedule(settings, room);
+    EXPECT_GE(schedule.queries_at_once, 2 * settings.photons) << side;
+    // A small part of what sixteen samples bring.
+    EXPECT_LE(4 * schedule.queries_at_once, std::max<std::size_t>(8 * settings.photons, side * side * 25 * 16)) << side;
+    EXPECT_GE(schedule.queries_at_once, before) << side;
+    before = schedule.queries_at_once;
+    // The samples asked for do not show: a render may go on with more of them.
+    settings.samples = 1024;
+    EXPECT_EQ(make_schedule(settings, room).queries_at_once, before) << side;
+  }
+  EXPECT_EQ(before, DensityEngine::kMostPointsAtOnce);
 }
 
 TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
