@@ -94,16 +94,36 @@ class ChunkGatherer {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < rays_.rays.size(); ++i) {
       fetch_ahead<false>(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
-      if (counts(i) && advance(i)) rays_.move(i, kept++);
+      if (!counts(i)) continue;
+      if (rays_.hits[i].triangle != kNone && !weighs_patches(i) && ends_on_diffuse(i)) continue;
+      if (advance(i)) rays_.move(i, kept++);
     }
     rays_.shrink(kept);
+  }
+
+  /// Whether the weight of ray i depends on the patch that it may end on.
+  bool weighs_patches(std::size_t i) const {
+    return settings_.looks_at_patches() && rays_.segment[i] == Segment::first;
+  }
+
+  /// Where ray i ends on a surface that only reflects diffusely, as most do, makes it a query point and returns true.
+  bool ends_on_diffuse(std::size_t i) {
+    const Hit& hit = rays_.hits[i];
+    const Vec3 wo = -rays_.rays[i].direction;
+    DiffusePoint point;
+    if (scene_.diffuse_triangle(hit.triangle).kind & DiffuseTriangle::kEmits ||
+        !diffuse_point(scene_, hit.triangle, hit.barycentric, point) || is_short(i, hit, point.position))
+      return false;
+    if (!is_black(point.reflectance))
+      queries_.push_back(point.position, face_forward(point.geometric_normal, wo), point.reflectance, rays_.weight[i],
+                         points_.slot[rays_.point[i]]);
+    return true;
   }
 
   /// Takes ray i over its hit; true where it goes on.
   bool advance(std::size_t i) {
     const Hit& hit = rays_.hits[i];
-    if (settings_.looks_at_patches() && rays_.segment[i] == Segment::first && hit.triangle != kNone)
-      weigh_against_patches(i, hit);
+    if (weighs_patches(i) && hit.triangle != kNone) weigh_against_patches(i, hit);
     const Vec3 wo = -rays_.rays[i].direction;
     if (hit.triangle == kNone) {
       if (!counts_light(i)) return false;
@@ -112,15 +132,7 @@ class ChunkGatherer {
       });
       return false;
     }
-    DiffusePoint diffuse;
-    if (!(scene_.diffuse_triangle(hit.triangle).kind & DiffuseTriangle::kEmits) &&
-        diffuse_point(scene_, hit.triangle, hit.barycentric, diffuse) && !is_short(i, hit, diffuse.position)) {
-      if (is_black(diffuse.reflectance)) return false;
-      const Vec3 normal = face_forward(diffuse.geometric_normal, wo);
-      queries_.push_back(diffuse.position, normal, diffuse.reflectance, rays_.weight[i], points_.slot[rays_.point[i]]);
-      return false;
-    }
-    return advance_in_full(i, hit, wo);
+    return !ends_on_diffuse(i) && advance_in_full(i, hit, wo);
   }
 
   /// The same for whatever surface there is.

@@ -21,15 +21,6 @@ void QueryPoints::reserve(std::size_t n) {
   gather_point.reserve(n);
 }
 
-void QueryPoints::push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target) {
-  position.push_back(p);
-  normal.push_back(n);
-  reflectance.push_back(albedo);
-  bsdf.push_back(kLambertianQuery);
-  weight.push_back(w);
-  gather_point.push_back(target);
-}
-
 void QueryPoints::push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target) {
   push_back(p, n, RGB(0.0f), w, target);
   bsdf.back() = static_cast<std::uint32_t>(bsdfs.size());

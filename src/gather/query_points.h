@@ -35,7 +35,14 @@ struct QueryPoints {
   void clear();
   /// Takes memory for n points, of which bsdfs has none.
   void reserve(std::size_t n);
-  void push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target);
+  void push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target) {
+    position.push_back(p);
+    normal.push_back(n);
+    reflectance.push_back(albedo);
+    bsdf.push_back(kLambertianQuery);
+    weight.push_back(w);
+    gather_point.push_back(target);
+  }
   void push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target);
   void append(const QueryPoints& other);
   static constexpr std::size_t kBytesEach = 2 * sizeof(Vec3) + 2 * sizeof(RGB) + 2 * sizeof(std::uint32_t);
