@@ -133,10 +133,7 @@ double measure_byte() {
 }  // namespace
 
 FrameFloor::FrameFloor(const Tracer& tracer, const Camera& camera, int side, std::uint64_t photons)
-    : tracer_(tracer),
-      photons_(photons),
-      seconds_an_operation_(measure_operation()),
-      seconds_a_byte_(measure_byte()) {
+    : tracer_(tracer), photons_(photons), seconds_an_operation_(measure_operation()), seconds_a_byte_(measure_byte()) {
   PhotonPassSettings settings;
   settings.photons = photons;
   Statistics statistics;

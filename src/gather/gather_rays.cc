@@ -203,7 +203,8 @@ Ray GatherRayMaker::diffuse_ray(std::size_t place) const {
 void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
   std::size_t at = out.size();
   out.resize(at + order_.size(), cell);
-  // What is written for a sample without a direction, the next one overwrites: a branch would often be foretold wrongly.
+  // What is written for a sample without a direction, the next one overwrites: a branch would often be foretold
+  // wrongly.
   for (std::size_t place = 0; place < order_.size(); ++place) {
     out.rays[at] = diffuse_ray(place);
     out.weight[at] = weight_[place];

@@ -163,8 +163,8 @@ class ChunkTracers::ChunkTracer {
     numbers.square[0] = direction_.x.data();
     numbers.square[1] = direction_.y.data();
     for (std::size_t c = 0; c < 3; ++c) numbers.flux[c] = paths_.flux[c].data();
-    block_.scatter(scene_, {paths_.rays.data(), paths_.count}, {paths_.hits.data(), paths_.count}, first,
-                   count, numbers);
+    block_.scatter(scene_, {paths_.rays.data(), paths_.count}, {paths_.hits.data(), paths_.count}, first, count,
+                   numbers);
     bool any_left_over = false;
     for (std::size_t i = 0; i < count; ++i) any_left_over |= block_.left_over(i);
     if (any_left_over)

@@ -25,8 +25,8 @@ constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 // Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
 // What portions cost beside rays (atrium, two threads): memory that is written for the first time 190 ns for each query
-// point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points, with
-// Q million of them at once.
+// point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points,
+// with Q million of them at once.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
 // Samples that a render is expected to take, whatever it was asked for: one that goes on with more keeps its portions.
 constexpr double kExpectedSamples = 16;
@@ -49,9 +49,9 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 std::uint64_t worthwhile_queries(const RenderSettings& settings) {
   const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kExpectedSamples;
   // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
-  const double millions =
-      std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
-  const std::uint64_t fewest = std::min(std::max(kFewQueriesPerPhoton * settings.photons, kFewestQueries), kMostQueries);
+  const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
+  const std::uint64_t fewest =
+      std::min(std::max(kFewQueriesPerPhoton * settings.photons, kFewestQueries), kMostQueries);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
 }
 

@@ -12,8 +12,8 @@
 
 namespace glowworm {
 
-/// A triangle as rays that end on diffuse surfaces see it: hits of incoherent rays lie all over the scene, and what they
-/// would read of its tables lies in nine places. `kind` says how much of it means something.
+/// A triangle as rays that end on diffuse surfaces see it: hits of incoherent rays lie all over the scene, and what
+/// they would read of its tables lies in nine places. `kind` says how much of it means something.
 struct alignas(64) DiffuseTriangle {
   // Bits of `kind`:
   static constexpr std::uint32_t kDiffuse = 1;   ///< the material reflects diffusely, no more; else nothing is said
@@ -22,10 +22,10 @@ struct alignas(64) DiffuseTriangle {
   static constexpr std::uint32_t kSmooth = 8;    ///< a vertex has a shading normal
   static constexpr std::uint32_t kEmits = 16;    ///< it has an emission
 
-  Vec3 corner;           ///< first vertex, metres
-  Vec3 edge[2];          ///< from there to the second and third vertex
-  Vec3 normal;           ///< unit, by the winding; (0,0,1) for a triangle without area
-  RGB reflectance;       ///< in [0, 1]
+  Vec3 corner;      ///< first vertex, metres
+  Vec3 edge[2];     ///< from there to the second and third vertex
+  Vec3 normal;      ///< unit, by the winding; (0,0,1) for a triangle without area
+  RGB reflectance;  ///< in [0, 1]
   std::uint32_t kind = 0;
 };
 static_assert(sizeof(DiffuseTriangle) == 64);
