@@ -24,6 +24,8 @@ constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
 constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 // Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
+// From so many on it makes leaves as large as it ever does.
+constexpr std::uint64_t kGoodQueriesPerPhoton = 8;
 // What portions cost beside rays (atrium, two threads): memory that is written for the first time 190 ns for each query
 // point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points,
 // with Q million of them at once.
@@ -50,8 +52,8 @@ std::uint64_t worthwhile_queries(const RenderSettings& settings) {
   const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kExpectedSamples;
   // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
-  const std::uint64_t fewest =
-      std::min(std::max(kFewQueriesPerPhoton * settings.photons, kFewestQueries), kMostQueries);
+  const std::uint64_t per_photon = settings.engine == "reverse" ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
+  const std::uint64_t fewest = std::min(std::max(per_photon * settings.photons, kFewestQueries), kMostQueries);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
 }
 
