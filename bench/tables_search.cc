@@ -125,6 +125,7 @@ ReverseSearch search_reverse(const Recording& recording, const RadiusPolicy& pol
     tested = operations = nodes = 0;
     parallel_for(0, tree->subtrees().size(), 1, [&](std::size_t first, std::size_t last) {
       std::vector<ReverseLeafBounds> bounds;
+      std::vector<ReverseCluster> clusters;
       ReverseCounts counts;
       for (std::size_t s = first; s < last; ++s) {
         const ReverseSubtree& subtree = tree->subtrees()[s];
@@ -135,7 +136,9 @@ ReverseSearch search_reverse(const Recording& recording, const RadiusPolicy& pol
         part.points = tree->points().data() + std::size_t{subtree.first_point} * kReverseFields;
         const Box3 box = tree->measure(subtree, part.points, bounds);
         part.bounds = bounds.data();
-        photons.visit(box, [&](const ReverseCluster& cluster) { reverse_count(part, view, cluster, counts); });
+        clusters.clear();
+        photons.visit(box, [&](const ReverseCluster& cluster) { clusters.push_back(cluster); });
+        reverse_count(part, view, clusters, counts);
       }
       tested += counts.tested;
       operations += counts.operations;

@@ -69,8 +69,8 @@ class Leaf {
     return {fields_.data(), leaf_.data(), preparer_.tables(), model};
   }
 
-  using Kernel =
-      std::function<void(const ReverseSubtreeView&, const ReversePhotons&, const ReverseCluster&, ReverseCounts&)>;
+  using Kernel = std::function<void(const ReverseSubtreeView&, const ReversePhotons&, std::span<const ReverseCluster>,
+                                    ReverseCounts&)>;
 
   double nanoseconds(const Kernel& kernel) const {
     std::atomic<std::uint64_t> tested;
@@ -85,8 +85,7 @@ class Leaf {
         part.sums = sums.data();
         part.bounds = bounds_.data();
         ReverseCounts counts;
-        for (std::size_t i = first; i < last; ++i)
-          for (const ReverseCluster& cluster : photons_.clusters()) kernel(part, photons_.view(), cluster, counts);
+        for (std::size_t i = first; i < last; ++i) kernel(part, photons_.view(), photons_.clusters(), counts);
         tested += counts.tested;
       });
     });
@@ -111,8 +110,8 @@ double nanoseconds_of_a_sum(std::optional<GlossyModel> model) {
   if (!model) return leaf.nanoseconds(reverse_sum);
   const ReverseGlossy glossy = leaf.glossy(*model);
   return leaf.nanoseconds([&](const ReverseSubtreeView& part, const ReversePhotons& photons,
-                              const ReverseCluster& cluster,
-                              ReverseCounts& counts) { reverse_sum_glossy(part, photons, cluster, glossy, counts); });
+                              std::span<const ReverseCluster> clusters,
+                              ReverseCounts& counts) { reverse_sum_glossy(part, photons, clusters, glossy, counts); });
 }
 
 }  // namespace glowworm::bench

@@ -64,16 +64,19 @@ class SubtreeWorker {
     part.bounds = bounds_.data();
     ReverseGlossy glossy;
     if (shading == Shading::glossy) glossy = prepare(part, subtree, model);
-    photons_.visit(box, [&](const ReverseCluster& cluster) {
-      if (shading == Shading::lambertian) {
-        reverse_sum(part, view_, cluster, counts);
-      } else if (shading == Shading::glossy) {
-        reverse_sum_glossy(part, view_, cluster, glossy, counts);
-      } else {
-        reverse_collect(part, view_, cluster, pairs_, counts);
+    clusters_.clear();
+    photons_.visit(box, [&](const ReverseCluster& cluster) { clusters_.push_back(cluster); });
+    if (shading == Shading::lambertian) {
+      reverse_sum(part, view_, clusters_, counts);
+    } else if (shading == Shading::glossy) {
+      reverse_sum_glossy(part, view_, clusters_, glossy, counts);
+    } else {
+      // One by one, so that no more pairs wait than need be.
+      for (const ReverseCluster& cluster : clusters_) {
+        reverse_collect(part, view_, {&cluster, 1}, pairs_, counts);
         if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
       }
-    });
+    }
     if (shading == Shading::one_by_one) shade_pairs(part, subtree);
   }
 
@@ -141,6 +144,7 @@ class SubtreeWorker {
   const ReverseTree& tree_;
   const QueryPoints& points_;
   std::vector<ReverseLeafBounds> bounds_;
+  std::vector<ReverseCluster> clusters_;  // those that reach the subtree
   std::vector<ReversePair> pairs_;
   GatheredPhotons gathered_;
   BatchShader shader_;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "kernels/glossy.h"
@@ -106,11 +107,11 @@ struct ReverseCounts {
   std::uint64_t nodes = 0;       ///< nodes visited
 };
 
-/// Adds to the sums of every point of the part what the photons of the cluster give it: K / h^2 dPhi / pi, photon by
-/// photon in their order, so that a cluster gives the same bits as its photons one by one. The sphere of the cluster
-/// descends to the first node whose plane cuts it; the search goes on from there.
-void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
-                 ReverseCounts& counts);
+/// Adds to the sums of every point of the part what the photons of the clusters give it: K / h^2 dPhi / pi, photon by
+/// photon in their order, so that clusters give the same bits as their photons one by one. All clusters go down the
+/// tree together, each as far as its box reaches; a leaf meets their photons one after another.
+void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                 std::span<const ReverseCluster> clusters, ReverseCounts& counts);
 
 /// Numbers of the glossy points of a part, all of one model.
 struct ReverseGlossy {
@@ -126,8 +127,8 @@ constexpr std::size_t reverse_glossy_stride(std::size_t count) {
 }
 
 /// reverse_sum() for glossy points: each photon's contribution is multiplied by pi f towards it.
-void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
-                        const ReverseGlossy& glossy, ReverseCounts& counts);
+void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                        std::span<const ReverseCluster> clusters, const ReverseGlossy& glossy, ReverseCounts& counts);
 
 /// A photon inside the kernel support at a point.
 struct ReversePair {
@@ -137,16 +138,16 @@ struct ReversePair {
 };
 
 /// Appends the pairs that reverse_sum() would add up; those of one point come in the order of their photons.
-void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
-                     std::vector<ReversePair>& pairs, ReverseCounts& counts);
+void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                     std::span<const ReverseCluster> clusters, std::vector<ReversePair>& pairs, ReverseCounts& counts);
 
 /// The search of reverse_sum() alone: counts the pairs that it would add up, and adds up nothing.
-void reverse_count(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
-                   ReverseCounts& counts);
+void reverse_count(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                   std::span<const ReverseCluster> clusters, ReverseCounts& counts);
 
-/// reverse_sum() in plain C++: every photon of the cluster against every point of the part; for tests. Counts tested
+/// reverse_sum() in plain C++: every photon of the clusters against every point of the part; for tests. Counts tested
 /// and operations.
-void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
-                           ReverseCounts& counts);
+void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                           std::span<const ReverseCluster> clusters, ReverseCounts& counts);
 
 }  // namespace glowworm

@@ -41,24 +41,30 @@ void add_to_leaf(const ReverseNode& leaf, const float* points, float* sums, cons
   }
 }
 
+/// One photon against all points of the part.
+void add_to_part(const ReverseSubtreeView& part, const ReversePhotons& photons, std::uint32_t j,
+                 ReverseCounts& counts) {
+  std::vector<std::uint32_t> pending{part.root};
+  while (!pending.empty()) {
+    const std::uint32_t at = pending.back();
+    const ReverseNode& node = part.nodes[at];
+    pending.pop_back();
+    if (node.is_leaf()) {
+      const std::size_t first = node.first() - part.first_point;
+      add_to_leaf(node, part.points + first * kReverseFields, part.sums + first * kReverseSums, photons, j, counts);
+    } else {
+      pending.push_back(node.right());
+      pending.push_back(at + 1);
+    }
+  }
+}
+
 }  // namespace
 
-void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseCluster& cluster,
-                           ReverseCounts& counts) {
-  for (std::uint32_t j = cluster.first; j < cluster.first + cluster.count; ++j) {
-    std::vector<std::uint32_t> pending{part.root};
-    while (!pending.empty()) {
-      const std::uint32_t at = pending.back();
-      const ReverseNode& node = part.nodes[at];
-      pending.pop_back();
-      if (node.is_leaf()) {
-        const std::size_t first = node.first() - part.first_point;
-        add_to_leaf(node, part.points + first * kReverseFields, part.sums + first * kReverseSums, photons, j, counts);
-      } else {
-        pending.push_back(node.right());
-        pending.push_back(at + 1);
-      }
-    }
+void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                           std::span<const ReverseCluster> clusters, ReverseCounts& counts) {
+  for (const ReverseCluster& cluster : clusters) {
+    for (std::uint32_t j = cluster.first; j < cluster.first + cluster.count; ++j) add_to_part(part, photons, j, counts);
   }
 }
 

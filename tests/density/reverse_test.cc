@@ -310,7 +310,7 @@ Answer ask(const Function& function, const ReverseTree& tree, const ReversePhoto
     part.sums = answer.sums.data() + subtree.first_point * kReverseSums;
     tree.measure(subtree, part.points, bounds);
     part.bounds = bounds.data();
-    for (const ReverseCluster& cluster : photons.clusters()) function(part, photons.view(), cluster, answer.counts);
+    function(part, photons.view(), photons.clusters(), answer.counts);
   }
   // What stands behind the sums is read, never written.
   for (std::size_t i = tree.size() * kReverseSums; i < answer.sums.size(); ++i) EXPECT_EQ(answer.sums[i], kSentinel);
@@ -350,10 +350,10 @@ TEST(ReverseKernels, CollectThePairsThatTheyAddUp) {
     set_simd(name);
     const Answer expected = ask(reverse_sum, tree, array);
     std::vector<ReversePair> pairs;
-    const Answer collected =
-        ask([&](const ReverseSubtreeView& part, const ReversePhotons& all_photons, const ReverseCluster& cluster,
-                ReverseCounts& counts) { reverse_collect(part, all_photons, cluster, pairs, counts); },
-            tree, array);
+    const Answer collected = ask(
+        [&](const ReverseSubtreeView& part, const ReversePhotons& all_photons, std::span<const ReverseCluster> clusters,
+            ReverseCounts& counts) { reverse_collect(part, all_photons, clusters, pairs, counts); },
+        tree, array);
     EXPECT_EQ(pairs.size(), expected.counts.operations);
     EXPECT_EQ(collected.counts.operations, expected.counts.operations);
     EXPECT_EQ(collected.counts.tested, expected.counts.tested);
