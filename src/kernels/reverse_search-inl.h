@@ -51,8 +51,10 @@ HWY_INLINE std::size_t append(const ReversePhotons& photons, std::uint32_t first
   // Whole vectors are stored: what stands behind the photons found is written over by the next.
   const auto put = [&](const float* from, float* field)
                        HWY_ATTR { hn::StoreU(hn::Compress(hn::LoadU(d, from + first), lanes), d, field + to); };
+  // Iota() of Highway 1.0 goes through memory unless it is a constant.
   const DU du;
-  hn::StoreU(hn::Compress(hn::Iota(du, first), hn::RebindMask(du, lanes)), du, reached.photons + to);
+  const auto places = hn::Add(hn::Iota(du, 0), hn::Set(du, first));
+  hn::StoreU(hn::Compress(places, hn::RebindMask(du, lanes)), du, reached.photons + to);
   const std::size_t count = hn::CountTrue(d, lanes);
 #else
   // Compress() of Highway 1.0 copies its table to the stack each time.
