@@ -268,8 +268,8 @@ class ReverseEngine final : public DensityEngine {
 }  // namespace
 
 std::uint32_t reverse_leaf_size(std::size_t points, std::size_t photons) {
-  constexpr double kLeafOverDensity = 12;
-  constexpr double kLargest = 96;
+  constexpr double kLeafOverDensity = 30;
+  constexpr double kLargest = 128;
   const double density = static_cast<double>(points) / static_cast<double>(std::max<std::size_t>(photons, 1));
   return static_cast<std::uint32_t>(
       std::clamp(kLeafOverDensity * density, static_cast<double>(ReverseTree::kLeafSize), kLargest));
