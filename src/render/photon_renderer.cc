@@ -1,6 +1,7 @@
 #include "render/photon_renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "density/density_control.h"
@@ -21,6 +22,28 @@ constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::
 
 /// Photons at which it is looked how bright the scene is, at most, and what each takes meanwhile.
 constexpr std::uint64_t kMostLitPlaces = 32768, kBytesPerLitPlace = 512;
+
+/// Passes of photons that a caustic map is made of at most.
+constexpr std::uint64_t kMostCausticPasses = 8;
+/// Photons of the caustic map that are enough, as a share of those of the global map.
+constexpr double kCausticShare = 0.5;
+/// Photons that are traced for the caustic map alone, at most, for each gather ray of a sample of all pixels: so they
+/// take a small part of a render of sixteen samples.
+constexpr double kCausticPhotonsPerRay = 2;
+/// A render with less time than that, in seconds, goes on to its first image.
+constexpr double kLeastTimeForCaustics = 30;
+
+/// Passes that bring enough caustic photons if each brings so many.
+std::uint64_t caustic_passes(const RenderSettings& settings, std::size_t each) {
+  if (each == 0 || settings.progressive || settings.indirect_only) return 1;
+  if (settings.time_limit_s > 0 && settings.time_limit_s < kLeastTimeForCaustics) return 1;
+  const double rays = static_cast<double>(settings.width) * settings.height * std::max(settings.gather, 1u);
+  const auto affordable =
+      static_cast<std::uint64_t>(kCausticPhotonsPerRay * rays / static_cast<double>(settings.photons_traced));
+  const auto enough =
+      static_cast<std::uint64_t>(kCausticShare * static_cast<double>(settings.photons) / static_cast<double>(each));
+  return std::clamp<std::uint64_t>(std::min(enough, 1 + affordable), 1, kMostCausticPasses);
+}
 
 /// Makes up for what the kernels lose over edges.
 void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, const RadiusPolicy& policy) {
@@ -104,15 +127,36 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   engine_->build(pass_.global, policy, statistics_);
   radii_ = RadiusGrid(pass_.global.position, policy.radii);
   find_bright_patches();
-  caustic_engine_.reset();
-  if (pass_.caustic.size() > 0) {
-    caustic_engine_ = engine_of(settings_);
-    const std::uint32_t k = caustic_nearest(settings_.nearest);
-    const RadiusPolicy caustic_policy = make_policy(pass_.caustic, settings_, name, k, radius_scale);
-    if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, caustic_policy);
-    caustic_engine_->build(pass_.caustic, caustic_policy, statistics_);
-  }
+  photon_bounds_ = pass_.global.bounds();
+  photon_count_ = pass_.global.size();
+  pass_.global = PhotonBatch();
+  build_caustic_map(wanted, radius_scale);
   hold_engines_only();
+}
+
+void PhotonRenderer::build_caustic_map(const PhotonPassSettings& first, float radius_scale) {
+  caustic_engine_.reset();
+  const std::size_t few = pass_.caustic.size();
+  if (few == 0) return;
+  add_caustic_photons(first);
+  // The same blur with less noise: where caustics are bright their photons are many without that.
+  const double growth = static_cast<double>(pass_.caustic.size()) / static_cast<double>(few);
+  const auto k = static_cast<std::uint32_t>(std::lround(growth * caustic_nearest(settings_.nearest)));
+  caustic_engine_ = engine_of(settings_);
+  const RadiusPolicy policy = make_policy(pass_.caustic, settings_, settings_.engine, k, radius_scale);
+  if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, policy);
+  caustic_engine_->build(pass_.caustic, policy, statistics_);
+  photon_count_ += pass_.caustic.size();
+}
+
+void PhotonRenderer::add_caustic_photons(PhotonPassSettings settings) {
+  const std::uint64_t passes = caustic_passes(settings_, pass_.caustic.size());
+  if (passes == 1) return;
+  const PhaseTimer timer(statistics_, Phase::trace_photons);
+  Statistics not_of_the_global_map;
+  for (settings.pass = 1; settings.pass < passes; ++settings.pass)
+    pass_.caustic.append(trace_photons(tracer_, settings, not_of_the_global_map).caustic);
+  for (RGB& flux : pass_.caustic.flux) flux *= 1 / static_cast<float>(passes);
 }
 
 void PhotonRenderer::find_bright_patches() {
@@ -139,10 +183,7 @@ void PhotonRenderer::find_bright_patches() {
 }
 
 void PhotonRenderer::hold_engines_only() {
-  photon_bounds_ = pass_.global.bounds();
-  photon_count_ = pass_.global.size() + pass_.caustic.size();
   const std::uint64_t held = engine_->plan(0, photon_count_, 0).bytes;
-  pass_.global = PhotonBatch();
   pass_.caustic = PhotonBatch();
   return_free_memory();
   photon_reservation_.reset();

@@ -52,6 +52,10 @@ class PhotonRenderer {
 
  private:
   void find_bright_patches();
+  /// Makes the map of the pass's caustic photons and of those that more passes bring.
+  void build_caustic_map(const PhotonPassSettings& first, float radius_scale);
+  /// Traces more photons where few are caustic, and keeps those that are.
+  void add_caustic_photons(PhotonPassSettings settings);
   void hold_engines_only();
   void gather(const GatherPoints& points, SlotRadiance& radiance);
   void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target);

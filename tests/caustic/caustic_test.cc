@@ -193,5 +193,48 @@ TEST(SlowCausticLayers, OfALampAreTheSameByPathsAndPhotons) {
   EXPECT_NEAR(photons.indirect / paths.indirect, 1, 0.03);
 }
 
+/// What the caustic layer of one image is: its flux, and how much single pixels differ from seed to seed.
+struct CausticNoise {
+  double flux = 0, standard_error = 0, variance = 0;
+};
+
+CausticNoise caustic_noise(const Stage &stage, RenderSettings settings) {
+  constexpr std::uint32_t kSeeds = 12;
+  std::vector<double> sum, squares;
+  double flux_squares = 0;
+  CausticNoise out;
+  for (settings.seed = 0; settings.seed < kSeeds; ++settings.seed) {
+    const Film film = stage.render(settings);
+    sum.resize(film.pixel_count());
+    squares.resize(film.pixel_count());
+    double flux = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const double value = luminance(film.mean(Film::Layer::caustic, i));
+      flux += value;
+      sum[i] += value;
+      squares[i] += value * value;
+    }
+    out.flux += flux / kSeeds;
+    flux_squares += flux * flux / kSeeds;
+  }
+  out.standard_error = std::sqrt((flux_squares - out.flux * out.flux) / (kSeeds - 1));
+  for (std::size_t i = 0; i < sum.size(); ++i) out.variance += (squares[i] - sum[i] * sum[i] / kSeeds) / (kSeeds - 1);
+  return out;
+}
+
+TEST(Caustic, OfFewPhotonsIsMadeOfMorePasses) {
+  const Stage stage(builtin_scene("ring"));
+  RenderSettings settings = by_photons(64, 1, 25, 20'000, "blocked");
+  settings.guiding = false;
+  const CausticNoise several = caustic_noise(stage, settings);
+  // A pass of a progressive render has the photons of that pass alone.
+  settings.progressive = true;
+  const CausticNoise one = caustic_noise(stage, settings);
+  EXPECT_GT(one.flux, 0);
+  EXPECT_NEAR(several.flux, one.flux, 4 * std::hypot(several.standard_error, one.standard_error));
+  // Twice the photons: half of the variance, and what camera samples add.
+  EXPECT_LT(several.variance, 0.8 * one.variance);
+}
+
 }  // namespace
 }  // namespace glowworm
