@@ -18,6 +18,8 @@ static_assert(ReverseTree::kLeafSize <= ReverseNode::kMaxCount);
 
 // Points are copied into A_R in pieces of so many subtrees.
 constexpr std::size_t kSubtreeGrain = 4;
+// How far ahead of its use a point is asked for.
+constexpr std::size_t kPointsAhead = 32;
 // Points that one piece of work looks through.
 constexpr std::size_t kPointGrain = 65536;
 
@@ -125,21 +127,19 @@ std::span<KdPoint> finite_points(const QueryPoints& points, std::span<const std:
   return found;
 }
 
-/// Asks for what the points of the next leaf need, which lies about in memory in the order of the rays.
-void prefetch_points(std::span<const KdPoint> sorted, std::size_t first, const QueryPoints& points) {
-  const std::size_t last = std::min(first + ReverseTree::kLeafSize, sorted.size());
-  for (std::size_t i = first; i < last; ++i) {
-    __builtin_prefetch(&points.normal[sorted[i].index]);
-    __builtin_prefetch(&points.bsdf[sorted[i].index]);
-  }
+/// Asks for what a point needs, which lies about in memory in the order of the rays.
+void prefetch_point(std::span<const KdPoint> sorted, std::size_t i, const QueryPoints& points) {
+  if (i >= sorted.size()) return;
+  __builtin_prefetch(&points.normal[sorted[i].index]);
+  __builtin_prefetch(&points.bsdf[sorted[i].index]);
 }
 
 /// Writes one leaf of A_R.
 void fill_leaf(const ReverseNode& leaf, std::span<const KdPoint> sorted, const QueryPoints& points, float* to) {
   const std::size_t n = leaf.count();
-  prefetch_points(sorted, leaf.first() + n, points);
   to += std::size_t{leaf.first()} * kReverseFields;
   for (std::size_t i = 0; i < n; ++i) {
+    prefetch_point(sorted, leaf.first() + i + kPointsAhead, points);
     const KdPoint& point = sorted[leaf.first() + i];
     const Vec3 normal = points.normal[point.index];
     const float fields[6] = {point.position.x, point.position.y, point.position.z, normal.x, normal.y, normal.z};

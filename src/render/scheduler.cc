@@ -25,7 +25,7 @@ constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 // Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
 // From so many on it makes leaves as large as it ever does.
-constexpr std::uint64_t kGoodQueriesPerPhoton = 8;
+constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // What portions cost beside rays (atrium, two threads): memory that is written for the first time 190 ns for each query
 // point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points,
 // with Q million of them at once.
