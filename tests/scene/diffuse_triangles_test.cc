@@ -76,10 +76,11 @@ TEST(DiffuseTriangles, FollowAnEditThatMovesThem) {
   const Scene same(scene, edit);
   EXPECT_EQ(&same.diffuse_triangle(0), &scene.diffuse_triangle(0));
   auto moved = std::make_shared<Geometry>(scene.geometry());
-  for (Vec3& position : moved->positions) position += Vec3{1, 2, 3};
+  const Vec3 shift{1, 2, 3};
+  for (Vec3& position : moved->positions) position += shift;
   edit.geometry = moved;
   const Scene elsewhere(scene, edit);
-  EXPECT_EQ(elsewhere.diffuse_triangle(0).corner, scene.diffuse_triangle(0).corner + Vec3(1, 2, 3));
+  EXPECT_EQ(elsewhere.diffuse_triangle(0).corner, scene.diffuse_triangle(0).corner + shift);
 }
 
 }  // namespace
