@@ -205,7 +205,7 @@ TEST_F(RenderTest, SecondInterruptEndsAtOnceAndLeavesNothing) {
 }
 
 TEST_F(RenderTest, InterruptDuringThePhotonPassEndsAtOnce) {
-  Running program(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "1000M", "--memory", "900G",
+  Running program(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "100M", "--memory", "900G",
                             "-o", "a.exr"});
   ASSERT_TRUE(program.wait_for_text("16x16", 60));
   std::this_thread::sleep_for(std::chrono::milliseconds(300));

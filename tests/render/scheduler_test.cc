@@ -103,7 +103,8 @@ TEST(Scheduler, PortionsAreNoLargerThanPaysForTheirMemory) {
     const Schedule schedule = make_schedule(settings, room);
     EXPECT_GE(schedule.queries_at_once, 2 * settings.photons) << side;
     // A small part of what sixteen samples bring.
-    EXPECT_LE(4 * schedule.queries_at_once, std::max<std::size_t>(8 * settings.photons, side * side * 25 * 16)) << side;
+    const std::size_t rays = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * 25 * 16;
+    EXPECT_LE(4 * schedule.queries_at_once, std::max<std::size_t>(8 * settings.photons, rays)) << side;
     EXPECT_GE(schedule.queries_at_once, before) << side;
     before = schedule.queries_at_once;
     // The samples asked for do not show: a render may go on with more of them.
