@@ -28,7 +28,7 @@ constexpr std::uint64_t kMostCausticPasses = 8;
 /// Photons of the caustic map that are enough, as a share of those of the global map.
 constexpr double kCausticShare = 0.5;
 /// Photons that are traced for the caustic map alone, at most, for each gather ray of a sample of all pixels: so they
-/// take a small part of a render of sixteen samples.
+/// take a small part of a render of kUsualSamples.
 constexpr double kCausticPhotonsPerRay = 2;
 /// A render with less time than that, in seconds, goes on to its first image.
 constexpr double kLeastTimeForCaustics = 30;

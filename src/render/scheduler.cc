@@ -30,8 +30,6 @@ constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points,
 // with Q million of them at once.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
-// Samples that a render is expected to take, whatever it was asked for: one that goes on with more keeps its portions.
-constexpr double kExpectedSamples = 16;
 // Sides of tiles are multiples of this, the side of the blocks in which the camera pass takes pixels.
 constexpr int kSmallestTile = 16;
 constexpr std::uint64_t kSmallestSlots = std::uint64_t{kSmallestTile} * kSmallestTile;
@@ -49,7 +47,8 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 
 /// Query points of a portion with which all portions of the render together cost the least, where photons leave it.
 std::uint64_t worthwhile_queries(const RenderSettings& settings) {
-  const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kExpectedSamples;
+  // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its portions.
+  const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kUsualSamples;
   // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon = settings.engine == "reverse" ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;

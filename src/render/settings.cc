@@ -24,7 +24,7 @@ constexpr int kLargestSide = 65536;
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Camera samples of a render that ends by time or noise, at most.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
-constexpr std::uint32_t kUsualSamples = 16, kUsualGather = 25;
+constexpr std::uint32_t kUsualGather = 25;
 /// Photons of a render, within what its picture is worth: one for so many gather rays, since a photon costs as much as
 /// some tens of them, and more photons than the rays can tell apart make no better picture. The least is what a room
 /// needs in which most light stays behind a door: one map's noise lies over all of a picture, however small.

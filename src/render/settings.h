@@ -31,6 +31,9 @@ enum class Preference : std::uint8_t {
   quality,    ///< after a first whole image small tiles that get as many samples at once as may be
 };
 
+/// Camera samples of a pixel where nobody says how many, and that cost models reckon with.
+inline constexpr std::uint32_t kUsualSamples = 16;
+
 /// Settings of a render. 0 (or "auto", or empty) is automatic everywhere; resolve() replaces those by numbers.
 struct RenderSettings {
   Integrator integrator = Integrator::photon;
