@@ -8,8 +8,8 @@
 #include "core/frame.h"
 #include "core/random.h"
 #include "core/warp.h"
-#include "gather/query_points.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
+#include "points/query_points.h"
 
 namespace glowworm::bench {
 

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "core/hilbert.h"
 #include "core/parallel.h"
 #include "core/radix_sort.h"
@@ -24,7 +25,6 @@
 #include "gather/final_gather.h"
 #include "gather/gather_rays.h"
 #include "photon/photon_tracer.h"
-#include "scene/builtin.h"
 #include "support/embree_scene.h"
 
 namespace glowworm::bench {

@@ -6,13 +6,13 @@
 #include <memory>
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "core/frame.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"
 #include "photon/photon_tracer.h"
-#include "scene/builtin.h"
 #include "scene/surface.h"
 #include "trace/tracer.h"
 

@@ -1,9 +1,10 @@
 # glowworm_room(NAME USES rooms… LIBRARIES private libraries…)
-# A room is one static library made of all .cc files of its folder. USES are the rooms its headers may
+# A room is one static library made of all .cc files below its folder. USES are the rooms its headers may
 # include (the arrows of docs/architecture.md); LIBRARIES are what only its own files see.
 function(glowworm_room name)
   cmake_parse_arguments(ROOM "" "" "USES;LIBRARIES" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cc)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cc)
+  list(FILTER sources EXCLUDE REGEX "/image/openimageio/")  # a module of its own
   list(TRANSFORM ROOM_USES PREPEND glowworm_)
   if(sources)
     add_library(glowworm_${name} STATIC ${sources})

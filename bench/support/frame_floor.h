@@ -6,10 +6,10 @@
 
 #include "core/large_array.h"
 #include "density/engine.h"
-#include "gather/gather_points.h"
-#include "gather/query_points.h"
 #include "photon/diffuse_hits.h"
-#include "photon/photon_batch.h"
+#include "points/gather_points.h"
+#include "points/photon_batch.h"
+#include "points/query_points.h"
 #include "scene/camera.h"
 #include "trace/tracer.h"
 

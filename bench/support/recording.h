@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "gather/query_points.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
+#include "points/query_points.h"
 #include "trace/tracer.h"
 
 namespace glowworm::bench {

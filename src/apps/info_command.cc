@@ -7,8 +7,8 @@
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
+#include "builtin/builtin.h"
 #include "render/effects.h"
-#include "scene/builtin.h"
 #include "scene/light_sampling.h"
 #include "scene/scene.h"
 

@@ -15,6 +15,7 @@
 #include "apps/option_values.h"
 #include "apps/progress_bar.h"
 #include "apps/tev_stream.h"
+#include "builtin/builtin.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
@@ -26,7 +27,6 @@
 #include "render/effects.h"
 #include "render/job.h"
 #include "render/output.h"
-#include "scene/builtin.h"
 #include "session/command_text.h"
 
 namespace glowworm {

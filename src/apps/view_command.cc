@@ -7,12 +7,12 @@
 #include "apps/commands.h"
 #include "apps/option_values.h"
 #include "apps/view_options.h"
+#include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "density/kernel.h"
 #include "kernels/simd.h"
 #include "render/settings.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 

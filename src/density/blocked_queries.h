@@ -8,8 +8,8 @@
 #include "core/box.h"
 #include "core/large_array.h"
 #include "core/rgb.h"
-#include "gather/query_points.h"
 #include "kernels/query_keys.h"
+#include "points/query_points.h"
 
 namespace glowworm {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
 
 namespace glowworm {
 

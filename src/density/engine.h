@@ -8,8 +8,8 @@
 
 #include "core/rgb.h"
 #include "core/statistics.h"
-#include "gather/query_points.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
+#include "points/query_points.h"
 
 namespace glowworm {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scene/bsdf_reflection.h"
+#include "bsdf/reflection.h"
 
 namespace glowworm {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "gather/query_points.h"
 #include "kernels/glossy.h"
+#include "points/query_points.h"
 
 namespace glowworm {
 

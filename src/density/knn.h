@@ -6,7 +6,7 @@
 
 #include "density/kd_tree.h"
 #include "density/radius.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
 
 namespace glowworm {
 

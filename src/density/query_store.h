@@ -6,7 +6,7 @@
 
 #include "core/hilbert.h"
 #include "density/paged_array.h"
-#include "gather/query_points.h"
+#include "points/query_points.h"
 
 namespace glowworm {
 

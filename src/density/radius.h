@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
 
 namespace glowworm {
 

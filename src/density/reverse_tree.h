@@ -6,8 +6,8 @@
 
 #include "core/large_array.h"
 #include "density/kd_tree.h"
-#include "gather/query_points.h"
 #include "kernels/reverse.h"
+#include "points/query_points.h"
 
 namespace glowworm {
 

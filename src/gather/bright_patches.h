@@ -5,9 +5,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "gather/gather_points.h"
 #include "gather/gather_rays.h"
 #include "gather/radius_grid.h"
+#include "points/gather_points.h"
 #include "scene/light_tree.h"
 #include "trace/tracer.h"
 

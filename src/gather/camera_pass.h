@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/statistics.h"
-#include "gather/gather_points.h"
-#include "gather/query_points.h"
+#include "points/gather_points.h"
+#include "points/query_points.h"
 #include "trace/tracer.h"
 
 namespace glowworm {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "core/statistics.h"
-#include "gather/gather_points.h"
+#include "points/gather_points.h"
 #include "scene/light_sampling.h"
 #include "trace/tracer.h"
 

@@ -5,9 +5,9 @@
 
 #include "core/statistics.h"
 #include "gather/bright_patches.h"
-#include "gather/gather_points.h"
-#include "gather/query_points.h"
 #include "gather/radius_grid.h"
+#include "points/gather_points.h"
+#include "points/query_points.h"
 #include "trace/tracer.h"
 
 namespace glowworm {

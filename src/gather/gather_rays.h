@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "gather/gather_points.h"
+#include "points/gather_points.h"
 #include "trace/tracer.h"
 
 namespace glowworm {

@@ -6,11 +6,11 @@
 #include <string_view>
 #include <system_error>
 
+#include "builtin/builtin.h"
 #include "core/error.h"
-#include "import/assimp_import.h"
-#include "import/gltf_import.h"
-#include "import/pbrt_import.h"
-#include "scene/builtin.h"
+#include "import/assimp/import.h"
+#include "import/gltf/import.h"
+#include "import/pbrt/import.h"
 
 namespace glowworm {
 

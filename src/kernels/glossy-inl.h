@@ -18,7 +18,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Reflectance of a dielectric (fresnel_dielectric() of scene/bsdf_fresnel.h): where all is reflected, the cosine
+/// Reflectance of a dielectric (fresnel_dielectric() of bsdf/fresnel.h): where all is reflected, the cosine
 /// beyond is 0 and both terms are 1.
 template <class D>
 HWY_INLINE hn::Vec<D> glossy_dielectric(D d, hn::Vec<D> cosine, hn::Vec<D> eta) {
@@ -32,7 +32,7 @@ HWY_INLINE hn::Vec<D> glossy_dielectric(D d, hn::Vec<D> cosine, hn::Vec<D> eta) 
   return hn::Mul(hn::Set(d, 0.5f), hn::MulAdd(parallel, parallel, hn::Mul(perpendicular, perpendicular)));
 }
 
-/// Reflectance of a conductor (fresnel_conductor() of scene/bsdf_fresnel.h).
+/// Reflectance of a conductor (fresnel_conductor() of bsdf/fresnel.h).
 template <class D>
 HWY_INLINE hn::Vec<D> glossy_conductor(D d, hn::Vec<D> cosine, hn::Vec<D> eta, hn::Vec<D> k) {
   const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), half = hn::Set(d, 0.5f), tiny = hn::Set(d, 1e-30f);

@@ -6,7 +6,7 @@
 
 namespace glowworm {
 
-/// How the numbers of a point are put together (what each means is said in scene/bsdf_reflection.h).
+/// How the numbers of a point are put together (what each means is said in bsdf/reflection.h).
 enum class GlossyModel : std::uint8_t { coated, conductor, schlick };
 inline constexpr std::size_t kGlossyModels = 3;
 

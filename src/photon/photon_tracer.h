@@ -7,7 +7,7 @@
 #include "core/statistics.h"
 #include "photon/emission_guide.h"
 #include "photon/importance.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
 #include "trace/tracer.h"
 
 namespace glowworm {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "scene/bsdf.h"
+#include "bsdf/bsdf.h"
 
 namespace glowworm {
 

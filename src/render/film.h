@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "gather/camera_pass.h"
-#include "gather/gather_points.h"
+#include "points/gather_points.h"
 
 namespace glowworm {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include "core/statistics.h"
 #include "gather/camera_pass.h"
-#include "gather/gather_points.h"
+#include "points/gather_points.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 

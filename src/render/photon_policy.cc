@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "density/boundary.h"
+#include "render/boundary.h"
 
 namespace glowworm {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "density/engine.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -18,7 +18,7 @@ std::uint32_t caustic_nearest(std::uint32_t nearest);
 /// @param radii metres, one for each photon
 RadiusPolicy photon_policy(std::vector<float> radii, const std::string& engine, KernelShape kernel, std::uint32_t k);
 
-/// boundary_factors() (density/boundary.h) over the policy's radii, of whatever kind it is; nothing for no photons.
+/// boundary_factors() (render/boundary.h) over the policy's radii, of whatever kind it is; nothing for no photons.
 std::vector<float> edge_factors(const Tracer& tracer, const PhotonBatch& photons, RadiusPolicy policy);
 
 }  // namespace glowworm

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gather/gather_points.h"
+#include "points/gather_points.h"
 #include "render/settings.h"
 
 namespace glowworm {

@@ -61,7 +61,7 @@ struct RenderSettings {
   bool guiding = true;       ///< photons emitted where the image needs them (render/photon_guiding.h)
   bool secondary_gather = true;
   bool gather_guiding = true;       ///< some gather rays look for small bright places (gather/bright_patches.h)
-  bool boundary_correction = true;  ///< make up for kernels that reach over edges (density/boundary.h)
+  bool boundary_correction = true;  ///< make up for kernels that reach over edges (render/boundary.h)
   int max_bounces = 64;             ///< bounces of a path at most (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
   bool separate_layers = true;    ///< keep the film's layers apart; always so where there are AOVs

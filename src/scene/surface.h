@@ -1,7 +1,7 @@
 // From a triangle and barycentric coordinates to everything that shading needs.
 #pragma once
+#include "bsdf/bsdf.h"
 #include "core/frame.h"
-#include "scene/bsdf.h"
 #include "scene/scene.h"
 
 namespace glowworm {

@@ -7,7 +7,7 @@
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "gather/camera_pass.h"
-#include "gather/query_points.h"
+#include "points/query_points.h"
 #include "session/interrupt.h"
 #include "session/photon_maps.h"
 #include "session/view_state.h"

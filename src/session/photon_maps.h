@@ -24,7 +24,7 @@ struct PhotonMapSettings {
   KernelShape kernel = KernelShape::epanechnikov;
   std::uint32_t seed = 0, pass = 0;  ///< name the photons
   float radius_scale = 1;            ///< factor on the radii
-  bool corrected = false;            ///< makes up for kernels that reach over edges (density/boundary.h); seconds
+  bool corrected = false;            ///< makes up for kernels that reach over edges (render/boundary.h); seconds
   bool diagnosed = false;            ///< an index that counts photons, for false colours
   bool corners = false;              ///< wants radii()
   /// How emission is guided; null: by power alone. Two guides are the same where they are one object.

@@ -1,8 +1,8 @@
 // What every kind must do, on single values.
 #include <gtest/gtest.h>
 
+#include "bsdf/bsdf.h"
 #include "core/random.h"
-#include "scene/bsdf.h"
 
 namespace glowworm {
 namespace {

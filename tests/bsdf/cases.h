@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/bsdf.h"
+#include "bsdf/bsdf.h"
 
 namespace glowworm {
 

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "builtin/builtin.h"
+#include "builtin/ornaments.h"
+#include "builtin/sky.h"
 #include "mesh_checks.h"
-#include "scene/builtin.h"
-#include "scene/builtin_ornaments.h"
-#include "scene/builtin_sky.h"
 #include "scene/light_sampling.h"
 
 namespace glowworm {

@@ -1,4 +1,4 @@
-#include "scene/builtin.h"
+#include "builtin/builtin.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

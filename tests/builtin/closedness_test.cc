@@ -3,10 +3,10 @@
 
 #include <optional>
 
+#include "builtin/builtin.h"
 #include "core/random.h"
 #include "core/warp.h"
 #include "mesh_checks.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

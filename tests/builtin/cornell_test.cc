@@ -3,9 +3,9 @@
 
 #include <array>
 
+#include "builtin/builtin.h"
+#include "builtin/spectra.h"
 #include "mesh_checks.h"
-#include "scene/builtin.h"
-#include "scene/builtin_spectra.h"
 
 namespace glowworm {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/mesh_builder.h"
+#include "builtin/mesh_builder.h"
 
 #include <gtest/gtest.h>
 

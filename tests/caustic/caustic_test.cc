@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "builtin/builtin.h"
 #include "caustic/light_traced.h"
 #include "render/render_testing.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

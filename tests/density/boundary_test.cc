@@ -1,4 +1,4 @@
-#include "density/boundary.h"
+#include "render/boundary.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
+#include "builtin/mesh_builder.h"
 #include "core/parallel.h"
-#include "scene/mesh_builder.h"
 #include "scene/scene.h"
 
 namespace glowworm {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "density/engine.h"
-#include "gather/query_points.h"
-#include "photon/photon_batch.h"
+#include "points/photon_batch.h"
+#include "points/query_points.h"
 
 namespace glowworm::density_tests {
 

@@ -3,8 +3,8 @@
 
 #include "core/error.h"
 #include "fuzz/parse_once.h"
-#include "import/gltf_document.h"
-#include "import/gltf_import.h"
+#include "import/gltf/document.h"
+#include "import/gltf/import.h"
 
 namespace glowworm::fuzz {
 

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "core/error.h"
-#include "import/pbrt_builder.h"
-#include "import/pbrt_parser.h"
-#include "import/ply_reader.h"
-#include "import/spectrum.h"
+#include "import/pbrt/builder.h"
+#include "import/pbrt/parser.h"
+#include "import/pbrt/spectrum.h"
+#include "import/ply/reader.h"
 
 namespace glowworm::fuzz {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <string>
 
+#include "builtin/builtin.h"
 #include "core/parallel.h"
 #include "gather/final_gather.h"
-#include "scene/builtin.h"
 #include "support/scene_test_name.h"
 
 namespace glowworm {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "builtin/builtin.h"
 #include "core/random.h"
 #include "gather/camera_pass.h"
-#include "scene/builtin.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {

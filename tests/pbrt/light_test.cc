@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "import/pbrt_lights.h"
+#include "import/pbrt/lights.h"
 #include "pbrt/pbrt_testing.h"
 #include "scene/environment.h"
 

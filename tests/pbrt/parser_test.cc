@@ -1,3 +1,5 @@
+#include "import/pbrt/parser.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "import/pbrt_parser.h"
 #include "pbrt/pbrt_testing.h"
 
 namespace glowworm {

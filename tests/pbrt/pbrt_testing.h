@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "import/pbrt_import.h"
+#include "import/pbrt/import.h"
 
 namespace glowworm::pbrt_testing {
 

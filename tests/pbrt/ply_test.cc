@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "import/pbrt_file.h"
-#include "import/ply_reader.h"
+#include "import/pbrt/file.h"
+#include "import/ply/reader.h"
 #include "pbrt/pbrt_testing.h"
 
 namespace glowworm {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "import/pbrt_shapes.h"
+#include "import/pbrt/shapes.h"
 #include "pbrt/pbrt_testing.h"
 
 namespace glowworm {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <memory>
 
-#include "import/spectrum_tables.h"
+#include "import/pbrt/spectrum_tables.h"
 
 namespace glowworm {
 namespace {

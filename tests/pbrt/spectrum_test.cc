@@ -1,4 +1,4 @@
-#include "import/spectrum.h"
+#include "import/pbrt/spectrum.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,11 @@
+#include "import/pbrt/tokens.h"
+
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
 #include "core/error.h"
-#include "import/pbrt_tokens.h"
 
 namespace glowworm {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "import/pbrt_builder.h"
+#include "import/pbrt/builder.h"
 #include "pbrt/pbrt_testing.h"
 #include "scene/camera.h"
 

@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "core/random.h"
 #include "core/shading_light.h"
 #include "core/warp.h"
-#include "scene/builtin.h"
 #include "scene/surface.h"
 #include "support/scene_test_name.h"
 

@@ -7,9 +7,9 @@
 #include <memory>
 #include <set>
 
+#include "builtin/builtin.h"
 #include "core/random.h"
 #include "kernels/instruction_sets.h"
-#include "scene/builtin.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {

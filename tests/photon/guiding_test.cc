@@ -5,12 +5,12 @@
 #include <cmath>
 #include <vector>
 
+#include "builtin/builtin.h"
+#include "builtin/mesh_builder.h"
+#include "builtin/scenes.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "render/photon_guiding.h"
-#include "scene/builtin.h"
-#include "scene/builtin_scenes.h"
-#include "scene/mesh_builder.h"
 
 namespace glowworm {
 namespace {

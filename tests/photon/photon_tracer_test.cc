@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "builtin/builtin.h"
 #include "core/parallel.h"
-#include "scene/builtin.h"
 #include "scene/scene_parts.h"
 #include "support/scene_test_name.h"
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "import/spectrum.h"
-#include "import/spectrum_tables.h"
+#include "import/pbrt/spectrum.h"
+#include "import/pbrt/spectrum_tables.h"
 
 namespace glowworm {
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "builtin/mesh_builder.h"
 #include "render/render_testing.h"
-#include "scene/mesh_builder.h"
 #include "scene/scene_parts.h"
 #include "scene/surface.h"
 

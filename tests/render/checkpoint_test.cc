@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "builtin/builtin.h"
 #include "core/error.h"
 #include "render/job.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "builtin/builtin.h"
 #include "render/settings.h"
-#include "scene/builtin.h"
 #include "scene/scene.h"
 
 namespace glowworm {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "render/render_testing.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

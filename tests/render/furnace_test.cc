@@ -1,8 +1,8 @@
 // Closed scenes: where every surface emits 1 and reflects half, radiance is 2 everywhere.
 #include <gtest/gtest.h>
 
+#include "builtin/builtin.h"
 #include "render/render_testing.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

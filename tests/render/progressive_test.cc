@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "render/render_testing.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

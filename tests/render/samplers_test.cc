@@ -3,9 +3,9 @@
 
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "image/metrics.h"
 #include "render/render_testing.h"
-#include "scene/builtin.h"
 #include "support/scene_test_name.h"
 
 namespace glowworm {

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "builtin/builtin.h"
 #include "core/error.h"
 #include "density/engine.h"
 #include "render_testing.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <cstring>
 
+#include "builtin/builtin.h"
 #include "core/parallel.h"
 #include "density/engine.h"
 #include "render/render_testing.h"
-#include "scene/builtin.h"
 
 namespace glowworm {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "scene/builtin.h"
+#include "builtin/builtin.h"
 #include "scene/scene.h"
 #include "scene/scene_parts.h"
 #include "scene/surface.h"

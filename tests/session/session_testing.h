@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "scene/builtin.h"
+#include "builtin/builtin.h"
 #include "session/session.h"
 
 namespace glowworm {

@@ -8,11 +8,11 @@
 #include <limits>
 #include <vector>
 
+#include "builtin/builtin.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"
-#include "scene/builtin.h"
 #include "scene/scene_parts.h"
 #include "scene/surface.h"
 

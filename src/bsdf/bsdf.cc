@@ -1,0 +1,204 @@
+#include "bsdf/bsdf.h"
+
+#include "bsdf/component.h"
+#include "core/warp.h"
+
+namespace glowworm {
+namespace {
+
+using namespace bsdf_detail;
+
+Vec3 mirrored(Vec3 w, bool below) { return below ? Vec3{w.x, w.y, -w.z} : w; }
+
+View view_of(const Bsdf& bsdf, Vec3 wo, Lobes lobes) { return {bsdf, wo.z < 0, mirrored(wo, wo.z < 0), lobes}; }
+
+Components all_components(const View& view) {
+  Components all;
+  switch (view.bsdf.kind) {
+    case BsdfKind::lambertian:
+      lambertian_components(view, all);
+      break;
+    case BsdfKind::conductor:
+      conductor_components(view, all);
+      break;
+    case BsdfKind::dielectric:
+      dielectric_components(view, all);
+      break;
+    case BsdfKind::thin_dielectric:
+      thin_dielectric_components(view, all);
+      break;
+    case BsdfKind::coated_diffuse:
+      coated_diffuse_components(view, all);
+      break;
+    case BsdfKind::coated_conductor:
+      coated_conductor_components(view, all);
+      break;
+    case BsdfKind::metallic_roughness:
+      metallic_roughness_components(view, all);
+      break;
+  }
+  return all;
+}
+
+/// The components among the lobes asked for, with their probabilities, which add up to 1.
+Components chosen_components(const View& view) {
+  const Components all = all_components(view);
+  Components chosen;
+  float total = 0;
+  for (int i = 0; i < all.count; ++i) {
+    if (!(all.list[i].lobe & view.lobes)) continue;
+    Component& c = chosen.list[chosen.count++] = all.list[i];
+    c.probability = mean(c.albedo);
+    total += c.probability;
+  }
+  for (int i = 0; i < chosen.count; ++i) chosen.list[i].probability /= total;
+  return chosen;
+}
+
+void evaluate_view(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
+  switch (view.bsdf.kind) {
+    case BsdfKind::lambertian:
+      return evaluate_lambertian(view, wi, out);
+    case BsdfKind::conductor:
+      return evaluate_conductor(view, wi, out);
+    case BsdfKind::dielectric:
+      return evaluate_dielectric(view, wi, out);
+    case BsdfKind::thin_dielectric:
+      return fill_black(out);
+    case BsdfKind::coated_diffuse:
+      return evaluate_coated_diffuse(view, wi, out);
+    case BsdfKind::coated_conductor:
+      return evaluate_coated_conductor(view, wi, out);
+    case BsdfKind::metallic_roughness:
+      return evaluate_metallic_roughness(view, wi, out);
+  }
+}
+
+float mixed_pdf(const Components& components, Vec3 wo, Vec3 wi) {
+  float sum = 0;
+  for (int i = 0; i < components.count; ++i)
+    sum += components.list[i].probability * component_pdf(components.list[i], wo, wi);
+  return sum;
+}
+
+/// Refraction scales radiance, as the components' own numbers and flux are not.
+bool bends(Shape shape) {
+  return shape == Shape::rough_dielectric || shape == Shape::rough_refraction || shape == Shape::refraction;
+}
+
+/// sample() of diffuse reflection alone, which nearly every ray meets: what the general way comes to, without lists.
+BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
+  BsdfSample out;
+  if (!(lobes & kDiffuseReflection) || !(max_component(reflectance) > 0)) return out;
+  const Vec3 wi = square_to_cosine_hemisphere(u);
+  if (!(wi.z > 0)) return out;
+  out.wi = mirrored(wi, wo.z < 0);
+  out.lobe = kDiffuseReflection;
+  out.pdf = cosine_hemisphere_pdf(wi.z);
+  if (!(out.pdf > 0)) return out;
+  out.weight = reflectance * kInversePi * (wi.z / out.pdf);
+  out.valid = is_finite(out.weight);
+  return out;
+}
+
+}  // namespace
+
+Lobes lobes(const Bsdf& bsdf) {
+  if (is_lambertian(bsdf)) return max_component(bsdf.diffuse) > 0 ? kDiffuseReflection : Lobes{0};
+  // At a slanted direction every component that there is has a share.
+  Lobes all = 0;
+  for (const float z : {0.6f, -0.6f}) {
+    const Components components = all_components(view_of(bsdf, {0.8f, 0, z}, kAllLobes));
+    for (int i = 0; i < components.count; ++i) all |= components.list[i].lobe;
+  }
+  return all;
+}
+
+RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
+  RGB f;
+  evaluate_batch(bsdf, wo, {&wi, 1}, lobes, {&f, 1});
+  return f;
+}
+
+std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf) {
+  if (bsdf.alpha_x != bsdf.alpha_y) return std::nullopt;
+  switch (bsdf.kind) {
+    case BsdfKind::coated_diffuse:
+      return ReflectionModel::coated;
+    case BsdfKind::conductor:
+      return bsdf.use_reflectance ? ReflectionModel::schlick : ReflectionModel::conductor;
+    case BsdfKind::metallic_roughness:
+      if (bsdf.transmission_weight != 0 || bsdf.coat != 0) return std::nullopt;
+      return ReflectionModel::schlick;
+    default:
+      return std::nullopt;
+  }
+}
+
+IsotropicReflection isotropic_reflection(const Bsdf& bsdf, float cosine_o) {
+  if (bsdf.kind == BsdfKind::coated_diffuse) return reflection_of_coated_diffuse(bsdf, cosine_o);
+  if (bsdf.kind == BsdfKind::conductor) return reflection_of_conductor(bsdf);
+  return reflection_of_metallic_roughness(bsdf, cosine_o);
+}
+
+void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out) {
+  if (wo.z == 0) return fill_black(out);
+  evaluate_view(view_of(bsdf, wo, lobes), wi, out);
+}
+
+float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
+  if (wo.z == 0 || wi.z == 0) return 0;
+  if (is_lambertian(bsdf)) {
+    if (!(lobes & kDiffuseReflection) || !(max_component(bsdf.diffuse) > 0)) return 0;
+    return cosine_hemisphere_pdf(wo.z < 0 ? -wi.z : wi.z);
+  }
+  const View view = view_of(bsdf, wo, lobes);
+  return mixed_pdf(chosen_components(view), view.wo, mirrored(wi, view.inside));
+}
+
+BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, Transport transport) {
+  BsdfSample out;
+  if (wo.z == 0) return out;
+  if (is_lambertian(bsdf)) return sample_diffuse(bsdf.diffuse, wo, u, lobes);
+  const View view = view_of(bsdf, wo, lobes);
+  const Components components = chosen_components(view);
+  if (components.count == 0) return out;
+
+  int chosen = 0;
+  while (chosen + 1 < components.count && u_lobe >= components.list[chosen].probability)
+    u_lobe -= components.list[chosen++].probability;
+  const Component& c = components.list[chosen];
+  u_lobe = std::clamp(u_lobe / c.probability, 0.0f, 1 - 0x1p-24f);
+  Vec3 wi;
+  if (!component_sample(c, view.wo, u_lobe, u, wi)) return out;
+
+  out.wi = mirrored(wi, view.inside);
+  out.lobe = c.lobe;
+  out.delta = is_delta(c.shape);
+  if (out.delta) {
+    out.pdf = c.probability;
+    out.weight = c.albedo / c.probability;
+    if (bends(c.shape) && transport == Transport::radiance) out.weight *= 1 / (c.eta * c.eta);
+  } else {
+    out.pdf = mixed_pdf(components, view.wo, wi);
+    if (!(out.pdf > 0) || !std::isfinite(out.pdf)) return out;
+    RGB f;
+    evaluate_view(view, {&out.wi, 1}, {&f, 1});
+    out.weight = f * (std::abs(wi.z) / out.pdf);
+    if (bends(c.shape) && wi.z < 0 && transport == Transport::flux) out.weight *= c.eta * c.eta;
+  }
+  out.valid = is_finite(out.weight);
+  return out;
+}
+
+RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
+  if (is_lambertian(bsdf)) return lobes & kDiffuseReflection ? bsdf.diffuse : RGB(0.0f);
+  const View view = view_of(bsdf, wo, lobes);
+  const Components components = all_components(view);
+  RGB sum;
+  for (int i = 0; i < components.count; ++i)
+    if (components.list[i].lobe & lobes) sum += components.list[i].albedo;
+  return sum;
+}
+
+}  // namespace glowworm

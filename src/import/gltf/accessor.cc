@@ -1,0 +1,141 @@
+#include "import/gltf/accessor.h"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+#include "core/error.h"
+#include "import/gltf/document.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+
+template <typename T>
+T load(const std::uint8_t* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+/// One number as a float (glTF 2.0, section 3.11: "decoded" values of normalised integers).
+float component(const std::uint8_t* bytes, int type, bool normalized) {
+  switch (type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE: {
+      const float value = load<std::int8_t>(bytes);
+      return normalized ? std::max(value / 127, -1.0f) : value;
+    }
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return normalized ? static_cast<float>(*bytes) / 255 : static_cast<float>(*bytes);
+    case TINYGLTF_COMPONENT_TYPE_SHORT: {
+      const float value = load<std::int16_t>(bytes);
+      return normalized ? std::max(value / 32767, -1.0f) : value;
+    }
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: {
+      const float value = load<std::uint16_t>(bytes);
+      return normalized ? value / 65535 : value;
+    }
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+      return static_cast<float>(load<std::uint32_t>(bytes));
+    default:
+      return load<float>(bytes);
+  }
+}
+
+std::uint32_t index_value(const std::uint8_t* bytes, int type) {
+  if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *bytes;
+  if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return load<std::uint16_t>(bytes);
+  return load<std::uint32_t>(bytes);
+}
+
+bool is_index_type(int type) {
+  return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+         type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+}
+
+/// Replaces the elements that the sparse part of an accessor names.
+void apply_sparse(const GltfDocument& document, int index, int components, int element_components,
+                  std::size_t component_size, std::vector<float>& out) {
+  const tinygltf::Accessor& accessor = document.model->accessors[static_cast<std::size_t>(index)];
+  const auto& sparse = accessor.sparse;
+  if (!is_index_type(sparse.indices.componentType)) {
+    throw Error({document.path}, fmt::format("accessors[{}].sparse.indices are not unsigned integers", index), kRemedy);
+  }
+  const std::uint8_t* indices = document.view(sparse.indices.bufferView).data() + sparse.indices.byteOffset;
+  const std::uint8_t* values = document.view(sparse.values.bufferView).data() + sparse.values.byteOffset;
+  const std::size_t index_size = static_cast<std::size_t>(
+      tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
+  const std::size_t element_size = component_size * static_cast<std::size_t>(element_components);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sparse.count); ++i) {
+    const std::size_t target = index_value(indices + i * index_size, sparse.indices.componentType);
+    if (target >= accessor.count) {
+      throw Error(
+          {document.path},
+          fmt::format("accessors[{}].sparse replaces element {}, but there are {}", index, target, accessor.count),
+          kRemedy);
+    }
+    for (int c = 0; c < components; ++c) {
+      out[target * static_cast<std::size_t>(components) + static_cast<std::size_t>(c)] =
+          component(values + i * element_size + static_cast<std::size_t>(c) * component_size, accessor.componentType,
+                    accessor.normalized);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<float> read_floats(const GltfDocument& document, int index, int components) {
+  const tinygltf::Accessor& accessor = document.model->accessors.at(static_cast<std::size_t>(index));
+  const int element_components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
+  if (element_components < components) {
+    throw Error({document.path},
+                fmt::format("accessors[{}] has {} components; expected {}", index, element_components, components),
+                kRemedy);
+  }
+  if (accessor.bufferView < 0 && !accessor.sparse.isSparse) {
+    throw Error({document.path}, fmt::format("accessors[{}] has no data", index), kRemedy);
+  }
+  const std::size_t component_size =
+      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
+  std::vector<float> out(accessor.count * static_cast<std::size_t>(components));
+  if (accessor.bufferView >= 0) {
+    const std::size_t own = component_size * static_cast<std::size_t>(element_components);
+    const std::size_t given = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+    const std::size_t stride = std::max(own, given);
+    const std::uint8_t* bytes = document.view(accessor.bufferView).data() + accessor.byteOffset;
+    for (std::size_t i = 0; i < accessor.count; ++i) {
+      for (std::size_t c = 0; c < static_cast<std::size_t>(components); ++c) {
+        out[i * static_cast<std::size_t>(components) + c] =
+            component(bytes + i * stride + c * component_size, accessor.componentType, accessor.normalized);
+      }
+    }
+  }
+  if (accessor.sparse.isSparse) {
+    apply_sparse(document, index, components, element_components, component_size, out);
+  }
+  return out;
+}
+
+std::vector<std::uint32_t> read_indices(const GltfDocument& document, int index) {
+  const tinygltf::Accessor& accessor = document.model->accessors.at(static_cast<std::size_t>(index));
+  if (!is_index_type(accessor.componentType) || accessor.type != TINYGLTF_TYPE_SCALAR || accessor.sparse.isSparse ||
+      accessor.bufferView < 0) {
+    throw Error({document.path},
+                fmt::format("accessors[{}] cannot serve as indices: expected plain unsigned integers", index), kRemedy);
+  }
+  const std::size_t own =
+      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
+  const std::size_t given = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+  const std::size_t stride = std::max(own, given);
+  const std::uint8_t* bytes = document.view(accessor.bufferView).data() + accessor.byteOffset;
+  std::vector<std::uint32_t> out(accessor.count);
+  for (std::size_t i = 0; i < accessor.count; ++i) out[i] = index_value(bytes + i * stride, accessor.componentType);
+  return out;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,264 @@
+#include "import/gltf/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int kDeepestNesting = 200;
+/// Elements of an accessor that no buffer holds (all zero, or sparse): bounds what a short file can make us allocate.
+constexpr std::size_t kMostImplicitElements = std::size_t{1} << 24;
+constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+
+class Checker {
+ public:
+  Checker(const json& root, const std::string& path) : root_(root), path_(path) {}
+
+  void run() {
+    if (!root_.is_object()) fail("the JSON is not an object");
+    check_version();
+    each("buffers", [this](const json& o, const std::string& where) {
+      if (unsigned_member(o, "byteLength", 0, where, path_) == 0) fail(where + " has no byteLength");
+    });
+    each("bufferViews", [this](const json& o, const std::string& where) { check_view(o, where); });
+    each("accessors", [this](const json& o, const std::string& where) { check_accessor(o, where); });
+    each("images",
+         [this](const json& o, const std::string& where) { check_reference(o, "bufferView", "bufferViews", where); });
+    each("textures", [this](const json& o, const std::string& where) {
+      check_reference(o, "source", "images", where);
+      check_reference(o, "sampler", "samplers", where);
+    });
+    each("meshes", [this](const json& o, const std::string& where) { check_mesh(o, where); });
+    each("nodes", [this](const json& o, const std::string& where) { check_node(o, where); });
+    each("scenes", [this](const json& o, const std::string& where) { check_list(o, "nodes", "nodes", where); });
+    check_reference(root_, "scene", "scenes", "the file");
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const { throw Error({path_}, message, kRemedy); }
+
+  void check_version() const {
+    const auto asset = root_.find("asset");
+    if (asset == root_.end() || !asset->is_object() || !asset->contains("version")) {
+      throw Error({path_}, "has no asset.version", "Is it a glTF 2.0 file?");
+    }
+    const json& version = (*asset)["version"];
+    if (!version.is_string() || !version.get_ref<const std::string&>().starts_with("2.")) {
+      throw Error({path_}, fmt::format("is glTF version {}, not 2.0", version.dump()), "Export it as glTF 2.0.");
+    }
+  }
+
+  std::size_t count(const char* list) const {
+    const auto it = root_.find(list);
+    return it != root_.end() && it->is_array() ? it->size() : 0;
+  }
+
+  template <typename Check>
+  void each(const char* list, const Check& check) const {
+    const auto it = root_.find(list);
+    if (it == root_.end()) return;
+    if (!it->is_array()) fail(fmt::format("'{}' is not a list", list));
+    for (std::size_t i = 0; i < it->size(); ++i) {
+      const std::string where = fmt::format("{}[{}]", list, i);
+      if (!(*it)[i].is_object()) fail(where + " is not an object");
+      check((*it)[i], where);
+    }
+  }
+
+  /// Checks an index into a list; absent is fine. Returns whether it is there.
+  bool check_reference(const json& o, const char* key, const char* list, const std::string& where) const {
+    if (!o.contains(key)) return false;
+    check_index(unsigned_member(o, key, 0, where, path_), key, list, where);
+    return true;
+  }
+
+  void check_index(std::size_t index, const std::string& key, const char* list, const std::string& where) const {
+    if (index >= count(list)) {
+      fail(fmt::format("{}.{} is {}, but there are {} {}", where, key, index, count(list), list));
+    }
+  }
+
+  void check_list(const json& o, const char* key, const char* list, const std::string& where) const {
+    const auto it = o.find(key);
+    if (it == o.end()) return;
+    if (!it->is_array()) fail(fmt::format("{}.{} is not a list", where, key));
+    for (const json& index : *it) {
+      if (!index.is_number_unsigned()) fail(fmt::format("{}.{} holds {}, not an index", where, key, index.dump()));
+      check_index(index.get<std::size_t>(), key, list, where);
+    }
+  }
+
+  void check_view(const json& o, const std::string& where) const {
+    if (!check_reference(o, "buffer", "buffers", where)) fail(where + " names no buffer");
+    const std::size_t buffer = o["buffer"].get<std::size_t>();
+    const std::size_t offset = unsigned_member(o, "byteOffset", 0, where, path_);
+    const std::size_t length = unsigned_member(o, "byteLength", 0, where, path_);
+    const std::size_t size = unsigned_member(root_["buffers"][buffer], "byteLength", 0, "buffers", path_);
+    if (length == 0) fail(where + " has no byteLength");
+    if (offset > size || length > size - offset) {
+      fail(fmt::format("{} reaches to byte {} of buffers[{}], which has {}", where, offset + length, buffer, size));
+    }
+    const std::size_t stride = unsigned_member(o, "byteStride", 4, where, path_);
+    if (stride < 4 || stride > 252 || stride % 4 != 0) {
+      fail(fmt::format("{}.byteStride is {}; expected a multiple of 4 from 4 to 252", where, stride));
+    }
+  }
+
+  std::size_t component_size(const json& o, const std::string& where) const {
+    switch (const std::size_t type = unsigned_member(o, "componentType", 0, where, path_)) {
+      case 5120:
+      case 5121:
+        return 1;
+      case 5122:
+      case 5123:
+        return 2;
+      case 5125:
+      case 5126:
+        return 4;
+      default:
+        fail(fmt::format("{}.componentType is {}; expected 5120, 5121, 5122, 5123, 5125 or 5126", where, type));
+    }
+  }
+
+  std::size_t component_count(const json& o, const std::string& where) const {
+    static constexpr std::pair<const char*, std::size_t> kTypes[] = {
+        {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
+    const auto type = o.find("type");
+    if (type != o.end() && type->is_string()) {
+      for (const auto& [name, components] : kTypes) {
+        if (type->get_ref<const std::string&>() == name) return components;
+      }
+    }
+    fail(where + ".type is not one of SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3, MAT4");
+  }
+
+  void check_accessor(const json& o, const std::string& where) const {
+    const std::size_t element = component_size(o, where) * component_count(o, where);
+    const std::size_t elements = unsigned_member(o, "count", 0, where, path_);
+    if (elements == 0) fail(where + " has no count");
+    if (elements > std::numeric_limits<std::uint32_t>::max()) fail(where + ".count is more than 32 bits can hold");
+    if (check_reference(o, "bufferView", "bufferViews", where)) {
+      const json& view = root_["bufferViews"][o["bufferView"].get<std::size_t>()];
+      const std::size_t stride = std::max(element, unsigned_member(view, "byteStride", element, where, path_));
+      check_fits(view, unsigned_member(o, "byteOffset", 0, where, path_), (elements - 1) * stride + element, where);
+    }
+    const auto sparse = o.find("sparse");
+    if (sparse == o.end()) return;
+    if (!sparse->is_object()) fail(where + ".sparse is not an object");
+    if (!o.contains("bufferView") && elements > kMostImplicitElements) {
+      fail(fmt::format("{}.count is {}, but no buffer holds so many", where, elements));
+    }
+    check_sparse(*sparse, element, elements, where + ".sparse");
+  }
+
+  void check_sparse(const json& sparse, std::size_t element, std::size_t elements, const std::string& where) const {
+    const std::size_t changed = unsigned_member(sparse, "count", 0, where, path_);
+    if (changed > elements) fail(fmt::format("{}.count is {}, but the accessor has {}", where, changed, elements));
+    for (const char* part : {"indices", "values"}) {
+      const std::string inner = where + "." + part;
+      if (!sparse.contains(part) || !sparse[part].is_object()) fail(inner + " is missing");
+      const json& o = sparse[part];
+      if (!check_reference(o, "bufferView", "bufferViews", inner)) fail(inner + " names no bufferView");
+      const std::size_t size = part[0] == 'i' ? component_size(o, inner) : element;
+      check_fits(root_["bufferViews"][o["bufferView"].get<std::size_t>()],
+                 unsigned_member(o, "byteOffset", 0, inner, path_), changed * size, inner);
+    }
+  }
+
+  void check_fits(const json& view, std::size_t offset, std::size_t length, const std::string& where) const {
+    const std::size_t size = unsigned_member(view, "byteLength", 0, "bufferViews", path_);
+    if (offset > size || length > size - offset) {
+      fail(fmt::format("{} reaches to byte {} of its buffer view, which has {}", where, offset + length, size));
+    }
+  }
+
+  void check_mesh(const json& o, const std::string& where) const {
+    const auto primitives = o.find("primitives");
+    if (primitives == o.end() || !primitives->is_array()) fail(where + " has no primitives");
+    for (std::size_t i = 0; i < primitives->size(); ++i) {
+      const json& primitive = (*primitives)[i];
+      const std::string inner = fmt::format("{}.primitives[{}]", where, i);
+      if (!primitive.is_object()) fail(inner + " is not an object");
+      check_reference(primitive, "indices", "accessors", inner);
+      check_reference(primitive, "material", "materials", inner);
+      unsigned_member(primitive, "mode", 4, inner, path_);
+      if (!primitive.contains("attributes")) continue;
+      if (!primitive["attributes"].is_object()) fail(inner + ".attributes is not an object");
+      for (const auto& [name, index] : primitive["attributes"].items()) {
+        check_reference(primitive["attributes"], name.c_str(), "accessors", inner + ".attributes");
+      }
+    }
+  }
+
+  void check_node(const json& o, const std::string& where) const {
+    check_reference(o, "mesh", "meshes", where);
+    check_reference(o, "camera", "cameras", where);
+    check_reference(o, "skin", "skins", where);
+    check_list(o, "children", "nodes", where);
+    static constexpr std::pair<const char*, std::size_t> kNumbers[] = {
+        {"matrix", 16}, {"rotation", 4}, {"scale", 3}, {"translation", 3}};
+    for (const auto& [key, size] : kNumbers) {
+      const auto it = o.find(key);
+      if (it == o.end()) continue;
+      const bool numbers =
+          it->is_array() && std::all_of(it->begin(), it->end(), [](const json& n) { return n.is_number(); });
+      if (!numbers || it->size() != size) fail(fmt::format("{}.{} is not a list of {} numbers", where, key, size));
+    }
+  }
+
+  const json& root_;
+  const std::string& path_;
+};
+
+}  // namespace
+
+void check_json_depth(std::string_view text, const std::string& path) {
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > kDeepestNesting) {
+        throw Error({path}, fmt::format("the JSON is nested more than {} deep", kDeepestNesting), kRemedy);
+      }
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+}
+
+void check_gltf_json(const json& root, const std::string& path) { Checker(root, path).run(); }
+
+std::size_t unsigned_member(const json& object, const char* key, std::size_t otherwise, const std::string& where,
+                            const std::string& path) {
+  const auto it = object.find(key);
+  if (it == object.end()) return otherwise;
+  // Bounded well below 2^64, so that sums and products of a few of them cannot wrap round.
+  constexpr std::size_t kLargest = std::size_t{1} << 48;
+  if (it->is_number_float() && it->get<double>() >= 0 && it->get<double>() < 1e14 &&
+      it->get<double>() == static_cast<double>(static_cast<std::size_t>(it->get<double>()))) {
+    return static_cast<std::size_t>(it->get<double>());
+  }
+  if (!it->is_number_unsigned() || it->get<std::size_t>() > kLargest) {
+    throw Error({path}, fmt::format("{}.{} is {}; expected an integer that is not negative", where, key, it->dump()),
+                kRemedy);
+  }
+  return it->get<std::size_t>();
+}
+
+}  // namespace glowworm

@@ -1,0 +1,254 @@
+#include "import/gltf/document.h"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/error.h"
+#include "import/gltf/check.h"
+#include "import/gltf/compression.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it anew.";
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+
+std::vector<std::uint8_t> read_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
+  const std::streamoff size = in.tellg();
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::max<std::streamoff>(size, 0)));
+  in.seekg(0);
+  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!in) throw Error({path}, "reading stopped half-way", "Check the disk the file is on.");
+  return bytes;
+}
+
+std::uint32_t little_endian_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
+  return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | static_cast<std::uint32_t>(bytes[at + 3]) << 24;
+}
+
+/// The two chunks of a GLB file (glTF 2.0, section 4).
+struct Chunks {
+  std::span<const std::uint8_t> json, binary;
+};
+
+Chunks split_glb(std::span<const std::uint8_t> file, const std::string& path) {
+  if (file.size() < 12) throw Error({path}, "ends within the GLB header", kTruncatedRemedy);
+  const std::uint32_t version = little_endian_u32(file, 4), length = little_endian_u32(file, 8);
+  if (version != 2) throw Error({path}, fmt::format("is GLB version {}, not 2", version), "Export it as glTF 2.0.");
+  if (length > file.size()) {
+    throw Error({path}, fmt::format("is truncated: the GLB header says {} bytes, the file has {}", length, file.size()),
+                kTruncatedRemedy);
+  }
+  Chunks chunks;
+  std::size_t at = 12;
+  while (at + 8 <= length) {
+    const std::size_t size = little_endian_u32(file, at);
+    const std::uint32_t type = little_endian_u32(file, at + 4);
+    if (size > length - at - 8) {
+      throw Error(
+          {path},
+          fmt::format("is truncated: the chunk at byte {} says {} bytes, {} are left", at, size, length - at - 8),
+          kTruncatedRemedy);
+    }
+    const std::span<const std::uint8_t> body = file.subspan(at + 8, size);
+    if (type == kJsonChunk && chunks.json.empty()) chunks.json = body;
+    if (type == kBinaryChunk && chunks.binary.empty()) chunks.binary = body;
+    at += 8 + size;
+  }
+  if (chunks.json.empty()) throw Error({path}, "has no JSON chunk", kTruncatedRemedy);
+  return chunks;
+}
+
+json parse_json(std::span<const std::uint8_t> bytes, const std::string& path) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  check_json_depth(text, path);
+  try {
+    return json::parse(text.begin(), text.end());
+  } catch (const json::exception& e) {
+    throw Error({path}, std::string("is not valid JSON: ") + e.what(),
+                "Is it a glTF file? If so, it is damaged: export it anew.");
+  }
+}
+
+bool is_meshopt_fallback(const json& buffer) {
+  const auto extensions = buffer.find("extensions");
+  if (extensions == buffer.end() || !extensions->is_object()) return false;
+  for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    if (extensions->contains(name)) return true;
+  }
+  return false;
+}
+
+/// Reads one buffer; one that only stands in for compressed data stays empty.
+std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, const GltfDocument& document,
+                                      std::span<const std::uint8_t> binary) {
+  const std::string where = fmt::format("buffers[{}]", index);
+  const std::size_t length = unsigned_member(buffer, "byteLength", 0, where, document.path);
+  std::vector<std::uint8_t> bytes;
+  std::string source = "the BIN chunk";
+  if (!buffer.contains("uri")) {
+    if (is_meshopt_fallback(buffer)) return {};
+    if (index > 0 || binary.empty()) {
+      throw Error({document.path}, where + " has neither a uri nor a BIN chunk", kTruncatedRemedy);
+    }
+    bytes.assign(binary.begin(), binary.end());
+  } else {
+    if (!buffer["uri"].is_string()) throw Error({document.path}, where + ".uri is not text", "Export the file anew.");
+    const std::string& uri = buffer["uri"].get_ref<const std::string&>();
+    if (uri.starts_with("data:")) {
+      source = "its data URI";
+      bytes = decode_data_uri(uri);
+    } else {
+      source = "'" + decode_uri(uri) + "'";
+      const std::filesystem::path file = std::filesystem::path(document.folder) / decode_uri(uri);
+      std::error_code error;
+      if (!std::filesystem::is_regular_file(file, error)) {
+        throw Error({document.path}, fmt::format("{}: no such file {}", where, source),
+                    "Put the .bin file beside the .gltf file, or export as .glb.");
+      }
+      bytes = read_bytes(file.string());
+    }
+  }
+  if (bytes.size() < length) {
+    throw Error({document.path},
+                fmt::format("{} has {} bytes by its byteLength, but {} holds {}", where, length, source, bytes.size()),
+                kTruncatedRemedy);
+  }
+  bytes.resize(length);
+  return bytes;
+}
+
+/// Lets tinygltf map the JSON, from which everything that would make it open files was taken.
+std::unique_ptr<tinygltf::Model> map_json(const json& root, const std::string& path) {
+  auto model = std::make_unique<tinygltf::Model>();
+  std::string error, warning;
+  bool good = false;
+  try {
+    const std::string text = root.dump();
+    good = tinygltf::TinyGLTF().LoadASCIIFromString(model.get(), &error, &warning, text.data(),
+                                                    static_cast<unsigned>(text.size()), "");
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  if (!good) {
+    while (!error.empty() && (error.back() == '\n' || error.back() == ' ')) error.pop_back();
+    throw Error({path}, "is not a valid glTF file: " + error, "Export it anew.");
+  }
+  return model;
+}
+
+void take_images(json& root, GltfDocument& document) {
+  const auto images = root.find("images");
+  if (images == root.end()) return;
+  for (const json& source : *images) {
+    GltfImage image;
+    if (const auto uri = source.find("uri"); uri != source.end() && uri->is_string())
+      image.uri = uri->get<std::string>();
+    if (source.contains("bufferView")) image.buffer_view = source["bufferView"].get<int>();
+    document.images.push_back(std::move(image));
+  }
+  root.erase("images");
+}
+
+/// Draco brings its indices along; tinygltf refuses the accessor without bytes that stands for them.
+void drop_draco_indices(json& root) {
+  if (!root.contains("meshes")) return;
+  for (json& mesh : root["meshes"]) {
+    for (json& primitive : mesh["primitives"]) {
+      const auto extensions = primitive.find("extensions");
+      if (extensions == primitive.end() || !extensions->is_object()) continue;
+      if (extensions->contains("KHR_draco_mesh_compression")) primitive.erase("indices");
+    }
+  }
+}
+
+}  // namespace
+
+GltfDocument::GltfDocument() = default;
+GltfDocument::GltfDocument(GltfDocument&&) noexcept = default;
+GltfDocument& GltfDocument::operator=(GltfDocument&&) noexcept = default;
+GltfDocument::~GltfDocument() = default;
+
+std::span<const std::uint8_t> GltfDocument::view(int index) const {
+  const std::size_t i = static_cast<std::size_t>(index);
+  if (!decoded_views.at(i).empty()) return decoded_views[i];
+  const tinygltf::BufferView& view = model->bufferViews.at(i);
+  const std::span<const std::uint8_t> buffer = buffers.at(static_cast<std::size_t>(view.buffer));
+  if (buffer.size() < view.byteOffset + view.byteLength) {
+    throw Error({path}, fmt::format("bufferViews[{}] lies in a buffer that only stands in for compressed data", index),
+                "Export the file anew.");
+  }
+  return buffer.subspan(view.byteOffset, view.byteLength);
+}
+
+GltfDocument read_gltf_document(const std::string& path) { return read_gltf_document(read_bytes(path), path); }
+
+GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path) {
+  GltfDocument document;
+  document.path = path;
+  document.folder = std::filesystem::path(path).parent_path().string();
+  if (file.empty()) throw Error({path}, "is empty", kTruncatedRemedy);
+  const bool binary = file.size() >= 4 && std::memcmp(file.data(), "glTF", 4) == 0;
+  const Chunks chunks = binary ? split_glb(file, path) : Chunks{file, {}};
+  json root = parse_json(chunks.json, path);
+  check_gltf_json(root, path);
+  if (const auto buffers = root.find("buffers"); buffers != root.end()) {
+    for (std::size_t i = 0; i < buffers->size(); ++i) {
+      document.buffers.push_back(read_buffer((*buffers)[i], i, document, chunks.binary));
+    }
+    root.erase("buffers");
+  }
+  take_images(root, document);
+  drop_draco_indices(root);
+  document.model = map_json(root, path);
+  decode_meshopt_views(document);
+  return document;
+}
+
+std::string decode_uri(const std::string& uri) {
+  const auto digit = [](char c) {
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                  : -1;
+  };
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0) {
+      out.push_back(static_cast<char>(digit(uri[i + 1]) * 16 + digit(uri[i + 2])));
+      i += 2;
+    } else {
+      out.push_back(uri[i]);
+    }
+  }
+  return out;
+}
+
+std::vector<std::uint8_t> decode_data_uri(const std::string& uri) {
+  static constexpr std::string_view kMark = ";base64,";
+  const std::size_t mark = uri.find(kMark);
+  if (!uri.starts_with("data:") || mark == std::string::npos) return {};
+  // tinygltf knows a few media types only; what the bytes are is known from where they are used.
+  const std::string plain = "data:application/octet-stream;base64," + uri.substr(mark + kMark.size());
+  std::vector<std::uint8_t> bytes;
+  std::string media_type;
+  try {
+    if (!tinygltf::DecodeDataURI(&bytes, media_type, plain, 0, false)) bytes.clear();
+  } catch (const std::exception&) {
+    bytes.clear();
+  }
+  return bytes;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,307 @@
+#include "import/gltf/import.h"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "import/gltf/accessor.h"
+#include "import/gltf/document.h"
+#include "import/gltf/material.h"
+#include "import/gltf/mesh.h"
+#include "import/gltf/value.h"
+#include "import/mesh_tools.h"
+#include "import/notes.h"
+#include "import/texture_cache.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr float kLumensPerWatt = 683;  ///< luminous efficacy that Blender's exporter and importer use
+constexpr int kDeepestNode = 1000;
+constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+
+/// A rotation by a quaternion (x, y, z, w), which need not be quite unit, after a scale.
+Transform rotation_and_scale(const double q[4], Vec3 scale) {
+  const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  const double s = n > 0 ? 2 / n : 0;
+  const double x = q[0], y = q[1], z = q[2], w = q[3];
+  const auto column = [](double a, double b, double c, float factor) {
+    return Vec3{static_cast<float>(a), static_cast<float>(b), static_cast<float>(c)} * factor;
+  };
+  return {column(1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y), scale.x),
+          column(s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x), scale.y),
+          column(s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y), scale.z),
+          {0, 0, 0}};
+}
+
+Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
+  if (v.size() != 3) return otherwise;
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+Transform local_transform(const tinygltf::Node& node) {
+  if (node.matrix.size() == 16) {
+    const auto column = [&](std::size_t i) {
+      return Vec3{static_cast<float>(node.matrix[4 * i]), static_cast<float>(node.matrix[4 * i + 1]),
+                  static_cast<float>(node.matrix[4 * i + 2])};
+    };
+    return {column(0), column(1), column(2), column(3)};
+  }
+  const double identity[4] = {0, 0, 0, 1};
+  Transform t =
+      rotation_and_scale(node.rotation.size() == 4 ? node.rotation.data() : identity, vector_of(node.scale, {1, 1, 1}));
+  t.translation = vector_of(node.translation, {0, 0, 0});
+  return t;
+}
+
+bool is_finite(const Transform& t) {
+  return glowworm::is_finite(t.x) && glowworm::is_finite(t.y) && glowworm::is_finite(t.z) &&
+         glowworm::is_finite(t.translation);
+}
+
+Vec3 unit_or(Vec3 v, Vec3 otherwise) {
+  const float l = length(v);
+  return l > 0 && std::isfinite(l) ? v / l : otherwise;
+}
+
+/// Builds a description from a document.
+class GltfBuilder {
+ public:
+  GltfBuilder(const GltfDocument& document, const ImportOptions& options)
+      : document_(document),
+        model_(*document.model),
+        textures_(options, notes_),
+        materials_(document, textures_, notes_, description_) {}
+
+  SceneDescription build() {
+    description_.name = std::filesystem::path(document_.path).stem().string();
+    for (const tinygltf::Material& material : model_.materials) material_info_.push_back(materials_.add(material));
+    // The last one is for primitives that name no material.
+    material_info_.push_back(materials_.add(tinygltf::Material()));
+    description_.materials.back().name = "glTF default";
+    for (const int root : root_nodes()) visit(root, Transform{}, 0);
+    note_extensions();
+    add_sky_for_decals();
+    notes_.add("animation: the first moment is shown", model_.animations.size());
+    notes_.write_to(description_.notes);
+    return std::move(description_);
+  }
+
+ private:
+  /// A file without lights whose emission is all painted on by textures (signs, displays) is meant to be lit by its
+  /// viewer.
+  void add_sky_for_decals() {
+    if (!description_.lights.empty() || description_.emissions.empty()) return;
+    for (const Emission& emission : description_.emissions)
+      if (emission.radiance.texture == kNone && !is_black(emission.radiance.value)) return;
+    description_.environment = Environment{};
+    description_.environment->name = "default sky";
+    notes_.add("no light but textures of emission: a uniform sky of radiance 1 was added");
+  }
+
+  std::vector<int> root_nodes() {
+    if (!model_.scenes.empty()) {
+      notes_.add("scene besides the one shown, left out", model_.scenes.size() - 1);
+      return model_.scenes[static_cast<std::size_t>(std::max(0, model_.defaultScene))].nodes;
+    }
+    std::vector<bool> is_child(model_.nodes.size(), false);
+    for (const tinygltf::Node& node : model_.nodes) {
+      for (const int child : node.children) is_child[static_cast<std::size_t>(child)] = true;
+    }
+    std::vector<int> roots;
+    for (std::size_t i = 0; i < is_child.size(); ++i) {
+      if (!is_child[i]) roots.push_back(static_cast<int>(i));
+    }
+    return roots;
+  }
+
+  void visit(int index, const Transform& parent, int depth) {
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    if (depth > kDeepestNode || !visited_.insert(index).second) {
+      throw Error({document_.path}, fmt::format("nodes[{}] is a child of two nodes, of itself, or too deep", index),
+                  kRemedy);
+    }
+    const Transform to_world = parent * local_transform(node);
+    if (!is_finite(to_world)) {
+      notes_.add("node whose place is beyond the range of numbers, left out");
+      return;
+    }
+    if (node.mesh >= 0) add_instances(node, to_world);
+    if (node.camera >= 0) add_camera(node, to_world);
+    if (const auto* light = find_extension(node.extensions, "KHR_lights_punctual")) {
+      add_light(node, static_cast<int>(number_member(*light, "light", -1)), to_world);
+    }
+    if (node.skin >= 0) notes_.add("skin: the mesh is shown as it was modelled");
+    for (const int child : node.children) visit(child, to_world, depth + 1);
+  }
+
+  /// The mesh of a node, once or at each place of EXT_mesh_gpu_instancing.
+  void add_instances(const tinygltf::Node& node, const Transform& to_world) {
+    const auto* instancing = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
+    if (!instancing || !instancing->Has("attributes")) {
+      add_mesh(node.mesh, to_world);
+      return;
+    }
+    const tinygltf::Value& attributes = instancing->Get("attributes");
+    const auto read = [&](const char* name, int components) {
+      const int accessor = static_cast<int>(number_member(attributes, name, -1));
+      if (accessor < 0 || accessor >= static_cast<int>(model_.accessors.size())) return std::vector<float>();
+      return read_floats(document_, accessor, components);
+    };
+    const std::vector<float> t = read("TRANSLATION", 3), r = read("ROTATION", 4), s = read("SCALE", 3);
+    const std::size_t count = std::max({t.size() / 3, r.size() / 4, s.size() / 3});
+    for (std::size_t i = 0; i < count; ++i) {
+      double q[4] = {0, 0, 0, 1};
+      if (4 * i + 3 < r.size()) std::copy_n(r.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, q);
+      const bool scaled = 3 * i + 2 < s.size();
+      Transform instance = rotation_and_scale(q, scaled ? Vec3{s[3 * i], s[3 * i + 1], s[3 * i + 2]} : Vec3{1, 1, 1});
+      if (3 * i + 2 < t.size()) instance.translation = {t[3 * i], t[3 * i + 1], t[3 * i + 2]};
+      add_mesh(node.mesh, to_world * instance);
+    }
+  }
+
+  void add_mesh(int index, const Transform& to_world) {
+    const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
+    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+      const std::string where = fmt::format("meshes[{}].primitives[{}]", index, i);
+      const int own = mesh.primitives[i].material;
+      std::uint32_t material = static_cast<std::uint32_t>(own >= 0 ? own : static_cast<int>(model_.materials.size()));
+      const GltfMaterialInfo& info = material_info_.at(material);
+      const auto key = std::pair(index, i);
+      auto found = primitives_.find(key);
+      if (found == primitives_.end()) {
+        GltfPrimitive fresh = read_gltf_primitive(document_, mesh.primitives[i], info.uv_set, where, notes_);
+        found = primitives_.emplace(key, std::move(fresh)).first;
+      }
+      const GltfPrimitive& primitive = found->second;
+      if (primitive.mesh.triangles.empty()) continue;
+      if (primitive.vertex_color) material = tinted(material, *primitive.vertex_color);
+      Geometry instance = primitive.mesh;
+      transform_mesh(instance, to_world);
+      append_counted(description_.geometry, instance, document_.path + ": " + where, material, info.emission, notes_);
+    }
+  }
+
+  std::uint32_t tinted(std::uint32_t material, RGB tint) {
+    const auto key = std::tuple(material, tint.r, tint.g, tint.b);
+    const auto found = tinted_.find(key);
+    if (found != tinted_.end()) return found->second;
+    return tinted_[key] = materials_.add_tinted(material, tint);
+  }
+
+  void add_camera(const tinygltf::Node& node, const Transform& to_world) {
+    const tinygltf::Camera& source = model_.cameras[static_cast<std::size_t>(node.camera)];
+    Camera camera;
+    camera.name = !node.name.empty() ? node.name : source.name;
+    // glTF's cameras look along -z; scale does not act on them.
+    camera.to_world = {unit_or(to_world.x, {1, 0, 0}), unit_or(to_world.y, {0, 1, 0}), -unit_or(to_world.z, {0, 0, 1}),
+                       to_world.translation};
+    double extent = 0;  // of half the picture's height, then of half its shorter side
+    if (source.type == "orthographic") {
+      camera.kind = CameraKind::orthographic;
+      extent = std::min(std::abs(source.orthographic.xmag), std::abs(source.orthographic.ymag));
+    } else {
+      extent = std::tan(std::clamp(source.perspective.yfov, 0.0, 3.1) / 2);
+      const double aspect = source.perspective.aspectRatio;
+      if (aspect > 0 && aspect < 1) extent *= aspect;
+    }
+    camera.half_extent = static_cast<float>(extent);
+    if (!(camera.half_extent > 0) || !std::isfinite(camera.half_extent)) {
+      notes_.add("camera '" + camera.name + "' has no field of view, left out");
+      return;
+    }
+    description_.cameras.push_back(std::move(camera));
+  }
+
+  void add_light(const tinygltf::Node& node, int index, const Transform& to_world) {
+    if (index < 0 || index >= static_cast<int>(model_.lights.size())) {
+      throw Error({document_.path},
+                  fmt::format("node '{}' names light {}, but there are {}", node.name, index, model_.lights.size()),
+                  kRemedy);
+    }
+    const tinygltf::Light& source = model_.lights[static_cast<std::size_t>(index)];
+    Light light;
+    light.name = !node.name.empty() ? node.name : source.name;
+    const Vec3 color = vector_of(source.color, {1, 1, 1});
+    light.intensity = RGB(color.x, color.y, color.z) * (static_cast<float>(source.intensity) / kLumensPerWatt);
+    light.position = to_world.translation;
+    light.direction = -unit_or(to_world.z, {0, 0, 1});
+    if (source.type == "spot") {
+      light.kind = LightKind::spot;
+      light.cos_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));
+      light.cos_outer = std::min(static_cast<float>(std::cos(source.spot.outerConeAngle)), light.cos_inner);
+      light.gltf_falloff = true;
+    } else if (source.type == "directional") {
+      light.kind = LightKind::directional;
+    } else if (source.type != "point") {
+      notes_.add("light of type '" + source.type + "' is not supported, left out");
+      return;
+    }
+    if (!glowworm::is_finite(light.intensity) || light.intensity.r < 0 || light.intensity.g < 0 ||
+        light.intensity.b < 0) {
+      notes_.add("light '" + light.name + "' has no intensity that makes sense, left out");
+      return;
+    }
+    if (source.range > 0) notes_.add("range of a light, not used: light falls off by the square of the distance");
+    description_.lights.push_back(std::move(light));
+  }
+
+  void note_extensions() {
+    static const std::set<std::string> kKnown = {"KHR_lights_punctual",
+                                                 "KHR_materials_emissive_strength",
+                                                 "KHR_texture_transform",
+                                                 "KHR_materials_transmission",
+                                                 "KHR_materials_ior",
+                                                 "KHR_materials_specular",
+                                                 "KHR_materials_clearcoat",
+                                                 "KHR_materials_unlit",
+                                                 "KHR_materials_volume",
+                                                 "KHR_materials_pbrSpecularGlossiness",
+                                                 "KHR_draco_mesh_compression",
+                                                 "EXT_meshopt_compression",
+                                                 "KHR_meshopt_compression",
+                                                 "KHR_mesh_quantization",
+                                                 "EXT_mesh_gpu_instancing",
+                                                 "EXT_texture_webp",
+                                                 "MSFT_texture_dds"};
+    for (const std::string& name : model_.extensionsUsed) {
+      if (!kKnown.contains(name)) notes_.add("extension " + name + " is not supported, left out");
+    }
+  }
+
+  const GltfDocument& document_;
+  const tinygltf::Model& model_;
+  NoteCounter notes_;
+  SceneDescription description_;
+  TextureCache textures_;
+  GltfMaterials materials_;
+  std::vector<GltfMaterialInfo> material_info_;  ///< of each material of the file, and of the default one
+  std::map<std::pair<int, std::size_t>, GltfPrimitive> primitives_;
+  std::map<std::tuple<std::uint32_t, float, float, float>, std::uint32_t> tinted_;
+  std::set<int> visited_;
+};
+
+}  // namespace
+
+SceneDescription load_gltf(const std::string& path, const ImportOptions& options) {
+  return build_gltf_scene(read_gltf_document(path), options);
+}
+
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options) {
+  SceneDescription description = GltfBuilder(document, options).build();
+  if (description.geometry.triangles.empty()) {
+    throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");
+  }
+  return description;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,258 @@
+#include "import/gltf/material.h"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "import/gltf/document.h"
+#include "import/gltf/value.h"
+
+namespace glowworm {
+
+namespace {
+
+float unit_range(double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); }
+
+RGB positive(RGB c) { return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)}; }
+
+RGB color_of(const std::vector<double>& factor, RGB otherwise) {
+  if (factor.size() < 3) return otherwise;
+  const RGB c(static_cast<float>(factor[0]), static_cast<float>(factor[1]), static_cast<float>(factor[2]));
+  return is_finite(c) ? positive(c) : otherwise;
+}
+
+TextureWrap wrap_of(int mode) {
+  if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return TextureWrap::clamp;
+  return mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? TextureWrap::mirror : TextureWrap::repeat;
+}
+
+constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5, which specularColorFactor scales
+
+}  // namespace
+
+GltfMaterials::GltfMaterials(const GltfDocument& document, TextureCache& textures, NoteCounter& notes,
+                             SceneDescription& description)
+    : document_(document), textures_(textures), notes_(notes), description_(description) {}
+
+void GltfMaterials::use_uv_set(int set) {
+  if (uv_set_ < 0) uv_set_ = set;
+  if (uv_set_ != set) notes_.add("texture by another set of texture coordinates than its material's first texture");
+}
+
+template <typename Extensions>
+void GltfMaterials::read_texture_transform(const Extensions& extensions, TextureReference& reference) {
+  const tinygltf::Value* transform = find_extension(extensions, "KHR_texture_transform");
+  if (!transform) return;
+  reference.uv_scale = {element_member(*transform, "scale", 0, 1), element_member(*transform, "scale", 1, 1)};
+  reference.uv_offset = {element_member(*transform, "offset", 0, 0), element_member(*transform, "offset", 1, 0)};
+  reference.uv_rotation = number_member(*transform, "rotation", 0);
+  reference.uv_set = static_cast<int>(number_member(*transform, "texCoord", static_cast<float>(reference.uv_set)));
+}
+
+template <typename Info>
+GltfMaterials::TextureReference GltfMaterials::reference(const Info& info) {
+  TextureReference out;
+  out.texture = info.index;
+  out.uv_set = info.texCoord;
+  if constexpr (std::is_same_v<Info, tinygltf::NormalTextureInfo>) out.scale = static_cast<float>(info.scale);
+  read_texture_transform(info.extensions, out);
+  return out;
+}
+
+std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncoding encoding) {
+  const std::string name = fmt::format("textures[{}] of {}", index, document_.path);
+  if (index >= static_cast<int>(document_.model->textures.size())) return textures_.missing(name, "no such texture");
+  const tinygltf::Texture& texture = document_.model->textures[static_cast<std::size_t>(index)];
+  int source = texture.source;
+  for (const char* extension : {"EXT_texture_webp", "MSFT_texture_dds", "KHR_texture_basisu"}) {
+    const tinygltf::Value* other = find_extension(texture.extensions, extension);
+    if (other && source < 0) source = static_cast<int>(number_member(*other, "source", -1));
+  }
+  if (source < 0 || source >= static_cast<int>(document_.images.size())) {
+    return textures_.missing(name, "it names no image");
+  }
+  TextureOptions options;
+  options.encoding = encoding;
+  if (texture.sampler >= 0) {
+    const tinygltf::Sampler& sampler = document_.model->samplers.at(static_cast<std::size_t>(texture.sampler));
+    options.wrap_u = wrap_of(sampler.wrapS);
+    options.wrap_v = wrap_of(sampler.wrapT);
+    if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) options.filter = TextureFilter::nearest;
+  }
+  const GltfImage& image = document_.images[static_cast<std::size_t>(source)];
+  const std::string image_name = fmt::format("images[{}] of {}", source, document_.path);
+  if (image.buffer_view >= 0) return textures_.load_memory(image_name, document_.view(image.buffer_view), options);
+  if (image.uri.starts_with("data:")) {
+    return textures_.load_memory(image_name, decode_data_uri(image.uri), options);
+  }
+  return textures_.load_file(find_texture_file(document_.folder, decode_uri(image.uri)), options);
+}
+
+std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEncoding encoding) {
+  if (reference.texture < 0) return kNone;
+  use_uv_set(reference.uv_set);
+  const std::uint32_t id = add_image_node(description_.textures, image(reference.texture, encoding));
+  // glTF: uv' = offset + R (scale uv) with v downwards and R(u, v) = (c u + s v, -s u + c v). With v upwards, as here
+  // (v -> 1 - v before and after), the same rotation is counter-clockwise, and the offset moves along.
+  const float c = std::cos(reference.uv_rotation), s = std::sin(reference.uv_rotation);
+  const Vec2 scale = reference.uv_scale, offset = reference.uv_offset;
+  TextureNode& node = description_.textures[id];
+  node.uv_offset = {s * scale.y + offset.x, 1 - c * scale.y - offset.y};
+  if (reference.uv_rotation == 0) {
+    node.uv_scale = scale;
+    return id;
+  }
+  node.uv_rotation = reference.uv_rotation;
+  if (scale.x == 1 && scale.y == 1) return id;
+  // A node scales after it rotates, glTF before: a node around this one does.
+  TextureNode outer;
+  outer.kind = TextureKind::scale;
+  outer.uv_scale = scale;
+  outer.child_a = id;
+  description_.textures.push_back(std::move(outer));
+  return static_cast<std::uint32_t>(description_.textures.size() - 1);
+}
+
+std::uint32_t GltfMaterials::square(std::uint32_t id) {
+  if (id == kNone) return kNone;
+  TextureNode node;
+  node.kind = TextureKind::scale;
+  node.child_a = node.child_b = id;
+  description_.textures.push_back(std::move(node));
+  return static_cast<std::uint32_t>(description_.textures.size() - 1);
+}
+
+void GltfMaterials::set_base(const tinygltf::Material& source, Material& material) {
+  const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+  material.kind = MaterialKind::metallic_roughness;
+  material.reflectance.value = clamp(color_of(pbr.baseColorFactor, RGB(1.0f)), 0, 1);
+  material.reflectance.texture = node(reference(pbr.baseColorTexture), TextureEncoding::automatic);
+  const std::uint32_t texture = node(reference(pbr.metallicRoughnessTexture), TextureEncoding::linear);
+  material.metallic = {unit_range(pbr.metallicFactor), texture, Channel::blue};
+  const float roughness = unit_range(pbr.roughnessFactor);
+  material.roughness_u = {roughness * roughness, square(texture), Channel::green};
+  material.roughness_v = material.roughness_u;
+  if (source.normalTexture.index >= 0) {
+    const TextureReference normals = reference(source.normalTexture);
+    material.normal_map = {RGB(1.0f), node(normals, TextureEncoding::linear)};
+    material.normal_scale = normals.scale;
+  }
+  if (source.occlusionTexture.index >= 0) notes_.add("occlusion texture, not used: occlusion is computed");
+}
+
+void GltfMaterials::set_alpha(const tinygltf::Material& source, Material& material) {
+  if (source.alphaMode == "OPAQUE") return;
+  const std::vector<double>& factor = source.pbrMetallicRoughness.baseColorFactor;
+  material.alpha = {factor.size() > 3 ? unit_range(factor[3]) : 1.0f, material.reflectance.texture, Channel::alpha};
+  if (source.alphaMode == "MASK") {
+    material.alpha_cutoff = static_cast<float>(source.alphaCutoff);
+  } else if (source.alphaMode != "BLEND") {
+    notes_.add("alphaMode '" + source.alphaMode + "' is not known, taken as BLEND");
+  }
+}
+
+void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& material) {
+  const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
+  if (const auto* ior = find("KHR_materials_ior")) {
+    const float value = number_member(*ior, "ior", 1.5f);
+    material.ior = value == 0 ? 1e4f : std::max(1.0f, value);  // 0 means that everything is reflected
+  }
+  if (const auto* specular = find("KHR_materials_specular")) {
+    material.specular = {unit_range(number_member(*specular, "specularFactor", 1)),
+                         node(reference(texture_member(*specular, "specularTexture")), TextureEncoding::linear),
+                         Channel::alpha};
+    material.specular_color = {
+        positive(color_member(*specular, "specularColorFactor", RGB(1.0f))),
+        node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::automatic)};
+  }
+  if (const auto* coat = find("KHR_materials_clearcoat")) {
+    material.clearcoat = {unit_range(number_member(*coat, "clearcoatFactor", 0)),
+                          node(reference(texture_member(*coat, "clearcoatTexture")), TextureEncoding::linear),
+                          Channel::red};
+    const float roughness = unit_range(number_member(*coat, "clearcoatRoughnessFactor", 0));
+    material.coat_roughness = {
+        roughness * roughness,
+        square(node(reference(texture_member(*coat, "clearcoatRoughnessTexture")), TextureEncoding::linear)),
+        Channel::green};
+    if (coat->Has("clearcoatNormalTexture")) notes_.add("clearcoatNormalTexture is not supported: the coat is flat");
+  }
+  if (const auto* transmission = find("KHR_materials_transmission")) {
+    material.transmission = {
+        unit_range(number_member(*transmission, "transmissionFactor", 0)),
+        node(reference(texture_member(*transmission, "transmissionTexture")), TextureEncoding::linear), Channel::red};
+    material.thin = true;
+  }
+  if (const auto* volume = find("KHR_materials_volume")) {
+    if (number_member(*volume, "thicknessFactor", 0) > 0) material.thin = false;
+    if (volume->Has("attenuationDistance"))
+      notes_.add("attenuation of KHR_materials_volume is not supported, left out");
+  }
+  if (const auto* old = find("KHR_materials_pbrSpecularGlossiness")) {
+    material.reflectance = {clamp(color_member(*old, "diffuseFactor", RGB(1.0f)), 0, 1),
+                            node(reference(texture_member(*old, "diffuseTexture")), TextureEncoding::automatic)};
+    material.metallic = {0, kNone, Channel::blue};
+    material.specular_color.value =
+        positive(color_member(*old, "specularFactor", RGB(1.0f))) / kDefaultDielectricReflectance;
+    const float roughness = 1 - unit_range(number_member(*old, "glossinessFactor", 1));
+    material.roughness_u = material.roughness_v = {roughness * roughness, kNone, Channel::green};
+    if (old->Has("specularGlossinessTexture")) notes_.add("specularGlossinessTexture is not supported, left out");
+  }
+  static constexpr const char* kKnown[] = {"KHR_materials_ior",       "KHR_materials_specular",
+                                           "KHR_materials_clearcoat", "KHR_materials_transmission",
+                                           "KHR_materials_volume",    "KHR_materials_pbrSpecularGlossiness",
+                                           "KHR_materials_unlit",     "KHR_materials_emissive_strength"};
+  for (const auto& [name, value] : source.extensions) {
+    const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
+    if (!known) notes_.add("material extension " + name + " is not supported, left out");
+  }
+}
+
+std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Material& material) {
+  Emission emission;
+  emission.name = material.name;
+  emission.two_sided = source.doubleSided;
+  emission.radiance.value = color_of(source.emissiveFactor, RGB(0.0f));
+  if (const auto* strength = find_extension(source.extensions, "KHR_materials_emissive_strength")) {
+    emission.radiance.value *= std::max(0.0f, number_member(*strength, "emissiveStrength", 1));
+  }
+  if (!is_black(emission.radiance.value)) {
+    emission.radiance.texture = node(reference(source.emissiveTexture), TextureEncoding::automatic);
+  }
+  if (source.extensions.contains("KHR_materials_unlit")) {
+    notes_.add("unlit material: it emits its colour");
+    emission.radiance = material.reflectance;
+    material.kind = MaterialKind::diffuse;
+    material.reflectance = {RGB(0.0f), kNone};
+    material.normal_map = {};
+  }
+  if (is_black(emission.radiance.value)) return kNone;
+  description_.emissions.push_back(std::move(emission));
+  return static_cast<std::uint32_t>(description_.emissions.size() - 1);
+}
+
+GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source) {
+  uv_set_ = -1;
+  Material material;
+  material.name = source.name;
+  set_base(source, material);
+  set_extensions(source, material);
+  set_alpha(source, material);
+  GltfMaterialInfo info;
+  info.emission = add_emission(source, material);
+  info.uv_set = std::max(0, uv_set_);
+  description_.materials.push_back(std::move(material));
+  return info;
+}
+
+std::uint32_t GltfMaterials::add_tinted(std::uint32_t material, RGB tint) {
+  Material tinted = description_.materials.at(material);
+  tinted.reflectance.value = clamp(tinted.reflectance.value * tint, 0, 1);
+  description_.materials.push_back(std::move(tinted));
+  return static_cast<std::uint32_t>(description_.materials.size() - 1);
+}
+
+}  // namespace glowworm

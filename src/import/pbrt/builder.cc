@@ -1,0 +1,394 @@
+#include "import/pbrt/builder.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "import/pbrt/camera.h"
+#include "import/pbrt/lights.h"
+#include "import/pbrt/material_table.h"
+#include "import/pbrt/placement.h"
+#include "import/pbrt/shapes.h"
+#include "import/pbrt/textures.h"
+#include "import/pbrt/transforms.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kMaxNesting = 10000;
+
+using Defaults = std::map<std::string, PbrtParameters, std::less<>>;
+
+/// What AttributeBegin saves.
+struct Attributes {
+  Transform transform;
+  bool reverse = false;
+  std::uint32_t material = 0;
+  bool textured_material = false;
+  std::shared_ptr<PbrtAreaLight> light;
+  std::shared_ptr<const Defaults> defaults;
+  PbrtColorSpace color_space = PbrtColorSpace::srgb;
+  bool start_active = true;  ///< transforms count at the start of the motion
+};
+
+struct Saved {
+  Attributes attributes;
+  std::string_view opened_by;
+  PbrtPlace place;
+};
+
+}  // namespace
+
+struct PbrtBuilder::State {
+  explicit State(PbrtContext& context_) : context(context_), materials(context_) {}
+
+  PbrtContext& context;
+  PbrtMaterialTable materials;
+  Attributes now;
+  std::vector<Saved> stack;
+  std::size_t ignored_nesting = 0;
+  std::map<std::string, Transform, std::less<>> coordinate_systems;
+  std::map<std::string, std::vector<PbrtShape>, std::less<>> objects;
+  std::vector<PbrtShape>* open_object = nullptr;
+  std::optional<PbrtDirective> film;
+  float exposure_seconds = 1;
+  bool too_large = false, has_world_content = false;
+
+  using Action = void (State::*)(PbrtDirective&);
+  static Action action_of(std::string_view name);
+
+  PbrtDiagnostics& diagnostics() { return context.diagnostics; }
+  void note(const PbrtDirective& d, const std::string& text) { diagnostics().note(d.place, text); }
+  void error(const PbrtDirective& d, const std::string& message, const std::string& remedy) {
+    diagnostics().error(d.place, message, remedy);
+  }
+  void add_defaults(const char* target, PbrtDirective& d) {
+    if (!now.defaults) return;
+    if (const auto found = now.defaults->find(target); found != now.defaults->end()) {
+      d.parameters.add_defaults(found->second);
+    }
+  }
+
+  void ignore(PbrtDirective&) {}
+  void attribute(PbrtDirective& d) {
+    auto defaults = now.defaults ? std::make_shared<Defaults>(*now.defaults) : std::make_shared<Defaults>();
+    const auto [entry, is_new] = defaults->try_emplace(d.strings[0], d.parameters);
+    if (!is_new) {
+      d.parameters.add_defaults(entry->second);
+      entry->second = d.parameters;
+    }
+    now.defaults = std::move(defaults);
+  }
+  void begin(PbrtDirective& d) {
+    if (stack.size() < kMaxNesting) {
+      stack.push_back({now, d.name, d.place});
+    } else if (ignored_nesting++ == 0) {
+      error(d, fmt::format("{} is nested more than {} deep", d.name, kMaxNesting), "Close what is open.");
+    }
+  }
+  void end(PbrtDirective& d);
+  void color_space(PbrtDirective& d);
+  void transform(PbrtDirective& d);
+  void active_transform(PbrtDirective& d);
+  void coordinate_system(PbrtDirective& d) { coordinate_systems[d.strings[0]] = now.transform; }
+  void coordinate_system_transform(PbrtDirective& d);
+  void reverse_orientation(PbrtDirective&) { now.reverse = !now.reverse; }
+  void camera(PbrtDirective& d);
+  void set_film(PbrtDirective& d) { film = d; }
+  void world_begin(PbrtDirective& d);
+  void medium(PbrtDirective& d);
+  void texture(PbrtDirective& d);
+  void material(PbrtDirective& d);
+  void make_named_material(PbrtDirective& d);
+  void named_material(PbrtDirective& d);
+  void light_source(PbrtDirective& d);
+  void area_light_source(PbrtDirective& d);
+  void shape(PbrtDirective& d);
+  void place(const PbrtShape& shape, const Transform& to_world, const PbrtPlace& place);
+  void object_begin(PbrtDirective& d);
+  void object_instance(PbrtDirective& d);
+};
+
+PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) {
+  struct Entry {
+    std::string_view name;
+    Action action;
+  };
+  static constexpr std::array kActions = {
+      Entry{"Shape", &State::shape},
+      Entry{"AttributeBegin", &State::begin},
+      Entry{"AttributeEnd", &State::end},
+      Entry{"TransformBegin", &State::begin},
+      Entry{"TransformEnd", &State::end},
+      Entry{"ObjectBegin", &State::object_begin},
+      Entry{"ObjectEnd", &State::end},
+      Entry{"ObjectInstance", &State::object_instance},
+      Entry{"Attribute", &State::attribute},
+      Entry{"Identity", &State::transform},
+      Entry{"Transform", &State::transform},
+      Entry{"ConcatTransform", &State::transform},
+      Entry{"Translate", &State::transform},
+      Entry{"Scale", &State::transform},
+      Entry{"Rotate", &State::transform},
+      Entry{"LookAt", &State::transform},
+      Entry{"ActiveTransform", &State::active_transform},
+      Entry{"CoordinateSystem", &State::coordinate_system},
+      Entry{"CoordSysTransform", &State::coordinate_system_transform},
+      Entry{"ReverseOrientation", &State::reverse_orientation},
+      Entry{"ColorSpace", &State::color_space},
+      Entry{"Camera", &State::camera},
+      Entry{"Film", &State::set_film},
+      Entry{"WorldBegin", &State::world_begin},
+      Entry{"MakeNamedMedium", &State::medium},
+      Entry{"MediumInterface", &State::medium},
+      Entry{"Texture", &State::texture},
+      Entry{"Material", &State::material},
+      Entry{"MakeNamedMaterial", &State::make_named_material},
+      Entry{"NamedMaterial", &State::named_material},
+      Entry{"LightSource", &State::light_source},
+      Entry{"AreaLightSource", &State::area_light_source},
+  };
+  for (const Entry& entry : kActions) {
+    if (entry.name == name) return entry.action;
+  }
+  // How to render (Integrator, Sampler, PixelFilter, Accelerator, Option, ...) is the program's own affair.
+  return &State::ignore;
+}
+
+void PbrtBuilder::State::end(PbrtDirective& d) {
+  if (ignored_nesting > 0) {
+    --ignored_nesting;
+    return;
+  }
+  const std::string_view stem = d.name.substr(0, d.name.size() - 3);  // without "End"
+  if (stack.empty() || !stack.back().opened_by.starts_with(stem)) {
+    const std::string open =
+        stack.empty() ? "nothing is open"
+                      : fmt::format("{} at {} is open", stack.back().opened_by, to_string(stack.back().place));
+    error(d, fmt::format("{} without its {}Begin: {}", d.name, stem, open), "Remove it, or close what is open first.");
+    return;
+  }
+  Attributes& saved = stack.back().attributes;
+  if (stem == "Transform") {
+    now.transform = saved.transform;
+    now.start_active = saved.start_active;
+  } else {
+    now = std::move(saved);
+  }
+  if (stem == "Object") open_object = nullptr;
+  stack.pop_back();
+}
+
+void PbrtBuilder::State::color_space(PbrtDirective& d) {
+  const std::string& name = d.strings[0];
+  if (name == "srgb") {
+    now.color_space = PbrtColorSpace::srgb;
+  } else if (name == "rec2020") {
+    now.color_space = PbrtColorSpace::rec2020;
+  } else if (name == "dci-p3") {
+    now.color_space = PbrtColorSpace::dci_p3;
+  } else if (name == "aces2065-1") {
+    now.color_space = PbrtColorSpace::aces2065_1;
+  } else {
+    error(d, fmt::format("unknown colour space {}", in_quotes(name)),
+          "Known are srgb, rec2020, dci-p3 and aces2065-1.");
+  }
+}
+
+void PbrtBuilder::State::transform(PbrtDirective& d) {
+  if (!now.start_active) return;
+  const auto changed = apply_transform(d, now.transform);
+  if (changed) now.transform = *changed;
+}
+
+void PbrtBuilder::State::active_transform(PbrtDirective& d) {
+  const std::string& word = d.strings[0];
+  if (word != "StartTime" && word != "EndTime" && word != "All") {
+    error(d, fmt::format("ActiveTransform {}", in_quotes(word)), "Expected StartTime, EndTime or All.");
+    return;
+  }
+  now.start_active = word != "EndTime";
+  if (!now.start_active) note(d, "not supported, everything stands where it starts: motion");
+}
+
+void PbrtBuilder::State::coordinate_system_transform(PbrtDirective& d) {
+  const auto found = coordinate_systems.find(d.strings[0]);
+  if (found != coordinate_systems.end()) {
+    now.transform = found->second;
+  } else {
+    error(d, fmt::format("no coordinate system {}", in_quotes(d.strings[0])), "Define it by CoordinateSystem.");
+  }
+}
+
+void PbrtBuilder::State::camera(PbrtDirective& d) {
+  if (!is_invertible(now.transform)) {
+    error(d, "the transform of the camera cannot be inverted", "A scale of 0, or points of LookAt that coincide?");
+    return;
+  }
+  const Transform to_world = inverse(now.transform);
+  coordinate_systems["camera"] = to_world;
+  Camera camera = make_camera(d.strings[0], d.parameters, to_world);
+  if (!context.scene.cameras.empty()) camera.name += fmt::format("{}", context.scene.cameras.size() + 1);
+  exposure_seconds = exposure_time(d.parameters);
+  context.scene.cameras.push_back(camera);
+}
+
+void PbrtBuilder::State::world_begin(PbrtDirective& d) {
+  if (has_world_content) {
+    error(d, "WorldBegin comes after shapes or lights",
+          "Move them behind it: before, there is only the camera's space.");
+  }
+  now.transform = Transform();
+  coordinate_systems["world"] = now.transform;
+}
+
+void PbrtBuilder::State::medium(PbrtDirective& d) {
+  for (const std::string& name : d.strings) {
+    if (!name.empty()) return note(d, "not supported, everything is in vacuum: media");
+  }
+}
+
+void PbrtBuilder::State::texture(PbrtDirective& d) {
+  add_defaults("texture", d);
+  define_texture(context, d.strings[0], d.strings[1], d.strings[2], d.parameters);
+  d.parameters.note_unused(fmt::format("texture {}", in_quotes(d.strings[2])));
+}
+
+void PbrtBuilder::State::material(PbrtDirective& d) {
+  add_defaults("material", d);
+  now.material = materials.add(d.strings[0], d.parameters);
+  now.textured_material = materials.may_be_textured(now.material);
+}
+
+void PbrtBuilder::State::make_named_material(PbrtDirective& d) {
+  add_defaults("material", d);
+  const std::string kind = d.parameters.string("type", "");
+  if (kind.empty()) {
+    error(d, fmt::format("the material {} has no type", in_quotes(d.strings[0])), "Give \"string type\".");
+    return;
+  }
+  materials.define(d.strings[0], kind, d.parameters);
+}
+
+void PbrtBuilder::State::named_material(PbrtDirective& d) {
+  now.material = materials.by_name(d.strings[0], d.place);
+  now.textured_material = materials.may_be_textured(now.material);
+}
+
+void PbrtBuilder::State::light_source(PbrtDirective& d) {
+  has_world_content = true;
+  add_defaults("light", d);
+  if (is_invertible(now.transform)) {
+    add_light(context, d.strings[0], d.parameters, now.transform);
+  } else {
+    error(d, "the transform of the light cannot be inverted", "A scale of 0?");
+  }
+}
+
+void PbrtBuilder::State::area_light_source(PbrtDirective& d) {
+  add_defaults("light", d);
+  now.light = std::make_shared<PbrtAreaLight>(make_area_light(context, d.strings[0], d.parameters));
+}
+
+void PbrtBuilder::State::shape(PbrtDirective& d) {
+  has_world_content = true;
+  if (too_large) return;
+  add_defaults("shape", d);
+  PbrtShape shape;
+  shape.to_outer = now.transform;
+  shape.reverse = now.reverse;
+  shape.place = d.place;
+  shape.kind = d.strings[0];
+  const FloatInput alpha = float_input(context, d.parameters, "alpha", 1);
+  shape.material = materials.with_alpha(now.material, alpha);
+  shape.textured =
+      now.textured_material || alpha.texture != kNone || (now.light && now.light->emission.radiance.texture != kNone);
+  if (open_object && now.light) {
+    note(d, "not supported, as in pbrt: an area light in an object instance");
+  } else {
+    shape.light = now.light;
+  }
+  auto mesh = make_shape(context, shape.kind, d.parameters, shape.light != nullptr);
+  d.parameters.note_unused(fmt::format("shape {}", in_quotes(shape.kind)));
+  if (!mesh) return;
+  shape.mesh = std::move(*mesh);
+  if (open_object) {
+    open_object->push_back(std::move(shape));
+  } else {
+    place(shape, Transform(), d.place);
+  }
+}
+
+void PbrtBuilder::State::place(const PbrtShape& shape, const Transform& to_world, const PbrtPlace& at) {
+  const std::size_t present = context.scene.geometry.triangles.size();
+  if (shape.mesh.geometry.triangles.size() > context.max_triangles - std::min(present, context.max_triangles)) {
+    if (!too_large) {
+      diagnostics().error(at,
+                          fmt::format("the scene has more than {} triangles with its instances", context.max_triangles),
+                          "Use fewer instances or simpler meshes.");
+    }
+    too_large = true;
+    return;
+  }
+  place_shape(context, shape, to_world);
+}
+
+void PbrtBuilder::State::object_begin(PbrtDirective& d) {
+  if (open_object) {
+    error(d, "ObjectBegin inside of an object", "Close the object before with ObjectEnd.");
+    return;
+  }
+  begin(d);
+  const auto [entry, is_new] = objects.try_emplace(d.strings[0]);
+  if (!is_new) {
+    error(d, fmt::format("the object {} is defined twice", in_quotes(d.strings[0])), "Give one of them another name.");
+  }
+  open_object = &entry->second;
+}
+
+void PbrtBuilder::State::object_instance(PbrtDirective& d) {
+  has_world_content = true;
+  if (open_object) {
+    error(d, "ObjectInstance inside of an object", "Instances of instances are not part of pbrt's language.");
+    return;
+  }
+  const auto found = objects.find(d.strings[0]);
+  if (found == objects.end()) {
+    error(d, fmt::format("no object {}", in_quotes(d.strings[0])), "Define it before by ObjectBegin.");
+    return;
+  }
+  for (const PbrtShape& shape : found->second) {
+    if (too_large || diagnostics().full()) return;
+    place(shape, now.transform, d.place);
+  }
+}
+
+PbrtBuilder::PbrtBuilder(PbrtContext& context) : state_(std::make_unique<State>(context)) {}
+PbrtBuilder::~PbrtBuilder() = default;
+
+void PbrtBuilder::take(PbrtDirective& directive) {
+  state_->context.color_space = state_->now.color_space;
+  (state_.get()->*State::action_of(directive.name))(directive);
+}
+
+void PbrtBuilder::finish() {
+  State& state = *state_;
+  if (!state.stack.empty()) {
+    const Saved& open = state.stack.back();
+    state.diagnostics().error(open.place, fmt::format("{} is never closed", open.opened_by),
+                              "The file may be cut off; close it with the matching End.");
+  }
+  if (state.film) {
+    state.context.scene.film = make_film(state.film->strings[0], state.film->parameters, state.exposure_seconds);
+  }
+  state.materials.finish();
+}
+
+}  // namespace glowworm

@@ -1,0 +1,133 @@
+#include "import/pbrt/camera.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+/// The angle of view along the shorter side, in degrees.
+float field_of_view(const PbrtParameters& parameters) {
+  float degrees = parameters.real("fov", 90);
+  // pbrt-v3: half of the angle, given for the height of the picture.
+  if (parameters.has("halffov")) degrees = 2 * parameters.real("halffov", 45);
+  if (degrees > 0 && degrees < 180) return degrees;
+  parameters.diagnostics().error(parameters.place(), fmt::format("a field of view of {} degrees", degrees),
+                                 "Give \"float fov\" between 0 and 180.");
+  return 90;
+}
+
+void set_window(Camera& camera, const PbrtParameters& parameters) {
+  const auto window = parameters.numbers("screenwindow", PbrtType::real);
+  if (window.empty()) return;
+  if (window.size() != 4 || window[0] == window[1] || window[2] == window[3]) {
+    parameters.diagnostics().error(parameters.place(), "screenwindow is no rectangle",
+                                   "Give four numbers: left, right, bottom and top.");
+    return;
+  }
+  for (int i = 0; i < 4; ++i) camera.window[i] = static_cast<float>(window[i]);
+}
+
+}  // namespace
+
+void set_frame_aspect(Camera& camera, const PbrtParameters& parameters) {
+  if (!parameters.has("frameaspectratio") || parameters.has("screenwindow")) return;
+  const float aspect = parameters.real("frameaspectratio", 1);
+  if (!(aspect > 0)) {
+    parameters.diagnostics().error(parameters.place(), "frameaspectratio must be positive", "Give width over height.");
+    return;
+  }
+  const float wide = std::max(aspect, 1.0f), high = std::max(1 / aspect, 1.0f);
+  camera.window[0] = -wide;
+  camera.window[1] = wide;
+  camera.window[2] = -high;
+  camera.window[3] = high;
+}
+
+float exposure_time(const PbrtParameters& parameters) {
+  const float time = parameters.real("shutterclose", 1) - parameters.real("shutteropen", 0);
+  return time > 0 ? time : 1;
+}
+
+Camera make_camera(const std::string& kind, const PbrtParameters& parameters, const Transform& to_world) {
+  Camera camera;
+  camera.name = "camera";
+  camera.to_world = to_world;
+  if (kind == "orthographic") {
+    camera.kind = CameraKind::orthographic;
+    camera.half_extent = 1;
+  } else if (kind == "perspective") {
+    camera.half_extent = std::tan(field_of_view(parameters) * kPi / 360);
+  } else if (kind == "realistic" || kind == "spherical" || kind == "environment") {
+    parameters.use_all();
+    parameters.diagnostics().note(
+        parameters.place(), fmt::format("not supported, replaced by a perspective one: camera {}", in_quotes(kind)));
+    camera.half_extent = std::tan(45 * kPi / 360);
+    return camera;
+  } else {
+    parameters.diagnostics().error(parameters.place(), fmt::format("unknown camera {}", in_quotes(kind)),
+                                   "Known are perspective and orthographic.");
+    return camera;
+  }
+  set_window(camera, parameters);
+  set_frame_aspect(camera, parameters);
+  camera.lens_radius = std::max(parameters.real("lensradius", 0), 0.0f);
+  camera.focal_distance = parameters.real("focaldistance", 1e6f);
+  if (camera.lens_radius > 0 && !(camera.focal_distance > 0)) {
+    parameters.diagnostics().error(parameters.place(), "focaldistance must be positive", "Give it in scene units.");
+  }
+  static_cast<void>(exposure_time(parameters));
+  parameters.note_unused(fmt::format("camera {}", in_quotes(kind)));
+  return camera;
+}
+
+FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters, float exposure_seconds) {
+  FilmRequest film;
+  if (kind != "rgb" && kind != "image" && kind != "gbuffer" && kind != "spectral") {
+    parameters.diagnostics().error(parameters.place(), fmt::format("unknown film {}", in_quotes(kind)),
+                                   "Known are rgb, gbuffer and spectral.");
+    return film;
+  }
+  constexpr int kLongestSide = 1 << 16;
+  film.width = parameters.integer("xresolution", 1280);
+  film.height = parameters.integer("yresolution", 720);
+  if (film.width < 1 || film.height < 1 || film.width > kLongestSide || film.height > kLongestSide) {
+    parameters.diagnostics().error(parameters.place(), fmt::format("a picture of {} x {}", film.width, film.height),
+                                   fmt::format("Give sides between 1 and {} pixels.", kLongestSide));
+    film.width = film.height = 0;
+  }
+  const auto crop = parameters.numbers("cropwindow", PbrtType::real);
+  if (!crop.empty()) {
+    if (crop.size() == 4 && crop[0] >= 0 && crop[0] < crop[1] && crop[1] <= 1 && crop[2] >= 0 && crop[2] < crop[3] &&
+        crop[3] <= 1) {
+      for (int i = 0; i < 4; ++i) film.crop[i] = static_cast<float>(crop[i]);
+    } else {
+      parameters.diagnostics().error(parameters.place(), "cropwindow is no part of the picture",
+                                     "Give x0 x1 y0 y1 with 0 <= x0 < x1 <= 1, and the same for y.");
+    }
+  }
+  const std::string sensor = parameters.string("sensor", "cie1931");
+  if (sensor != "cie1931") {
+    parameters.diagnostics().note(parameters.place(),
+                                  fmt::format("not supported, only its exposure counts: sensor {}", in_quotes(sensor)));
+  }
+  if (parameters.has("whitebalance") && parameters.real("whitebalance", 0) != 0) {
+    parameters.diagnostics().note(parameters.place(), "not supported: whitebalance of the film");
+  }
+  // PixelSensor::Create of pbrt-v4: exposure time times ISO / 100.
+  film.scale = exposure_seconds * parameters.real("iso", 100) / 100 * parameters.real("scale", 1);
+  if (parameters.has("pixelbounds")) {
+    static_cast<void>(parameters.find("pixelbounds"));
+    parameters.diagnostics().note(parameters.place(), "not supported, give cropwindow instead: pixelbounds");
+  }
+  for (const char* ignored : {"filename", "savefp16", "diagonal", "maxcomponentvalue", "coordinatesystem", "nbuckets",
+                              "lambdamin", "lambdamax", "maxsampleluminance"}) {
+    static_cast<void>(parameters.find(ignored));
+  }
+  parameters.note_unused(fmt::format("film {}", in_quotes(kind)));
+  return film;
+}
+
+}  // namespace glowworm

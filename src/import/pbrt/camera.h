@@ -1,0 +1,22 @@
+// Cameras and films of pbrt scenes.
+#pragma once
+#include <string>
+
+#include "core/transform.h"
+#include "import/pbrt/context.h"
+
+namespace glowworm {
+
+/// The camera of a Camera directive. @param to_world inverse of the transform in force there
+Camera make_camera(const std::string& kind, const PbrtParameters& parameters, const Transform& to_world);
+
+/// Gives the camera the screen window that a "frameaspectratio" stands for, if it has one.
+void set_frame_aspect(Camera& camera, const PbrtParameters& parameters);
+
+/// Seconds that the shutter is open, 1 where the file does not say.
+float exposure_time(const PbrtParameters& camera_parameters);
+
+/// The picture that a Film directive asks for. @param exposure_seconds of the camera
+FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters, float exposure_seconds);
+
+}  // namespace glowworm

@@ -1,0 +1,116 @@
+#include "import/pbrt/file.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <system_error>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+std::string read_plain(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw Error({path}, "no such file", "Check the name and the path.");
+  if (!std::filesystem::is_regular_file(status)) throw Error({path}, "is not a regular file", "Give a file.");
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  std::ifstream in(path, std::ios::binary);
+  if (error || !in) throw Error({path}, "cannot be opened", "Check the permissions.");
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (static_cast<std::uintmax_t>(in.gcount()) != size) throw Error({path}, "cannot be read", "Check the disk.");
+  return bytes;
+}
+
+/// Ends an inflate stream whatever happens between.
+struct Inflater {
+  z_stream stream{};
+  bool ready = inflateInit2(&stream, 15 + 16) == Z_OK;  // 16: expect gzip's header
+  ~Inflater() {
+    if (ready) inflateEnd(&stream);
+  }
+};
+
+std::string inflate_gzip(const std::string& path, const std::string& packed, std::uint64_t max_bytes) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  Inflater inflater;
+  if (!inflater.ready) throw Error({path}, "cannot be inflated: no memory", "Free some memory.");
+  z_stream& stream = inflater.stream;
+  std::string out;
+  std::size_t consumed = 0;
+  int result = Z_OK;
+  while (result != Z_STREAM_END) {
+    const std::size_t filled = out.size();
+    if (filled >= max_bytes) {
+      throw Error({path}, "inflates to more than " + std::to_string(max_bytes >> 20) + " MiB",
+                  "Inflate it by hand if it is what it should be.");
+    }
+    const std::size_t room = std::min<std::uint64_t>(std::max(kPiece, filled / 2), max_bytes - filled);
+    const std::size_t piece_out = std::min<std::size_t>(room, 1u << 30);
+    const std::size_t piece_in = std::min<std::size_t>(packed.size() - consumed, 1u << 30);
+    out.resize(filled + piece_out);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + consumed));
+    stream.avail_in = static_cast<uInt>(piece_in);
+    stream.next_out = reinterpret_cast<Bytef*>(out.data() + filled);
+    stream.avail_out = static_cast<uInt>(piece_out);
+    result = inflate(&stream, Z_NO_FLUSH);
+    consumed += piece_in - stream.avail_in;
+    out.resize(filled + piece_out - stream.avail_out);
+    const bool progress = out.size() > filled || stream.avail_in < piece_in;
+    if ((result != Z_OK && result != Z_STREAM_END) || !progress) {
+      throw Error({path}, "is damaged: its gzip data end early or make no sense", "Get the file again.");
+    }
+  }
+  return out;
+}
+
+/// A path that goes through files which stand for symbolic links; empty where there is no such way.
+std::filesystem::path follow_link_files(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  constexpr std::uintmax_t kLongestLink = 255;
+  std::error_code error;
+  fs::path resolved;
+  for (const fs::path& part : path) {
+    resolved /= part;
+    if (!fs::is_regular_file(resolved, error) || fs::file_size(resolved, error) > kLongestLink) continue;
+    std::ifstream in(resolved, std::ios::binary);
+    const std::string target{std::istreambuf_iterator<char>(in), {}};
+    if (target.empty() || target.find_first_of(std::string("\n\0", 2)) != std::string::npos) continue;
+    const fs::path folder = resolved.parent_path() / target;
+    if (fs::is_directory(folder, error)) resolved = folder;
+  }
+  return fs::exists(resolved, error) ? resolved : fs::path();
+}
+
+}  // namespace
+
+std::string read_pbrt_file(const std::string& path, std::uint64_t max_inflated_bytes) {
+  std::string bytes = read_plain(path);
+  if (bytes.starts_with("\x1f\x8b")) return inflate_gzip(path, bytes, max_inflated_bytes);
+  return bytes;
+}
+
+std::string resolve_pbrt_path(const std::string& name, const std::string& main_file, const std::string& naming_file) {
+  const std::filesystem::path path(name);
+  if (path.is_absolute()) return name;
+  const std::filesystem::path in_main = std::filesystem::path(main_file).parent_path() / path;
+  std::error_code error;
+  if (!std::filesystem::exists(in_main, error)) {
+    const std::filesystem::path beside = std::filesystem::path(naming_file).parent_path() / path;
+    if (std::filesystem::exists(beside, error)) return beside.string();
+    for (const std::filesystem::path& candidate : {in_main, beside}) {
+      const std::filesystem::path linked = follow_link_files(candidate);
+      if (!linked.empty()) return linked.string();
+    }
+  }
+  return in_main.string();
+}
+
+}  // namespace glowworm

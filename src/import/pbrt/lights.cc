@@ -1,0 +1,245 @@
+#include "import/pbrt/lights.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "import/pbrt/textures.h"
+
+namespace glowworm {
+
+namespace {
+
+/// A light's colour: of the parameter `name`, times its scale, which pbrt-v3 lets be a colour.
+RGB light_color(PbrtContext& context, const PbrtParameters& parameters, const char* name) {
+  const RGB color = color_or(context, parameters, name, PbrtColorUse::illuminant, RGB(1.0f));
+  return color * color_or(context, parameters, "scale", PbrtColorUse::unbounded, RGB(1.0f));
+}
+
+/// A unit vector, or an error at the directive.
+Vec3 direction_or_error(const PbrtParameters& parameters, Vec3 v) {
+  const float l = length(v);
+  if (l > 0 && std::isfinite(l)) return v / l;
+  parameters.diagnostics().error(parameters.place(), "the light has no direction: \"from\" and \"to\" are the same",
+                                 "Give two points apart from each other.");
+  return {0, 0, -1};
+}
+
+/// Sets the transform of an environment to the rotation (perhaps mirrored) in `to_world`, without its scale.
+Transform rotation_of(const PbrtParameters& parameters, const Transform& to_world) {
+  Transform out;
+  out.x = direction_or_error(parameters, to_world.x);
+  out.y = direction_or_error(parameters, to_world.y - out.x * dot(to_world.y, out.x));
+  const Vec3 z = cross(out.x, out.y);
+  out.z = dot(z, to_world.z) < 0 ? -z : z;
+  return out;
+}
+
+class LightBuilder {
+ public:
+  LightBuilder(PbrtContext& context, const PbrtParameters& parameters, const Transform& to_world)
+      : context_(context), parameters_(parameters), to_world_(to_world) {}
+
+  void build(const std::string& kind) {
+    if (kind == "point") return point();
+    if (kind == "spot") return spot();
+    if (kind == "distant") return distant();
+    if (kind == "infinite" || kind == "exinfinite") return infinite();
+    if (kind == "goniometric") {
+      parameters_.use_all();
+      note("not supported, taken as a point light: goniometric light");
+      return point();
+    }
+    if (kind == "projection") {
+      parameters_.use_all();
+      return note("not supported, left out: projection light");
+    }
+    parameters_.diagnostics().error(parameters_.place(), fmt::format("unknown light {}", in_quotes(kind)),
+                                    "Known are point, spot, distant and infinite.");
+  }
+
+ private:
+  void note(const std::string& text) { parameters_.diagnostics().note(parameters_.place(), text); }
+
+  /// Intensity (W sr^-1) with which a light has the parameter "power", if given, where its intensity over all
+  /// directions integrates to `steradians` times the greatest.
+  RGB intensity(float steradians) {
+    const RGB color = light_color(context_, parameters_, "I");
+    const float power = parameters_.real("power", -1);
+    return power > 0 ? color * (power / steradians) : color;
+  }
+
+  void point() {
+    Light light;
+    light.name = "point light";
+    light.kind = LightKind::point;
+    light.intensity = intensity(4 * kPi);
+    light.position = to_world_.point(parameters_.point3("from", {0, 0, 0}));
+    context_.scene.lights.push_back(light);
+  }
+
+  void spot() {
+    Light light;
+    light.name = "spot light";
+    light.kind = LightKind::spot;
+    const float cone = parameters_.real("coneangle", 30);
+    const float delta = parameters_.real("conedeltaangle", 5);
+    if (!(cone > 0 && cone <= 180) || !(delta >= 0)) {
+      parameters_.diagnostics().error(parameters_.place(), "a spot light needs a coneangle between 0 and 180 degrees",
+                                      "Give \"float coneangle\" and \"float conedeltaangle\".");
+      return;
+    }
+    light.cos_outer = std::cos(cone * kPi / 180);
+    light.cos_inner = std::cos(std::max(cone - delta, 0.0f) * kPi / 180);
+    // SpotLight::Create of pbrt-v4.
+    const float steradians = 2 * kPi * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 2);
+    light.intensity = intensity(steradians);
+    const Vec3 from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
+    light.position = to_world_.point(from);
+    light.direction = direction_or_error(parameters_, to_world_.vector(to - from));
+    context_.scene.lights.push_back(light);
+  }
+
+  void distant() {
+    Light light;
+    light.name = "distant light";
+    light.kind = LightKind::directional;
+    light.intensity = light_color(context_, parameters_, "L");
+    const float illuminance = parameters_.real("illuminance", -1);
+    if (illuminance > 0) light.intensity *= illuminance;
+    const Vec3 from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
+    light.direction = direction_or_error(parameters_, to_world_.vector(to - from));
+    context_.scene.lights.push_back(light);
+  }
+
+  void infinite() {
+    Environment environment;
+    environment.name = "infinite light";
+    const std::string file = parameters_.string("filename", parameters_.string("mapname", ""));
+    static_cast<void>(parameters_.find("samples"));
+    if (parameters_.has("portal")) note("not needed, the whole sky is sampled: portal of an infinite light");
+    environment.scale = light_color(context_, parameters_, "L");
+    environment.to_world = rotation_of(parameters_, to_world_);
+    if (!file.empty()) read_image(environment, file);
+    const float illuminance = parameters_.real("illuminance", -1);
+    // Light from a whole hemisphere of radiance 1 gives an irradiance of pi.
+    if (illuminance > 0) environment.scale *= illuminance / (kPi * mean_luminance(environment));
+    if (context_.scene.environment) note("there is more than one infinite light, the last one is used");
+    context_.scene.environment = std::move(environment);
+  }
+
+  /// Mean over the hemisphere around the light's own +z of the image's luminance times the cosine, over that of the
+  /// cosine alone; 1 for a constant.
+  static float mean_luminance(const Environment& environment) {
+    if (environment.pixels.empty()) return 1;
+    double sum = 0, weight = 0;
+    for (int y = 0; y < environment.height; ++y) {
+      for (int x = 0; x < environment.width; ++x) {
+        const double cosine = cosine_of(environment, x, y);
+        if (cosine <= 0) continue;
+        const double w = cosine * (environment.mapping == EnvironmentMapping::lat_long
+                                       ? std::sin((y + 0.5) / environment.height * kPi)
+                                       : 1.0);
+        sum += w * luminance(environment.pixels[static_cast<std::size_t>(y) * environment.width + x]);
+        weight += w;
+      }
+    }
+    return sum > 0 ? static_cast<float>(sum / weight) : 1;
+  }
+
+  /// Cosine to the light's +z at a pixel's centre (Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD",
+  /// 2008, for the square).
+  static double cosine_of(const Environment& environment, int x, int y) {
+    const double v = (y + 0.5) / environment.height;
+    if (environment.mapping == EnvironmentMapping::lat_long) return std::cos(v * kPi);
+    const double u = 2 * (x + 0.5) / environment.width - 1;
+    const double distance = 1 - (std::fabs(u) + std::fabs(2 * v - 1));
+    const double r = 1 - std::fabs(distance);
+    return std::copysign(1 - r * r, distance);
+  }
+
+  /// Square images are equal-area maps as pbrt-v4 wants them, twice as wide ones are lat-long maps.
+  void read_image(Environment& environment, const std::string& file) {
+    const std::string path = context_.resolve(file, parameters_.place());
+    const auto image = context_.load_image(path, default_image_options(path));
+    environment.width = image->width();
+    environment.height = image->height();
+    environment.pixels.reserve(static_cast<std::size_t>(environment.width) * environment.height);
+    for (int y = 0; y < environment.height; ++y) {
+      for (int x = 0; x < environment.width; ++x) {
+        environment.pixels.push_back(
+            image->color({(x + 0.5f) / environment.width, 1 - (y + 0.5f) / environment.height}));
+      }
+    }
+    if (environment.width == environment.height && !context_.v3) {
+      environment.mapping = EnvironmentMapping::equal_area;
+      return;
+    }
+    if (!context_.v3) note("taken as a lat-long map, since it is not square: image of an infinite light");
+    environment.mapping = EnvironmentMapping::lat_long;
+    // pbrt's lat-long maps have z up and go round from +x over +y; Environment's have y up and go from +z over -x.
+    environment.to_world = environment.to_world * Transform{{0, -1, 0}, {0, 0, 1}, {1, 0, 0}, {0, 0, 0}};
+  }
+
+  PbrtContext& context_;
+  const PbrtParameters& parameters_;
+  const Transform& to_world_;
+};
+
+float image_luminance(const TextureImage& image) {
+  double sum = 0;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      sum += luminance(image.color({(x + 0.5f) / image.width(), (y + 0.5f) / image.height()}));
+    }
+  }
+  return static_cast<float>(sum / (static_cast<double>(image.width()) * image.height()));
+}
+
+}  // namespace
+
+void add_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
+               const Transform& to_world) {
+  LightBuilder(context, parameters, to_world).build(kind);
+  parameters.note_unused(fmt::format("light {}", in_quotes(kind)));
+}
+
+PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters) {
+  PbrtAreaLight light;
+  if (kind != "diffuse" && kind != "area") {
+    parameters.diagnostics().error(parameters.place(), fmt::format("unknown area light {}", in_quotes(kind)),
+                                   "The one area light there is is \"diffuse\".");
+    return light;
+  }
+  light.emission.name = "area light";
+  light.emission.radiance.value = light_color(context, parameters, "L");
+  light.emission.two_sided = parameters.boolean("twosided", false);
+  light.power = std::max(parameters.real("power", 0), 0.0f);
+  const std::string file = parameters.string("filename", "");
+  if (!file.empty()) {
+    light.emission.radiance.texture = add_image_texture(context, parameters, file, default_image_options(file));
+    const TextureImage& image = *context.scene.textures[light.emission.radiance.texture].image;
+    if (light.power > 0) light.image_luminance = std::max(image_luminance(image), 1e-20f);
+  }
+  static_cast<void>(parameters.find("samples"));
+  static_cast<void>(parameters.find("nsamples"));
+  parameters.note_unused("the area light");
+  return light;
+}
+
+std::uint32_t add_emission(PbrtContext& context, PbrtAreaLight& light, double area) {
+  auto& emissions = context.scene.emissions;
+  if (light.power <= 0 && light.shared != kNone) return light.shared;
+  Emission emission = light.emission;
+  if (light.power > 0) {
+    const double full = area * kPi * light.image_luminance * (emission.two_sided ? 2 : 1);
+    emission.radiance.value *= full > 0 ? static_cast<float>(light.power / full) : 0.0f;
+  }
+  emissions.push_back(emission);
+  const auto index = static_cast<std::uint32_t>(emissions.size() - 1);
+  if (light.power <= 0) light.shared = index;
+  return index;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,161 @@
+#include "import/pbrt/material_table.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace glowworm {
+
+namespace {
+
+bool is_absent(const Material& material) { return material.alpha.value == 0 && material.alpha.texture == kNone; }
+
+}  // namespace
+
+PbrtMaterialTable::PbrtMaterialTable(PbrtContext& context) : context_(context) {
+  const std::uint32_t standard = next_index();
+  context_.scene.materials[standard].name = "default";
+  known_[standard] = true;
+}
+
+std::uint32_t PbrtMaterialTable::next_index() {
+  context_.scene.materials.emplace_back();
+  known_.push_back(false);
+  return static_cast<std::uint32_t>(context_.scene.materials.size() - 1);
+}
+
+std::uint32_t PbrtMaterialTable::add(const std::string& kind, const PbrtParameters& parameters) {
+  const auto find = [this](const std::string& name, const PbrtPlace& place) { return by_name(name, place); };
+  Material material = make_material(context_, kind, parameters, find);
+  material.name = kind;
+  const std::uint32_t index = next_index();
+  context_.scene.materials[index] = std::move(material);
+  known_[index] = true;
+  return index;
+}
+
+void PbrtMaterialTable::define(const std::string& name, const std::string& kind, const PbrtParameters& parameters) {
+  const auto find = [this](const std::string& other, const PbrtPlace& place) { return by_name(other, place); };
+  Material material = make_material(context_, kind, parameters, find);
+  material.name = name;
+  Name& entry = names_[name];
+  if (entry.defined) {
+    context_.diagnostics.note(parameters.place(),
+                              fmt::format("defined again, later uses take the new one: material {}", in_quotes(name)));
+  }
+  if (entry.defined || !entry.first_use.file) entry.index = next_index();
+  entry.defined = true;
+  entry.first_use = parameters.place();
+  context_.scene.materials[entry.index] = std::move(material);
+  known_[entry.index] = true;
+}
+
+std::uint32_t PbrtMaterialTable::by_name(const std::string& name, const PbrtPlace& place) {
+  Name& entry = names_[name];
+  if (!entry.defined && !entry.first_use.file) {
+    entry.index = next_index();
+    entry.first_use = place;
+  }
+  return entry.index;
+}
+
+std::uint32_t PbrtMaterialTable::with_alpha(std::uint32_t material, const FloatInput& alpha) {
+  if (alpha.texture == kNone && alpha.value >= 1) return material;
+  for (const Variant& variant : variants_) {
+    if (variant.base == material && variant.alpha.texture == alpha.texture && variant.alpha.value == alpha.value &&
+        variant.alpha.channel == alpha.channel) {
+      return variant.index;
+    }
+  }
+  variants_.push_back({material, next_index(), alpha});
+  known_.back() = true;
+  return variants_.back().index;
+}
+
+bool PbrtMaterialTable::may_be_textured(std::uint32_t index) const {
+  const Material& material = context_.scene.materials[index];
+  if (!known_[index] || material.kind == MaterialKind::mix) return true;
+  for (const ColorInput* input : {&material.reflectance, &material.transmittance, &material.normal_map}) {
+    if (input->texture != kNone) return true;
+  }
+  for (const FloatInput* input :
+       {&material.roughness_u, &material.roughness_v, &material.coat_roughness, &material.bump}) {
+    if (input->texture != kNone) return true;
+  }
+  return false;
+}
+
+void PbrtMaterialTable::check_mixes() {
+  auto& materials = context_.scene.materials;
+  enum : unsigned char { unseen, open, done };
+  std::vector<unsigned char> state(materials.size(), unseen);
+  for (std::uint32_t root = 0; root < materials.size(); ++root) {
+    std::vector<std::uint32_t> path(1, root);
+    while (!path.empty()) {
+      const std::uint32_t at = path.back();
+      const bool is_mix = materials[at].kind == MaterialKind::mix;
+      if (state[at] == open || state[at] == done || !is_mix) {
+        state[at] = done;
+        path.pop_back();
+        continue;
+      }
+      state[at] = open;
+      for (const std::uint32_t part : {materials[at].mix_a, materials[at].mix_b}) {
+        if (part == kNone || state[part] == done) continue;
+        if (state[part] == open) {
+          const auto name = names_.find(materials[at].name);
+          context_.diagnostics.error(name == names_.end() ? PbrtPlace() : name->second.first_use,
+                                     fmt::format("the mix {} holds itself", in_quotes(materials[part].name)),
+                                     "Mix materials that are no mixes of it.");
+          materials[at].kind = MaterialKind::diffuse;
+          break;
+        }
+        path.push_back(part);
+      }
+    }
+  }
+}
+
+void PbrtMaterialTable::remove_absent() {
+  const auto& materials = context_.scene.materials;
+  bool any = false;
+  for (const Material& material : materials) any = any || is_absent(material);
+  if (!any) return;
+  Geometry& geometry = context_.scene.geometry;
+  Geometry kept;
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < geometry.triangles.size(); ++t) {
+    if (is_absent(materials[geometry.material[t]])) continue;
+    geometry.triangles[count] = geometry.triangles[t];
+    geometry.material[count] = geometry.material[t];
+    geometry.emission[count] = geometry.emission[t];
+    ++count;
+  }
+  if (count < geometry.triangles.size()) {
+    context_.scene.notes.push_back(
+        fmt::format("{} triangles of an \"interface\" material or with an alpha of 0 are not there",
+                    geometry.triangles.size() - count));
+  }
+  geometry.triangles.resize(count);
+  geometry.material.resize(count);
+  geometry.emission.resize(count);
+  append_mesh(kept, geometry, "scene", 0, kNone);
+  geometry = std::move(kept);
+}
+
+void PbrtMaterialTable::finish() {
+  for (const auto& [name, entry] : names_) {
+    if (entry.defined) continue;
+    context_.diagnostics.error(entry.first_use, fmt::format("there is no material {}", in_quotes(name)),
+                               "Define it by MakeNamedMaterial.");
+  }
+  for (const Variant& variant : variants_) {
+    Material material = context_.scene.materials[variant.base];
+    if (!is_absent(material)) material.alpha = variant.alpha;
+    context_.scene.materials[variant.index] = std::move(material);
+  }
+  check_mixes();
+  if (context_.diagnostics.error_count() == 0) remove_absent();
+}
+
+}  // namespace glowworm

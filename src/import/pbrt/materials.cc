@@ -1,0 +1,319 @@
+#include "import/pbrt/materials.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "import/pbrt/textures.h"
+
+namespace glowworm {
+
+namespace {
+
+/// GGX alpha of pbrt's roughness: its square root in pbrt-v4, a fitted polynomial in pbrt-v3
+/// (TrowbridgeReitzDistribution::RoughnessToAlpha of each).
+float remapped_roughness(float roughness, bool v3) {
+  if (!v3) return std::sqrt(std::max(roughness, 0.0f));
+  const float x = std::log(std::max(roughness, 1e-3f));
+  return 1.62142f + 0.819955f * x + 0.1734f * x * x + 0.0171201f * x * x * x + 0.000640711f * x * x * x * x;
+}
+
+/// Mean of a float texture over its unit square.
+float mean_of(const std::vector<TextureNode>& textures, const FloatInput& input) {
+  constexpr int kSide = 16;
+  float sum = 0;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) sum += evaluate(textures, input, {(x + 0.5f) / kSide, (y + 0.5f) / kSide});
+  }
+  return sum / (kSide * kSide);
+}
+
+class MaterialBuilder {
+ public:
+  MaterialBuilder(PbrtContext& context, const PbrtParameters& parameters, const PbrtMaterialByName& by_name)
+      : context_(context), parameters_(parameters), by_name_(by_name) {}
+
+  Material build(const std::string& kind) {
+    if (!build_known(kind)) build_replacement(kind);
+    common();
+    return material_;
+  }
+
+ private:
+  using Recipe = void (MaterialBuilder::*)();
+  struct Entry {
+    std::string_view kind;
+    Recipe recipe;
+  };
+
+  bool build_known(const std::string& kind) {
+    static constexpr std::array kRecipes = {
+        Entry{"diffuse", &MaterialBuilder::diffuse},
+        Entry{"coateddiffuse", &MaterialBuilder::coated_diffuse},
+        Entry{"conductor", &MaterialBuilder::conductor},
+        Entry{"coatedconductor", &MaterialBuilder::coated_conductor},
+        Entry{"dielectric", &MaterialBuilder::dielectric},
+        Entry{"thindielectric", &MaterialBuilder::thin_dielectric},
+        Entry{"diffusetransmission", &MaterialBuilder::diffuse_transmission},
+        Entry{"mix", &MaterialBuilder::mix},
+        // pbrt-v3
+        Entry{"matte", &MaterialBuilder::matte},
+        Entry{"glass", &MaterialBuilder::glass},
+        Entry{"metal", &MaterialBuilder::metal},
+        Entry{"mirror", &MaterialBuilder::mirror},
+        Entry{"plastic", &MaterialBuilder::plastic},
+        Entry{"uber", &MaterialBuilder::plastic},
+        Entry{"substrate", &MaterialBuilder::plastic},
+        Entry{"translucent", &MaterialBuilder::translucent},
+    };
+    for (const Entry& entry : kRecipes) {
+      if (entry.kind != kind) continue;
+      (this->*entry.recipe)();
+      return true;
+    }
+    if (!is_interface_material(kind)) return false;
+    material_.alpha.value = 0;
+    return true;
+  }
+
+  void build_replacement(const std::string& kind) {
+    static constexpr std::array<std::string_view, 8> kKnown = {"subsurface", "hair",         "measured",   "disney",
+                                                               "fourier",    "kdsubsurface", "principled", "merl"};
+    if (std::find(kKnown.begin(), kKnown.end(), kind) == kKnown.end()) {
+      parameters_.diagnostics().error(parameters_.place(), fmt::format("unknown material {}", in_quotes(kind)),
+                                      "Known are diffuse, coateddiffuse, conductor, coatedconductor, dielectric, "
+                                      "thindielectric, diffusetransmission, mix and interface.");
+      return;
+    }
+    for (const char* name : {"reflectance", "color", "Kd"}) {
+      if (parameters_.has(name)) material_.reflectance = color_input(context_, parameters_, name, RGB(0.5f));
+    }
+    parameters_.use_all();
+    parameters_.diagnostics().note(
+        parameters_.place(), fmt::format("not supported, replaced by a diffuse one: material {}", in_quotes(kind)));
+  }
+
+  void diffuse() {
+    material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
+    // The deviation of pbrt-v3's Oren-Nayar model.
+    if (parameters_.has("sigma") && parameters_.real("sigma", 0) != 0) {
+      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as 0: sigma of a diffuse material");
+    }
+  }
+
+  /// Reads NAMEroughness with its u and v forms into two inputs.
+  void roughness(const std::string& prefix, float otherwise, FloatInput& u, FloatInput& v) {
+    const bool remap = parameters_.boolean("remaproughness", true);
+    const FloatInput both = float_input(context_, parameters_, prefix + "roughness", otherwise);
+    u = parameters_.has(prefix + "uroughness") ? float_input(context_, parameters_, prefix + "uroughness", 0) : both;
+    v = parameters_.has(prefix + "vroughness") ? float_input(context_, parameters_, prefix + "vroughness", 0) : both;
+    if (!remap) return;
+    for (FloatInput* input : {&u, &v}) {
+      if (input->texture != kNone) {
+        input->value = mean_of(context_.scene.textures, *input);
+        input->texture = kNone;
+        parameters_.diagnostics().note(parameters_.place(),
+                                       "its mean is used: a roughness texture with \"remaproughness\" true");
+      }
+      input->value = remapped(input->value);
+    }
+  }
+
+  /// A roughness of 0 stays smooth in pbrt-v3 too, where glass asks for it.
+  float remapped(float roughness) const { return roughness == 0 ? 0 : remapped_roughness(roughness, context_.v3); }
+
+  void ignore(std::initializer_list<const char*> names) {
+    for (const char* name : names) static_cast<void>(parameters_.find(name));
+  }
+
+  void coat(const char* thickness) {
+    material_.coat_thickness = std::max(parameters_.real(thickness, 0.01f), 0.0f);
+    const int depth = std::clamp(parameters_.integer("maxdepth", 10), 1, 500);
+    material_.coat_bounces = static_cast<std::uint8_t>((depth + 1) / 2);
+    ignore({"nsamples", "g"});
+    if (!parameters_.has("albedo")) return;
+    const ColorInput albedo = color_input(context_, parameters_, "albedo", RGB(0.0f));
+    if (!is_black(albedo.value)) {
+      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as absorbing: albedo of a coat");
+    }
+  }
+
+  void coated_diffuse() {
+    material_.kind = MaterialKind::coated_diffuse;
+    material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
+    material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
+    roughness("", 0, material_.roughness_u, material_.roughness_v);
+    coat("thickness");
+  }
+
+  void conductor_base(const std::string& prefix) {
+    if (parameters_.has("reflectance")) {
+      if (parameters_.has(prefix + "eta") || parameters_.has(prefix + "k")) {
+        parameters_.diagnostics().error(parameters_.place(), "a conductor with both reflectance and eta or k",
+                                        "Give the one or the other.");
+      }
+      material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
+      material_.use_reflectance = material_.reflectance.texture != kNone;
+      const ConductorIndex index = conductor_from_reflectance(material_.reflectance.value);
+      material_.eta = index.eta;
+      material_.k = index.k;
+      return;
+    }
+    const ConductorIndex index = read_conductor(context_, parameters_, prefix);
+    material_.eta = index.eta;
+    material_.k = index.k;
+  }
+
+  void conductor() {
+    material_.kind = MaterialKind::conductor;
+    conductor_base("");
+    roughness("", 0, material_.roughness_u, material_.roughness_v);
+  }
+
+  void coated_conductor() {
+    material_.kind = MaterialKind::coated_conductor;
+    conductor_base("conductor.");
+    roughness("conductor.", 0, material_.roughness_u, material_.roughness_v);
+    FloatInput other;
+    roughness("interface.", 0, material_.coat_roughness, other);
+    if (other.value != material_.coat_roughness.value) {
+      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as isotropic: roughness of a coat");
+    }
+    material_.ior = read_index_of_refraction(context_, parameters_, "interface.eta", 1.5f);
+    coat("thickness");
+  }
+
+  void dielectric() {
+    material_.kind = MaterialKind::dielectric;
+    tint("reflectance", "transmittance");
+    material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
+    roughness("", 0, material_.roughness_u, material_.roughness_v);
+  }
+
+  void tint(const char* reflected, const char* transmitted) {
+    material_.reflectance = color_input(context_, parameters_, reflected, RGB(1.0f));
+    material_.transmittance = color_input(context_, parameters_, transmitted, RGB(1.0f));
+  }
+
+  void thin_dielectric() {
+    material_.kind = MaterialKind::thin_dielectric;
+    tint("reflectance", "transmittance");
+    material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
+  }
+
+  void diffuse_transmission() {
+    const float scale = parameters_.real("scale", 1);
+    material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.25f));
+    material_.transmittance = color_input(context_, parameters_, "transmittance", RGB(0.25f));
+    material_.reflectance.value *= scale;
+    material_.transmittance.value *= scale;
+  }
+
+  /// pbrt-v4 lists the names; pbrt-v3 has two parameters, of which the first counts where the amount is 1.
+  void mix() {
+    std::vector<std::string> names;
+    for (const std::string& name : parameters_.strings("materials")) names.push_back(name);
+    if (parameters_.has("namedmaterial1")) {
+      names = {parameters_.string("namedmaterial2", ""), parameters_.string("namedmaterial1", "")};
+    }
+    if (names.size() != 2) {
+      parameters_.diagnostics().error(parameters_.place(), "a mix needs the names of two materials",
+                                      "Give \"string materials\" [ \"one\" \"other\" ].");
+      return;
+    }
+    material_.kind = MaterialKind::mix;
+    material_.mix_a = by_name_(names[0], parameters_.place());
+    material_.mix_b = by_name_(names[1], parameters_.place());
+    const PbrtParameter* amount = parameters_.find("amount");
+    if (amount && (amount->type == PbrtType::rgb || amount->type == PbrtType::spectrum)) {
+      material_.mix_amount.value =
+          mean(color_or(context_, parameters_, "amount", PbrtColorUse::reflectance, RGB(0.5f)));
+    } else {
+      material_.mix_amount = float_input(context_, parameters_, "amount", 0.5f);
+    }
+  }
+
+  // What follows is pbrt-v3's.
+
+  void matte() {
+    diffuse();
+    material_.reflectance = color_input(context_, parameters_, "Kd", RGB(0.5f));
+  }
+
+  void glass() {
+    material_.kind = MaterialKind::dielectric;
+    tint("Kr", "Kt");
+    material_.ior = read_index_of_refraction(context_, parameters_, parameters_.has("index") ? "index" : "eta", 1.5f);
+    roughness("", 0, material_.roughness_u, material_.roughness_v);
+  }
+
+  void metal() {
+    material_.kind = MaterialKind::conductor;
+    conductor_base("");
+    roughness("", 0.01f, material_.roughness_u, material_.roughness_v);
+  }
+
+  void mirror() {
+    material_.kind = MaterialKind::conductor;
+    material_.use_reflectance = true;
+    material_.reflectance = color_input(context_, parameters_, "Kr", RGB(0.9f));
+  }
+
+  void plastic() {
+    material_.kind = MaterialKind::coated_diffuse;
+    material_.reflectance = color_input(context_, parameters_, "Kd", RGB(0.25f));
+    material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
+    roughness("", 0.1f, material_.roughness_u, material_.roughness_v);
+    ignore({"Ks", "Kr", "Kt", "opacity", "index"});
+    parameters_.diagnostics().note(parameters_.place(),
+                                   "taken as coateddiffuse: a plastic, uber or substrate material of pbrt-v3");
+  }
+
+  void translucent() {
+    material_.reflectance = color_input(context_, parameters_, "Kd", RGB(0.25f));
+    const float reflect = mean(color_or(context_, parameters_, "reflect", PbrtColorUse::reflectance, RGB(0.5f)));
+    const float transmit = mean(color_or(context_, parameters_, "transmit", PbrtColorUse::reflectance, RGB(0.5f)));
+    material_.transmittance = material_.reflectance;
+    material_.reflectance.value *= reflect;
+    material_.transmittance.value *= transmit;
+    ignore({"Ks", "roughness", "remaproughness"});
+    parameters_.diagnostics().note(parameters_.place(),
+                                   "taken as diffusetransmission: a translucent material of pbrt-v3");
+  }
+
+  void common() {
+    const std::string normal_map = parameters_.string("normalmap", "");
+    if (!normal_map.empty()) {
+      TextureOptions data;
+      data.encoding = TextureEncoding::linear;
+      material_.normal_map.texture = add_image_texture(context_, parameters_, normal_map, data);
+    }
+    const char* bump = parameters_.has("displacement") ? "displacement" : "bumpmap";
+    if (parameters_.has(bump)) {
+      material_.bump = float_input(context_, parameters_, bump, 0);
+      if (material_.bump.texture == kNone) material_.bump.value = 0;
+    }
+    ignore({"type"});
+  }
+
+  PbrtContext& context_;
+  const PbrtParameters& parameters_;
+  const PbrtMaterialByName& by_name_;
+  Material material_;
+};
+
+}  // namespace
+
+bool is_interface_material(const std::string& kind) { return kind.empty() || kind == "interface" || kind == "none"; }
+
+Material make_material(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
+                       const PbrtMaterialByName& by_name) {
+  Material material = MaterialBuilder(context, parameters, by_name).build(kind);
+  parameters.note_unused(fmt::format("material {}", in_quotes(kind)));
+  return material;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,91 @@
+#include "import/pbrt/placement.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+namespace glowworm {
+
+namespace {
+
+void wind_outwards(Geometry& mesh, bool swap_all) {
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    auto& [a, b, c] = mesh.triangles[t];
+    bool swap = swap_all;
+    if (!mesh.normals.empty()) {
+      const auto unit = [&](std::uint32_t vertex) {
+        const Vec3 n = mesh.normals[vertex];
+        const float l = length(n);
+        return l > 0 ? n / l : Vec3{0, 0, 0};
+      };
+      const float side = dot(mesh.scaled_normal(t), unit(a) + unit(b) + unit(c));
+      if (side != 0) swap = side < 0;
+    }
+    if (swap) std::swap(b, c);
+  }
+}
+
+/// pbrt's texture coordinates of a triangle that has none.
+void add_default_uvs(Geometry& mesh) {
+  constexpr Vec2 kCorner[3] = {{0, 0}, {1, 0}, {1, 1}};
+  Geometry out;
+  const std::size_t count = mesh.triangles.size() * 3;
+  out.positions.reserve(count);
+  out.uvs.reserve(count);
+  for (const auto& corners : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(out.positions.size());
+    for (int i = 0; i < 3; ++i) {
+      out.positions.push_back(mesh.positions[corners[i]]);
+      if (!mesh.normals.empty()) out.normals.push_back(mesh.normals[corners[i]]);
+      out.uvs.push_back(kCorner[i]);
+    }
+    out.triangles.push_back({first, first + 1, first + 2});
+  }
+  mesh = std::move(out);
+}
+
+/// What each triangle emits.
+std::vector<std::uint32_t> emissions_of(PbrtContext& context, const PbrtShape& shape, const Geometry& world) {
+  std::vector<double> areas(1, 0.0);
+  const auto patch_of = [&](std::size_t t) { return shape.mesh.patch.empty() ? 0u : shape.mesh.patch[t]; };
+  for (std::size_t t = 0; t < world.triangles.size(); ++t) {
+    const std::uint32_t patch = patch_of(t);
+    if (patch >= areas.size()) areas.resize(patch + 1, 0.0);
+    areas[patch] += world.area(static_cast<std::uint32_t>(t));
+  }
+  std::vector<std::uint32_t> of_patch(areas.size(), kNone), out(world.triangles.size());
+  for (std::size_t t = 0; t < out.size(); ++t) {
+    std::uint32_t& emission = of_patch[patch_of(t)];
+    if (emission == kNone) emission = add_emission(context, *shape.light, areas[patch_of(t)]);
+    out[t] = emission;
+  }
+  return out;
+}
+
+}  // namespace
+
+Geometry to_world_space(const PbrtShape& shape, const Transform& to_world) {
+  const Transform total = to_world * shape.to_outer;
+  Geometry mesh = shape.mesh.geometry;
+  if (mesh.uvs.empty() && shape.textured) add_default_uvs(mesh);
+  for (Vec3& p : mesh.positions) p = total.point(p);
+  for (Vec3& n : mesh.normals) n = shape.reverse ? -total.normal(n) : total.normal(n);
+  wind_outwards(mesh, shape.reverse != (total.determinant() < 0));
+  return mesh;
+}
+
+void place_shape(PbrtContext& context, const PbrtShape& shape, const Transform& to_world) {
+  Geometry world = to_world_space(shape, to_world);
+  if (shape.light) world.emission = emissions_of(context, shape, world);
+  const AppendResult result = append_mesh(context.scene.geometry, world, shape.kind.c_str(), shape.material, kNone);
+  if (result.degenerate > 0) {
+    context.diagnostics.note(shape.place, "left out: triangles without area of a " + shape.kind, result.degenerate);
+  }
+  if (result.not_finite > 0) {
+    context.diagnostics.note(shape.place, "left out: triangles with infinite corners of a " + shape.kind,
+                             result.not_finite);
+  }
+}
+
+}  // namespace glowworm

@@ -1,0 +1,259 @@
+#include "import/pbrt/shapes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "import/ply/reader.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kMaxSubdivided = std::size_t{1} << 21;  // triangles of one subdivided mesh
+
+class ShapeBuilder {
+ public:
+  ShapeBuilder(PbrtContext& context, const PbrtParameters& parameters, bool emissive)
+      : context_(context), parameters_(parameters), emissive_(emissive) {}
+
+  std::optional<PbrtMesh> build(const std::string& kind) {
+    if (kind == "trianglemesh") return triangle_mesh();
+    if (kind == "plymesh") return ply_mesh();
+    if (kind == "sphere") return sphere();
+    if (kind == "disk") return disk();
+    if (kind == "cylinder") return cylinder();
+    if (kind == "bilinearmesh") return bilinear_mesh();
+    if (kind == "loopsubdiv") return loop_subdivision();
+    if (kind == "curve" || kind == "cone" || kind == "paraboloid" || kind == "hyperboloid" || kind == "heightfield" ||
+        kind == "heightfield2" || kind == "nurbs") {
+      parameters_.use_all();
+      parameters_.diagnostics().note(parameters_.place(),
+                                     fmt::format("not supported, left out: shape {}", in_quotes(kind)));
+      return std::nullopt;
+    }
+    return fail(fmt::format("unknown shape {}", in_quotes(kind)),
+                "Known are trianglemesh, plymesh, bilinearmesh, loopsubdiv, sphere, disk and cylinder.");
+  }
+
+ private:
+  std::optional<PbrtMesh> fail(const std::string& message, const std::string& remedy) {
+    parameters_.diagnostics().error(parameters_.place(), message, remedy);
+    return std::nullopt;
+  }
+
+  std::vector<Vec3> points(const char* name) {
+    std::vector<Vec3> out;
+    const auto numbers = parameters_.numbers(name, PbrtType::point3);
+    out.reserve(numbers.size() / 3);
+    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
+      out.push_back(
+          {static_cast<float>(numbers[i]), static_cast<float>(numbers[i + 1]), static_cast<float>(numbers[i + 2])});
+    }
+    return out;
+  }
+
+  std::vector<Vec2> texture_coordinates() {
+    std::vector<Vec2> out;
+    const char* name = parameters_.has("uv") ? "uv" : "st";
+    const auto numbers = parameters_.numbers(name, PbrtType::point2);
+    for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
+      out.push_back({static_cast<float>(numbers[i]), static_cast<float>(numbers[i + 1])});
+    }
+    return out;
+  }
+
+  /// "indices", checked: each below `vertices`, a multiple of `corners` of them; none after an error.
+  std::optional<std::vector<std::uint32_t>> indices(std::size_t vertices, std::size_t corners) {
+    std::vector<std::uint32_t> out;
+    const PbrtParameter* given = parameters_.find("indices");
+    if (!given) {
+      if (vertices == corners) {
+        for (std::uint32_t i = 0; i < corners; ++i) out.push_back(i);
+        return out;
+      }
+      fail("a mesh without indices", "Give \"integer indices\".");
+      return std::nullopt;
+    }
+    if (given->numbers.size() % corners != 0) {
+      parameters_.error(*given, fmt::format("{} indices are not a multiple of {}", given->numbers.size(), corners),
+                        "Indices are missing or too many.");
+      return std::nullopt;
+    }
+    for (const double index : parameters_.numbers("indices", PbrtType::integer)) {
+      if (!(index >= 0 && index < static_cast<double>(vertices)) || index != std::floor(index)) {
+        parameters_.error(*given, fmt::format("index {} does not fit {} vertices", index, vertices),
+                          "Indices count the points P from 0.");
+        return std::nullopt;
+      }
+      out.push_back(static_cast<std::uint32_t>(index));
+    }
+    return out;
+  }
+
+  /// Drops what is not one a vertex, with an error.
+  template <typename T>
+  bool fits(const std::vector<T>& values, std::size_t vertices, const char* name) {
+    if (values.empty() || values.size() == vertices) return true;
+    fail(fmt::format("{} {} for {} points P", values.size(), name, vertices), "Give one a point, or none.");
+    return false;
+  }
+
+  std::optional<PbrtMesh> triangle_mesh() {
+    PbrtMesh mesh;
+    Geometry& geometry = mesh.geometry;
+    geometry.positions = points("P");
+    geometry.normals = points("N");
+    geometry.uvs = texture_coordinates();
+    if (geometry.positions.empty()) return fail("a mesh without points", "Give \"point3 P\".");
+    const std::size_t vertices = geometry.positions.size();
+    if (!fits(geometry.normals, vertices, "normals N") || !fits(geometry.uvs, vertices, "uv")) return std::nullopt;
+    const auto corners = indices(vertices, 3);
+    if (!corners) return std::nullopt;
+    for (std::size_t i = 0; i < corners->size(); i += 3) {
+      geometry.triangles.push_back({(*corners)[i], (*corners)[i + 1], (*corners)[i + 2]});
+    }
+    one_patch_a_triangle(mesh);
+    for (const char* ignored : {"S", "faceIndices"}) static_cast<void>(parameters_.find(ignored));
+    return mesh;
+  }
+
+  static void one_patch_a_triangle(PbrtMesh& mesh) {
+    mesh.patch.resize(mesh.geometry.triangles.size());
+    for (std::size_t i = 0; i < mesh.patch.size(); ++i) mesh.patch[i] = static_cast<std::uint32_t>(i);
+  }
+
+  std::optional<PbrtMesh> ply_mesh() {
+    const PbrtParameter* file = parameters_.find("filename");
+    const std::string name = parameters_.string("filename", "");
+    if (!file || name.empty()) return fail("a plymesh without a file name", "Give \"string filename\".");
+    if (parameters_.has("displacement")) {
+      parameters_.use_all();
+      parameters_.diagnostics().note(parameters_.place(), "not supported: displacement of a mesh");
+    }
+    PlyMesh ply;
+    try {
+      ply = read_ply(context_.resolve(name, parameters_.place()));
+    } catch (const Error& error) {
+      parameters_.error(*file, fmt::format("cannot read {}: {}", in_quotes(name), error.what()), "");
+      return std::nullopt;
+    }
+    PbrtMesh mesh;
+    mesh.geometry.positions = std::move(ply.positions);
+    mesh.geometry.normals = std::move(ply.normals);
+    mesh.geometry.uvs = std::move(ply.uvs);
+    mesh.geometry.triangles = std::move(ply.triangles);
+    one_patch_a_triangle(mesh);
+    return mesh;
+  }
+
+  /// "phimax" in radians, or none after an error.
+  std::optional<float> phi_max() {
+    const float degrees = parameters_.real("phimax", 360);
+    if (degrees > 0) return std::min(degrees, 360.0f) * (kPi / 180);
+    fail("phimax must be positive", "Give it in degrees.");
+    return std::nullopt;
+  }
+
+  std::optional<PbrtMesh> sphere() {
+    const float radius = parameters_.real("radius", 1);
+    const float a = parameters_.real("zmin", -radius), b = parameters_.real("zmax", radius);
+    const auto phi = phi_max();
+    if (!(radius > 0)) return fail("the radius of a sphere must be positive", "Give \"float radius\".");
+    const float z_min = std::clamp(std::min(a, b), -radius, radius),
+                z_max = std::clamp(std::max(a, b), -radius, radius);
+    if (!(z_min < z_max)) return fail("zmin and zmax leave nothing of the sphere", "Give two heights within it.");
+    if (!phi) return std::nullopt;
+    return tessellate_sphere(radius, z_min, z_max, *phi, !emissive_);
+  }
+
+  std::optional<PbrtMesh> disk() {
+    const float radius = parameters_.real("radius", 1), inner = parameters_.real("innerradius", 0);
+    const float height = parameters_.real("height", 0);
+    const auto phi = phi_max();
+    if (!(radius > 0) || !(inner >= 0) || inner >= radius) {
+      return fail("the radii of a disk make no ring", "Give 0 <= innerradius < radius.");
+    }
+    if (!phi) return std::nullopt;
+    return tessellate_disk(height, radius, inner, *phi);
+  }
+
+  std::optional<PbrtMesh> cylinder() {
+    const float radius = parameters_.real("radius", 1);
+    const float a = parameters_.real("zmin", -1), b = parameters_.real("zmax", 1);
+    const auto phi = phi_max();
+    if (!(radius > 0) || a == b) return fail("a cylinder without radius or height", "Give radius, zmin and zmax.");
+    if (!phi) return std::nullopt;
+    return tessellate_cylinder(radius, std::min(a, b), std::max(a, b), *phi);
+  }
+
+  std::optional<PbrtMesh> bilinear_mesh() {
+    const std::vector<Vec3> positions = points("P"), normals = points("N");
+    const std::vector<Vec2> uvs = texture_coordinates();
+    if (positions.empty()) return fail("a mesh without points", "Give \"point3 P\".");
+    if (!fits(normals, positions.size(), "normals N") || !fits(uvs, positions.size(), "uv")) return std::nullopt;
+    const auto corners = indices(positions.size(), 4);
+    if (!corners) return std::nullopt;
+    if (parameters_.has("emissionfilename")) {
+      parameters_.diagnostics().note(parameters_.place(), "not supported: emissionfilename of a bilinearmesh");
+    }
+    PbrtMesh mesh;
+    for (std::size_t i = 0; i < corners->size(); i += 4) {
+      if (mesh.geometry.triangles.size() > context_.max_triangles) {
+        return fail(fmt::format("a mesh of more than {} triangles", context_.max_triangles), "Use a simpler mesh.");
+      }
+      Vec3 corner[4];
+      std::vector<Vec3> patch_normals;
+      std::vector<Vec2> patch_uvs;
+      for (int c = 0; c < 4; ++c) {
+        const std::uint32_t vertex = (*corners)[i + c];
+        corner[c] = positions[vertex];
+        if (!normals.empty()) patch_normals.push_back(normals[vertex]);
+        if (!uvs.empty()) patch_uvs.push_back(uvs[vertex]);
+      }
+      append_bilinear_patch(corner, patch_normals, patch_uvs, mesh);
+    }
+    return mesh;
+  }
+
+  std::optional<PbrtMesh> loop_subdivision() {
+    Geometry control;
+    control.positions = points("P");
+    if (control.positions.empty()) return fail("a mesh without points", "Give \"point3 P\".");
+    const auto corners = indices(control.positions.size(), 3);
+    if (!corners) return std::nullopt;
+    for (std::size_t i = 0; i < corners->size(); i += 3) {
+      control.triangles.push_back({(*corners)[i], (*corners)[i + 1], (*corners)[i + 2]});
+    }
+    int levels = parameters_.integer(parameters_.has("nlevels") ? "nlevels" : "levels", 3);
+    static_cast<void>(parameters_.find("scheme"));
+    if (levels < 0) return fail(fmt::format("{} levels of subdivision", levels), "Give 0 or more; 3 is usual.");
+    int most = 0;
+    while (most < levels && (control.triangles.size() << (2 * (most + 1))) <= kMaxSubdivided) ++most;
+    if (most < levels) {
+      parameters_.diagnostics().note(parameters_.place(),
+                                     fmt::format("subdivided {} times only, for size: loopsubdiv", most));
+      levels = most;
+    }
+    PbrtMesh mesh;
+    mesh.geometry = loop_subdivide(control, levels);
+    one_patch_a_triangle(mesh);
+    return mesh;
+  }
+
+  PbrtContext& context_;
+  const PbrtParameters& parameters_;
+  bool emissive_;
+};
+
+}  // namespace
+
+std::optional<PbrtMesh> make_shape(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
+                                   bool emissive) {
+  return ShapeBuilder(context, parameters, emissive).build(kind);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,261 @@
+#include "import/pbrt/textures.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <utility>
+
+namespace glowworm {
+
+namespace {
+
+std::uint32_t add_node(PbrtContext& context, TextureNode node) {
+  context.scene.textures.push_back(std::move(node));
+  return static_cast<std::uint32_t>(context.scene.textures.size() - 1);
+}
+
+std::uint32_t as_node(PbrtContext& context, const PbrtTexture& texture) {
+  if (texture.node != kNone && texture.value == RGB(1.0f)) return texture.node;
+  TextureNode constant;
+  constant.value = texture.value;
+  const std::uint32_t factor = add_node(context, constant);
+  if (texture.node == kNone) return factor;
+  TextureNode product;
+  product.kind = TextureKind::scale;
+  product.child_a = texture.node;
+  product.child_b = factor;
+  return add_node(context, product);
+}
+
+/// A texture parameter of a texture: a number, a colour or another texture.
+PbrtTexture operand(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, bool is_float,
+                    float otherwise) {
+  if (is_float) {
+    const FloatInput input = float_input(context, parameters, name, otherwise);
+    return {RGB(input.value), input.texture, input.channel};
+  }
+  const ColorInput input = color_input(context, parameters, name, RGB(otherwise), PbrtColorUse::unbounded);
+  return {input.value, input.texture};
+}
+
+class TextureBuilder {
+ public:
+  TextureBuilder(PbrtContext& context, const PbrtParameters& parameters, bool is_float)
+      : context_(context), parameters_(parameters), is_float_(is_float) {}
+
+  PbrtTexture build(const std::string& kind) {
+    if (kind == "constant") return operand(context_, parameters_, "value", is_float_, 1);
+    if (kind == "scale") return scale();
+    if (kind == "mix") return mix();
+    if (kind == "imagemap") return image_map();
+    if (kind == "checkerboard") return checkerboard();
+    parameters_.use_all();
+    parameters_.diagnostics().note(parameters_.place(),
+                                   fmt::format("not supported, replaced by mid-grey: texture {}", in_quotes(kind)));
+    return {RGB(0.5f), kNone};
+  }
+
+ private:
+  /// pbrt-v4 calls the operands "tex" and "scale", pbrt-v3 "tex1" and "tex2".
+  PbrtTexture scale() {
+    const bool old_names = parameters_.has("tex1") || parameters_.has("tex2");
+    const PbrtTexture a = operand(context_, parameters_, old_names ? "tex1" : "tex", is_float_, 1);
+    const PbrtTexture b = operand(context_, parameters_, old_names ? "tex2" : "scale", is_float_, 1);
+    if (a.node == kNone || b.node == kNone) {
+      const PbrtTexture& textured = a.node == kNone ? b : a;
+      return {a.value * b.value, textured.node, textured.channel};
+    }
+    TextureNode node;
+    node.kind = TextureKind::scale;
+    node.child_a = as_node(context_, a);
+    node.child_b = as_node(context_, b);
+    return {RGB(1.0f), add_node(context_, node)};
+  }
+
+  PbrtTexture mix() {
+    const PbrtTexture a = operand(context_, parameters_, "tex1", is_float_, 0);
+    const PbrtTexture b = operand(context_, parameters_, "tex2", is_float_, 1);
+    const PbrtTexture amount = operand(context_, parameters_, "amount", true, 0.5f);
+    if (a.node == kNone && b.node == kNone && amount.node == kNone) return {lerp(a.value, b.value, amount.value.r)};
+    TextureNode node;
+    node.kind = TextureKind::mix;
+    node.child_a = as_node(context_, a);
+    node.child_b = as_node(context_, b);
+    node.child_amount = as_node(context_, amount);
+    return {RGB(1.0f), add_node(context_, node)};
+  }
+
+  PbrtTexture checkerboard() {
+    if (parameters_.integer("dimension", 2) != 2) {
+      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as two-dimensional: 3D checkerboard");
+    }
+    TextureNode node;
+    node.kind = TextureKind::checkerboard;
+    node.child_a = as_node(context_, operand(context_, parameters_, "tex1", is_float_, 1));
+    node.child_b = as_node(context_, operand(context_, parameters_, "tex2", is_float_, 0));
+    set_mapping(node);
+    static_cast<void>(parameters_.string("aamode", ""));
+    return {RGB(1.0f), add_node(context_, node)};
+  }
+
+  PbrtTexture image_map() {
+    const std::string file = parameters_.string("filename", "");
+    if (file.empty()) {
+      parameters_.diagnostics().error(parameters_.place(), "an imagemap without a file name",
+                                      "Give \"string filename\".");
+      return {};
+    }
+    const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options(file));
+    TextureNode& node = context_.scene.textures[id];
+    node.value = RGB(parameters_.real("scale", 1));
+    node.invert = parameters_.boolean("invert", false);
+    set_mapping(node);
+    PbrtTexture texture{RGB(1.0f), id};
+    // A float image with transparency stands for its alpha, as in pbrt-v4.
+    if (is_float_ && node.image->has_alpha()) texture.channel = Channel::alpha;
+    return texture;
+  }
+
+  TextureOptions image_options(const std::string& file) {
+    TextureOptions options = default_image_options(file);
+    // "bilinear", "trilinear" and "ewa" differ by how they blur what is far away, which many samples do as well.
+    if (parameters_.string("filter", "bilinear") == "point") options.filter = TextureFilter::nearest;
+    static_cast<void>(parameters_.find("maxanisotropy"));
+    static_cast<void>(parameters_.find("trilinear"));
+    options.wrap_u = options.wrap_v = wrap();
+    const std::string encoding = parameters_.string("encoding", parameters_.boolean("gamma", true) ? "sRGB" : "linear");
+    constexpr std::string_view kGamma = "gamma ";
+    if (encoding == "linear") {
+      options.encoding = TextureEncoding::linear;
+    } else if (encoding.starts_with(kGamma)) {
+      options.encoding = TextureEncoding::power;
+      options.exponent = std::strtof(encoding.c_str() + kGamma.size(), nullptr);
+      if (!(options.exponent > 0 && options.exponent < 100)) bad_value("encoding", encoding);
+    } else if (encoding != "sRGB") {
+      bad_value("encoding", encoding);
+    }
+    return options;
+  }
+
+  TextureWrap wrap() {
+    const std::string name = parameters_.string("wrap", "repeat");
+    if (name == "repeat") return TextureWrap::repeat;
+    if (name == "black") return TextureWrap::black;
+    if (name != "clamp") bad_value("wrap", name);
+    return TextureWrap::clamp;
+  }
+
+  void bad_value(const char* parameter, const std::string& value) {
+    parameters_.diagnostics().error(parameters_.place(), fmt::format("{} {}", parameter, in_quotes(value)),
+                                    "wrap is repeat, clamp or black; encoding is sRGB, linear or \"gamma 2.2\".");
+  }
+
+  void set_mapping(TextureNode& node) {
+    const std::string mapping = parameters_.string("mapping", "uv");
+    if (mapping != "uv") {
+      parameters_.use_all();
+      parameters_.diagnostics().note(
+          parameters_.place(), fmt::format("not supported, mapped by uv: texture mapping {}", in_quotes(mapping)));
+      return;
+    }
+    node.uv_scale = {parameters_.real("uscale", 1), parameters_.real("vscale", 1)};
+    node.uv_offset = {parameters_.real("udelta", 0), parameters_.real("vdelta", 0)};
+  }
+
+  PbrtContext& context_;
+  const PbrtParameters& parameters_;
+  bool is_float_;
+};
+
+/// The texture that a parameter names, or null after recording that there is none.
+const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& parameters, const PbrtParameter& parameter,
+                                bool is_float) {
+  if (parameter.strings.size() != 1) {
+    parameters.error(parameter,
+                     fmt::format("parameter {} should be the name of one texture", in_quotes(parameter.name)),
+                     "Write \"texture name\" \"texture's name\".");
+    return nullptr;
+  }
+  const std::string& name = parameter.strings[0];
+  const auto& table = is_float ? context.float_textures : context.spectrum_textures;
+  const auto found = table.find(name);
+  if (found != table.end()) return &found->second;
+  const auto& other = is_float ? context.spectrum_textures : context.float_textures;
+  const char* kind = is_float ? "float" : "spectrum";
+  parameters.error(parameter, fmt::format("there is no {} texture {}", kind, in_quotes(name)),
+                   other.contains(name) ? fmt::format("It is of the other type: define it as \"{}\".", kind)
+                                        : "Define it by a Texture directive before its use.");
+  return nullptr;
+}
+
+}  // namespace
+
+TextureOptions default_image_options(const std::string& file) {
+  TextureOptions options;
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool floats = extension == ".exr" || extension == ".hdr" || extension == ".pfm";
+  options.encoding = floats ? TextureEncoding::linear : TextureEncoding::srgb;
+  return options;
+}
+
+std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
+                                const TextureOptions& options) {
+  TextureNode node;
+  node.kind = TextureKind::image;
+  node.image = context.load_image(context.resolve(file, parameters.place()), options);
+  return add_node(context, node);
+}
+
+void define_texture(PbrtContext& context, const std::string& name, const std::string& value_type,
+                    const std::string& kind, const PbrtParameters& parameters) {
+  const bool is_float = value_type == "float";
+  if (!is_float && value_type != "spectrum" && value_type != "color") {
+    parameters.diagnostics().error(parameters.place(), fmt::format("a texture of type {}", in_quotes(value_type)),
+                                   "Expected float or spectrum.");
+    return;
+  }
+  const PbrtTexture texture = TextureBuilder(context, parameters, is_float).build(kind);
+  auto& table = is_float ? context.float_textures : context.spectrum_textures;
+  if (!table.insert_or_assign(name, texture).second) {
+    parameters.diagnostics().note(
+        parameters.place(), fmt::format("defined again, later uses take the new one: texture {}", in_quotes(name)));
+  }
+}
+
+ColorInput color_input(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, RGB otherwise,
+                       PbrtColorUse use) {
+  ColorInput input{otherwise};
+  const PbrtParameter* parameter = parameters.find(name);
+  if (!parameter) return input;
+  if (parameter->type == PbrtType::texture) {
+    if (const PbrtTexture* texture = find_texture(context, parameters, *parameter, false)) {
+      input.value = texture->value;
+      input.texture = texture->node;
+    }
+    return input;
+  }
+  input.value = read_color(context, parameters, *parameter, use).value_or(otherwise);
+  return input;
+}
+
+FloatInput float_input(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, float otherwise) {
+  FloatInput input;
+  input.value = otherwise;
+  const PbrtParameter* parameter = parameters.find(name);
+  if (!parameter) return input;
+  if (parameter->type == PbrtType::texture) {
+    if (const PbrtTexture* texture = find_texture(context, parameters, *parameter, true)) {
+      input.value = mean(texture->value);
+      input.texture = texture->node;
+      input.channel = texture->channel;
+    }
+    return input;
+  }
+  input.value = parameters.real(name, otherwise);
+  return input;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,170 @@
+#include "import/pbrt/tokens.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
+bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
+bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.'; }
+
+/// Parses the whole of `text` as a number; infinities by overflow are let through, NaN is not.
+bool parse_number(std::string_view text, double& value) {
+  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc::result_out_of_range) {
+    value = 0;  // as small as a double cannot hold; or too large, which is no sensible length or radiance
+    return stop == end && text.find("e-") != std::string_view::npos;
+  }
+  return error == std::errc() && stop == end && std::isfinite(value);
+}
+
+}  // namespace
+
+PbrtTokenizer::PbrtTokenizer(std::string_view text, const std::string* file, PbrtDiagnostics& diagnostics)
+    : text_(text), file_(file), diagnostics_(diagnostics) {
+  if (text_.starts_with("\xef\xbb\xbf")) at_ = line_start_ = 3;  // a byte order mark some editors write
+}
+
+PbrtPlace PbrtTokenizer::place() const { return {file_, line_, static_cast<int>(at_ - line_start_) + 1}; }
+
+void PbrtTokenizer::skip_blanks() {
+  for (; at_ < text_.size(); ++at_) {
+    const char c = text_[at_];
+    if (c == '#') {
+      const std::size_t end = text_.find('\n', at_);
+      if (end == std::string_view::npos) {
+        at_ = text_.size();
+        return;
+      }
+      at_ = end;
+    } else if (!is_blank(c)) {
+      return;
+    }
+    if (text_[at_] == '\n') {
+      ++line_;
+      line_start_ = at_ + 1;
+    }
+  }
+}
+
+bool PbrtTokenizer::scan_string(PbrtToken& token) {
+  token.kind = PbrtTokenKind::string;
+  const std::size_t first = ++at_;
+  for (; at_ < text_.size() && text_[at_] != '\n'; ++at_) {
+    const char c = text_[at_];
+    if (c == '"') {
+      token.text = text_.substr(first, at_ - first);
+      ++at_;
+      if (token.text.find('\0') == std::string_view::npos) return true;
+      diagnostics_.error(token.place, "the string " + in_quotes(token.text) + " holds a NUL byte",
+                         "Remove it; the file may be damaged or not a pbrt scene.");
+      return false;
+    }
+    if (c == '\\' && at_ + 1 < text_.size() && text_[at_ + 1] != '\n') {
+      token.has_escapes = true;
+      ++at_;
+    }
+  }
+  diagnostics_.error(token.place, "the string " + in_quotes(text_.substr(first, at_ - first)) + " has no end",
+                     "Close it with a double quote on the same line.");
+  return false;
+}
+
+bool PbrtTokenizer::scan_word(PbrtToken& token) {
+  const std::size_t first = at_;
+  while (at_ < text_.size() && !ends_word(text_[at_])) ++at_;
+  token.text = text_.substr(first, at_ - first);
+  token.kind = PbrtTokenKind::word;
+  if (!starts_number(token.text[0])) {
+    bool printable = true;
+    for (const char c : token.text) printable = printable && static_cast<unsigned char>(c) >= 0x20;
+    if (printable) return true;
+    diagnostics_.error(token.place, "unexpected bytes " + in_quotes(token.text),
+                       "A pbrt scene is text; the file may be damaged or of another format.");
+    return false;
+  }
+  token.kind = PbrtTokenKind::number;
+  if (parse_number(token.text, token.number)) return true;
+  diagnostics_.error(token.place, in_quotes(token.text) + " is not a number", "Write it like 1, -0.5 or 2.5e-3.");
+  return false;
+}
+
+PbrtToken PbrtTokenizer::scan() {
+  while (!diagnostics_.full()) {
+    skip_blanks();
+    PbrtToken token;
+    token.place = place();
+    if (at_ >= text_.size()) return token;
+    const char c = text_[at_];
+    if (c == '[' || c == ']') {
+      token.kind = c == '[' ? PbrtTokenKind::left_bracket : PbrtTokenKind::right_bracket;
+      token.text = text_.substr(at_++, 1);
+      return token;
+    }
+    if (c == '"' ? scan_string(token) : scan_word(token)) return token;
+  }
+  PbrtToken end;
+  end.place = place();
+  return end;
+}
+
+PbrtToken PbrtTokenizer::next() {
+  if (has_peeked_) {
+    has_peeked_ = false;
+    return peeked_;
+  }
+  return scan();
+}
+
+const PbrtToken& PbrtTokenizer::peek() {
+  if (!has_peeked_) {
+    peeked_ = scan();
+    has_peeked_ = true;
+  }
+  return peeked_;
+}
+
+std::string unescape(const PbrtToken& token) {
+  if (!token.has_escapes) return std::string(token.text);
+  std::string out;
+  for (std::size_t i = 0; i < token.text.size(); ++i) {
+    char c = token.text[i];
+    if (c == '\\' && i + 1 < token.text.size()) {
+      const char escaped = token.text[++i];
+      switch (escaped) {
+        case 'n':
+          c = '\n';
+          break;
+        case 't':
+          c = '\t';
+          break;
+        case 'r':
+          c = '\r';
+          break;
+        case 'b':
+          c = '\b';
+          break;
+        case 'f':
+          c = '\f';
+          break;
+        case '\\':
+        case '"':
+        case '\'':
+          c = escaped;
+          break;
+        default:
+          out += c;
+          c = escaped;
+      }
+    }
+    out += c;
+  }
+  return out;
+}
+
+}  // namespace glowworm

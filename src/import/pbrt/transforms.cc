@@ -1,0 +1,84 @@
+#include "import/pbrt/transforms.h"
+
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+Vec3 three(const PbrtDirective& directive, std::size_t first) {
+  return {static_cast<float>(directive.numbers[first]), static_cast<float>(directive.numbers[first + 1]),
+          static_cast<float>(directive.numbers[first + 2])};
+}
+
+/// Sixteen numbers as pbrt writes them: column after column.
+std::optional<Transform> from_matrix(const PbrtDirective& directive) {
+  const double w = directive.numbers[15];
+  if (directive.numbers[3] != 0 || directive.numbers[7] != 0 || directive.numbers[11] != 0 || w == 0) {
+    directive.parameters.diagnostics().error(directive.place, "the matrix is not affine",
+                                             "Every fourth number must be 0, the last one 1.");
+    return std::nullopt;
+  }
+  const auto s = static_cast<float>(1 / w);
+  return Transform{three(directive, 0) * s, three(directive, 4) * s, three(directive, 8) * s, three(directive, 12) * s};
+}
+
+std::optional<Transform> rotation(const PbrtDirective& directive) {
+  const double angle = directive.numbers[0] * M_PI / 180;
+  const Vec3 axis = three(directive, 1);
+  const float l = length(axis);
+  if (!(l > 0) || !std::isfinite(l)) {
+    directive.parameters.diagnostics().error(directive.place, "Rotate around an axis of no length",
+                                             "Give an angle in degrees and an axis, as Rotate 90 0 1 0.");
+    return std::nullopt;
+  }
+  const Vec3 a = axis / l;
+  const auto s = static_cast<float>(std::sin(angle)), c = static_cast<float>(std::cos(angle));
+  // Rodrigues' formula for the three axes.
+  const auto turned = [&](Vec3 v) { return v * c + cross(a, v) * s + a * (dot(a, v) * (1 - c)); };
+  return Transform{turned({1, 0, 0}), turned({0, 1, 0}), turned({0, 0, 1}), {0, 0, 0}};
+}
+
+/// From the world to a camera that stands at the first point, looks along +z at the second, with y up and, unlike
+/// OpenGL's, +x to the right: pbrt's space is left-handed.
+std::optional<Transform> look_at_transform(const PbrtDirective& directive) {
+  const Vec3 eye = three(directive, 0), forward = three(directive, 3) - eye, up = three(directive, 6);
+  const Vec3 right = cross(up, forward);
+  if (!(length(right) > 0) || !is_finite(right)) {
+    directive.parameters.diagnostics().error(
+        directive.place, "LookAt: the eye is at what it looks at, or up points along the view",
+        "Give three numbers each for the eye, the point it looks at, and what is up.");
+    return std::nullopt;
+  }
+  const Vec3 z = normalize(forward), x = normalize(cross(normalize(up), z));
+  return inverse(Transform{x, cross(z, x), z, eye});
+}
+
+}  // namespace
+
+bool is_invertible(const Transform& t) {
+  const float d = t.determinant();
+  return std::isfinite(d) && d != 0 && std::isfinite(1 / d) && is_finite(t.translation);
+}
+
+std::optional<Transform> apply_transform(const PbrtDirective& directive, const Transform& current) {
+  std::optional<Transform> change;
+  if (directive.name == "Identity") return Transform();
+  if (directive.name == "Transform") return from_matrix(directive);
+  if (directive.name == "ConcatTransform") {
+    change = from_matrix(directive);
+  } else if (directive.name == "Translate") {
+    change = Transform{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, three(directive, 0)};
+  } else if (directive.name == "Scale") {
+    const Vec3 s = three(directive, 0);
+    change = Transform{{s.x, 0, 0}, {0, s.y, 0}, {0, 0, s.z}, {0, 0, 0}};
+  } else if (directive.name == "Rotate") {
+    change = rotation(directive);
+  } else if (directive.name == "LookAt") {
+    change = look_at_transform(directive);
+  }
+  if (!change) return std::nullopt;
+  return current * *change;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,17 @@
+// Transform directives.
+#pragma once
+#include <optional>
+
+#include "core/transform.h"
+#include "import/pbrt/parser.h"
+
+namespace glowworm {
+
+/// The transform after an Identity, Transform, ConcatTransform, Translate, Scale, Rotate or LookAt directive; none
+/// after an error, which is recorded.
+std::optional<Transform> apply_transform(const PbrtDirective& directive, const Transform& current);
+
+/// Whether a transform is finite and has an inverse.
+bool is_invertible(const Transform& transform);
+
+}  // namespace glowworm

@@ -1,0 +1,250 @@
+#include "import/ply/reader.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <new>
+
+#include "core/error.h"
+#include "import/pbrt/file.h"
+#include "import/ply/header.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr const char* kDamaged = "The file may be damaged or cut off.";
+
+/// Gives the file's values one after another, whatever its format. Every value fits a double exactly.
+class ValueReader {
+ public:
+  ValueReader(std::string_view bytes, const PlyHeader& header, const std::string& file)
+      : bytes_(bytes), at_(header.data_begin), format_(header.format), file_(file) {}
+
+  double value(PlyType type) { return format_ == PlyFormat::ascii ? ascii_value() : binary_value(type); }
+
+  /// A list's length: no longer than what the rest of the file can hold.
+  std::uint64_t length(const PlyProperty& property) {
+    const double count = value(property.count_type);
+    const std::uint64_t each = format_ == PlyFormat::ascii ? 1 : size_of(property.type);
+    if (!(count >= 0) || count > static_cast<double>((bytes_.size() - at_) / each)) {
+      fail("a list has a length that the file cannot hold");
+    }
+    return static_cast<std::uint64_t>(count);
+  }
+
+  /// Skips values of one type at once where that can be done.
+  void skip(PlyType type, std::uint64_t count) {
+    if (format_ == PlyFormat::ascii) {
+      for (std::uint64_t i = 0; i < count; ++i) ascii_value();
+      return;
+    }
+    if (count > (bytes_.size() - at_) / size_of(type)) fail("the file ends inside its data");
+    at_ += count * size_of(type);
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw Error({file_}, fmt::format("{} (byte {})", message, at_), kDamaged);
+  }
+
+ private:
+  template <typename T>
+  double binary(std::size_t size) {
+    if (bytes_.size() - at_ < size) fail("the file ends inside its data");
+    unsigned char raw[8];
+    for (std::size_t i = 0; i < size; ++i) {
+      const bool same_order =
+          (format_ == PlyFormat::binary_little_endian) == (std::endian::native == std::endian::little);
+      raw[same_order ? i : size - 1 - i] = static_cast<unsigned char>(bytes_[at_ + i]);
+    }
+    at_ += size;
+    T value;
+    std::memcpy(&value, raw, sizeof(T));
+    return static_cast<double>(value);
+  }
+
+  double binary_value(PlyType type) {
+    switch (type) {
+      case PlyType::int8:
+        return binary<std::int8_t>(1);
+      case PlyType::uint8:
+        return binary<std::uint8_t>(1);
+      case PlyType::int16:
+        return binary<std::int16_t>(2);
+      case PlyType::uint16:
+        return binary<std::uint16_t>(2);
+      case PlyType::int32:
+        return binary<std::int32_t>(4);
+      case PlyType::uint32:
+        return binary<std::uint32_t>(4);
+      case PlyType::float32:
+        return binary<float>(4);
+      case PlyType::float64:
+        return binary<double>(8);
+    }
+    return 0;
+  }
+
+  double ascii_value() {
+    while (at_ < bytes_.size() &&
+           (bytes_[at_] == ' ' || bytes_[at_] == '\n' || bytes_[at_] == '\r' || bytes_[at_] == '\t')) {
+      ++at_;
+    }
+    if (at_ < bytes_.size() && bytes_[at_] == '+') ++at_;
+    double number = 0;
+    const auto [end, error] = std::from_chars(bytes_.data() + at_, bytes_.data() + bytes_.size(), number);
+    if (error == std::errc::invalid_argument)
+      fail(at_ < bytes_.size() ? "expected a number" : "the file ends inside its data");
+    at_ = static_cast<std::size_t>(end - bytes_.data());
+    return error == std::errc::result_out_of_range ? 0.0 : number;
+  }
+
+  std::string_view bytes_;
+  std::size_t at_;
+  PlyFormat format_;
+  const std::string& file_;
+};
+
+/// What a vertex property means: an index into {x, y, z, nx, ny, nz, u, v}, or -1.
+int vertex_role(std::string_view name) {
+  constexpr std::pair<std::string_view, int> kRoles[] = {
+      {"x", 0}, {"y", 1}, {"z", 2}, {"nx", 3},        {"ny", 4},        {"nz", 5},        {"u", 6},
+      {"v", 7}, {"s", 6}, {"t", 7}, {"texture_u", 6}, {"texture_v", 7}, {"texture_s", 6}, {"texture_t", 7}};
+  for (const auto& [known, role] : kRoles) {
+    if (known == name) return role;
+  }
+  return -1;
+}
+
+void read_vertices(ValueReader& reader, const PlyElement& element, const std::string& file, PlyMesh& mesh) {
+  bool present[8] = {};
+  std::vector<int> roles;
+  for (const PlyProperty& property : element.properties) {
+    const int role = property.is_list ? -1 : vertex_role(property.name);
+    roles.push_back(role);
+    if (role >= 0) present[role] = true;
+  }
+  if (!present[0] || !present[1] || !present[2]) {
+    throw Error({file}, "the vertices lack x, y or z", "Export the mesh with positions.");
+  }
+  if (element.count >= 0xffffffffu) {
+    throw Error({file}, fmt::format("{} vertices are more than can be indexed", element.count), "Split the mesh.");
+  }
+  const auto count = static_cast<std::size_t>(element.count);
+  const bool has_normals = present[3] && present[4] && present[5];
+  const bool has_uvs = present[6] && present[7];
+  // Safe: the header's promise was checked against the size of the file.
+  mesh.positions.reserve(count);
+  if (has_normals) mesh.normals.reserve(count);
+  if (has_uvs) mesh.uvs.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    float value[8] = {};
+    for (std::size_t p = 0; p < roles.size(); ++p) {
+      const PlyProperty& property = element.properties[p];
+      if (property.is_list) {
+        reader.skip(property.type, reader.length(property));
+      } else {
+        const auto number = static_cast<float>(reader.value(property.type));
+        if (roles[p] >= 0) value[roles[p]] = number;
+      }
+    }
+    mesh.positions.push_back({value[0], value[1], value[2]});
+    if (has_normals) mesh.normals.push_back({value[3], value[4], value[5]});
+    if (has_uvs) mesh.uvs.push_back({value[6], value[7]});
+  }
+}
+
+void add_quad(const std::uint32_t corner[4], PlyMesh& mesh) {
+  ++mesh.quads;
+  const Vec3 across = mesh.positions[corner[2]] - mesh.positions[corner[0]];
+  const Vec3 other = mesh.positions[corner[3]] - mesh.positions[corner[1]];
+  if (length_squared(across) <= length_squared(other)) {
+    mesh.triangles.push_back({corner[0], corner[1], corner[2]});
+    mesh.triangles.push_back({corner[0], corner[2], corner[3]});
+  } else {
+    mesh.triangles.push_back({corner[0], corner[1], corner[3]});
+    mesh.triangles.push_back({corner[1], corner[2], corner[3]});
+  }
+}
+
+void read_face(ValueReader& reader, const PlyProperty& property, PlyMesh& mesh) {
+  const std::uint64_t corners = reader.length(property);
+  std::uint32_t first[4] = {};
+  for (std::uint64_t i = 0; i < corners; ++i) {
+    const double index = reader.value(property.type);
+    if (!(index >= 0) || index >= static_cast<double>(mesh.positions.size())) {
+      reader.fail(fmt::format("a face has vertex {}, but there are {} vertices", index, mesh.positions.size()));
+    }
+    const auto vertex = static_cast<std::uint32_t>(index);
+    if (i < 4) {
+      first[i] = vertex;
+      if (i == 2 && corners != 4) mesh.triangles.push_back({first[0], first[1], first[2]});
+    } else {
+      if (i == 4) mesh.triangles.push_back({first[0], first[2], first[3]});
+      mesh.triangles.push_back({first[0], first[3], vertex});
+      first[3] = vertex;
+    }
+  }
+  if (corners == 4) add_quad(first, mesh);
+  if (corners > 4) ++mesh.larger_faces;
+}
+
+void read_faces(ValueReader& reader, const PlyElement& element, PlyMesh& mesh) {
+  for (std::uint64_t i = 0; i < element.count; ++i) {
+    for (const PlyProperty& property : element.properties) {
+      if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index")) {
+        read_face(reader, property, mesh);
+      } else if (property.is_list) {
+        reader.skip(property.type, reader.length(property));
+      } else {
+        reader.skip(property.type, 1);
+      }
+    }
+  }
+}
+
+void skip_element(ValueReader& reader, const PlyElement& element) {
+  if (element.properties.empty()) return;
+  for (std::uint64_t i = 0; i < element.count; ++i) {
+    for (const PlyProperty& property : element.properties) {
+      reader.skip(property.type, property.is_list ? reader.length(property) : 1);
+    }
+  }
+}
+
+}  // namespace
+
+PlyMesh parse_ply(std::string_view bytes, const std::string& file) {
+  const PlyHeader header = read_ply_header(bytes, file);
+  ValueReader reader(bytes, header, file);
+  PlyMesh mesh;
+  bool has_vertices = false, has_faces = false;
+  for (const PlyElement& element : header.elements) {
+    if (element.name == "vertex" && !has_vertices) {
+      has_vertices = true;
+      read_vertices(reader, element, file, mesh);
+    } else if (element.name == "face" && !element.properties.empty()) {
+      if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh anew.");
+      has_faces = true;
+      read_faces(reader, element, mesh);
+    } else {
+      skip_element(reader, element);
+    }
+  }
+  if (!has_vertices || !has_faces) {
+    throw Error({file}, "holds no mesh: vertices or faces are missing", "Point clouds and lines cannot be rendered.");
+  }
+  return mesh;
+}
+
+PlyMesh read_ply(const std::string& path) {
+  try {
+    return parse_ply(read_pbrt_file(path), path);
+  } catch (const std::bad_alloc&) {
+    throw Error({path}, "does not fit into memory", "Use a smaller mesh or a machine with more memory.");
+  }
+}
+
+}  // namespace glowworm

@@ -1,0 +1,56 @@
+// Gather points: where camera paths first meet a surface that light is gathered for.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "bsdf/bsdf.h"
+#include "core/frame.h"
+#include "core/large_array.h"
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// A rectangle of pixels and the camera samples of a task in it. A slot is one camera sample of one pixel:
+/// slot = (sample - first_sample) * pixels + pixel of the tile, row by row.
+struct CameraTask {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1) x [y0, y1) of the picture
+  std::uint32_t first_sample = 0, sample_count = 1;
+
+  std::size_t pixel_count() const { return static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0); }
+  std::size_t slot_count() const { return pixel_count() * sample_count; }
+};
+
+/// First hits of camera paths on surfaces with a broad lobe, after any chain of sharp bounces; at most one a slot.
+/// Arrays of one length, index i one gather point.
+struct GatherPoints {
+  LargeVector<std::uint32_t> slot;      ///< camera sample of the task
+  LargeVector<std::uint32_t> sequence;  ///< pixel number in the picture: names its random numbers
+  LargeVector<std::uint32_t> sample;    ///< camera sample number of the pixel
+  LargeVector<Vec3> position;           ///< metres
+  LargeVector<Vec3> normal;             ///< unit, geometric, on the viewer's side
+  LargeVector<Frame> frame;             ///< shading frame
+  LargeVector<Vec3> wo;                 ///< unit, world space, towards the viewer
+  LargeVector<Bsdf> bsdf;               ///< of which only the broad lobes are asked
+  LargeVector<RGB> throughput;          ///< of the camera path up to the point
+
+  std::size_t size() const { return slot.size(); }
+  /// Takes memory for n points.
+  void reserve(std::size_t n);
+  /// Forgets all points but keeps their memory.
+  void clear();
+  void append(const GatherPoints& other);
+  static constexpr std::size_t kBytesEach =
+      3 * sizeof(std::uint32_t) + 3 * sizeof(Vec3) + sizeof(Frame) + sizeof(Bsdf) + sizeof(RGB);
+};
+
+/// Light of a task, one entry a slot; W sr^-1 m^-2.
+struct SlotRadiance {
+  std::vector<RGB> emitted;   ///< seen directly or through sharp bounces
+  std::vector<RGB> direct;    ///< one broad bounce (or a rough sharp one) between light and viewer
+  std::vector<RGB> indirect;  ///< all that is gathered over surfaces
+  std::vector<RGB> caustic;   ///< light, sharp bounces, gather point
+  void resize(std::size_t slots);
+};
+
+}  // namespace glowworm

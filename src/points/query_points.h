@@ -1,0 +1,51 @@
+// Query points (the "reverse photons" of [HHS05]): where the photon map is asked for radiance.
+#pragma once
+#include <cstdint>
+
+#include "bsdf/bsdf.h"
+#include "core/large_array.h"
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// Index into QueryPoints::bsdfs of a point that is Lambertian.
+inline constexpr std::uint32_t kLambertianQuery = 0xffffffffu;
+
+/// A BSDF with its shading frame, for query points that are not Lambertian.
+struct QueryBsdf {
+  Bsdf bsdf;
+  Vec3 s, t, n;  ///< shading frame in world space
+  Vec3 wo;       ///< unit, world space, towards the gather point
+};
+
+/// Points at which outgoing radiance is wanted. Arrays of one length, index i one point; `weight` and `gather_point`
+/// are for completion, the engines read the others.
+struct QueryPoints {
+  LargeVector<Vec3> position;               ///< metres
+  LargeVector<Vec3> normal;                 ///< unit, geometric, on the side that is seen
+  LargeVector<RGB> reflectance;             ///< Lambertian: albedo; others: unused
+  LargeVector<std::uint32_t> bsdf;          ///< index into bsdfs, or kLambertianQuery
+  LargeVector<QueryBsdf> bsdfs;             ///< one for each point that is not Lambertian
+  LargeVector<RGB> weight;                  ///< f_r cos / (pdf N) at the gather point: factor on the radiance
+  LargeVector<std::uint32_t> gather_point;  ///< the gather point (or any target index) this one belongs to
+
+  std::size_t size() const { return position.size(); }
+  /// Forgets all points but keeps their memory.
+  void clear();
+  /// Takes memory for n points, of which bsdfs has none.
+  void reserve(std::size_t n);
+  void push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target) {
+    position.push_back(p);
+    normal.push_back(n);
+    reflectance.push_back(albedo);
+    bsdf.push_back(kLambertianQuery);
+    weight.push_back(w);
+    gather_point.push_back(target);
+  }
+  void push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target);
+  void append(const QueryPoints& other);
+  static constexpr std::size_t kBytesEach = 2 * sizeof(Vec3) + 2 * sizeof(RGB) + 2 * sizeof(std::uint32_t);
+};
+
+}  // namespace glowworm

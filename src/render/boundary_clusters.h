@@ -1,0 +1,32 @@
+// Photons that lie together on one surface, for boundary correction.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/vec.h"
+#include "points/photon_batch.h"
+
+namespace glowworm {
+
+/// Neighbouring photons of like normals, which share their look at the surfaces around them.
+struct BoundaryCluster {
+  Vec3 center;              ///< mean of the photons, metres
+  Vec3 normal;              ///< mean of theirs, unit
+  float reach = 0;          ///< radius of the disc around `center` that holds all discs of the photons, metres
+  float low = 0, high = 0;  ///< ends of the balls of the photons along `normal`, from `center`, metres
+  float wideness = 1;       ///< area of that disc over that of a photon's
+  bool flat = false;        ///< all photons lie in the plane of `center` and have its normal
+  std::uint32_t first = 0, count = 0;  ///< a run of BoundaryClusters::photons
+};
+
+/// All photons of a batch, cut into clusters.
+struct BoundaryClusters {
+  std::vector<BoundaryCluster> clusters;
+  std::vector<std::uint32_t> photons;  ///< indices of the batch, each once
+};
+
+/// Cuts a batch into clusters; the same for any number of threads. @param radii of the photons' kernels, metres
+BoundaryClusters make_boundary_clusters(const PhotonBatch& photons, std::span<const float> radii);
+
+}  // namespace glowworm
