@@ -390,7 +390,7 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
 }
 
 void add_report_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/statistics.md has the keys")
+  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
       ->option_text("FILE")
       ->group("Reports");
   c.add_flag("-v,--verbose", o.verbose, "Say where the time went, too")->group("Reports");

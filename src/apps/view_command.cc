@@ -61,7 +61,7 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
 }
 
 void add_session_options(CLI::App& c, ViewOptions& o) {
-  c.add_option("--script", o.script, "Play this JSON file; docs/viewer.md has its keys")
+  c.add_option("--script", o.script, "Play this JSON file; docs/guide.md has its keys")
       ->option_text("FILE.json")
       ->group("Session");
   c.add_option("--out", o.out, "Open no window: write every frame into this folder")
