@@ -50,7 +50,7 @@ check: packages
 format: packages
 	scripts/check-format --fix
 
-docs: packages
+docs:
 	@scripts/install-packages packages-docs.txt
 	scripts/build-docs
 
