@@ -20,7 +20,7 @@
 #include "photon/photon_tracer.h"
 #include "points/query_points.h"
 #include "scene/surface.h"
-#include "session/frame_pass.h"
+#include "render/pass.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -195,7 +195,7 @@ void FrameFloor::make_queries() {
   const bool gathers = !gather_rays_.empty();
   const std::vector<Ray>& from = gathers ? gather_rays_ : camera_rays_;
   const std::vector<Hit>& hits = gathers ? gather_hits_ : camera_hits_;
-  const std::size_t portions = (hits.size() + kQueriesAtOnce - 1) / kQueriesAtOnce;
+  const std::size_t portions = (hits.size() + PassSettings().queries_at_once - 1) / PassSettings().queries_at_once;
   queries_.assign(portions, {});
   for (std::size_t i = 0; i < hits.size(); ++i) {
     DiffusePoint point;
