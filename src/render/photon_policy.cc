@@ -13,7 +13,7 @@ RadiusPolicy photon_policy(std::vector<float> radii, const std::string& engine, 
   RadiusPolicy policy;
   policy.kernel = kernel;
   policy.k = std::max<std::uint32_t>(1, k);
-  policy.kind = engine == "knn" ? RadiusKind::nearest : RadiusKind::per_photon;
+  policy.kind = engine_traits(engine).takes_nearest ? RadiusKind::nearest : RadiusKind::per_photon;
   policy.radii = std::move(radii);
   // Where photons are few, the nearest may be in another part of the scene: no estimate reaches further than the
   // widest of the radii that density asks for.

@@ -14,7 +14,7 @@ namespace glowworm {
 /// are sharp. At least 1.
 std::uint32_t caustic_nearest(std::uint32_t nearest);
 
-/// The policy of an engine: each photon's own radius, or, for `knn`, the k nearest.
+/// The policy of an engine: each photon's own radius, or the k nearest (EngineTraits::takes_nearest).
 /// @param radii metres, one for each photon
 RadiusPolicy photon_policy(std::vector<float> radii, const std::string& engine, KernelShape kernel, std::uint32_t k);
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "density/density_control.h"
-#include "density/forward.h"
 #include "density/query_store.h"
 #include "density/radius.h"
 #include "gather/direct_light.h"
@@ -49,12 +48,6 @@ std::uint64_t caustic_passes(const RenderSettings& settings, std::size_t each) {
 void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, const RadiusPolicy& policy) {
   const std::vector<float> factors = edge_factors(tracer, photons, policy);
   for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factors[i];
-}
-
-std::unique_ptr<DensityEngine> engine_of(const RenderSettings& settings) {
-  if (settings.engine == "forward" && settings.reorder > 0)
-    return make_forward_engine({0, {ReorderMethod::octree, settings.reorder, kAutomaticDepth}});
-  return make_engine(settings.engine);
 }
 
 RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& settings, const std::string& engine,
@@ -118,7 +111,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
     pass_.global = control_density(pass_.global, control);
   }
   const std::string name = settings_.engine;
-  engine_ = engine_of(settings_);
+  engine_ = make_engine(settings_.engine, {.reorder = settings_.reorder});
   const RadiusPolicy policy = make_policy(pass_.global, settings_, name, settings_.nearest, radius_scale);
   if (settings_.boundary_correction) {
     const PhaseTimer timer(statistics_, Phase::build_photon_map);
@@ -142,7 +135,7 @@ void PhotonRenderer::build_caustic_map(const PhotonPassSettings& first, float ra
   // The same blur with less noise: where caustics are bright their photons are many without that.
   const double growth = static_cast<double>(pass_.caustic.size()) / static_cast<double>(few);
   const auto k = static_cast<std::uint32_t>(std::lround(growth * caustic_nearest(settings_.nearest)));
-  caustic_engine_ = engine_of(settings_);
+  caustic_engine_ = make_engine(settings_.engine, {.reorder = settings_.reorder});
   const RadiusPolicy policy = make_policy(pass_.caustic, settings_, settings_.engine, k, radius_scale);
   if (settings_.boundary_correction) correct_boundaries(tracer_, pass_.caustic, policy);
   caustic_engine_->build(pass_.caustic, policy, statistics_);

@@ -151,7 +151,7 @@ void PhotonMaps::diagnose(Statistics& statistics) {
     counts[i] = {1, h, kPi * h * h};
   }
   const BorrowedFlux counted(pass_.global, std::move(counts));
-  std::unique_ptr<DensityEngine> engine = make_engine("blocked");
+  std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
   engine->build(pass_.global, counting, statistics);
   diagnosis_ = std::move(engine);
 }

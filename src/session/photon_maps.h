@@ -20,7 +20,7 @@ namespace glowworm {
 struct PhotonMapSettings {
   std::uint64_t photons = 500'000;  ///< in the global map
   std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch
-  std::string engine = "blocked";
+  std::string engine = kAutomaticEngine;
   KernelShape kernel = KernelShape::epanechnikov;
   std::uint32_t seed = 0, pass = 0;  ///< name the photons
   float radius_scale = 1;            ///< factor on the radii
