@@ -6,7 +6,6 @@
 
 #include "core/parallel.h"
 #include "density/density_control.h"
-#include "density/forward.h"
 #include "points/query_points.h"
 #include "render/boundary.h"
 #include "render/scheduler.h"
@@ -40,12 +39,6 @@ class BorrowedFlux {
   PhotonBatch& photons_;
   LargeVector<RGB> own_;
 };
-
-std::unique_ptr<DensityEngine> engine_of(const PhotonMapSettings& settings) {
-  if (settings.engine == "forward" && settings.reorder > 0)
-    return make_forward_engine({0, {ReorderMethod::octree, settings.reorder, kAutomaticDepth}});
-  return make_engine(settings.engine);
-}
 
 /// Photons that an estimate of the caustic map should catch, where one of the global map catches `nearest`: caustics
 /// are sharp.
@@ -153,7 +146,7 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
   RadiusPolicy policy;
   policy.kernel = settings_.kernel;
   policy.k = std::max<std::uint32_t>(1, map.nearest);
-  policy.kind = settings_.engine == "knn" ? RadiusKind::nearest : RadiusKind::per_photon;
+  policy.kind = engine_traits(settings_.engine).takes_nearest ? RadiusKind::nearest : RadiusKind::per_photon;
   policy.radii = scaled(map.radii.radii, settings_.radius_scale);
   policy.order = map.radii.order;
   if (policy.radii.empty()) return policy;
@@ -192,7 +185,7 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
 }
 
 void PhotonMaps::index(Map& map, Statistics& statistics) const {
-  map.engine = engine_of(settings_);
+  map.engine = make_engine(settings_.engine, {.reorder = settings_.reorder});
   if (!map.corrected) {
     map.engine->build(map.photons, policy_of(map), statistics);
   } else {
@@ -298,7 +291,7 @@ void PhotonMaps::diagnose(Statistics& statistics) {
     counts[i] = {1, h, kPi * h * h};
   }
   const BorrowedFlux counted(global_.photons, std::move(counts));
-  std::unique_ptr<DensityEngine> engine = make_engine("blocked");
+  std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
   engine->build(global_.photons, counting, statistics);
   diagnosis_ = std::move(engine);
 }

@@ -8,7 +8,6 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "density/engine_choice.h"
 #include "gather/direct_light.h"
 #include "render/photon_guiding.h"
 #include "render/scheduler.h"
@@ -58,22 +57,6 @@ void check_state(const ViewState& s) {
                 fmt::format("Both sides must be from 1 to {}.", kLargestSide));
   if (s.gather == 0) throw Error("a view needs at least one gather ray");
   if (s.photons == 0) throw Error("a view needs at least one photon");
-}
-
-/// The engine that a view is looked up with. It hangs on the view alone, so that no index is built for a change of
-/// pace.
-std::string engine_of(const ViewState& state) {
-  if (state.engine != "auto") return state.engine;
-  const double pixels = static_cast<double>(state.width) * state.height;
-  const bool gathers = state.mode == ViewMode::gather || state.mode == ViewMode::cost;
-  EngineWorkload workload;
-  workload.photons = static_cast<double>(state.photons);
-  // A map serves the passes of a view at rest, and as many frames in motion where light stays.
-  workload.queries = pixels * (gathers ? state.gather : 1) * kPassesOfMaps;
-  workload.queries_at_once =
-      std::min(workload.queries / kPassesOfMaps, static_cast<double>(PassSettings().queries_at_once));
-  workload.nearest = state.nearest;
-  return choose_engine(workload);
 }
 
 /// Keeps what a pass worked in for the next, also where it was cancelled.
@@ -176,7 +159,7 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
   PhotonMapSettings wanted;
   wanted.photons = photons;
   wanted.nearest = state.nearest;
-  wanted.engine = engine_of(state);
+  wanted.engine = engine_traits(state.engine).name;
   wanted.kernel = state.kernel;
   wanted.seed = settings_.seed;
   wanted.max_bounces = photon_bounces(RenderSettings().max_bounces);

@@ -41,7 +41,7 @@ struct ViewState {
   ViewMode mode = ViewMode::gather;
   LightPart part = LightPart::all;
   std::uint32_t gather = 16;    ///< final gather rays of each camera sample
-  std::string engine = "auto";  ///< density engine; auto: the one expected to be the fastest for the view
+  std::string engine = "auto";  ///< density engine; auto: kAutomaticEngine
   KernelShape kernel = KernelShape::epanechnikov;
   std::uint64_t photons = 500'000;  ///< in the global map
   std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch
