@@ -302,8 +302,9 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::IsMember({"photon", "path", "photons"}))
       ->option_text("photon|path|photons [photon]")
       ->group("Method");
-  c.add_option("--engine", s.engine,
-               "Density engine: how photons are found and summed; brute is for tests of tiny pictures")
+  c.add_option(
+       "--engine", s.engine,
+       "Density engine, which looks photons up: auto is blocked, the fastest; brute is for tests of tiny pictures")
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
       ->group("Method");
   c.add_option("--kernel", o.kernel, "Kernel of density estimation")

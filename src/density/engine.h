@@ -8,6 +8,7 @@
 
 #include "core/rgb.h"
 #include "core/statistics.h"
+#include "kernels/simd.h"
 #include "points/photon_batch.h"
 #include "points/query_points.h"
 
@@ -27,7 +28,7 @@ enum class RadiusKind : std::uint8_t {
   per_photon,  ///< a radius for each photon: the sample-point estimator of [HHS05] eq. 3
 };
 
-/// Over which radius photons are counted; an argument of the engine, not its habit.
+/// Over which radius photons are counted; passed to the engine by the caller.
 struct RadiusPolicy {
   RadiusKind kind = RadiusKind::per_photon;
   std::uint32_t k = 50;      ///< nearest
@@ -73,9 +74,34 @@ class DensityEngine {
   virtual void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const = 0;
 };
 
-/// Names that make_engine() knows, in order of preference.
+/// What callers take into account about an engine.
+struct EngineTraits {
+  const char* name;  ///< on the command line and in statistics
+  /// Its usual estimate is that of the k nearest photons (RadiusKind::nearest).
+  bool takes_nearest = false;
+  /// Photons search for query points: every call of estimate() goes over all photons. So it wants many query points at
+  /// once, and no more photons than the estimate needs.
+  bool goes_over_photons = false;
+  /// The rounding of an answer depends on which points are asked for in the same call.
+  bool groups_points = false;
+  bool for_tests = false;        ///< too slow for pictures
+  int (*lanes)() = &simd_lanes;  ///< query points or photons in a vector, on the instruction set in use
+};
+
+/// The engine that "auto" names. Others are faster only for a few hundred query points, and save at most 30 ms.
+inline constexpr const char* kAutomaticEngine = "blocked";
+/// Names of all engines, in order of preference.
 std::vector<std::string> engine_names();
-/// Makes an engine by name. Throws Error, listing the names there are, for another.
-std::unique_ptr<DensityEngine> make_engine(const std::string& name);
+/// Traits of an engine by name, or of kAutomaticEngine for "auto". Throws Error, listing the names there are, for
+/// another name.
+const EngineTraits& engine_traits(const std::string& name);
+
+/// What may be asked of some engines. 0: automatic; engines that it means nothing to do not read it.
+struct EngineOptions {
+  std::uint32_t reorder = 0;  ///< forward: query points in a cell of the octree that is not divided further
+};
+
+/// Makes an engine by name. Throws Error as engine_traits() does.
+std::unique_ptr<DensityEngine> make_engine(const std::string& name, const EngineOptions& options = {});
 
 }  // namespace glowworm

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "density/forward.h"
+#include "density/engine.h"
 #include "density/kernel.h"
 #include "kernels/simd.h"
 
@@ -186,7 +186,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"photons_per_query", queries ? static_cast<double>(operations) / static_cast<double>(queries) : 0.0},
       {"active_lanes",
        steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
-      {"lanes", settings.engine == "forward" ? forward_lanes() : simd_lanes()}};
+      {"lanes", engine_traits(settings.engine).lanes()}};
   const PagedCounts& paged = job.paged_counts();
   out["paged"] = {{"hits", paged.hits},
                   {"misses", paged.misses},

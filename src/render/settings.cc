@@ -11,7 +11,6 @@
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "density/engine.h"
-#include "density/engine_choice.h"
 #include "gather/direct_light.h"
 #include "render/scheduler.h"
 #include "scene/scene.h"
@@ -72,25 +71,10 @@ void resolve_photons(RenderSettings& s) {
   const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
   s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
   const double queries = pixel_count(s) * samples * s.gather;
-  if (s.engine != "reverse" || s.photons_traced != 0) return;
+  if (!engine_traits(s.engine).goes_over_photons || s.photons_traced != 0) return;
   if (queries < kQueriesThatPayControl * static_cast<double>(s.photons)) return;
   s.photons_traced = s.photons;
   s.photons /= kShareKept;
-}
-
-/// What the engine will be asked for, with all else resolved.
-EngineWorkload workload(const RenderSettings& s) {
-  constexpr double kTilePixels = 65536;  // of a task
-  const double pixels = static_cast<double>(s.width) * s.height;
-  const double rays = s.integrator == Integrator::photons ? 1 : s.gather;
-  EngineWorkload w;
-  w.photons = static_cast<double>(s.photons);
-  // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its engine.
-  w.queries = pixels * rays * (s.progressive ? 1 : kUsualSamples);
-  w.queries_at_once =
-      std::min({pixels, kTilePixels, static_cast<double>(DensityEngine::kMostPointsAtOnce) / rays}) * rays;
-  w.nearest = s.nearest;
-  return w;
 }
 
 }  // namespace
@@ -126,15 +110,15 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   if (s.integrator == Integrator::path) {
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
   } else {
+    s.engine = engine_traits(s.engine).name;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kUsualSamples;
     if (s.gather == 0) resolve_gather(s);
     if (s.photons == 0) resolve_photons(s);
     s.photons_traced = std::max(s.photons_traced, s.photons);
     // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
     // lower than 30.
-    if (s.nearest == 0) s.nearest = s.engine == "knn" ? 30 : 50;
+    if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = usual_light_samples(s.gather);
-    if (s.engine == "auto") s.engine = choose_engine(workload(s));
   }
   return s;
 }
@@ -164,8 +148,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                    kQueriesThatPayControl));
   note(asked.nearest == 0,
        fmt::format("k = {}: radii hold so many photons; less is blotched, more is blurred", chosen.nearest));
-  note(asked.engine == "auto",
-       fmt::format("engine {}: the least by a model of each engine's time for these counts", chosen.engine));
+  note(asked.engine == "auto", fmt::format("engine {}: the fastest but for a few hundred query points", chosen.engine));
   return notes;
 }
 
