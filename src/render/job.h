@@ -13,6 +13,7 @@
 #include "render/checkpoint.h"
 #include "render/film.h"
 #include "render/photon_report.h"
+#include "render/render_key.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
@@ -56,8 +57,10 @@ class Job {
 
   /// A copy of the film as it is now; any time.
   Film snapshot() const;
-  /// What a render goes on from: the film after the last whole task; any time.
+  /// What a render goes on from: the film after the last whole task; any time. The first call hashes the scene.
   Checkpoint checkpoint() const;
+  /// Film::not_finite() of the film as it is now; any time.
+  std::uint64_t samples_not_finite() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
@@ -80,11 +83,11 @@ class Job {
   void run();
   void render_passes();
   bool render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks);
-  std::string key() const;
+  const RenderKey& key() const;
   void shoot_photons(PhotonRenderer& photons, std::uint32_t pass);
   /// @param next_s seconds that the next piece of work will take, about
   bool should_stop(double next_s);
-  void check_checkpoint(const Checkpoint& checkpoint) const;
+  void resume(const Checkpoint& checkpoint);
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
@@ -94,6 +97,8 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  mutable std::once_flag key_made_;
+  mutable RenderKey key_;
   std::vector<LightPhotons> light_photons_;
   double spent_s_;
   std::chrono::steady_clock::time_point start_;

@@ -1,9 +1,12 @@
 #include "render/photon_renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/error.h"
 #include "density/density_control.h"
 #include "density/forward.h"
 #include "density/query_store.h"
@@ -36,7 +39,7 @@ constexpr double kLeastTimeForCaustics = 30;
 /// Passes that bring enough caustic photons if each brings so many.
 std::uint64_t caustic_passes(const RenderSettings& settings, std::size_t each) {
   if (each == 0 || settings.progressive || settings.indirect_only) return 1;
-  if (settings.time_limit_s > 0 && settings.time_limit_s < kLeastTimeForCaustics) return 1;
+  if (!has_time_for_caustics(settings)) return 1;
   const double rays = static_cast<double>(settings.width) * settings.height * std::max(settings.gather, 1u);
   const auto affordable =
       static_cast<std::uint64_t>(kCausticPhotonsPerRay * rays / static_cast<double>(settings.photons_traced));
@@ -49,6 +52,22 @@ std::uint64_t caustic_passes(const RenderSettings& settings, std::size_t each) {
 void correct_boundaries(const Tracer& tracer, PhotonBatch& photons, const RadiusPolicy& policy) {
   const std::vector<float> factors = edge_factors(tracer, photons, policy);
   for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factors[i];
+}
+
+/// Memory for the photons of a pass. Throws Error where they do not fit: fewer would be another picture.
+std::unique_ptr<Reservation> reserve_photons(const RenderSettings& settings, MemoryBudget& budget) {
+  constexpr double kMegabyte = 1e6;  // as --memory counts
+  const std::uint64_t wanted = settings.photons_traced * kBytesPerPhoton, there = budget.available();
+  if (wanted > there)
+    throw Error(
+        fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has {:.0f}M "
+                    "left for it",
+                    std::ceil(static_cast<double>(wanted) / kMegabyte), settings.photons_traced,
+                    std::floor(static_cast<double>(there) / kMegabyte)),
+        fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
+                    std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte),
+                    there / kBytesPerPhoton));
+  return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
 
 std::unique_ptr<DensityEngine> engine_of(const RenderSettings& settings) {
@@ -76,6 +95,10 @@ RadiusPolicy make_policy(const PhotonBatch& photons, const RenderSettings& setti
 
 }  // namespace
 
+bool has_time_for_caustics(const RenderSettings& settings) {
+  return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastTimeForCaustics);
+}
+
 PhotonRenderer::PhotonRenderer(const Tracer& tracer, const RenderSettings& settings, MemoryBudget& budget,
                                Statistics& statistics)
     : tracer_(tracer), settings_(settings), budget_(budget), statistics_(statistics) {}
@@ -92,8 +115,7 @@ void PhotonRenderer::shoot_photons(std::uint32_t pass, float radius_scale) {
   corners_ = QueryPoints();
   found_ = LargeVector<RGB>();
   photon_reservation_.reset();
-  photon_reservation_ =
-      std::make_unique<Reservation>(budget_, "photon map", settings_.photons_traced * kBytesPerPhoton);
+  photon_reservation_ = reserve_photons(settings_, budget_);
   PhotonPassSettings wanted;
   wanted.photons = settings_.photons_traced;
   wanted.seed = settings_.seed;
@@ -163,8 +185,7 @@ void PhotonRenderer::find_bright_patches() {
   bright_ = BrightPatches();
   if (!settings_.gather_guiding || pass_.global.size() == 0) return;
   const PhaseTimer timer(statistics_, Phase::build_photon_map);
-  const std::uint64_t most = std::min(kMostLitPlaces, budget_.available() / 8 / kBytesPerLitPlace);
-  if (most == 0) return;
+  const std::uint64_t most = std::min<std::uint64_t>(kMostLitPlaces, pass_.global.size());
   const Reservation reservation(budget_, "bright patches", most * kBytesPerLitPlace);
   const std::size_t step = (pass_.global.size() + most - 1) / most;
   LitPlaces places;
@@ -247,15 +268,23 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
     store.append(queries_);
   }
   queries_ = QueryPoints();
-  store.visit(queries_at_once, [&](const QueryPoints& run) { look_up(run, *engine_, radiance.indirect); });
+  const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
+    count_held(run);
+    engine_->estimate(run, found, statistics_);
+  };
+  store.complete(queries_at_once, look_up_run, radiance.indirect);
   paged_ += store.counts();
 }
 
 void PhotonRenderer::look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
   found_.assign(queries.size(), RGB());
-  query_bytes_ = std::max<std::uint64_t>(query_bytes_, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
+  count_held(queries);
   engine.estimate(queries, found_, statistics_);
   complete(queries, found_, target, statistics_);
+}
+
+void PhotonRenderer::count_held(const QueryPoints& queries) {
+  query_bytes_ = std::max<std::uint64_t>(query_bytes_, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
 }
 
 }  // namespace glowworm

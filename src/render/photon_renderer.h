@@ -17,6 +17,9 @@
 
 namespace glowworm {
 
+/// Whether a render has the time to trace photons for its caustic map alone.
+bool has_time_for_caustics(const RenderSettings& settings);
+
 /// Holds the photon maps of one photon pass and renders tasks with them. Immutable between calls of shoot_photons().
 class PhotonRenderer {
  public:
@@ -58,6 +61,7 @@ class PhotonRenderer {
   void add_caustic_photons(PhotonPassSettings settings);
   void hold_engines_only();
   void gather(const GatherPoints& points, SlotRadiance& radiance);
+  void count_held(const QueryPoints& queries);
   void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target);
 
   const Tracer& tracer_;
