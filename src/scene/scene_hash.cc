@@ -27,7 +27,8 @@ static_assert(sizeof(Geometry) == 6 * sizeof(std::vector<Vec3>));
 
 void add(ContentHash& hash, const Material& m) {
   hash.add(m.kind);
-  for (const ColorInput* input : {&m.reflectance, &m.transmittance, &m.specular_color, &m.normal_map}) add(hash, *input);
+  for (const ColorInput* input : {&m.reflectance, &m.transmittance, &m.specular_color, &m.normal_map})
+    add(hash, *input);
   for (const FloatInput* input : {&m.roughness_u, &m.roughness_v, &m.coat_roughness, &m.metallic, &m.specular,
                                   &m.clearcoat, &m.transmission, &m.mix_amount, &m.alpha, &m.bump})
     add(hash, *input);

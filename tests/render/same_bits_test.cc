@@ -71,8 +71,8 @@ void expect_same_bits(const Stage& stage, const RenderSettings& settings, const 
 /// A picture whose query points make several portions in little memory.
 RenderSettings small_picture(const std::string& engine) {
   // Brute force goes over all pairs: it gets few of them.
-  RenderSettings settings = engine == "brute" ? by_photons(12, 2, 4, 500, engine.c_str())
-                                              : by_photons(32, 2, 16, 4000, engine.c_str());
+  RenderSettings settings =
+      engine == "brute" ? by_photons(12, 2, 4, 500, engine.c_str()) : by_photons(32, 2, 16, 4000, engine.c_str());
   settings.guiding = false;
   return settings;
 }
