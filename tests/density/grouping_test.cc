@@ -1,6 +1,7 @@
 // What an engine says of a query point depends on no other point that it is asked about at the same time.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -110,7 +111,9 @@ class Grouping : public testing::TestWithParam<std::string> {
     EXPECT_GT(sum, 0);
     for (const std::size_t group : {std::size_t{1}, std::size_t{37}, points.size() / 2 + 1}) {
       std::size_t different = 0;
-      for (std::size_t end = points.size(); end > 0;) {
+      // A few hundred points alone are enough.
+      const std::size_t least = group == 1 ? points.size() - std::min<std::size_t>(points.size(), 200) : 0;
+      for (std::size_t end = points.size(); end > least;) {
         const std::size_t first = end > group ? end - group : 0;
         std::vector<std::uint32_t> indices(end - first);
         std::iota(indices.rbegin(), indices.rend(), static_cast<std::uint32_t>(first));
