@@ -141,8 +141,8 @@ FrameFloor::FrameFloor(const Tracer& tracer, const Camera& camera, int side, std
   emitted_ = pass.emitted;
   for (std::size_t i = 0; i < pass.global.size(); ++i) {
     Sampler sampler(SamplerKind::sobol, 0, 0, static_cast<std::uint32_t>(i));
-    const Vec3 n = pass.global.normal[i];
-    photon_rays_.push_back({offset_origin(pass.global.position[i], n), 0,
+    const Vec3 p = pass.global.position[i], n = pass.global.normal[i];
+    photon_rays_.push_back({offset_origin(p, n, position_rounding(p)), 0,
                             Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2())),
                             std::numeric_limits<float>::infinity()});
   }

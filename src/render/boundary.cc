@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/frame.h"
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "density/kernel.h"
@@ -18,16 +19,18 @@ constexpr float kFirstLines = 8, kAllLines = 32;
 constexpr std::size_t kClustersPerChunk = 64;
 /// A cluster whose photons' masses are all this near to 1 by the first lines is plain.
 constexpr float kTolerance = 0.02f;
-/// Share of a line that is skipped behind a surface, so that it is not met again.
+/// Share of a line that is skipped behind a surface, besides rounding, so that it is not met again.
 constexpr float kStep = 1e-3f;
 /// Surfaces that a line is followed through.
 constexpr int kMostHits = 6;
 /// Surfaces that a line all but grazes tell nothing, and have no photon's normal.
 constexpr float kLeastCosine = 0.25f;
-/// Share of a cluster's reach, and of the cosine, within which a place lies in its plane.
+/// Share of a cluster's reach, and of the cosine, within which a place lies in its plane, besides rounding.
 constexpr float kFlatness = 1e-4f;
 /// Bounds of the mass: beyond them a few lines say nothing.
 constexpr float kSmallestMass = 0.125f, kLargestMass = 4;
+
+float step_behind_surface(const Ray& ray) { return kStep + position_rounding(ray.origin) / length(ray.direction); }
 
 /// A line along the cluster's normal through a point of its disc, from above its photons to below them.
 struct Line {
@@ -124,7 +127,9 @@ class Chunk {
     const auto way = [&](const Line& line) {
       const auto photons = members(line.cluster);
       const Vec3 photon = photons_.position[photons[line.number % photons.size()]];
-      return Ray{photon, kStep, line.ray.origin - photon, 1};
+      Ray ray{photon, 0, line.ray.origin - photon, 1};
+      ray.t_min = step_behind_surface(ray);
+      return ray;
     };
     walk(way, [&](std::uint32_t j, const Hit& hit) {
       batch_[j].cross(dot(tracer_.scene().geometry().normal(hit.triangle), way(batch_[j]).direction) < 0);
@@ -148,8 +153,9 @@ class Chunk {
         if (hits_[j].triangle == kNone) continue;
         meet(active_[j], hits_[j]);
         active_[kept] = active_[j];
-        rays_[kept] = rays_[j];
-        rays_[kept++].t_min = hits_[j].distance + kStep;
+        Ray& ray = rays_[kept++];
+        ray = rays_[j];
+        ray.t_min = hits_[j].distance + step_behind_surface(ray);
       }
       active_.resize(kept);
       rays_.resize(kept);
@@ -170,7 +176,8 @@ class Chunk {
     const Vec3 position = line.ray.origin + line.ray.direction * hit.distance;
     const float height = dot(position - cluster.center, cluster.normal);
     ++line.places;
-    line.plain &= std::abs(height) <= kFlatness * cluster.reach && std::abs(cosine) >= 1 - kFlatness;
+    line.plain &= std::abs(height) <= kFlatness * cluster.reach + position_rounding(position) &&
+                  std::abs(cosine) >= 1 - kFlatness;
     found_.push_back({position, normal, 1 / std::abs(cosine), j});
   }
 
