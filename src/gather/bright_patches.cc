@@ -197,7 +197,7 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
           !leave_surface(points.position[i], points.normal[i], points.offset[i], direction, wi.z * wo.z > 0, ray))
         continue;
       const std::uint32_t triangle = patches.triangle(s.patch);
-      const float cosine = std::abs(dot(scene.geometry().normal(triangle), direction));
+      const float cosine = std::abs(dot(scene.diffuse_triangle(triangle).normal, direction));
       if (!(cosine > 0)) continue;
       // Balance heuristic: f cos over the density of all samples together.
       const float pdf_patch = s.density * squared / cosine, pdf_bsdf = pdf(points.bsdf[i], wo, wi, kBroad);
@@ -211,7 +211,7 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
 float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
                    const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each) {
   const float density = patches.density(ray.origin, patch);
-  const float cosine = std::abs(dot(scene.geometry().normal(hit.triangle), ray.direction));
+  const float cosine = std::abs(dot(scene.diffuse_triangle(hit.triangle).normal, ray.direction));
   if (!(density > 0) || !(cosine > 0)) return 1;
   return balance_heuristic(static_cast<float>(rays_each), pdf, static_cast<float>(samples_each),
                            density * hit.distance * hit.distance / cosine);
