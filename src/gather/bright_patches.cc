@@ -20,8 +20,10 @@ constexpr double kLargestShare = 0.08;
 constexpr double kBrightness = 8;
 /// Share of the mean square of radiosity that they must have for sampling them to pay.
 constexpr double kLeastMoment = 0.5;
-/// A triangle is divided this often at most.
+/// A triangle is divided this often at most, into so many cells.
 constexpr int kDeepest = 7;
+constexpr float kMostCells = 0x1p+14f;
+static_assert(kMostCells == float{1 << (2 * kDeepest)});
 /// Rays about a bright photon that look for patches, and how far above the surface they start, in radii.
 constexpr int kProbes = 6;
 constexpr float kAbove = 0.25f;
@@ -57,8 +59,8 @@ std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::u
 
 /// Halvings of a triangle's sides after which its cells are as large as a square around a circle of that radius.
 int level_of(const Geometry& geometry, std::uint32_t triangle, float radius) {
-  const float cells = geometry.area(triangle) / std::max(4 * radius * radius, 1e-12f);
-  return std::clamp(static_cast<int>(std::lround(std::log2(std::max(cells, 1.0f)) / 2)), 0, kDeepest);
+  const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, kMostCells);
+  return static_cast<int>(std::lround(std::log2(cells) / 2));
 }
 
 /// Number of the cell: two of them, a lower and an upper one, in each square of the barycentric grid.
@@ -191,10 +193,11 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
       const Vec3 wo = points.frame[i].to_local(points.wo[i]), wi = points.frame[i].to_local(direction);
       const RGB f = evaluate(points.bsdf[i], wo, wi, kBroad);
       Ray ray;
-      if (is_black(f) || !leave_surface(points.position[i], points.normal[i], direction, wi.z * wo.z > 0, ray))
+      if (is_black(f) ||
+          !leave_surface(points.position[i], points.normal[i], points.offset[i], direction, wi.z * wo.z > 0, ray))
         continue;
       const std::uint32_t triangle = patches.triangle(s.patch);
-      const float cosine = std::abs(dot(scene.geometry().normal(triangle), direction));
+      const float cosine = std::abs(dot(scene.diffuse_triangle(triangle).normal, direction));
       if (!(cosine > 0)) continue;
       // Balance heuristic: f cos over the density of all samples together.
       const float pdf_patch = s.density * squared / cosine, pdf_bsdf = pdf(points.bsdf[i], wo, wi, kBroad);
@@ -208,7 +211,7 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
 float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
                    const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each) {
   const float density = patches.density(ray.origin, patch);
-  const float cosine = std::abs(dot(scene.geometry().normal(hit.triangle), ray.direction));
+  const float cosine = std::abs(dot(scene.diffuse_triangle(hit.triangle).normal, ray.direction));
   if (!(density > 0) || !(cosine > 0)) return 1;
   return balance_heuristic(static_cast<float>(rays_each), pdf, static_cast<float>(samples_each),
                            density * hit.distance * hit.distance / cosine);

@@ -256,6 +256,7 @@ class BlockTracer {
     points_.sample.push_back(path.sample);
     points_.position.push_back(point.position);
     points_.normal.push_back(normal);
+    points_.offset.push_back(point.offset);
     points_.frame.push_back(point.frame);
     points_.wo.push_back(wo);
     points_.bsdf.push_back(bsdf);
@@ -287,7 +288,7 @@ class BlockTracer {
     path.bounce_pdf = s.delta ? 0 : s.pdf;
     path.bounce_position = point.position;
     const Vec3 normal = side > 0 ? point.geometric_normal : -point.geometric_normal;
-    ray = {offset_origin(point.position, normal), 0, direction, std::numeric_limits<float>::infinity()};
+    ray = {offset_origin(point.position, normal, point.offset), 0, direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 

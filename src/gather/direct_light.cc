@@ -1,6 +1,7 @@
 #include "gather/direct_light.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/offset_origin.h"
@@ -12,8 +13,23 @@ namespace glowworm {
 namespace {
 /// Gather points that one piece of parallel work takes.
 constexpr std::size_t kPointsPerChunk = 256;
-/// A shadow ray ends this short of the light, relative to the distance, so that the light does not shadow itself.
-constexpr float kShadowLength = 0.9999f;
+/// Error of a shadow ray's length and direction, relative to its length: 16 halves of the last place.
+constexpr float kShadowError = 0x1p-20f;
+
+/// From the point, moved off its surface, to the place on the light, moved off that. Where rounding leaves nothing
+/// between them, a ray that meets nothing.
+/// @param side the geometric normal on the side of the light
+Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
+  const Vec3 from = offset_origin(point.position, side, point.offset);
+  if (!std::isfinite(light.distance)) return {from, 0, light.direction, light.distance};
+  const float before_light = light.offset + kShadowError * light.distance;
+  const Vec3 way = offset_origin(light.position, light.normal, before_light) - from;
+  const float distance = length(way);
+  const bool crossed = !(dot(way, side) > 0) || (!light.delta && !(dot(way, light.normal) < 0));
+  if (crossed) return {from, 0, light.direction, 0};
+  // The place of a point light has no side to move to.
+  return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance};
+}
 }  // namespace
 
 UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
@@ -32,7 +48,7 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
     weight = balance_heuristic(light_samples, light.pdf, bsdf_samples, pdf(bsdf, wo_local, wi_local, lobes));
   out.radiance = f * light.radiance * (std::abs(wi_local.z) * weight / light.pdf);
   const Vec3 side = geometric > 0 ? point.geometric_normal : -point.geometric_normal;
-  out.shadow_ray = {offset_origin(point.position, side), 0, light.direction, light.distance * kShadowLength};
+  out.shadow_ray = shadow_ray(point, side, light);
   return out;
 }
 
@@ -52,6 +68,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       SurfacePoint point;
       point.position = points.position[i];
       point.geometric_normal = points.normal[i];
+      point.offset = points.offset[i];
       point.frame = points.frame[i];
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x6c696768u),

@@ -233,7 +233,8 @@ class ChunkGatherer {
     const BsdfSample s = sample(bsdf, wo_local, u_lobe, sampler.next2(), which, Transport::radiance);
     if (!s.valid || is_black(s.weight)) return false;
     const Vec3 normal = face_forward(point.geometric_normal, wo);
-    if (!leave_surface(point.position, normal, point.frame.to_world(s.wi), s.wi.z * wo_local.z > 0, rays_.rays[i]))
+    if (!leave_surface(point.position, normal, point.offset, point.frame.to_world(s.wi), s.wi.z * wo_local.z > 0,
+                       rays_.rays[i]))
       return false;
     rays_.weight[i] = weight * s.weight;
     rays_.segment[i] = next;

@@ -170,7 +170,7 @@ void GatherRayMaker::prepare_diffuse(std::size_t place) {
     for (std::size_t which = 0; which < 3; ++which) frame_[3 * which + axis][place] = axes[which][axis];
     normal_[axis][place] = normal[axis];
   }
-  origin_[place] = offset_origin(points_->position[i], points_->normal[i]);
+  origin_[place] = offset_origin(points_->position[i], points_->normal[i], points_->offset[i]);
   weight_[place] = points_->throughput[i] * reflectance * (1.0f / static_cast<float>(rays_each_));
 }
 
@@ -229,7 +229,8 @@ void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays
                               kBroad, Transport::radiance);
   if (!s.valid || is_black(s.weight)) return;
   Ray ray;
-  if (!leave_surface(points.position[i], points.normal[i], points.frame[i].to_world(s.wi), s.wi.z * wo.z > 0, ray))
+  if (!leave_surface(points.position[i], points.normal[i], points.offset[i], points.frame[i].to_world(s.wi),
+                     s.wi.z * wo.z > 0, ray))
     return;
   out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
 }
@@ -240,10 +241,11 @@ float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint
   return to_unit_float(hash_combine(key, points.sample[point]));
 }
 
-bool leave_surface(Vec3 position, Vec3 normal, Vec3 direction, bool reflected, Ray& ray) {
+bool leave_surface(Vec3 position, Vec3 normal, float offset, Vec3 direction, bool reflected, Ray& ray) {
   const float side = dot(direction, normal);
   if ((side > 0) != reflected || side == 0) return false;
-  ray = {offset_origin(position, side > 0 ? normal : -normal), 0, direction, std::numeric_limits<float>::infinity()};
+  ray = {offset_origin(position, side > 0 ? normal : -normal, offset), 0, direction,
+         std::numeric_limits<float>::infinity()};
   return true;
 }
 

@@ -82,7 +82,8 @@ float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint
                         std::uint32_t what);
 
 /// The ray that leaves a surface; false where shading normals would send it through an opaque one, or keep a
-/// transmitted one in. `normal` is on the side that the path came from.
-bool leave_surface(Vec3 position, Vec3 normal, Vec3 direction, bool reflected, Ray& ray);
+/// transmitted one in. `normal` is on the side that the path came from, `offset` how far along or against it the ray
+/// begins (offset_origin()), metres.
+bool leave_surface(Vec3 position, Vec3 normal, float offset, Vec3 direction, bool reflected, Ray& ray);
 
 }  // namespace glowworm

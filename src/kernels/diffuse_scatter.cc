@@ -66,9 +66,9 @@ void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {
     const Triple direction = from_frame_of(n, x, y, z);
     store(direction, out.direction, i);
     const SobolNumbers cosine_in = dot(n, back), geometric_out = dot(direction, places.geometric);
-    store(offset_origins(places.position, choose(hn::Gt(geometric_out, zero), places.geometric,
-                                                 {hn::Neg(places.geometric.x), hn::Neg(places.geometric.y),
-                                                  hn::Neg(places.geometric.z)})),
+    const SobolNumbers offset = hn::LoadU(f, in.offset + i);
+    store(offset_origins(places.position, places.geometric,
+                         hn::IfThenElse(hn::Gt(geometric_out, zero), offset, hn::Neg(offset))),
           out.origin, i);
 
     const SobolNumbers adjoint =

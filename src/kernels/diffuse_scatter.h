@@ -16,6 +16,7 @@ struct ArrivedPaths {
   const float* corner[3] = {};          ///< the first vertex of the triangle, metres
   const float* edges[6] = {};           ///< from there to the second and third
   const float* geometric[3] = {};       ///< unit normal of the triangle, by the winding
+  const float* offset = nullptr;        ///< rounding_offset() of the triangle, metres
   const float* vertex_normals[9] = {};  ///< shading normals of the vertices; (0,0,0): the triangle's own
   const float* barycentric[2] = {};     ///< of the place, weights of the second and third vertex
   const float* reflectance[3] = {};

@@ -58,7 +58,7 @@ std::uint32_t scatter(const ArrivedPaths& in, const ScatteredPaths& out, std::si
   const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux), 1e-30f));
   if (!(survival > 0) || in.roulette[i] >= survival) return kPhotonLeft;
   put(out.flux, i, next / survival);
-  put(out.origin, i, offset_origin(place.position, geometric_out > 0 ? place.geometric : -place.geometric));
+  put(out.origin, i, offset_origin(place.position, place.geometric, geometric_out > 0 ? in.offset[i] : -in.offset[i]));
   put(out.direction, i, direction);
   return kPhotonLeft | kPathGoesOn;
 }

@@ -48,8 +48,8 @@ class DiffuseHits {
   void place(const Scene& scene, std::span<const Hit> hits, std::size_t first, std::size_t count);
   void place_normals(const Geometry& geometry, const Hit* hits, std::size_t count);
 
-  alignas(64) Array corner_[3] = {}, edges_[6] = {}, geometric_[3] = {}, vertex_normals_[9] = {}, barycentric_[2] = {},
-                    reflectance_[3] = {}, back_[3] = {};
+  alignas(64) Array corner_[3] = {}, edges_[6] = {}, geometric_[3] = {}, offset_ = {}, vertex_normals_[9] = {},
+                    barycentric_[2] = {}, reflectance_[3] = {}, back_[3] = {};
   alignas(64) Array position_[3] = {}, normal_[3] = {}, photon_flux_[3] = {}, origin_[3] = {},
                     direction_[3] = {}, flux_[3] = {};
   alignas(64) std::uint32_t outcome_[kBlock + kDiffuseScatterPadding] = {}, other_[kBlock] = {}, missed_[kBlock] = {};

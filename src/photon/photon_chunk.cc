@@ -213,7 +213,7 @@ class ChunkTracers::ChunkTracer {
     const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux(path)), 1e-30f));
     if (!(survival > 0) || choice_.y[path] >= survival) return false;
     const Vec3 side = out_geometric > 0 ? point.geometric_normal : -point.geometric_normal;
-    block_.put_path(i, offset_origin(point.position, side), direction, next / survival);
+    block_.put_path(i, offset_origin(point.position, side, point.offset), direction, next / survival);
     return true;
   }
 

@@ -128,8 +128,8 @@ class Path {
     history_.mark(s.lobe, s.delta);
     last_pdf_ = s.delta ? 0 : s.pdf;
     last_position_ = point.position;
-    ray = {offset_origin(point.position, side > 0 ? point.geometric_normal : -point.geometric_normal), 0, direction,
-           std::numeric_limits<float>::infinity()};
+    const Vec3 normal = side > 0 ? point.geometric_normal : -point.geometric_normal;
+    ray = {offset_origin(point.position, normal, point.offset), 0, direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 

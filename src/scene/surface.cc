@@ -176,12 +176,11 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
   const Geometry& g = scene.geometry();
   const auto& [a, b, c] = g.triangles[triangle];
   const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
-  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
+  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
   SurfacePoint point;
-  point.position = g.positions[a] + e1 * u + e2 * v;
-  const Vec3 scaled = cross(e1, e2);
-  const float doubled_area = length(scaled);
-  point.geometric_normal = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  point.position = placed.corner + placed.edge[0] * u + placed.edge[1] * v;
+  point.geometric_normal = placed.normal;
+  point.offset = placed.offset();
   point.uv = g.uvs[a] * w + g.uvs[b] * u + g.uvs[c] * v;
   point.triangle = triangle;
   point.material = g.material[triangle];
@@ -189,7 +188,7 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
   const Vec3 n = interpolated_normal(g, triangle, barycentric, point.geometric_normal);
   const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
   const float determinant = ab.x * ac.y - ab.y * ac.x;
-  const Vec3 along_u = (e1 * ac.y - e2 * ab.y) * std::copysign(1.0f, determinant);
+  const Vec3 along_u = (placed.edge[0] * ac.y - placed.edge[1] * ab.y) * std::copysign(1.0f, determinant);
   point.frame = determinant == 0 ? Frame::from_normal(n) : frame_along(n, along_u);
   return point;
 }

@@ -10,6 +10,7 @@ namespace glowworm {
 struct SurfacePoint {
   Vec3 position;          ///< metres
   Vec3 geometric_normal;  ///< unit, by the winding
+  float offset = 0;       ///< how far along it, or against it, rays begin that leave (offset_origin()), metres
   Frame frame;            ///< shading frame: its n on the side of geometric_normal, s along the texture's u
   Vec2 uv;
   std::uint32_t triangle = kNone;

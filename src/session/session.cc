@@ -112,7 +112,7 @@ ViewState Session::initial_state() const {
   // Orbiting goes around what is in the middle of the picture.
   const CameraRay ray = generate_ray(state.camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
   const Hit hit = tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-  state.pivot_distance = hit.triangle != kNone ? hit.distance : std::max(base_->radius(), 1e-3f);
+  state.pivot_distance = hit.triangle != kNone ? hit.distance : base_->radius();
   return state;
 }
 

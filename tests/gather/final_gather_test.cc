@@ -57,6 +57,7 @@ GatherPoints points_beside_the_wall() {
     points.sample.push_back(0);
     points.position.push_back({0.1f, 0.01f * static_cast<float>(i) - 0.5f, 0});
     points.normal.push_back({0, 0, 1});
+    points.offset.push_back(1e-6f);
     points.frame.push_back(Frame::from_normal({0, 0, 1}));
     points.wo.push_back({0, 0, 1});
     Bsdf bsdf;

@@ -23,7 +23,7 @@ Vec3 triple(std::uint32_t i, std::uint32_t which) {
 /// Paths that arrive anywhere on any triangle: flat ones, smooth ones, ones without area, black ones, some seen at a
 /// grazing angle, some with one black channel or hardly any flux.
 struct Arrived {
-  std::array<std::vector<float>, 35> arrays;
+  std::array<std::vector<float>, 36> arrays;
 
   explicit Arrived(std::size_t n) {
     for (auto& array : arrays) array.resize(n + kDiffuseScatterPadding);
@@ -36,6 +36,7 @@ struct Arrived {
       set(3, i, b - a);
       set(6, i, c - a);
       set(32, i, normal);
+      arrays[35][i] = 1e-6f * (1 + number(i, 35));
       for (std::uint32_t corner = 0; corner < 3; ++corner) {
         set(9 + 3 * corner, i, flat ? Vec3{0, 0, 0} : normalize(normal + triple(i, 10 + 3 * corner) * 0.6f));
       }
@@ -64,6 +65,7 @@ struct Arrived {
     for (std::size_t k = 0; k < 3; ++k) out.back[k] = arrays[20 + k].data();
     for (std::size_t k = 0; k < 3; ++k) out.flux[k] = arrays[23 + k].data();
     for (std::size_t k = 0; k < 3; ++k) out.reflectance[k] = arrays[26 + k].data();
+    out.offset = arrays[35].data();
     out.roulette = arrays[29].data();
     for (std::size_t k = 0; k < 2; ++k) out.square[k] = arrays[30 + k].data();
     return out;

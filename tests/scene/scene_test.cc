@@ -249,16 +249,78 @@ TEST(Alpha, ChanceHasItsProbabilityAndBelongsToTheRay) {
   expect_fit(chi_squared_counts(observed, expected).p_value, 2, "alpha");
 }
 
-TEST(OffsetOrigin, StepsToTheSideOfTheNormal) {
-  for (std::uint32_t i = 0; i < 2000; ++i) {
-    Sampler sampler(SamplerKind::sobol, 8, 0, i);
-    const Vec3 n = square_to_sphere(sampler.next2()), p = square_to_sphere(sampler.next2()) * (i % 2 ? 1e-3f : 1e3f);
-    const Vec3 moved = offset_origin(p, n);
-    EXPECT_GT(dot(moved - p, n), 0);
-    EXPECT_LT(length(moved - p), i % 2 ? 1e-4f : 0.05f);
-    // Farther than the rounding of the coordinates of p can have moved the surface along n.
-    const Vec3 rounding = Vec3{std::abs(p.x * n.x), std::abs(p.y * n.y), std::abs(p.z * n.z)} * 0x1p-24f;
-    EXPECT_GT(dot(moved - p, n), rounding.x + rounding.y + rounding.z);
+TEST(Geometry, KeepsTrianglesOfEverySize) {
+  for (const float scale : {1e-12f, 1e-6f, 1.0f, 1e6f, 1e12f}) {
+    SceneDescription d;
+    d.materials.emplace_back();
+    add_quad(d, {0, 0, 0}, {3 * scale, 0, 0}, {0, 4 * scale, 0}, 0, add_emission(d, RGB(1.0f)));
+    ASSERT_EQ(d.geometry.triangle_count(), 2u) << scale;
+    EXPECT_FLOAT_EQ(d.geometry.area(0) / scale / scale, 6);
+    EXPECT_EQ(d.geometry.normal(0), (Vec3{0, 0, 1}));
+    const Scene scene(d);
+    EXPECT_FLOAT_EQ(surface_point(scene, 0, {0.25f, 0.25f}).geometric_normal.z, 1);
+    // Half the solid angle of a hemisphere or less, from above: a density of 1 / (2 pi) or more, and finite.
+    const LightSample light = sample_light(scene, {scale, scale, scale}, {0, 0, 0}, 0.25f, {0.5f, 0.5f});
+    EXPECT_GT(light.pdf, 0.1f) << scale;
+    EXPECT_LT(light.pdf, 10) << scale;
+  }
+}
+
+/// Random triangles: anywhere, of any size and slenderness, some of them upright.
+struct AnyTriangle {
+  Vec3 corner, e1, e2, normal;
+
+  explicit AnyTriangle(std::uint32_t i) {
+    Sampler sampler(SamplerKind::independent, 8, 0, i);
+    const float away = std::pow(10.0f, 8 * sampler.next1() - 4), size = std::pow(10.0f, 8 * sampler.next1() - 4);
+    corner = square_to_sphere(sampler.next2()) * away;
+    e1 = square_to_sphere(sampler.next2()) * size;
+    e2 = square_to_sphere(sampler.next2()) * size;
+    if (i % 3 == 0) e2 = e1 + e2 * 0.01f;
+    if (i % 4 == 0) corner.z = i % 8 ? away : 0, e1.z = e2.z = 0;
+    Geometry geometry;
+    geometry.positions = {corner, corner + e1, corner + e2};
+    geometry.triangles = {{0, 1, 2}};
+    normal = geometry.normal(0);
+    e1 = geometry.positions[1] - corner;
+    e2 = geometry.positions[2] - corner;
+  }
+  bool has_area() const { return !(normal == Vec3{0, 0, 0}); }
+};
+
+TEST(OffsetOrigin, IsOutsideOfItsTriangleForTheTestOfRays) {
+  std::size_t tried = 0;
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const AnyTriangle t(i);
+    if (!t.has_area()) continue;
+    const auto offset = static_cast<float>(rounding_offset(t.corner, t.e1, t.e2));
+    Sampler sampler(SamplerKind::independent, 9, 0, i);
+    for (int k = 0; k < 20; ++k, ++tried) {
+      const Vec2 w = square_to_triangle(sampler.next2());
+      const Vec3 p = t.corner + t.e1 * w.x + t.e2 * w.y;
+      const Vec3 above = offset_origin(p, t.normal, offset), below = offset_origin(p, -t.normal, offset);
+      // The height in the plane by which Embree tells the sides, rounded as Embree rounds it.
+      const Vec3 scaled = cross(t.e1, t.e2);
+      ASSERT_LT(dot(scaled, t.corner - above), 0) << i;
+      ASSERT_GT(dot(scaled, t.corner - below), 0) << i;
+    }
+  }
+  EXPECT_GT(tried, 300000u);
+}
+
+TEST(OffsetOrigin, IsOfTheRoundingErrorOfTheTriangle) {
+  // Upright: a unit in the last place or two, and next to nothing where the plane goes through the origin.
+  EXPECT_GE(rounding_offset({3, 4, 100}, {1, 0, 0}, {0, 1, 0}), 0x1p-17);
+  EXPECT_LT(rounding_offset({3, 4, 100}, {1, 0, 0}, {0, 1, 0}), 0x1p-16);
+  EXPECT_GT(rounding_offset({3, 4, 0}, {1, 0, 0}, {0, 1, 0}), 0);
+  EXPECT_LT(rounding_offset({3, 4, 0}, {1, 0, 0}, {0, 1, 0}), 0x1p-23);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const AnyTriangle t(i);
+    const double offset = rounding_offset(t.corner, t.e1, t.e2);
+    if (!t.has_area()) continue;
+    // It scales with the scene, by powers of two to the bit.
+    EXPECT_EQ(rounding_offset(t.corner * 0x1p-20f, t.e1 * 0x1p-20f, t.e2 * 0x1p-20f), offset * 0x1p-20);
+    EXPECT_EQ(rounding_offset(t.corner * 0x1p+40f, t.e1 * 0x1p+40f, t.e2 * 0x1p+40f), offset * 0x1p+40);
   }
 }
 
