@@ -11,15 +11,16 @@ namespace {
 volatile sig_atomic_t caught = 0;
 
 extern "C" void remember_and_arm(int number) {
-  caught = number;
-  // The next one shall end the program; both calls within are safe in signal handlers.
-  remove_temporary_files_at_signals();
+  if (caught == 0) caught = number;
+  // The next one ends the program. A hangup does not: a terminal that closes often sends two, and the end of a session
+  // brings one beside SIGTERM.
+  remove_temporary_files_at_signals({SIGINT, SIGTERM});
 }
 
 }  // namespace
 
 void catch_interrupts() {
-  for (const int number : {SIGINT, SIGTERM}) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction old {};
     sigaction(number, nullptr, &old);
     if (old.sa_handler == SIG_IGN) continue;

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/option_values.h"
+#include "apps/output_files.h"
 #include "apps/progress_bar.h"
 #include "apps/tev_stream.h"
 #include "builtin/builtin.h"
@@ -56,15 +58,6 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
   return std::chrono::duration<double>(end - start).count();
 }
 
-/// Finds out now, rather than after the render, whether a file can be written.
-void probe_output(const std::string& path) {
-  std::error_code error;
-  const auto type = std::filesystem::status(path, error).type();
-  // Opening a pipe or a device would be seen by whoever is at its other end.
-  if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character) return;
-  const AtomicFile probe(path);
-}
-
 void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
   s.integrator = o.integrator == "path"      ? Integrator::path
@@ -101,11 +94,21 @@ void resolve_options(RenderOptions& o) {
     if (ending != ".exr" && ending != ".png")
       throw Error(fmt::format("'{}' ends neither in .exr nor in .png", path),
                   "Give -o a name with one of these endings.");
-    probe_output(path);
   }
   if (o.resumes && o.resume.empty()) o.resume = o.outputs.front() + ".checkpoint";
+}
+
+/// Finds out now, rather than after the render, whether all files are different ones and can be written.
+void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
+  files.add_input("the scene", o.scene);
+  for (const std::string& path : o.outputs) files.add("-o", path);
+  if (!o.statistics.empty()) files.add("--stats", o.statistics);
+  if (!o.resume.empty()) files.add("--resume", o.resume);
+  bool any = false;
+  for (const std::string& path : o.outputs) any = files.probe(path) || any;
+  if (!any) files.throw_if_any_failed();
   for (const std::string& path : {o.statistics, o.resume})
-    if (!path.empty()) probe_output(path);
+    if (!path.empty()) files.probe(path);
 }
 
 bool has_samples(const Film& film) {
@@ -114,15 +117,18 @@ bool has_samples(const Film& film) {
   return false;
 }
 
-/// @param said tell of it
-void write_images(const RenderOptions& o, const Film& film, const Job& job, bool said) {
-  const Image image = make_image(film, job);
+/// Writes the image to every -o that takes it. @param said tell of it
+void write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
+  std::optional<Image> image;
   for (const std::string& path : o.outputs) {
-    if (std::filesystem::path(path).extension() == ".exr")
-      write_exr(path, image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
-    else
-      write_png(path, image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
-    if (said) inform(fmt::format("wrote {}", path));
+    const bool written = files.write(path, [&] {
+      if (!image) image = make_image(job.snapshot(), job);
+      if (std::filesystem::path(path).extension() == ".exr")
+        write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+      else
+        write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
+    });
+    if (written && said) inform(fmt::format("wrote {}", path));
   }
 }
 
@@ -161,15 +167,13 @@ void describe_photons(const Job& job) {
 }
 
 /// Writes what the render goes on from to the file of --resume.
-void keep_checkpoint(const RenderOptions& o, const Job& job) {
-  if (!o.resume.empty()) write_checkpoint(o.resume, job.checkpoint());
+void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files) {
+  if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
 }
 
 /// Writes the image so far, if there is something of it.
-void keep_preview(const RenderOptions& o, const Job& job) {
-  if (!o.preview) return;
-  const Film film = job.snapshot();
-  if (has_samples(film)) write_images(o, film, job, false);
+void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
+  if (o.preview && job.tasks() > 0) write_images(o, job, files, false);
 }
 
 /// Something done again and again while a render goes on: at an interval, but no more than a twentieth of the time.
@@ -189,46 +193,67 @@ class Repeated {
   double interval_, next_;
 };
 
-/// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it.
-void attend(Job& job, const RenderOptions& o, TevStream& tev) {
+/// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it. Returns what the
+/// render threw, or null.
+std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, TevStream& tev) {
   ProgressBar bar(!o.quiet);
   Repeated checkpoint(1), preview(2), stream(0.25);
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
-    checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job); });
-    preview.run_if_due(job, [&] { keep_preview(o, job); });
+    checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job, files); });
+    preview.run_if_due(job, [&] { keep_preview(o, job, files); });
     stream.run_if_due(job, [&] { tev.show(job); });
     const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
   }
   bar.finish();
-  job.wait();
-  keep_checkpoint(o, job);
-  tev.show(job);
+  try {
+    job.wait();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
 }
 
-/// Writes what there is and returns the exit status.
-int finish(const RenderOptions& o, Job& job, const Tracer& tracer, Clock::time_point start) {
-  const bool interrupted = job.ending() == Ending::cancelled;
-  const Film film = job.snapshot();
-  const bool any = has_samples(film);
+/// Writes all files. @param any there is something of the image
+void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
+                   bool any) {
   const Clock::time_point rendered = Clock::now();
   Statistics& statistics = job.statistics();
-  if (any) write_images(o, film, job, true);
+  if (any) write_images(o, job, files, true);
+  keep_checkpoint(o, job, files);
   statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
   // The job counted its own time; the total is that of the whole run.
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
   describe_times(statistics);
   describe_photons(job);
-  if (!o.statistics.empty()) write_file(o.statistics, statistics_json(job, tracer) + "\n");
+  if (!o.statistics.empty())
+    files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
   inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
-  if (interrupted)
+}
+
+/// Says what an end before time means for the images. @param any there is something of the image
+void warn_of_ending(Ending ending, bool any) {
+  if (ending == Ending::cancelled)
     warn(any ? "interrupted: the files hold the image so far"
              : "interrupted before any part of the image was there: no image was written");
+  else if (ending == Ending::failed)
+    warn("the render failed: the files hold the image so far");
   else if (!any)
     warn("the time was up before any part of the image was there: no image was written");
-  if (interrupted) return kExitSignalled + caught_interrupt();
+}
+
+/// Writes what there is, then throws what went wrong, or returns the exit status. @param failure of the render, or null
+int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
+           const std::exception_ptr& failure) {
+  const bool any = has_samples(job.snapshot());
+  if (failure && !any) std::rethrow_exception(failure);
+  write_outputs(o, job, tracer, files, start, any);
+  warn_of_ending(job.ending(), any);
+  if (failure) std::rethrow_exception(failure);
+  files.throw_if_any_failed();
+  if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
   return any ? 0 : 1;
 }
 
@@ -237,6 +262,8 @@ int run_render(RenderOptions& o) {
   set_thread_count(o.settings.threads);
   set_simd(o.simd);
   resolve_options(o);
+  OutputFiles files;
+  prepare_outputs(o, files);
   if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
@@ -258,8 +285,10 @@ int run_render(RenderOptions& o) {
   inform(describe(job.settings(), *scene));
   for (const std::string& note : choice_notes(asked_settings(o), job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
-  attend(job, o, tev);
-  return finish(o, job, *tracer, start);
+  const std::exception_ptr failure = attend(job, o, files, tev);
+  const int status = finish(o, job, *tracer, files, start, failure);
+  tev.show(job);
+  return status;
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
@@ -404,6 +433,14 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
   c.add_flag("-q,--quiet", o.quiet, "Print warnings and errors only")->group("Reports");
 }
 
+/// Whether an option was given. CLI::App::count() ends the program where it runs out of memory.
+bool is_given(const CLI::App& c, std::string_view name) {
+  for (const CLI::Option* option : c.get_options())
+    for (const std::string& own : option->get_lnames())
+      if (name.substr(2) == own) return option->count() > 0;
+  return false;
+}
+
 /// Says which options have no effect on the integrator asked for.
 void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   std::vector<const char*> ignored;
@@ -418,8 +455,8 @@ void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   else if (o.integrator == "photons")
     ignored = {"--gather", "--no-secondary-gather", "--no-gather-guiding", "--prefer"};
   for (const char* name : ignored)
-    if (c.count(name) > 0) warn(fmt::format("{} has no effect with this --integrator", name));
-  if (o.settings.progressive && c.count("--prefer") > 0)
+    if (is_given(c, name)) warn(fmt::format("{} has no effect with this --integrator", name));
+  if (o.settings.progressive && is_given(c, "--prefer"))
     warn("--prefer has no effect with --progressive, whose photons are those of one sample");
 }
 
@@ -452,7 +489,7 @@ void add_render_command(CLI::App& program, int& exit_status) {
   add_report_options(*c, *options);
   c->footer(kFooter);
   c->callback([c, options, &exit_status] {
-    options->resumes = c->count("--resume") > 0;
+    options->resumes = is_given(*c, "--resume");
     warn_of_ignored(*c, *options);
     exit_status = run_render(*options);
   });

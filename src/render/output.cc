@@ -84,6 +84,11 @@ json settings_json(const RenderSettings& s) {
   return out;
 }
 
+/// Names of lights and cameras come from files, and need not be the UTF-8 that JSON asks for.
+std::string text_of(const json& value, int indent = -1) {
+  return value.dump(indent, ' ', false, json::error_handler_t::replace);
+}
+
 void add_layer(Image& image, const Film& film, const std::string& aov) {
   using Layer = Film::Layer;
   if (aov == "depth") {
@@ -135,7 +140,7 @@ Image make_image(const Film& film, const Job& job) {
   image.metadata["glowworm:seed"] = std::to_string(settings.seed);
   image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", job.seconds());
   image.metadata["glowworm:passes"] = std::to_string(job.passes());
-  image.metadata["glowworm:settings"] = settings_json(settings).dump();
+  image.metadata["glowworm:settings"] = settings_text(settings);
   return image;
 }
 
@@ -200,7 +205,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
                          {"query_points", job.query_point_bytes()},
                          {"acceleration_structure", tracer.bytes()}};
   for (const auto& [holder, bytes] : job.budget().peaks()) out["memory_bytes"]["reserved"][holder] = bytes;
-  return out.dump(2);
+  return text_of(out, 2);
 }
 
 }  // namespace glowworm
