@@ -5,6 +5,7 @@
 #include "core/parallel.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
+#include "points/finite_light.h"
 
 namespace glowworm {
 
@@ -42,6 +43,7 @@ class PassRenderer {
       camera_pass_queries(tracer_, camera, task, camera_settings, pass_.radiance, pass_.first_hit, memory_.queries,
                           statistics_);
       look_up(memory_.queries, maps_.engine(), pass_.radiance.indirect);
+      drop_infinite_samples(pass_.radiance);
       return std::move(pass_);
     }
     GatherPoints& points = memory_.points;
@@ -50,6 +52,7 @@ class PassRenderer {
       diagnose(points);
     else if (settings_.mode == ViewMode::gather)
       gather_light(points);
+    drop_infinite_samples(pass_.radiance);
     return std::move(pass_);
   }
 
