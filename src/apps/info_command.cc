@@ -68,7 +68,11 @@ and this program does not do, or had to guess.
 
 Example:
   glowworm info builtin:atrium)");
-  c->callback([path] { print_scene(*open_scene(*path, {})); });
+  c->callback([path] {
+    ImportOptions options;
+    options.lazy_textures = true;
+    print_scene(*open_scene(*path, options));
+  });
 }
 
 }  // namespace glowworm

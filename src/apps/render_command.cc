@@ -222,6 +222,8 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, Clock::time_p
   describe_times(statistics);
   describe_photons(job);
   if (!o.statistics.empty()) write_file(o.statistics, statistics_json(job, tracer) + "\n");
+  if (job.infinite_samples() > 0)
+    warn(fmt::format("{} camera samples are black, since their light was not finite", job.infinite_samples()));
   inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
   if (interrupted)
     warn(any ? "interrupted: the files hold the image so far"
@@ -240,7 +242,7 @@ int run_render(RenderOptions& o) {
   if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
-  import_options.texture_memory_bytes = o.settings.memory_bytes / 4;
+  import_options.budget = loading_budget(o.settings.memory_bytes);
   TevStream tev(o.tev);
   const std::shared_ptr<const Scene> scene =
       scene_of_view(open_scene(o.scene, import_options), o.lights, o.view, o.settings.camera);
@@ -377,7 +379,8 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::Range(0, 1024))
       ->option_text("N [one for each core]")
       ->group("Machine");
-  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+  c.add_option("--memory", o.memory,
+               "Memory that the scene may take, and that the render may take beside it; for example 800M, 4G")
       ->option_text("SIZE [half of the machine's]")
       ->group("Machine");
   c.add_option("--disk", o.disk, "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups")

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "points/finite_light.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/photon_renderer.h"
@@ -121,9 +122,6 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 
 void Job::run() {
   try {
-    // Twice: it is copied for those who look at it while the render goes on.
-    const Reservation film(budget_, "film",
-                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers));
     const Reservation image(budget_, "image", image_bytes(settings_));
     render_passes();
   } catch (const Cancelled&) {
@@ -199,6 +197,7 @@ bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& ta
       trace_paths(*tracer_, camera, task, settings_, radiance, first_hit, statistics_);
     else
       photons.render(camera, task, radiance, first_hit);
+    infinite_samples_ += drop_infinite_samples(radiance);
     query_point_bytes_ = photons.query_bytes();
     paged_counts_ = photons.paged_counts();
     ++tasks_;

@@ -73,6 +73,8 @@ class Job {
   std::uint64_t scene_bytes() const { return scene_bytes_; }
   /// The most that the process held since then, beyond scene_bytes(); 0 where the system cannot tell.
   std::uint64_t peak_beside_scene_bytes() const;
+  /// Camera samples that were left black because their light was not finite (points/finite_light.h).
+  std::uint64_t infinite_samples() const { return infinite_samples_; }
   /// The most that the process ever held.
   std::uint64_t peak_resident() const;
 
@@ -91,6 +93,10 @@ class Job {
   std::shared_ptr<const Tracer> tracer_;
   RenderSettings settings_;
   MemoryBudget budget_;
+  // The film is copied for those who look at it while the render goes on. Made before it, so that one that does not fit
+  // is never allocated.
+  Reservation film_memory_{budget_, "film",
+                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers)};
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
@@ -104,7 +110,7 @@ class Job {
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
-  std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
+  std::atomic<std::uint64_t> tasks_{0}, infinite_samples_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
   PagedCounts paged_counts_;
   std::exception_ptr failure_;
   std::thread thread_;
