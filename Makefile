@@ -10,7 +10,7 @@ help:
 	@echo 'make check            formatting, include arrows, documents, Clang and sanitizer build of the fast tests'
 	@echo 'make format           formats every C++ file'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
-	@echo 'make fuzz             the parsers of pbrt, PLY and glTF files under libFuzzer, 10 minutes each'
+	@echo 'make fuzz             what reads scene files and textures under libFuzzer, 10 minutes for each format'
 	@echo 'make bench            the micro-benchmarks'
 	@echo 'make bench-tables     the tables of the papers, into bench/results/'
 	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'
