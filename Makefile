@@ -11,7 +11,7 @@ help:
 	@echo 'make format           formats every C++ file'
 	@echo 'make docs             the manual and the API reference, into build/docs/'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
-	@echo 'make fuzz             the parsers of pbrt, PLY and glTF files under libFuzzer, 10 minutes each'
+	@echo 'make fuzz             what reads scene files and textures under libFuzzer, 10 minutes for each format'
 	@echo 'make bench            the micro-benchmarks'
 	@echo 'make bench-tables     the tables of the papers, into bench/results/'
 	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'

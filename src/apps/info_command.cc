@@ -68,7 +68,11 @@ file that are not supported or had to be guessed.
 
 Example:
   glowworm info builtin:atrium)");
-  c->callback([path] { print_scene(*open_scene(*path, {})); });
+  c->callback([path] {
+    ImportOptions options;
+    options.lazy_textures = true;
+    print_scene(*open_scene(*path, options));
+  });
 }
 
 }  // namespace glowworm

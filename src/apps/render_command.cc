@@ -230,6 +230,8 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
   describe_photons(job);
   if (!o.statistics.empty())
     files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
+  if (job.samples_not_finite() > 0)
+    warn(fmt::format("{} camera samples are black, since their light was not finite", job.samples_not_finite()));
   inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
 }
 
@@ -267,7 +269,7 @@ int run_render(RenderOptions& o) {
   if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
-  import_options.texture_memory_bytes = o.settings.memory_bytes / 4;
+  import_options.budget = loading_budget(o.settings.memory_bytes);
   TevStream tev(o.tev);
   const std::shared_ptr<const Scene> scene =
       scene_of_view(open_scene(o.scene, import_options), o.lights, o.view, o.settings.camera);
@@ -410,7 +412,10 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::Range(0, 1024))
       ->option_text("N [one for each core]")
       ->group("Machine");
-  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G; the image does not depend on it")
+  c.add_option(
+       "--memory", o.memory,
+       "Memory that the scene may take, and that the render may take beside it; for example 800M, 4G. The image "
+       "does not depend on it")
       ->option_text("SIZE [half of the machine's]")
       ->group("Machine");
   c.add_option(

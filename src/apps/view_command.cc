@@ -83,7 +83,8 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->check(CLI::Range(0, 1024))
       ->option_text("N [one for each core]")
       ->group("Session");
-  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+  c.add_option("--memory", o.memory,
+               "Memory that the scene may take, and that the session may take beside it; for example 800M, 4G")
       ->option_text("SIZE [half of the machine's]")
       ->group("Session");
   c.add_option("--simd", o.simd, "Instruction set of the kernels")

@@ -57,7 +57,8 @@ struct Stage {
   ViewState state;
 
   Stage(const ViewOptions& o, const Script& script, const std::string& scene)
-      : session(std::make_unique<Session>(open_scene(scene, {}), session_settings(o, false))),
+      : session(std::make_unique<Session>(open_scene(scene, {loading_budget(session_settings(o, false).memory_bytes)}),
+                                          session_settings(o, false))),
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 

@@ -1,5 +1,6 @@
 #include "import/mesh_tools.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <unordered_map>
@@ -32,6 +33,18 @@ VertexBits vertex_bits(const Geometry& mesh, std::size_t i) {
 }
 
 }  // namespace
+
+std::uint64_t mesh_bytes(const Geometry& mesh) {
+  const auto bytes = [](const auto& array) { return std::uint64_t{array.size()} * sizeof array[0]; };
+  return bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.triangles) + bytes(mesh.material) +
+         bytes(mesh.emission);
+}
+
+std::uint64_t scene_bytes(const Geometry& mesh) {
+  constexpr std::uint64_t kBytesPerTriangle = 200, kBytesPerVertex = 48;
+  return mesh.triangles.size() * kBytesPerTriangle +
+         std::min<std::uint64_t>(mesh.positions.size(), 3 * mesh.triangles.size()) * kBytesPerVertex;
+}
 
 void transform_mesh(Geometry& mesh, const Transform& to_world) {
   for (Vec3& p : mesh.positions) p = to_world.point(p);

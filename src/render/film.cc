@@ -39,10 +39,7 @@ std::uint64_t Film::bytes(int width, int height, bool layers) {
 
 template <typename Sum>
 void Film::add(std::array<Sum, 3>& sums, RGB value) {
-  for (int c = 0; c < 3; ++c) {
-    not_finite_ += !std::isfinite(value[c]);
-    sums[static_cast<std::size_t>(c)] += value[c];
-  }
+  for (int c = 0; c < 3; ++c) sums[static_cast<std::size_t>(c)] += value[c];
 }
 
 void Film::add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit) {

@@ -51,7 +51,8 @@ class Film {
   /// Bytes that a film of that size holds.
   static std::uint64_t bytes(int width, int height, bool layers = true);
 
-  /// Values of samples that were not finite numbers, and count as the nearest that are (0 for none).
+  /// Counts camera samples that were left black because their light was not finite (points/finite_light.h).
+  void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
   std::uint64_t not_finite() const { return not_finite_; }
 
   /// The film's whole state, for checkpoints.

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "points/finite_light.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/scheduler.h"
@@ -93,9 +94,6 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 
 void Job::run() {
   try {
-    // Twice: it is copied for those who look at it while the render goes on.
-    const Reservation film(budget_, "film",
-                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers));
     const Reservation image(budget_, "image", image_bytes(settings_));
     render_passes();
   } catch (const Cancelled&) {
@@ -220,11 +218,13 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
       trace_paths(*tracer_, camera, task, settings_, result.radiance, result.first_hit, statistics_);
     else
       result = render_pass(*tracer_, maps_, camera, task, pass_, budget_, memory_, statistics_);
+    const std::size_t not_finite = drop_infinite_samples(result.radiance);
     query_point_bytes_ = memory_.most_query_bytes;
     ++tasks_;
     task_seconds_ = seconds() - start;
     const std::lock_guard lock(film_mutex_);
     film_.add(task, result.radiance, result.first_hit);
+    film_.add_not_finite(not_finite);
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
   }
   return true;

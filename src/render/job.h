@@ -98,6 +98,10 @@ class Job {
   std::shared_ptr<const Tracer> tracer_;
   RenderSettings settings_;
   MemoryBudget budget_;
+  // The film is copied for those who look at it while the render goes on. Made before it, so that one that does not fit
+  // is never allocated.
+  Reservation film_memory_{budget_, "film",
+                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers)};
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;

@@ -140,7 +140,7 @@ Image make_image(const Film& film, const Job& job) {
   image.metadata["glowworm:seed"] = std::to_string(settings.seed);
   image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", job.seconds());
   image.metadata["glowworm:passes"] = std::to_string(job.passes());
-  image.metadata["glowworm:settings"] = settings_text(settings);
+  image.metadata["glowworm:settings"] = text_of(settings_json(settings));
   return image;
 }
 

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "gather/direct_light.h"
+#include "points/finite_light.h"
 #include "render/photon_guiding.h"
 #include "render/scheduler.h"
 #include "session/preview_filter.h"
@@ -320,7 +321,9 @@ ViewFrame Session::render(const ViewState& state, bool moving) {
   const PassSettings pass = pass_settings(state, effort, moving);
   const CameraTask task{0, 0, pass.width, pass.height, first_sample_ + sums.count(), 1};
   const PassMemoryKeeper keeper(pass_memory_, budget_);
-  sums.add(render_pass(*tracer_, maps, state.camera, task, pass, budget_, pass_memory_, statistics_));
+  PassResult result = render_pass(*tracer_, maps, state.camera, task, pass, budget_, pass_memory_, statistics_);
+  drop_infinite_samples(result.radiance);
+  sums.add(std::move(result));
   ViewFrame frame = finish(state, sums, pass.width, pass.height);
   frame.moving = moving;
   frame.effort = effort;

@@ -43,9 +43,9 @@ class SlowFaultsTest : public ProgramTest {
   }
 
   std::vector<std::string> tiny_render(const std::vector<std::string>& more) const {
-    std::vector<std::string> all = {"render", "builtin:cornell", "--size",  "8x8", "--gather",  "4", "--photons",
-                                    "500",    "-q",              "--stats", "s",   "--threads", "2", "--resume=c",
-                                    "-o",     "a.exr",           "-o",      "b.png"};
+    std::vector<std::string> all = {
+        "render", "builtin:cornell", "--size", "8x8",        "--gather", "4",     "--photons", "500",  "-q", "--stats",
+        "s",      "--threads",       "2",      "--resume=c", "-o",       "a.exr", "-o",        "b.png"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }

@@ -69,16 +69,17 @@ void check_description(const SceneDescription& scene) {
 void parse_scene(std::string_view text) {
   PbrtContext context;
   context.main_file = "/nonexistent/fuzz.pbrt";
-  context.max_triangles = 100000;
+  context.budget = std::make_shared<MemoryBudget>(kBudget);
   context.load_image = [](const std::string&, const TextureOptions&) -> std::shared_ptr<const TextureImage> {
     return std::make_shared<GreyImage>();
   };
   context.v3 = is_pbrt_v3(text);
   PbrtBuilder builder(context);
-  parse_pbrt_text(text, context.main_file, context.diagnostics, [&](PbrtDirective& d) { builder.take(d); });
-  builder.finish();
-  static_cast<void>(context.diagnostics.notes());
   try {
+    parse_pbrt_text(text, context.main_file, context.diagnostics, *context.budget,
+                    [&](PbrtDirective& d) { builder.take(d); });
+    builder.finish();
+    static_cast<void>(context.diagnostics.notes());
     context.diagnostics.throw_if_errors();
   } catch (const Error&) {
     return;
@@ -87,8 +88,9 @@ void parse_scene(std::string_view text) {
 }
 
 void parse_mesh(std::string_view bytes) {
+  MemoryBudget budget(kBudget);
   try {
-    const PlyMesh mesh = parse_ply(bytes, "fuzz.ply");
+    const PlyMesh mesh = parse_ply(bytes, "fuzz.ply", budget);
     require(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
     require(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size());
     for (const auto& corners : mesh.triangles) {

@@ -1,7 +1,11 @@
 // Scenes as they are made, and surfaces as they are shaded.
 #include "scene/scene.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
 
 #include "core/error.h"
 #include "core/offset_origin.h"
@@ -14,6 +18,8 @@
 
 namespace glowworm {
 namespace {
+
+using testing::HasSubstr;
 
 void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tolerance); }
 
@@ -322,6 +328,92 @@ TEST(OffsetOrigin, IsOfTheRoundingErrorOfTheTriangle) {
     EXPECT_EQ(rounding_offset(t.corner * 0x1p-20f, t.e1 * 0x1p-20f, t.e2 * 0x1p-20f), offset * 0x1p-20);
     EXPECT_EQ(rounding_offset(t.corner * 0x1p+40f, t.e1 * 0x1p+40f, t.e2 * 0x1p+40f), offset * 0x1p+40);
   }
+}
+
+std::string refusal_of(const std::function<void(SceneDescription&)>& change) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  Light light;
+  light.name = "lamp";
+  light.position = {0, 0, 1};
+  d.lights.push_back(light);
+  d.cameras.push_back(look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40));
+  d.cameras[0].name = "desk";
+  change(d);
+  try {
+    const Scene scene(std::move(d));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(SceneChecks, WhatEmbreeCannotHoldIsRefusedWithPlaceAndValue) {
+  using D = SceneDescription;
+  EXPECT_EQ(refusal_of([](D&) {}), "");
+  EXPECT_EQ(refusal_of([](D& d) { d.geometry.positions[2] = {1e17f, 1, 0}; }), "");
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.geometry.positions[2] = {2e18f, 1, 0};
+              }),
+              HasSubstr("vertex 2 is at (2e+18, 1, 0), but a scene may reach to 1e+18 m only"));
+  EXPECT_THAT(refusal_of([](D& d) { d.geometry.positions[2].y = NAN; }), HasSubstr("vertex 2 is at (1, nan, 0)"));
+  EXPECT_THAT(refusal_of([](D& d) { d.cameras[0].to_world.translation.z = -3e18f; }),
+              HasSubstr("camera \"desk\" is at (0, 0, -3e+18)"));
+  EXPECT_THAT(refusal_of([](D& d) { d.cameras[0].lens_radius = 1e30f; }),
+              HasSubstr("camera \"desk\" has a lens of 1e+30 m"));
+  EXPECT_THAT(refusal_of([](D& d) { d.cameras[0].focal_distance = NAN; }), HasSubstr("a focal distance of nan m"));
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.cameras[0].half_extent = 1e10f;
+                d.cameras[0].window[1] = 1e10f;
+              }),
+              HasSubstr("a picture plane of 1e+20 m"));
+  EXPECT_THAT(refusal_of([](D& d) { d.lights[0].position.x = 1e20f; }),
+              HasSubstr("light \"lamp\" is at (1e+20, 0, 1)"));
+}
+
+TEST(SceneChecks, LightsAreNeitherNegativeNorInfinite) {
+  using D = SceneDescription;
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.lights[0].intensity = {-1, -2, -3};
+              }),
+              HasSubstr("light \"lamp\" is negative: (-1, -2, -3)"));
+  // The colour of a spectral line.
+  EXPECT_EQ(refusal_of([](D& d) { d.lights[0].intensity = {-0.2f, 1, 0}; }), "");
+  EXPECT_THAT(refusal_of([](D& d) { d.lights[0].intensity = RGB(1e31f); }), HasSubstr("is brighter than 1e+30"));
+  EXPECT_THAT(refusal_of([](D& d) { d.lights[0].intensity.g = INFINITY; }), HasSubstr("not finite: (1, inf, 1)"));
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.emissions.push_back({"tube", {RGB(-1.0f)}, false});
+              }),
+              HasSubstr("emission \"tube\" is negative"));
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.environment.emplace();
+                d.environment->name = "sky";
+                d.environment->scale = RGB(-1.0f);
+              }),
+              HasSubstr("environment \"sky\" is negative"));
+  EXPECT_THAT(refusal_of([](D& d) { d.film.scale = 1e20f; }), HasSubstr("the film multiplies radiance by 1e+20"));
+  // Within bounds by themselves, but not over the area.
+  EXPECT_THAT(refusal_of([](D& d) {
+                for (Vec3& p : d.geometry.positions) p = p * 1e9f;
+                d.emissions.push_back({"tube", {RGB(1e30f)}, false});
+                d.geometry.emission.assign(d.geometry.triangles.size(), 0);
+              }),
+              HasSubstr("a light has a power of"));
+}
+
+TEST(SceneChecks, EditsAreCheckedToo) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  d.lights.emplace_back();
+  const Scene scene(std::move(d));
+  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), nullptr, {}, ""};
+  edit.lights[0].intensity = RGB(-1.0f);
+  EXPECT_THROW(Scene(scene, edit), Error);
+  edit.lights = scene.lights();
+  edit.more_cameras.push_back(look_at({1e19f, 0, 0}, {0, 0, 0}, {0, 1, 0}, 40));
+  EXPECT_THROW(Scene(scene, edit), Error);
 }
 
 }  // namespace

@@ -31,7 +31,11 @@ Transform transform_of(const aiMatrix4x4& m) {
 class AssimpBuilder {
  public:
   AssimpBuilder(const aiScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes)
-      : scene_(scene), path_(path), notes_(notes), textures_(options, notes) {}
+      : scene_(scene),
+        path_(path),
+        notes_(notes),
+        triangles_(*options.budget, "triangles", 0),
+        textures_(options, notes) {}
 
   SceneDescription build() {
     const std::filesystem::path path(path_);
@@ -78,6 +82,7 @@ class AssimpBuilder {
     merge_identical_vertices(mesh);
     notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
     transform_mesh(mesh, to_world);
+    triangles_.grow(scene_bytes(mesh));
     const std::uint32_t material = source.mMaterialIndex;
     append_counted(description_.geometry, mesh, path_ + ": " + source.mName.C_Str(), material, emissions_.at(material),
                    notes_);
@@ -138,6 +143,7 @@ class AssimpBuilder {
   const aiScene& scene_;
   const std::string& path_;
   NoteCounter& notes_;
+  Reservation triangles_;
   TextureCache textures_;
   SceneDescription description_;
   std::vector<std::uint32_t> emissions_;  ///< of each material

@@ -22,11 +22,13 @@ using nlohmann::json;
 constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it anew.";
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
-std::vector<std::uint8_t> read_bytes(const std::string& path) {
+/// The bytes of a file, which `held` grows by.
+std::vector<std::uint8_t> read_bytes(const std::string& path, Reservation& held) {
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
-  const std::streamoff size = in.tellg();
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::max<std::streamoff>(size, 0)));
+  const std::streamoff size = std::max<std::streamoff>(in.tellg(), 0);
+  held.grow(static_cast<std::uint64_t>(size));
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
   in.seekg(0);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!in) throw Error({path}, "reading stopped half-way", "Check the disk the file is on.");
@@ -102,12 +104,14 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
     if (index > 0 || binary.empty()) {
       throw Error({document.path}, where + " has neither a uri nor a BIN chunk", kTruncatedRemedy);
     }
+    document.held->grow(binary.size());
     bytes.assign(binary.begin(), binary.end());
   } else {
     if (!buffer["uri"].is_string()) throw Error({document.path}, where + ".uri is not text", "Export the file anew.");
     const std::string& uri = buffer["uri"].get_ref<const std::string&>();
     if (uri.starts_with("data:")) {
       source = "its data URI";
+      document.held->grow(uri.size());
       bytes = decode_data_uri(uri);
     } else {
       source = "'" + decode_uri(uri) + "'";
@@ -117,7 +121,7 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
         throw Error({document.path}, fmt::format("{}: no such file {}", where, source),
                     "Put the .bin file beside the .gltf file, or export as .glb.");
       }
-      bytes = read_bytes(file.string());
+      bytes = read_bytes(file.string(), *document.held);
     }
   }
   if (bytes.size() < length) {
@@ -192,10 +196,16 @@ std::span<const std::uint8_t> GltfDocument::view(int index) const {
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
-GltfDocument read_gltf_document(const std::string& path) { return read_gltf_document(read_bytes(path), path); }
+GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options) {
+  Reservation held(*options.budget, "files", 0);
+  return read_gltf_document(read_bytes(path, held), path, options);
+}
 
-GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path) {
+GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,
+                                const ImportOptions& options) {
   GltfDocument document;
+  document.budget = options.budget;
+  document.held = std::make_unique<Reservation>(*options.budget, "buffers", 0);
   document.path = path;
   document.folder = std::filesystem::path(path).parent_path().string();
   if (file.empty()) throw Error({path}, "is empty", kTruncatedRemedy);

@@ -5,7 +5,6 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <new>
 
 #include "core/error.h"
 #include "import/pbrt/file.h"
@@ -118,7 +117,8 @@ int vertex_role(std::string_view name) {
   return -1;
 }
 
-void read_vertices(ValueReader& reader, const PlyElement& element, const std::string& file, PlyMesh& mesh) {
+void read_vertices(ValueReader& reader, const PlyElement& element, const std::string& file, Reservation& held,
+                   PlyMesh& mesh) {
   bool present[8] = {};
   std::vector<int> roles;
   for (const PlyProperty& property : element.properties) {
@@ -135,7 +135,7 @@ void read_vertices(ValueReader& reader, const PlyElement& element, const std::st
   const auto count = static_cast<std::size_t>(element.count);
   const bool has_normals = present[3] && present[4] && present[5];
   const bool has_uvs = present[6] && present[7];
-  // Safe: the header's promise was checked against the size of the file.
+  held.grow(count * (sizeof(Vec3) * (has_normals ? 2 : 1) + (has_uvs ? sizeof(Vec2) : 0)));
   mesh.positions.reserve(count);
   if (has_normals) mesh.normals.reserve(count);
   if (has_uvs) mesh.uvs.reserve(count);
@@ -169,7 +169,7 @@ void add_quad(const std::uint32_t corner[4], PlyMesh& mesh) {
   }
 }
 
-void read_face(ValueReader& reader, const PlyProperty& property, PlyMesh& mesh) {
+void read_face(ValueReader& reader, const PlyProperty& property, Reservation& held, PlyMesh& mesh) {
   const std::uint64_t corners = reader.length(property);
   std::uint32_t first[4] = {};
   for (std::uint64_t i = 0; i < corners; ++i) {
@@ -177,6 +177,7 @@ void read_face(ValueReader& reader, const PlyProperty& property, PlyMesh& mesh) 
     if (!(index >= 0) || index >= static_cast<double>(mesh.positions.size())) {
       reader.fail(fmt::format("a face has vertex {}, but there are {} vertices", index, mesh.positions.size()));
     }
+    held.cover(mesh.triangles.capacity() * sizeof mesh.triangles[0]);
     const auto vertex = static_cast<std::uint32_t>(index);
     if (i < 4) {
       first[i] = vertex;
@@ -191,11 +192,11 @@ void read_face(ValueReader& reader, const PlyProperty& property, PlyMesh& mesh) 
   if (corners > 4) ++mesh.larger_faces;
 }
 
-void read_faces(ValueReader& reader, const PlyElement& element, PlyMesh& mesh) {
+void read_faces(ValueReader& reader, const PlyElement& element, Reservation& held, PlyMesh& mesh) {
   for (std::uint64_t i = 0; i < element.count; ++i) {
     for (const PlyProperty& property : element.properties) {
       if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index")) {
-        read_face(reader, property, mesh);
+        read_face(reader, property, held, mesh);
       } else if (property.is_list) {
         reader.skip(property.type, reader.length(property));
       } else {
@@ -216,19 +217,20 @@ void skip_element(ValueReader& reader, const PlyElement& element) {
 
 }  // namespace
 
-PlyMesh parse_ply(std::string_view bytes, const std::string& file) {
+PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
   const PlyHeader header = read_ply_header(bytes, file);
   ValueReader reader(bytes, header, file);
+  Reservation vertices(budget, "meshes", 0), faces(budget, "meshes", 0);
   PlyMesh mesh;
   bool has_vertices = false, has_faces = false;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" && !has_vertices) {
       has_vertices = true;
-      read_vertices(reader, element, file, mesh);
+      read_vertices(reader, element, file, vertices, mesh);
     } else if (element.name == "face" && !element.properties.empty()) {
       if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh anew.");
       has_faces = true;
-      read_faces(reader, element, mesh);
+      read_faces(reader, element, faces, mesh);
     } else {
       skip_element(reader, element);
     }
@@ -239,12 +241,9 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file) {
   return mesh;
 }
 
-PlyMesh read_ply(const std::string& path) {
-  try {
-    return parse_ply(read_pbrt_file(path), path);
-  } catch (const std::bad_alloc&) {
-    throw Error({path}, "does not fit into memory", "Use a smaller mesh or a machine with more memory.");
-  }
+PlyMesh read_ply(const std::string& path, MemoryBudget& budget) {
+  Reservation held(budget, "scene files", 0);
+  return parse_ply(read_pbrt_file(path, held), path, budget);
 }
 
 }  // namespace glowworm
