@@ -128,11 +128,16 @@ TEST_F(OutputsTest, TwoOutputsOfOneNameAreRefused) {
   fs::create_hard_link(path("old.exr"), path("hard.exr"));
   fs::create_directory_symlink(".", path("here"));
   const std::vector<std::vector<std::string>> cases = {
-      {"-o", "a.exr", "-o", "./a.exr"},        {"-o", "a.png", "--stats", "a.png"},
-      {"-o", "a.exr", "--resume=a.exr"},       {"-o", "a.exr", "--stats", "a.exr.checkpoint", "--resume"},
-      {"-o", "a.exr", "--stats", "b", "--resume=b"}, {"-o", "old.exr", "-o", "link.exr"},
-      {"-o", "old.exr", "-o", "hard.exr"},     {"-o", "new.exr", "-o", "dangling.exr"},
-      {"-o", "a.exr", "-o", "here/a.exr"},     {"-o", "a.exr", "--stats", "a.obj"},
+      {"-o", "a.exr", "-o", "./a.exr"},
+      {"-o", "a.png", "--stats", "a.png"},
+      {"-o", "a.exr", "--resume=a.exr"},
+      {"-o", "a.exr", "--stats", "a.exr.checkpoint", "--resume"},
+      {"-o", "a.exr", "--stats", "b", "--resume=b"},
+      {"-o", "old.exr", "-o", "link.exr"},
+      {"-o", "old.exr", "-o", "hard.exr"},
+      {"-o", "new.exr", "-o", "dangling.exr"},
+      {"-o", "a.exr", "-o", "here/a.exr"},
+      {"-o", "a.exr", "--stats", "a.obj"},
       {"-o", "a.exr", "--resume=here/a.obj"},
   };
   for (std::vector<std::string> arguments : cases) {
@@ -177,8 +182,8 @@ TEST_F(OutputsTest, AFrameThatCannotBeWrittenEndsNoSession) {
 }
 
 TEST_F(OutputsTest, AnInterruptedSessionCountsTheFramesThatAreThere) {
-  Running program(folder_, {"view", "builtin:cornell", "--size", "8x8", "--photons", "1k", "--frames", "5000", "--out",
-                            "frames"});
+  Running program(
+      folder_, {"view", "builtin:cornell", "--size", "8x8", "--photons", "1k", "--frames", "5000", "--out", "frames"});
   ASSERT_TRUE(wait_for_file("frames/00002.png", 60));
   program.send(SIGINT);
   const Outcome outcome = program.wait();
