@@ -1,5 +1,6 @@
 // Preloaded into the program by a test (LD_PRELOAD): refuses calls that write, or memory, from the start of main() to
-// its end. What libraries do before main() is out of the program's reach. The environment says which:
+// its end. The program cannot catch what fails while libraries start, before main() or in dlopen(): some then abort by
+// themselves. So nothing is refused or counted there. The environment says which:
 //   REFUSE_CALL=N        the N-th call that writes (1 is the first) fails with the number in REFUSE_ERRNO
 //   REFUSE_MEMORY=N      the N-th allocation fails
 //   REFUSE_MEMORY_TO=M   and all after it up to the M-th
@@ -47,8 +48,10 @@ bool refuse_call() {
 
 thread_local unsigned long before_refusal = 0;  // allocations of this thread up to the one that fails; 0: none fails
 
+thread_local int loading = 0;  // calls of dlopen() under way
+
 bool refuse_memory() {
-  if (!armed) return false;
+  if (!armed || loading > 0) return false;
   if (before_refusal > 0 && --before_refusal == 0) {
     errno = ENOMEM;
     return true;
@@ -106,6 +109,14 @@ int __libc_start_main(int (*main_function)(int, char**, char**), int count, char
   program_main = main_function;
   return next<int(int (*)(int, char**, char**), int, char**, void (*)(), void (*)(), void (*)(), void*)>(
       "__libc_start_main")(armed_main, count, arguments, start, end, loader_end, stack_end);
+}
+
+// Looks for the program's own libraries by the run path of this one, which the build sets.
+void* dlopen(const char* name, int flags) {
+  ++loading;
+  void* library = next<void*(const char*, int)>("dlopen")(name, flags);
+  --loading;
+  return library;
 }
 
 void* rtcNewDevice(const char* settings) {
