@@ -192,15 +192,22 @@ RenderSettings sf07_settings(const std::string& engine, int side, std::uint32_t 
 }
 
 void table_of_renders(const Scenes& scenes) {
-  Table table("sf07-table2",
-              "[SF07] Table 2: a whole render of indirect light against ray tracing alone (576 samples)",
+  Table table("sf07-table2", "[SF07] Table 2: a whole render of indirect light against ray tracing alone (576 samples)",
               {"scene", "engine", "pixels", "k", "ray tracing alone, s", "photons and map, s", "reordering, s",
                "lookups, s", "whole, s", "whole / ray tracing"});
   constexpr PaperValue kRays{65, 104}, kWhole{276, 235}, kRatio{276.0 / 65, 235.0 / 104};
   for (const std::string& path : scenes) {
     const std::string scene = short_name(path);
-    table.add({scene, "the paper's, 1 core", "308 x 308", Number{paper_k(scene)}, kRays.of(scene), {}, {}, {},
-               kWhole.of(scene), kRatio.of(scene)});
+    table.add({scene,
+               "the paper's, 1 core",
+               "308 x 308",
+               Number{paper_k(scene)},
+               kRays.of(scene),
+               {},
+               {},
+               {},
+               kWhole.of(scene),
+               kRatio.of(scene)});
     const Stage stage(path);
     double asked = paper_k(scene);  // the k to ask for, so that the mean comes out as the paper's
     for (int round = 0; round < 2; ++round)
@@ -231,10 +238,10 @@ void table_of_reverse(const Scenes& scenes) {
   constexpr Published kPublished[] = {
       {"cornell", 300, 605, 420}, {"cornell", 500, 1540, 710}, {"sponza", 300, 840, 493}, {"sponza", 500, 2613, 1280}};
   constexpr int kMeasured = 90;
-  Table table("hhs05-table1", "[HHS05] Table 1: whole renders, 600 gather rays of each pixel",
-              {"scene", "pixels", "normal, s", "reverse, s", "blocked, s", "k normal", "k reverse",
-               "reverse over normal", "blocked over normal", "published normal, s", "published reverse, s",
-               "published reverse over normal"});
+  Table table(
+      "hhs05-table1", "[HHS05] Table 1: whole renders, 600 gather rays of each pixel",
+      {"scene", "pixels", "normal, s", "reverse, s", "blocked, s", "k normal", "k reverse", "reverse over normal",
+       "blocked over normal", "published normal, s", "published reverse, s", "published reverse over normal"});
   for (const std::string& path : scenes) {
     const Stage stage(path);
     const auto measure = [&](const char* engine) {
@@ -252,8 +259,11 @@ void table_of_reverse(const Scenes& scenes) {
         return r.photons + (r.total - r.photons) * std::pow(static_cast<double>(side) / kMeasured, 2);
       };
       const double n = whole(normal), r = whole(reverse), b = whole(blocked);
-      std::vector<Cell> row = {short_name(path),  fmt::format("{0} x {0}", side), Number{n},     Number{r},    Number{b},
-                               Number{normal.k}, Number{reverse.k},               Number{n / r}, Number{n / b}};
+      std::vector<Cell> row = {short_name(path),  fmt::format("{0} x {0}", side),
+                               Number{n},         Number{r},
+                               Number{b},         Number{normal.k},
+                               Number{reverse.k}, Number{n / r},
+                               Number{n / b}};
       const auto* published = std::find_if(std::begin(kPublished), std::end(kPublished), [&](const Published& p) {
         return short_name(path) == p.scene && side == p.side;
       });
@@ -313,7 +323,12 @@ void table_of_reordering(const Scenes& scenes) {
                  seconds(make_forward_engine({1, kPaperOrder}), along, Phase::density),
                  seconds(make_forward_engine({0, kPaperOrder}), along, Phase::density),
                  measure_seconds(kRuns, [&] { paper_order(recording); })});
-      table.add({scene, rays, "blocked", {}, {}, seconds(make_engine("blocked"), recording.points, Phase::density),
+      table.add({scene,
+                 rays,
+                 "blocked",
+                 {},
+                 {},
+                 seconds(make_engine("blocked"), recording.points, Phase::density),
                  seconds(make_engine("blocked"), recording.points, Phase::reorder)});
     }
   }
@@ -358,8 +373,8 @@ void table_of_views(const Scenes& scenes) {
         std::vector<FrameCost> costs;
         for (int run = 0; run < row.runs; ++run) {
           // A step small enough that every frame sees the same scene.
-          state.camera = fly(look(state.camera, nearest_up(state.camera), 0.002f, 0),
-                             {0.0005f * state.pivot_distance, 0, 0});
+          state.camera =
+              fly(look(state.camera, nearest_up(state.camera), 0.002f, 0), {0.0005f * state.pivot_distance, 0, 0});
           if (anew) session.forget_photons();
           costs.push_back(session.next_frame(state, clock += 0.1).cost);
           seconds.push_back(costs.back().seconds);

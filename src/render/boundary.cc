@@ -6,7 +6,7 @@
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "render/boundary_clusters.h"
 
 namespace glowworm {

@@ -64,16 +64,16 @@ TEST_F(SessionTest, TracesNoPhotonsForAnotherEngineKernelOrMode) {
   }
 }
 
-/// `auto` is what the cost model of renders says for the view, whatever a frame in motion does; a named engine stays.
+/// `auto` is the same engine for every view; a named engine stays.
 TEST_F(SessionTest, ChoosesTheEngineUnlessOneIsNamed) {
   EXPECT_EQ(state_.engine, "auto");
   state_.mode = ViewMode::photons;
   state_.photons = 1'000'000;
   state_.width = state_.height = 2;
-  EXPECT_EQ(next().engine, "single");
+  EXPECT_EQ(next().engine, kAutomaticEngine);
   state_.photons = 10'000;
   state_.width = state_.height = 256;
-  EXPECT_EQ(next().engine, "blocked");
+  EXPECT_EQ(next().engine, kAutomaticEngine);
   state_.engine = "forward";
   EXPECT_EQ(next().engine, "forward");
 }
