@@ -218,8 +218,8 @@ void PhotonRenderer::gather(const GatherPoints& points, SlotRadiance& radiance) 
   const std::size_t queries_at_once = static_cast<std::size_t>(std::min<std::uint64_t>(queries_at_once_, room));
   const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
   const auto trace = [&](std::size_t first) {
-    final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance, queries_,
-                 statistics_, caustics ? &corners_ : nullptr);
+    final_gather(tracer_, points, first, std::min(first + step, points.size()), gather_settings, radiance,
+                 {queries_, caustics ? &corners_ : nullptr}, statistics_);
     if (caustics) look_up(corners_, *caustics, radiance.indirect);
   };
   const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);

@@ -95,8 +95,8 @@ class PassRenderer {
       interrupt_.check();
       const std::size_t last = std::min(first + step, points.size());
       const Reservation reservation(budget_, "query points", (last - first) * settings_.gather * bytes_each);
-      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance, memory_.queries, statistics_,
-                   caustics ? &memory_.caustic_queries : nullptr);
+      final_gather(tracer_, points, first, last, gather_settings, pass_.radiance,
+                   {memory_.queries, caustics ? &memory_.caustic_queries : nullptr}, statistics_);
       if (caustics) look_up(memory_.caustic_queries, *caustics, pass_.radiance.indirect);
       answer(memory_.queries);
     }
