@@ -7,7 +7,7 @@ JOBS := $(shell nproc)
 help:
 	@echo 'make demo             builds, and renders the Cornell box to out/'
 	@echo 'make test             builds, and runs every test'
-	@echo 'make check            formatting, include arrows, documents, Clang and sanitizer build of the fast tests'
+	@echo 'make check            formatting, include arrows, code, documents, Clang and sanitizer build of the fast tests'
 	@echo 'make format           formats every C++ file'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
 	@echo 'make fuzz             the parsers of pbrt, PLY and glTF files under libFuzzer, 10 minutes each'
@@ -36,6 +36,8 @@ check: packages
 	scripts/check-format
 	scripts/check-includes --self-test
 	scripts/check-includes
+	scripts/check-code --self-test
+	scripts/check-code
 	scripts/check-docs --self-test
 	scripts/check-docs
 	cmake --preset asan
