@@ -46,7 +46,7 @@ void add_compare_command(CLI::App& program, int& exit_status) {
   c->add_option("image", options->image, "The picture: any file that OpenImageIO reads")
       ->required()
       ->option_text("IMAGE");
-  c->add_option("reference", options->reference, "What it should look like, of the same size")
+  c->add_option("reference", options->reference, "The reference, of the same size")
       ->required()
       ->option_text("REFERENCE");
   c->add_option("-o,--difference", options->difference,

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   program.footer(
       "\nExamples:\n  glowworm render builtin:cornell -o cornell.png\n  glowworm info builtin:atrium\n"
-      "  glowworm compare cornell.exr reference.exr\n\n'glowworm COMMAND --help' tells the rest.");
+      "  glowworm compare cornell.exr reference.exr\n\n'glowworm COMMAND --help' lists the options of a command.");
   glowworm::remove_temporary_files_at_signals();
   int exit_status = 0;
   glowworm::add_render_command(program, exit_status);

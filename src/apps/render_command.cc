@@ -271,7 +271,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--camera", s.camera, "Camera of the scene; 'glowworm info SCENE' lists them")
       ->option_text("NAME [the first]")
       ->group("Picture");
-  c.add_option("--view", o.view, "Stand elsewhere: nine numbers for eye, target and up; the rest as the camera has it")
+  c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; its lens stays as it is")
       ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
       ->group("Picture");
   c.add_option("--light", o.lights, "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians)")
@@ -282,7 +282,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->delimiter(',')
       ->option_text("NAME,...")
       ->group("Picture");
-  c.add_option("--precision", o.precision, "Numbers of the EXR file")
+  c.add_option("--precision", o.precision, "Precision of the EXR file")
       ->check(CLI::IsMember({"half", "float"}))
       ->option_text("half|float [half]")
       ->group("Picture");
@@ -298,7 +298,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
 void add_method_options(CLI::App& c, RenderOptions& o) {
   RenderSettings& s = o.settings;
   c.add_option("--integrator", o.integrator,
-               "photon: photon mapping; path: path tracing, the reference; photons: the photon map itself, shown")
+               "photon: photon mapping; path: path tracing, the reference; photons: the photon map shown directly")
       ->check(CLI::IsMember({"photon", "path", "photons"}))
       ->option_text("photon|path|photons [photon]")
       ->group("Method");
@@ -311,7 +311,7 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::IsMember(kernel_names()))
       ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
       ->group("Method");
-  c.add_option("--radius", o.radius, "Radii of photons: one for each, by the density around it, or one for all")
+  c.add_option("--radius", o.radius, "Radii of photons: one for each, from the density around it, or one for all")
       ->check(CLI::IsMember({"per-photon", "fixed"}))
       ->option_text("per-photon|fixed [per-photon]")
       ->group("Method");
@@ -321,13 +321,14 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
        "pays)")
       ->option_text("N [auto]")
       ->group("Method");
-  c.add_flag("--indirect-only", s.indirect_only, "Only the light that is gathered over surfaces")->group("Method");
-  c.add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth")
+  c.add_flag("--indirect-only", s.indirect_only, "Only light gathered from surfaces")->group("Method");
+  c.add_flag("--progressive", s.progressive,
+             "New photons and smaller radii in every pass: converges to the exact solution")
       ->group("Method");
   c.add_flag("--no-gather-guiding", o.no_gather_guiding,
-             "Let gather rays find small bright places by chance (for comparison)")
+             "Do not aim gather rays at small bright places (for comparison)")
       ->group("Method");
-  c.add_flag("--no-secondary-gather", o.no_secondary, "Look photons up in corners, too (for comparison)")
+  c.add_flag("--no-secondary-gather", o.no_secondary, "Do not gather a second time in corners (for comparison)")
       ->group("Method");
   c.add_flag("--no-guiding", o.no_guiding, "Emit photons by the lights' power alone (for comparison)")->group("Method");
   c.add_option("--seed", s.seed, "Seed of all random numbers: the same seed gives the same image, bit for bit")
@@ -338,22 +339,21 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
 void add_effort_options(CLI::App& c, RenderOptions& o) {
   RenderSettings& s = o.settings;
   c.add_option("--samples", o.samples, "Camera samples of each pixel")->option_text("N [auto]")->group("Effort");
-  c.add_option("--gather", o.gather, "Final gather rays of each camera sample: samples x gather is what a pixel gets")
+  c.add_option("--gather", o.gather, "Final gather rays of each camera sample; a pixel gets samples x gather")
       ->option_text("N [auto]")
       ->group("Effort");
   c.add_option("--photons", o.photons, "Photons in the map, for example 500k or 2M")
       ->option_text("N [auto]")
       ->group("Effort");
   c.add_option("--traced", o.traced,
-               "Photons to trace, where they are more than --photons: density control thins them to that")
+               "Photons to trace; if they are more than --photons, density control thins them to that")
       ->option_text("N [auto]")
       ->group("Effort");
   c.add_option("--nearest", o.nearest, "Photons that an estimate should catch (k)")
       ->option_text("N [auto]")
       ->group("Effort");
-  c.add_option(
-       "--prefer", o.prefer,
-       "Passes of one sample of every pixel (preview), or of many samples of one tile after the other (quality)")
+  c.add_option("--prefer", o.prefer,
+               "Refine the whole picture evenly (preview), or finish one tile after another (quality)")
       ->check(CLI::IsMember({"auto", "preview", "quality"}))
       ->option_text("auto|preview|quality [auto]")
       ->group("Effort");
@@ -361,12 +361,12 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->option_text("TIME [none]")
       ->group("Effort");
   c.add_option("--resume", o.resume,
-               "Keep what is done in a file, every second or few, and go on from it where it is there; as the last "
-               "option, or as --resume=FILE")
+               "Keep a checkpoint in a file, and continue from it if it exists; give it as the last option, or as "
+               "--resume=FILE")
       ->expected(0, 1)
       ->option_text("[FILE] [OUTPUT.checkpoint]")
       ->group("Effort");
-  c.add_flag("--preview", o.preview, "Write the image so far, too, every two seconds or few")->group("Effort");
+  c.add_flag("--preview", o.preview, "Write the image so far every two seconds or less often")->group("Effort");
   c.add_option("--noise", s.noise_target, "Stop at this relative standard error of the image, for example 0.01")
       ->check(CLI::PositiveNumber)
       ->option_text("SHARE [none]")
@@ -391,11 +391,11 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
 }
 
 void add_report_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/statistics.md has the keys")
+  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
       ->option_text("FILE")
       ->group("Reports");
-  c.add_flag("-v,--verbose", o.verbose, "Say where the time went, too")->group("Reports");
-  c.add_flag("-q,--quiet", o.quiet, "Say warnings and errors only")->group("Reports");
+  c.add_flag("-v,--verbose", o.verbose, "Print choices and the time of each phase, too")->group("Reports");
+  c.add_flag("-q,--quiet", o.quiet, "Print warnings and errors only")->group("Reports");
 }
 
 /// Says which options have no effect on the integrator asked for.
@@ -418,10 +418,10 @@ void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
 }
 
 constexpr const char* kFooter = R"(
-Nothing has to be set: what is 'auto' is chosen, and --stats shows what was chosen.
+Nothing has to be set: 'auto' values are chosen for the scene, and --stats shows them.
 Lengths are metres, radiance is W sr^-1 m^-2 in linear RGB (Rec. 709).
-Ctrl-C ends the task under way, writes the image so far and exits with status 130;
-a second one ends at once. Status 1 is an error, 2 a command line that makes no sense.
+Ctrl-C finishes the current task, writes the image so far and exits with status 130;
+a second one ends at once. Status 1 is an error, 2 a wrong command line.
 
 Examples:
   glowworm render builtin:cornell -o cornell.png

@@ -12,8 +12,8 @@
 
 namespace glowworm {
 
-/// A set-associative write-back cache of numbered blocks whose least recently used blocks make room. It takes its memory
-/// at once and never more. Thread-safe: a block belongs to one set, and each set has a lock.
+/// A set-associative write-back cache of numbered blocks whose least recently used blocks make room. It takes its
+/// memory at once and never more. Thread-safe: a block belongs to one set, and each set has a lock.
 class BlockCache {
  public:
   static constexpr std::size_t kWays = 8;

@@ -7,18 +7,20 @@
 #include <string>
 #include <thread>
 
+#include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "density/paged_array.h"
 #include "render/checkpoint.h"
 #include "render/film.h"
+#include "render/pass.h"
+#include "render/photon_guiding.h"
+#include "render/photon_maps.h"
 #include "render/photon_report.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
-
-class PhotonRenderer;
 
 /// Why a render ended.
 enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
@@ -38,7 +40,7 @@ class Job {
 
   /// Asks the render to stop: after the task under way, or at once where photons are being traced. Safe in signal
   /// handlers.
-  void cancel() { cancelled_ = true; }
+  void cancel() { interrupt_.request(); }
   /// Waits for the end; throws what the render threw.
   void wait();
   /// True once it has ended, for whatever reason.
@@ -66,7 +68,7 @@ class Job {
   const MemoryBudget& budget() const { return budget_; }
   const Scene& scene() const { return *scene_; }
   /// What went through the caches of files with query points; once the render has ended.
-  const PagedCounts& paged_counts() const { return paged_counts_; }
+  const PagedCounts& paged_counts() const { return memory_.paged; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
   std::uint64_t query_point_bytes() const { return query_point_bytes_; }
   /// What the process held when the render began: program, scene and what rays are traced against.
@@ -79,9 +81,11 @@ class Job {
  private:
   void run();
   void render_passes();
-  bool render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks);
+  bool render_tasks(const std::vector<CameraTask>& tasks);
+  PhotonMapSettings map_settings(std::uint32_t pass) const;
+  PassSettings pass_settings() const;
   std::string key() const;
-  void shoot_photons(PhotonRenderer& photons, std::uint32_t pass);
+  void shoot_photons(std::uint32_t pass);
   /// @param next_s seconds that the next piece of work will take, about
   bool should_stop(double next_s);
   void check_checkpoint(const Checkpoint& checkpoint) const;
@@ -99,13 +103,18 @@ class Job {
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
-  std::atomic<bool> cancelled_{false}, done_{false};
+  Interrupt interrupt_;
+  std::atomic<bool> done_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
-  PagedCounts paged_counts_;
+  std::shared_ptr<const EmissionGuide> guide_;
+  std::shared_ptr<const PhotonDemand> demand_;
+  PhotonMaps maps_{budget_};
+  PassMemory memory_;
+  PassSettings pass_;
   std::exception_ptr failure_;
   std::thread thread_;
 };

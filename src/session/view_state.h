@@ -51,6 +51,13 @@ struct ViewState {
   bool reuse = true;                ///< take earlier frames over where they show the same surface
 };
 
+/// Whether a mode shows light, or else surfaces and counts.
+bool shows_light(ViewMode mode);
+/// Whether a mode needs photons.
+bool needs_photons(ViewMode mode);
+/// Whether a mode needs PhotonMapSettings::diagnosed.
+bool needs_diagnosis(ViewMode mode);
+
 /// Whether all rays of two cameras are the same.
 bool same_view(const Camera& a, const Camera& b);
 

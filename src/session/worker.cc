@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "core/error.h"
 #include "core/memory_budget.h"
 
 namespace glowworm {
