@@ -331,7 +331,10 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
   c.add_flag("--no-secondary-gather", o.no_secondary, "Do not gather a second time in corners (for comparison)")
       ->group("Method");
   c.add_flag("--no-guiding", o.no_guiding, "Emit photons by the lights' power alone (for comparison)")->group("Method");
-  c.add_option("--seed", s.seed, "Seed of all random numbers: the same seed gives the same image, bit for bit")
+  c.add_option(
+       "--seed", s.seed,
+       "Seed of all random numbers: the same scene, settings and seed give the same image, bit for bit, with the "
+       "same version and instruction set (--simd, and the machine's for rays)")
       ->option_text("N [0]")
       ->group("Method");
 }
@@ -378,10 +381,13 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::Range(0, 1024))
       ->option_text("N [one for each core]")
       ->group("Machine");
-  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G; the image does not depend on it")
       ->option_text("SIZE [half of the machine's]")
       ->group("Machine");
-  c.add_option("--disk", o.disk, "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups")
+  c.add_option(
+       "--disk", o.disk,
+       "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups; the image does not "
+       "depend on it")
       ->check(CLI::IsMember({"auto", "never", "always"}))
       ->option_text("auto|never|always [auto]")
       ->group("Machine");

@@ -28,7 +28,7 @@ std::unique_ptr<DensityEngine> make_forward(const EngineOptions& options) {
 
 // In order of preference.
 constexpr Entry kEngines[] = {
-    {{.name = "blocked", .groups_points = true}, without_options<make_blocked_engine>},
+    {{.name = "blocked"}, without_options<make_blocked_engine>},
     {{.name = "forward", .lanes = forward_lanes}, make_forward},
     {{.name = "reverse", .goes_over_photons = true}, without_options<make_reverse_engine>},
     {{.name = "single"}, without_options<make_single_engine>},

@@ -62,8 +62,9 @@ class DensityEngine {
   virtual void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) = 0;
 
   /// Adds to radiance[i] (W sr^-1 m^-2) what leaves point i from the photons of the index, on all threads
-  /// (Phase::reorder and Phase::density; counts query_points, pairs_tested, shader_operations). The same bits for any
-  /// number of threads. Several batches of photons add up: build, estimate, build, estimate.
+  /// (Phase::reorder and Phase::density; counts query_points, pairs_tested, shader_operations). What is added depends
+  /// on the photons and on point i alone: the same bits for any number of threads, and for any other points that are
+  /// asked about in the same call. Several batches of photons add up: build, estimate, build, estimate.
   virtual void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const = 0;
 };
 
@@ -75,8 +76,6 @@ struct EngineTraits {
   /// Photons search for query points: every call of estimate() goes over all photons. So it wants many query points at
   /// once, and no more photons than the estimate needs.
   bool goes_over_photons = false;
-  /// The rounding of an answer depends on which points are asked for in the same call.
-  bool groups_points = false;
   bool for_tests = false;        ///< too slow for pictures
   int (*lanes)() = &simd_lanes;  ///< query points or photons in a vector, on the instruction set in use
 };

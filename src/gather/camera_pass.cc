@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -75,13 +76,13 @@ class BlockTracer {
     queries_.clear();
     paths_.clear();
     start(x0, y0);
-    intersect(RayOrder::coherent);
+    intersect_camera_rays();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < slot_.size(); ++i)
       if (see(i)) rays_[kept++] = rays_[i];
     rays_.resize(kept);
     for (int bounce = 1; kept > 0; ++bounce) {
-      intersect(RayOrder::incoherent);
+      intersect();
       kept = 0;
       for (std::size_t i = 0; i < rays_.size(); ++i) {
         if (!advance(paths_[i], rays_[i], hits_[i], bounce)) continue;
@@ -144,9 +145,20 @@ class BlockTracer {
   /// The sequence of a pixel's random numbers.
   static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, kCameraStream); }
 
-  void intersect(RayOrder order) {
+  void intersect() {
     hits_.resize(rays_.size());
-    tracer_.intersect(rays_, hits_, order);
+    tracer_.intersect(rays_, hits_, RayOrder::incoherent);
+    rays_traced_ += rays_.size();
+  }
+
+  /// Sample by sample: how many samples the task has must not show in which rays share a packet, on which the last bits
+  /// of a coherent ray's hit depend.
+  void intersect_camera_rays() {
+    hits_.resize(rays_.size());
+    const std::size_t each = rays_.size() / task_.sample_count;
+    for (std::size_t first = 0; first < rays_.size(); first += each)
+      tracer_.intersect(std::span(rays_).subspan(first, each), std::span(hits_).subspan(first, each),
+                        RayOrder::coherent);
     rays_traced_ += rays_.size();
   }
 

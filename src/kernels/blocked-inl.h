@@ -281,9 +281,9 @@ class RunSummer {
     const std::size_t padded = (run_.count + kTileWidth - 1) / kTileWidth * kTileWidth;
     find_nodes(tree_, bounds_of(run_, 0, padded), scratch_);
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
-    scratch_.accepted.resize(kGroups * kListRoom);
-    scratch_.ambiguous.resize(kGroups * kListRoom);
-    bool joined = false;
+    scratch_.photons.resize(kGroups * kListRoom);
+    // Points of one group need one list.
+    bool joined = run_.count <= kGroupWidth;
     for (std::size_t first = 0; first < run_.count; first += kTileWidth) {
       const BlockedCounts before = counts_;
       if (joined)
@@ -296,12 +296,12 @@ class RunSummer {
   }
 
  private:
-  /// The photons near some points of the tile: those whose normals leave no doubt for any of them, which need not
-  /// compare them, and the others.
-  struct Lists {
-    std::uint32_t *accepted, *ambiguous;
-    std::uint32_t *accepted_end, *ambiguous_end;
-    bool full() const { return accepted_end - accepted > kListLength || ambiguous_end - ambiguous > kListLength; }
+  /// Photons near some points of the tile, in the order of the tree: so every point's sum is added up in that order,
+  /// whatever points are looked up with it.
+  struct List {
+    std::uint32_t *first, *end;
+    bool compares = false;  ///< normals, which some photon of the list leaves in doubt for some point
+    bool full() const { return end - first > kListLength; }
   };
 
   /// @tparam lists lists of photons: one for each group, or one for all of them
@@ -312,9 +312,8 @@ class RunSummer {
     for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
     for (std::size_t g = 0; g < kGroups; ++g) groups_[g].start(run_, glossy_, first + g * kGroupWidth);
     for (std::size_t l = 0; l < lists; ++l) {
-      std::uint32_t* const accepted = scratch_.accepted.data() + l * kListRoom;
-      std::uint32_t* const ambiguous = scratch_.ambiguous.data() + l * kListRoom;
-      lists_[l] = {accepted, ambiguous, accepted, ambiguous};
+      std::uint32_t* const list = scratch_.photons.data() + l * kListRoom;
+      lists_[l] = {list, list, false};
     }
     list_photons<lists>(first, end);
     for (std::size_t l = 0; l < lists; ++l) add<lists>(l);
@@ -357,9 +356,13 @@ class RunSummer {
                                                 hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1],
                                                            hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
           const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
-          const BlockMask sure = hn::Gt(cosine, sure_cosine[l]);
-          append_lanes(hn::And(near, sure), place, lists_[l].accepted_end);
-          append_lanes(hn::AndNot(sure, near), place, lists_[l].ambiguous_end);
+          if (hn::AllFalse(d, near)) continue;
+          const bool compares = !hn::AllTrue(d, hn::Or(hn::Gt(cosine, sure_cosine[l]), hn::Not(near)));
+          if (compares != lists_[l].compares) {
+            add<lists>(l);
+            lists_[l].compares = compares;
+          }
+          append_lanes(near, place, lists_[l].end);
         }
       }
       for (std::size_t l = 0; l < lists; ++l)
@@ -367,22 +370,21 @@ class RunSummer {
     }
   }
 
-  /// Works one of the lists off and sets its ends back.
+  /// Works one of the lists off and empties it.
   template <std::size_t lists>
-  HWY_INLINE void add(std::size_t l) {
-    Lists& list = lists_[l];
-    const auto accepted = static_cast<std::size_t>(list.accepted_end - list.accepted);
-    const auto ambiguous = static_cast<std::size_t>(list.ambiguous_end - list.ambiguous);
-    list.accepted_end = list.accepted;
-    list.ambiguous_end = list.ambiguous;
+  void add(std::size_t l) {
+    List& list = lists_[l];
+    const auto length = static_cast<std::size_t>(list.end - list.first);
+    if (length == 0) return;
+    list.end = list.first;
     constexpr std::size_t kGroupsOfList = kGroups / lists;
     for (std::size_t g = l * kGroupsOfList; g < (l + 1) * kGroupsOfList; ++g) {
       Group& group = groups_[g];
       if (group.valid() == 0) continue;
-      counts_.evaluated += group.template add<false>(tree_, list.accepted, accepted);
-      if (ambiguous > 0) counts_.evaluated += group.template add<true>(tree_, list.ambiguous, ambiguous);
-      counts_.tested += (accepted + ambiguous) * group.valid();
-      counts_.steps += (accepted + ambiguous) * kTileVectors;
+      counts_.evaluated += list.compares ? group.template add<true>(tree_, list.first, length)
+                                         : group.template add<false>(tree_, list.first, length);
+      counts_.tested += length * group.valid();
+      counts_.steps += length * kTileVectors;
     }
   }
 
@@ -392,7 +394,7 @@ class RunSummer {
   BlockedCounts& counts_;
   const GlossyPoints* glossy_;
   Group groups_[kGroups];
-  Lists lists_[kGroups];
+  List lists_[kGroups];
 };
 
 /// blocked_find().

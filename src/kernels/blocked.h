@@ -76,11 +76,11 @@ struct BlockedPhoton {
 
 /// Lists that a call works with and that are kept for the next; belongs to one thread.
 struct BlockedScratch {
-  std::vector<std::uint32_t> nodes, blocks, accepted, ambiguous;
+  std::vector<std::uint32_t> nodes, blocks, photons;
 };
 
-/// Sums the photons at each point of the run (runs on the instruction set of set_simd()). The sums of a point are added
-/// up in the same order for the same run and tree.
+/// Sums the photons at each point of the run (runs on the instruction set of set_simd()). The sum of a point is added
+/// up in the order of the tree: the same bits whatever other points are in the run.
 void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts);
 
 /// The same for points of one glossy model: the sum of profile times r, g, b times pi f towards the photon.

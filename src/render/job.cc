@@ -13,16 +13,6 @@
 
 namespace glowworm {
 
-namespace {
-
-// Stands before the memory in the key of a checkpoint.
-constexpr const char* kMemoryKey = " memory ";
-
-/// A render with less time than that, in seconds, traces no more photons for its caustics than for the rest.
-constexpr double kLeastTimeForCaustics = 30;
-
-}  // namespace
-
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
          const Checkpoint* resume, double spent_s)
     : scene_(std::move(scene)),
@@ -32,11 +22,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_(settings_.width, settings_.height, settings_.indirect_only, settings_.separate_layers),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()) {
-  if (resume) {
-    check_checkpoint(*resume);
-    if (!film_.restore(resume->film)) throw Error("the checkpoint is of a picture of another size");
-    passes_ = film_.whole_passes();
-  }
+  if (resume) this->resume(*resume);
   earlier_peak_ = peak_resident_bytes();
   return_free_memory();
   scene_bytes_ = resident_bytes();
@@ -71,8 +57,9 @@ Film Job::snapshot() const {
 }
 
 Checkpoint Job::checkpoint() const {
+  std::string key = key_text(this->key());
   const std::lock_guard lock(film_mutex_);
-  return {key(), film_.whole_passes(), film_.save()};
+  return {std::move(key), film_.whole_passes(), film_.save()};
 }
 
 std::vector<LightPhotons> Job::light_photons() const {
@@ -80,29 +67,21 @@ std::vector<LightPhotons> Job::light_photons() const {
   return light_photons_;
 }
 
-std::string Job::key() const {
-  RenderSettings s = settings_;
-  // What may differ between the runs that make one image; more samples go on where fewer ended.
-  s.samples = 0;
-  s.noise_target = 0;
-  s.threads = 0;
-  s.memory_bytes = 0;
-  s.time_limit_s = 0;
-  return std::string(version()) + " " + scene_->name() + " " + std::to_string(scene_->geometry().triangle_count()) +
-         " " + settings_text(s) + kMemoryKey + std::to_string(memory_shows(settings_) ? settings_.memory_bytes : 0);
+std::uint64_t Job::samples_not_finite() const {
+  const std::lock_guard lock(film_mutex_);
+  return film_.not_finite();
 }
 
-void Job::check_checkpoint(const Checkpoint& checkpoint) const {
-  const std::string own = key(), &other = checkpoint.key;
-  if (other == own) return;
-  const std::size_t own_end = own.rfind(kMemoryKey), other_end = other.rfind(kMemoryKey);
-  if (other_end != std::string::npos && own.substr(0, own_end) == other.substr(0, other_end)) {
-    const std::string bytes = other.substr(other_end + std::string_view(kMemoryKey).size());
-    throw Error("the checkpoint is of a render with another --memory, which shows in the last bits of the picture",
-                "Give --memory " + bytes + ", or leave --resume out.");
-  }
-  throw Error("the checkpoint is of another render: its scene, settings or version differ",
-              "Give the options of the render that was cut off, or leave --resume out.");
+const RenderKey& Job::key() const {
+  std::call_once(key_made_, [this] { key_ = render_key(*scene_, settings_); });
+  return key_;
+}
+
+void Job::resume(const Checkpoint& checkpoint) {
+  check_same_render(key(), parse_key(checkpoint.key), "the checkpoint");
+  if (!film_.restore(checkpoint.film) || film_.whole_passes() != checkpoint.passes)
+    throw Error("the checkpoint holds sums that no render can give", "Remove the file to start anew.");
+  passes_ = checkpoint.passes;
 }
 
 std::uint64_t Job::peak_beside_scene_bytes() const {
@@ -165,8 +144,7 @@ PhotonMapSettings Job::map_settings(std::uint32_t pass) const {
   const bool gathers = s.integrator == Integrator::photon;
   wanted.corners = gathers && s.secondary_gather;
   wanted.patches = gathers && s.gather_guiding;
-  const bool hurried = s.time_limit_s > 0 && s.time_limit_s < kLeastTimeForCaustics;
-  if (!s.progressive && !s.indirect_only && !hurried)
+  if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
     wanted.more_caustic_photons =
         affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
   wanted.kept = false;

@@ -17,6 +17,7 @@
 #include "render/photon_guiding.h"
 #include "render/photon_maps.h"
 #include "render/photon_report.h"
+#include "render/render_key.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
@@ -58,8 +59,10 @@ class Job {
 
   /// A copy of the film as it is now; any time.
   Film snapshot() const;
-  /// What a render goes on from: the film after the last whole task; any time.
+  /// What a render goes on from: the film after the last whole task; any time. The first call hashes the scene.
   Checkpoint checkpoint() const;
+  /// Film::not_finite() of the film as it is now; any time.
+  std::uint64_t samples_not_finite() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
@@ -84,11 +87,11 @@ class Job {
   bool render_tasks(const std::vector<CameraTask>& tasks);
   PhotonMapSettings map_settings(std::uint32_t pass) const;
   PassSettings pass_settings() const;
-  std::string key() const;
+  const RenderKey& key() const;
   void shoot_photons(std::uint32_t pass);
   /// @param next_s seconds that the next piece of work will take, about
   bool should_stop(double next_s);
-  void check_checkpoint(const Checkpoint& checkpoint) const;
+  void resume(const Checkpoint& checkpoint);
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
@@ -98,6 +101,8 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  mutable std::once_flag key_made_;
+  mutable RenderKey key_;
   std::vector<LightPhotons> light_photons_;
   double spent_s_;
   std::chrono::steady_clock::time_point start_;

@@ -14,18 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-const char* integrator_name(Integrator integrator) {
-  switch (integrator) {
-    case Integrator::photon:
-      return "photon";
-    case Integrator::path:
-      return "path";
-    case Integrator::photons:
-      return "photons";
-  }
-  return "";
-}
-
 const char* disk_name(DiskUse disk) {
   switch (disk) {
     case DiskUse::automatic:
@@ -132,8 +120,6 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
          (settings.aovs.size() + 1);
 }
 
-std::string settings_text(const RenderSettings& settings) { return settings_json(settings).dump(); }
-
 const char* version() { return "0.1.0"; }
 
 Image make_image(const Film& film, const Job& job) {
@@ -165,6 +151,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
   out["settings"]["aovs"] = settings.aovs;
   out["version"] = version();
   out["passes"] = job.passes();
+  out["samples_not_finite"] = job.samples_not_finite();
   out["tasks"] = job.tasks();
   out["ending"] = ending_name(job.ending());
   out["isa"] = simd_name();

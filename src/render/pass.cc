@@ -44,10 +44,14 @@ class PassRenderer {
  private:
   void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
     memory_.found.assign(queries.size(), RGB());
-    memory_.most_query_bytes =
-        std::max<std::uint64_t>(memory_.most_query_bytes, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
+    count_held(queries);
     engine.estimate(queries, memory_.found, statistics_);
     complete(queries, memory_.found, target, statistics_);
+  }
+
+  void count_held(const QueryPoints& queries) {
+    memory_.most_query_bytes =
+        std::max<std::uint64_t>(memory_.most_query_bytes, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
   }
 
   void gather_light(const GatherPoints& points) {
@@ -110,9 +114,11 @@ class PassRenderer {
       store.append(memory_.queries);
     }
     memory_.queries = QueryPoints();
-    store.visit(queries_at_once, [&](const QueryPoints& run) {
-      if (settings_.indirect) look_up(run, maps_.engine(), out_.radiance.indirect);
-    });
+    const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
+      count_held(run);
+      maps_.engine().estimate(run, found, statistics_);
+    };
+    if (settings_.indirect) store.complete(queries_at_once, look_up_run, out_.radiance.indirect);
     memory_.paged += store.counts();
   }
 

@@ -1,9 +1,12 @@
 #include "render/photon_maps.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "density/density_control.h"
 #include "points/query_points.h"
@@ -39,6 +42,21 @@ class BorrowedFlux {
   PhotonBatch& photons_;
   LargeVector<RGB> own_;
 };
+
+/// Memory for the photons of a pass. Throws Error where they do not fit: fewer would be another picture.
+std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget& budget) {
+  constexpr double kMegabyte = 1e6;  // as --memory counts
+  const std::uint64_t wanted = photons * kBytesPerPhoton, there = budget.available();
+  if (wanted > there)
+    throw Error(fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
+                            "{:.0f}M left for it",
+                            std::ceil(static_cast<double>(wanted) / kMegabyte), photons,
+                            std::floor(static_cast<double>(there) / kMegabyte)),
+                fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
+                            std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte),
+                            there / kBytesPerPhoton));
+  return std::make_unique<Reservation>(budget, "photon map", wanted);
+}
 
 /// Photons that an estimate of the caustic map should catch, where one of the global map catches `nearest`: caustics
 /// are sharp.
@@ -124,7 +142,7 @@ PhotonPassSettings PhotonMaps::pass_settings() const {
 void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   forget();
   const PhotonPassSettings wanted = pass_settings();
-  reservation_ = std::make_unique<Reservation>(*budget_, "photon map", wanted.photons * kBytesPerPhoton);
+  reservation_ = reserve_photons(wanted.photons, *budget_);
   pass_ = trace_photons(tracer, wanted, statistics);
   if (wanted.photons > settings_.photons) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
@@ -259,8 +277,7 @@ void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {
   patched_ = true;
   if (global_.count == 0) return;
   const PhaseTimer timer(statistics, Phase::build_photon_map);
-  const std::uint64_t most = std::min(kMostLitPlaces, budget_->available() / 8 / kBytesPerLitPlace);
-  if (most == 0) return;
+  const std::uint64_t most = std::min<std::uint64_t>(kMostLitPlaces, global_.count);
   const Reservation reservation(*budget_, "bright patches", most * kBytesPerLitPlace);
   const PhotonBatch& photons = global_.photons;
   const std::size_t step = (photons.size() + most - 1) / most;

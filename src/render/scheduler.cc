@@ -121,15 +121,10 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
           even_piece(settings.height, most_height / kSmallestTile * kSmallestTile)};
 }
 
-bool memory_shows(const RenderSettings& settings) {
-  if (settings.integrator == Integrator::path) return false;
-  const EngineTraits& engine = engine_traits(settings.engine);
-  return engine.groups_points || settings.disk == DiskUse::always ||
-         (settings.disk == DiskUse::automatic && engine.goes_over_photons);
-}
-
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
-  const bool open_ended = settings.time_limit_s > 0 || settings.noise_target > 0;
+  // The samples after which noise is looked at, and so those of the image, may not depend on memory.
+  if (settings.noise_target > 0) return std::min(1u, settings.samples - done);
+  const bool open_ended = settings.time_limit_s > 0;
   const bool all = settings.preference == Preference::quality && !open_ended && done > 0;
   const std::uint32_t wanted = all ? schedule.samples_at_once : std::clamp(done, 1u, schedule.samples_at_once);
   return std::min(wanted, settings.samples - done);

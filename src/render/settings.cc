@@ -12,7 +12,6 @@
 #include "core/parallel.h"
 #include "density/engine.h"
 #include "gather/direct_light.h"
-#include "render/scheduler.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -33,12 +32,11 @@ constexpr double kFewestPhotons = 500'000, kMostPhotons = 1'000'000;
 /// larger error.
 constexpr double kQueriesThatPayControl = 100;
 constexpr std::uint64_t kShareKept = 4;
-/// Photons take at most this share of the memory.
-constexpr double kPhotonShare = 0.3;
 /// Photons that a core of the year 2020 traces in a second at least.
 constexpr double kPhotonsPerSecond = 40'000;
-/// A render with a limit of time takes a first image within this share of it.
-constexpr double kFirstImageShare = 0.25;
+/// A render with a limit of time takes a first image within this share of it, on a machine of so many cores: another
+/// machine must not choose otherwise.
+constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
 
 void resolve_size(RenderSettings& s, const Scene& scene) {
   if (s.width == 0 && s.height == 0) {
@@ -55,7 +53,7 @@ double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width
 void resolve_gather(RenderSettings& s) {
   double gather = kUsualGather;
   if (s.time_limit_s > 0) {
-    const double queries = s.time_limit_s * kFirstImageShare * s.threads * kQueriesPerSecond;
+    const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
     gather = std::min(gather, queries / pixel_count(s));
   }
   s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
@@ -65,8 +63,7 @@ void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kUsualSamples, kUsualSamples * kUsualGather / s.gather));
   double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, kFewestPhotons, kMostPhotons);
   if (s.time_limit_s > 0)
-    photons = std::min(photons, s.time_limit_s * kFirstImageShare * s.threads * kPhotonsPerSecond);
-  photons = std::min(photons, kPhotonShare * static_cast<double>(s.memory_bytes) / kBytesPerPhoton);
+    photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
   // Two digits: the number is a choice, not a measurement.
   const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
   s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
@@ -79,8 +76,25 @@ void resolve_photons(RenderSettings& s) {
 
 }  // namespace
 
+const char* integrator_name(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::photon:
+      return "photon";
+    case Integrator::path:
+      return "path";
+    case Integrator::photons:
+      return "photons";
+  }
+  return "";
+}
+
 std::vector<std::string> aov_names() {
   return {"emitted", "direct", "indirect", "caustic", "albedo", "normal", "depth"};
+}
+
+bool has_time_for_caustics(const RenderSettings& settings) {
+  constexpr double kLeastSeconds = 30;
+  return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastSeconds);
 }
 
 void check_names(const RenderSettings& settings) {
@@ -130,7 +144,8 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
   const auto note = [&](bool left, std::string text) {
     if (left) notes.push_back(std::move(text));
   };
-  note(asked.memory_bytes == 0, fmt::format("memory {} MB: half of the machine's", chosen.memory_bytes / 1'000'000));
+  note(asked.memory_bytes == 0, fmt::format("memory {} MB: half of the machine's; the image does not depend on it",
+                                            chosen.memory_bytes / 1'000'000));
   note(asked.samples == 0, open_ended ? std::string("samples: as many as time or noise allow")
                                       : fmt::format("{} samples: enough for edges{}", chosen.samples,
                                                     by_photons ? ", while gather rays see to the rest" : " and light"));
@@ -139,10 +154,9 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
        fmt::format("{} gather rays a sample: {}", chosen.gather,
                    chosen.gather < kUsualGather ? "as many as give a first image within a quarter of the time"
                                                 : "the usual number, 400 a pixel with 16 samples"));
-  note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}, within {:.0f}% of the memory{}",
-                   chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons, 100 * kPhotonShare,
-                   chosen.time_limit_s > 0 ? " and a quarter of the time" : ""));
+  note(asked.photons == 0, fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}{}",
+                                       chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons,
+                                       chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));
