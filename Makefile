@@ -7,7 +7,7 @@ JOBS := $(shell nproc)
 help:
 	@echo 'make demo             builds, and renders the Cornell box to out/'
 	@echo 'make test             builds, and runs every test'
-	@echo 'make check            formatting, include arrows, the manual and its commands, fast tests with Clang and sanitizers'
+	@echo 'make check            formatting, include arrows, code, the manual and its commands, fast tests with Clang and sanitizers'
 	@echo 'make format           formats every C++ file'
 	@echo 'make docs             the manual and the API reference, into build/docs/'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
@@ -37,6 +37,8 @@ check: packages
 	scripts/check-format
 	scripts/check-includes --self-test
 	scripts/check-includes
+	scripts/check-code --self-test
+	scripts/check-code
 	scripts/check-docs --self-test
 	scripts/check-docs
 	scripts/check-commands --self-test

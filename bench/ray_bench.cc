@@ -118,8 +118,9 @@ class SceneBench {
     radiance.resize(static_cast<std::size_t>(kPicture) * kPicture);
     Statistics statistics;
     QueryPoints queries;
-    const double seconds = median_seconds(
-        repeats_, [&] { final_gather(tracer_, points_, 0, points_.size(), settings, radiance, queries, statistics); });
+    const double seconds = median_seconds(repeats_, [&] {
+      final_gather(tracer_, points_, 0, points_.size(), settings, radiance, {queries}, statistics);
+    });
     const double rays = static_cast<double>(points_.size()) * kRaysEach;
     table.add({name_, "gather, whole phase", "final_gather()", Number{1e-6 * rays / seconds}, {}});
   }

@@ -41,7 +41,8 @@ Recording record(const Stage& stage, const RecordingSettings& settings) {
   } else {
     FinalGatherSettings gather;
     gather.rays = settings.gather;
-    final_gather(*stage.tracer, gather_points, 0, gather_points.size(), gather, radiance, recording.points, statistics);
+    final_gather(*stage.tracer, gather_points, 0, gather_points.size(), gather, radiance, {recording.points},
+                 statistics);
   }
   return recording;
 }

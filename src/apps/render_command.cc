@@ -23,7 +23,7 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/checkpoint.h"
 #include "render/effects.h"

@@ -10,7 +10,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/settings.h"
 

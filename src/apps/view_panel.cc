@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "density/engine.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
 

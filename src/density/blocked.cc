@@ -149,7 +149,7 @@ class BucketWorker {
   RGB shade(const BucketPoint& point) {
     find(point);
     gathered_.clear();
-    for (const FoundPhoton& found : found_) {
+    for (const BlockedPhoton& found : found_) {
       const PhotonBlock& block = tree_.blocks[found.place / kBlockWidth];
       const std::size_t lane = found.place % kBlockWidth;
       // The blocks hold flux for Lambertian surfaces, divided by pi.
@@ -165,7 +165,7 @@ class BucketWorker {
   QueryBuckets& buckets_;
   BucketOrder order_;
   BlockedScratch scratch_;
-  std::vector<FoundPhoton> found_;
+  std::vector<BlockedPhoton> found_;
   GatheredPhotons gathered_;
   BatchShader shader_;
   static constexpr std::size_t kFacings = 6;

@@ -8,19 +8,12 @@
 
 #include "core/rgb.h"
 #include "core/statistics.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "points/photon_batch.h"
 #include "points/query_points.h"
 
 namespace glowworm {
-
-/// Kernels K over the unit disc, normalised so that their integral over it is 1 (d: distance over radius).
-enum class KernelShape : std::uint8_t {
-  box,           ///< 1 / pi
-  cone,          ///< 3 / pi (1 - d)
-  epanechnikov,  ///< 2 / pi (1 - d^2)
-  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
-};
 
 enum class RadiusKind : std::uint8_t {
   nearest,     ///< every query takes its k nearest photons (normal photon mapping; knn and brute alone)

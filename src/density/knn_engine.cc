@@ -7,10 +7,10 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
-#include "density/kernel.h"
 #include "density/knn.h"
 #include "density/reorder.h"
 #include "density/shading.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 

@@ -96,7 +96,7 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
     const Vec3 n = places.normal[i];
     const Frame frame = Frame::from_normal(n);
     const float radius = radii.radius(places.position[i]), above = kAbove * radius;
-    Sampler sampler(SamplerKind::independent, 0, 0x62726967u, static_cast<std::uint32_t>(i));
+    Sampler sampler(SamplerKind::independent, 0, kBrightPatchStream, static_cast<std::uint32_t>(i));
     for (int k = 0; k < kProbes; ++k) {
       const Vec2 on_disc = k == 0 ? Vec2{0, 0} : square_to_disk(sampler.next2()) * radius;
       const Vec3 over = places.position[i] + frame.s * on_disc.x + frame.t * on_disc.y + n * above;
@@ -177,11 +177,12 @@ BrightPatches::Sample BrightPatches::sample(const Geometry& geometry, Vec3 from,
 }
 
 void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
-                       std::span<const std::uint32_t> order, std::uint32_t rays_each, std::uint32_t samples_each,
-                       std::uint32_t seed, GatherRays& out, std::vector<std::uint32_t>& targets) {
+                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherRays& out,
+                       std::vector<std::uint32_t>& targets) {
+  const auto [rays_each, samples_each, seed] = settings;
   for (std::uint32_t n = 0; n < samples_each; ++n)
     for (const std::uint32_t i : order) {
-      Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x62726967u),
+      Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], kBrightPatchStream),
                       points.sample[i] * samples_each + n);
       const Vec2 v = sampler.next2();
       const BrightPatches::Sample s = patches.sample(scene.geometry(), points.position[i], sampler.next1(), v);

@@ -143,7 +143,7 @@ class BlockTracer {
   }
 
   /// The sequence of a pixel's random numbers.
-  static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, 0x63616d65u); }
+  static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, kCameraStream); }
 
   void intersect() {
     hits_.resize(rays_.size());
@@ -270,7 +270,7 @@ class BlockTracer {
     const BsdfSample s = sample(bsdf, point.frame.to_local(wo), u_lobe, sampler.next2(), kSharp, Transport::radiance);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
-        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, 1, 1);
+        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, {1, 1});
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
       radiance_.direct[path.slot] += path.throughput * light.radiance;
     if (!s.valid) return false;
@@ -309,25 +309,31 @@ class BlockTracer {
   std::uint64_t rays_traced_ = 0;
 };
 
+/// What a pass adds to beside its points.
+struct PassOutput {
+  SlotRadiance& radiance;
+  FirstHit& first_hit;
+  Statistics& statistics;
+};
+
 /// Traces the blocks of a task; what each has found is joined in the order of the blocks.
 template <typename Join>
 void trace_blocks(const Tracer& tracer, const Camera& camera, const CameraTask& task,
-                  const CameraPassSettings& settings, bool as_queries, SlotRadiance& radiance, FirstHit& first_hit,
-                  Statistics& statistics, Join&& join) {
-  radiance.resize(task.slot_count());
-  first_hit.albedo.assign(task.slot_count(), RGB());
-  first_hit.normal.assign(task.slot_count(), Vec3());
-  first_hit.depth.assign(task.slot_count(), 0);
+                  const CameraPassSettings& settings, bool as_queries, const PassOutput& output, Join&& join) {
+  output.radiance.resize(task.slot_count());
+  output.first_hit.albedo.assign(task.slot_count(), RGB());
+  output.first_hit.normal.assign(task.slot_count(), Vec3());
+  output.first_hit.depth.assign(task.slot_count(), 0);
   const int columns = (task.x1 - task.x0 + kBlock - 1) / kBlock, rows = (task.y1 - task.y0 + kBlock - 1) / kBlock;
   const auto blocks = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   PartQueue<BlockMemory> queue(blocks, join);
   parallel_for(0, blocks, 1, [&](std::size_t, std::size_t) {
     const std::size_t block = queue.take();
     std::unique_ptr<BlockMemory> memory = queue.borrow();
-    BlockTracer block_tracer(tracer, camera, task, settings, as_queries, radiance, first_hit, *memory);
+    BlockTracer block_tracer(tracer, camera, task, settings, as_queries, output.radiance, output.first_hit, *memory);
     block_tracer.trace(task.x0 + static_cast<int>(block) % columns * kBlock,
                        task.y0 + static_cast<int>(block) / columns * kBlock);
-    statistics.add(Counter::camera_rays, block_tracer.rays_traced());
+    output.statistics.add(Counter::camera_rays, block_tracer.rays_traced());
     queue.put(block, std::move(memory));
   });
 }
@@ -339,7 +345,7 @@ void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& t
   const PhaseTimer timer(statistics, Phase::camera_pass);
   points.clear();
   points.reserve(task.slot_count());
-  trace_blocks(tracer, camera, task, settings, false, radiance, first_hit, statistics,
+  trace_blocks(tracer, camera, task, settings, false, {radiance, first_hit, statistics},
                [&](const BlockMemory& block) { points.append(block.points); });
   statistics.add(Counter::gather_points, points.size());
 }
@@ -358,7 +364,7 @@ void camera_pass_queries(const Tracer& tracer, const Camera& camera, const Camer
   const PhaseTimer timer(statistics, Phase::camera_pass);
   queries.clear();
   queries.reserve(task.slot_count());
-  trace_blocks(tracer, camera, task, settings, true, radiance, first_hit, statistics,
+  trace_blocks(tracer, camera, task, settings, true, {radiance, first_hit, statistics},
                [&](const BlockMemory& block) { queries.append(block.queries); });
 }
 

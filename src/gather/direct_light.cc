@@ -33,7 +33,7 @@ Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
 }  // namespace
 
 UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                    Lobes lobes, float u_light, Vec2 u, float light_samples, float bsdf_samples) {
+                                    Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts) {
   UnoccludedLight out;
   const LightSample light = sample_light(scene, point.position, Vec3{0, 0, 0}, u_light, u);
   if (!(light.pdf > 0) || is_black(light.radiance)) return out;
@@ -44,8 +44,8 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
   const RGB f = evaluate(bsdf, wo_local, wi_local, lobes);
   if (is_black(f)) return out;
   float weight = 1;
-  if (!light.delta && bsdf_samples > 0)
-    weight = balance_heuristic(light_samples, light.pdf, bsdf_samples, pdf(bsdf, wo_local, wi_local, lobes));
+  if (!light.delta && counts.bsdf > 0)
+    weight = balance_heuristic(counts.light, light.pdf, counts.bsdf, pdf(bsdf, wo_local, wi_local, lobes));
   out.radiance = f * light.radiance * (std::abs(wi_local.z) * weight / light.pdf);
   const Vec3 side = geometric > 0 ? point.geometric_normal : -point.geometric_normal;
   out.shadow_ray = shadow_ray(point, side, light);
@@ -60,6 +60,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
                       std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::direct);
   if (light_samples == 0) return;
+  const LightSampleCounts counts{static_cast<float>(light_samples), static_cast<float>(gather_rays)};
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
     std::vector<Ray> rays;
     std::vector<RGB> light;
@@ -71,12 +72,11 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       point.offset = points.offset[i];
       point.frame = points.frame[i];
       for (std::uint32_t n = 0; n < light_samples; ++n) {
-        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x6c696768u),
+        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], kLightStream),
                         points.sample[i] * light_samples + n);
         const Vec2 u = sampler.next2();
         const UnoccludedLight l = sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad, u.x,
-                                                      {sampler.next1(), u.y}, static_cast<float>(light_samples),
-                                                      static_cast<float>(gather_rays));
+                                                      {sampler.next1(), u.y}, counts);
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

@@ -66,8 +66,8 @@ class ChunkGatherer {
   void look_at_patches(std::span<const std::uint32_t> order) {
     rays_.clear();
     std::vector<std::uint32_t> targets;
-    create_patch_rays(scene_, *settings_.bright, points_, order, settings_.rays, settings_.patch_samples,
-                      settings_.seed, rays_, targets);
+    create_patch_rays(scene_, *settings_.bright, points_, order,
+                      {settings_.rays, settings_.patch_samples, settings_.seed}, rays_, targets);
     if (!rays_.rays.empty()) trace([&](std::size_t i) { return meets(i, targets[i]); });
     while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
   }
@@ -151,7 +151,7 @@ class ChunkGatherer {
     const float broad = luminance(albedo(bsdf, wo_local, kBroad)), sharp = luminance(albedo(bsdf, wo_local, kSharp));
     const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     const float u =
-        gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, 0x73706c69u + rays_.bounces[i]);
+        gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, kSplitStream + rays_.bounces[i]);
     return u < probability ? arrive(i, hit, point, bsdf, wo, 1 / probability)
                            : follow(i, point, bsdf, wo, 1 / (1 - probability));
   }
@@ -198,10 +198,11 @@ class ChunkGatherer {
   bool gather_again(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], 0x61676169u), rays_.stratum[i]), points_.sample[p]);
+                    hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream), rays_.stratum[i]),
+                    points_.sample[p]);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
-        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y}, 1, 0);
+        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y});
     if (!is_black(light.radiance)) {
       ++shadow_rays;
       if (!tracer_.occluded(light.shadow_ray)) radiance_.indirect[points_.slot[p]] += weight * light.radiance;
@@ -218,7 +219,7 @@ class ChunkGatherer {
     if (bounces > settings_.max_sharp_bounces) return false;
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], 0x73686172u + static_cast<std::uint32_t>(bounces)),
+                    hash_combine(hash_combine(points_.sequence[p], kSharpStream + static_cast<std::uint32_t>(bounces)),
                                  rays_.stratum[i]),
                     points_.sample[p]);
     const RGB weight = rays_.weight[i] * factor;
@@ -261,8 +262,10 @@ struct ChunkMemory {
 }  // namespace
 
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
-                  const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
-                  Statistics& statistics, QueryPoints* caustic_queries) {
+                  const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,
+                  Statistics& statistics) {
+  QueryPoints& queries = found.queries;
+  QueryPoints* const caustic_queries = found.caustic_queries;
   const PhaseTimer timer(statistics, Phase::gather_rays);
   queries.clear();
   if (caustic_queries) caustic_queries->clear();

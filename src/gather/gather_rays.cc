@@ -33,7 +33,7 @@ DiffuseRayCell numbers_of_cell(std::uint32_t rays_each, std::uint32_t cell, std:
   DiffuseRayCell numbers;
   numbers.seed = seed;
   if (!strata.usable()) {
-    numbers.sequence_salt = 0x67617468u;
+    numbers.sequence_salt = kGatherStream;
     numbers.sample_stride = rays_each;
     numbers.sample_offset = cell;
     return numbers;
@@ -225,7 +225,7 @@ void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays
   const Vec2 u = sampler.next2();
   const Vec2 in_cell{u.x * numbers.side[0] + numbers.low[0], u.y * numbers.side[1] + numbers.low[1]};
   const Vec3 wo = points.frame[i].to_local(points.wo[i]);
-  const BsdfSample s = sample(points.bsdf[i], wo, gather_ray_number(points, i, cell, seed_, 0x6c6f6265u), in_cell,
+  const BsdfSample s = sample(points.bsdf[i], wo, gather_ray_number(points, i, cell, seed_, kLobeStream), in_cell,
                               kBroad, Transport::radiance);
   if (!s.valid || is_black(s.weight)) return;
   Ray ray;

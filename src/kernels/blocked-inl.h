@@ -6,10 +6,10 @@
 #define GLOWWORM_KERNELS_BLOCKED_INL_H_
 #endif
 
-#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
 #include "kernels/blocked.h"
+#include "kernels/kernel_shape-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
@@ -165,20 +165,9 @@ inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, Blocked
   }
 }
 
-/// The kernel over its norm, at t = (distance over radius)^2 < 1; zero in lanes outside the mask.
-template <BlockedProfile profile, class D>
-HWY_INLINE hn::Vec<D> profile_at(D d, hn::Mask<D> inside, hn::Vec<D> t) {
-  const auto one = hn::Set(d, 1.0f);
-  if constexpr (profile == BlockedProfile::box) return hn::IfThenElseZero(inside, one);
-  if constexpr (profile == BlockedProfile::cone) return hn::IfThenElseZero(inside, hn::Sub(one, hn::Sqrt(t)));
-  if constexpr (profile == BlockedProfile::epanechnikov) return hn::IfThenElseZero(inside, hn::Sub(one, t));
-  if constexpr (profile == BlockedProfile::gaussian)
-    return hn::IfThenElseZero(inside, hn::Exp(d, hn::Mul(hn::Set(d, -4.5f), t)));
-}
-
 /// Sums the photons of lists at a group of query points. What changes stays in registers; the points themselves are
 /// read from memory again and again, since most instruction sets have no registers left for them.
-template <BlockedProfile profile>
+template <KernelShape shape>
 class Group {
  public:
   HWY_INLINE void start(const QueryRun& run, const GlossyPoints*, std::size_t first) {
@@ -243,7 +232,7 @@ class Group {
           inside = hn::And(inside,
                            hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, min_normal_cosine)));
         }
-        t[v] = profile_at<profile>(d, inside, t[v]);
+        t[v] = hn::IfThenElseZero(inside, kernel_profile_at<shape>(d, t[v]));
         // A mask is -1 where it is set.
         inside_count = hn::Sub(inside_count, hn::VecFromMask(di, hn::RebindMask(di, inside)));
       }
@@ -409,9 +398,9 @@ class RunSummer {
 };
 
 /// blocked_find().
-template <BlockedProfile profile>
+template <KernelShape shape>
 void find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
-          std::vector<FoundPhoton>& found, BlockedCounts& counts) {
+          std::vector<BlockedPhoton>& found, BlockedCounts& counts) {
   QueryBounds bounds;
   for (int axis = 0; axis < 3; ++axis) {
     bounds.min[axis] = bounds.max[axis] = position[axis];
@@ -441,7 +430,7 @@ void find(const BlockTree& tree, const float position[3], const float normal[3],
                                          hn::Mul(q.normal[2], hn::Load(d, block.nz + lane)));
       const BlockMask inside = hn::And(hn::Lt(t, hn::Set(d, 1.0f)), hn::Gt(cosine, hn::Set(d, tree.min_normal_cosine)));
       if (hn::AllFalse(d, inside)) continue;
-      hn::Store(profile_at<profile>(d, inside, t), d, profiles);
+      hn::Store(kernel_profile_at<shape>(d, t), d, profiles);
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(d, inside, bits);
       for (std::size_t j = 0; j < hn::Lanes(d); ++j)

@@ -101,7 +101,7 @@ class ChunkTracers::ChunkTracer {
  private:
   /// Pair `dimension` of the random numbers of paths index_[0..count).
   void draw(std::uint32_t dimension, std::size_t count, Pairs& pairs) {
-    sobol_pairs(Sampler::pair_key(pass_.seed, hash_combine(0x70686f74u, pass_.pass), dimension), index_.data(), count,
+    sobol_pairs(Sampler::pair_key(pass_.seed, hash_combine(kPhotonStream, pass_.pass), dimension), index_.data(), count,
                 pairs.x.data(), pairs.y.data());
   }
 

@@ -6,7 +6,7 @@
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "render/boundary_clusters.h"
 
 namespace glowworm {
@@ -88,7 +88,7 @@ class Chunk {
 
   Line make_line(std::uint32_t c, std::uint32_t number) const {
     const BoundaryCluster& cluster = clusters_[c];
-    Sampler sampler(SamplerKind::sobol, 0x626f756eu, members(c)[0], number);
+    Sampler sampler(SamplerKind::sobol, kBoundaryStream, members(c)[0], number);
     const Vec2 u = sampler.next2();
     const float angle = 2 * kPi * u.x, distance = cluster.reach * std::sqrt(u.y);
     const Frame frame = Frame::from_normal(cluster.normal);

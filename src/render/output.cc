@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "density/engine.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 
 namespace glowworm {

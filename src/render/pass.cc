@@ -90,7 +90,7 @@ class PassRenderer {
     const auto trace = [&](std::size_t first) {
       check_cancelled();
       final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
-                   memory_.queries, statistics_, caustics ? &memory_.corner_queries : nullptr);
+                   {memory_.queries, caustics ? &memory_.corner_queries : nullptr}, statistics_);
       if (caustics) look_up(memory_.corner_queries, *caustics, out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);

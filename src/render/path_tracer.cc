@@ -95,7 +95,7 @@ class Path {
     const Vec2 u{sampler_.next1(), pair.y};
     for (const Lobes which : {kBroad, kSharp}) {
       if (!(lobes(bsdf) & which)) continue;
-      const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u, 1, 0);
+      const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
       if (tracer_.occluded(light.shadow_ray)) continue;
@@ -164,7 +164,7 @@ void trace_paths(const Tracer& tracer, const Camera& camera, const CameraTask& t
       const int x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
       const auto pixel =
           static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
-      Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, 0x70617468u), sample);
+      Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, kPathStream), sample);
       const Vec2 u = sampler.next2();
       const CameraRay ray = generate_ray(camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
                                          settings.width, settings.height, sampler.next2());

@@ -21,7 +21,7 @@ struct PhotonMapSettings {
   std::uint64_t photons = 500'000;   ///< in the global map
   std::uint64_t photons_traced = 0;  ///< traced for it, and thinned to `photons` by density control; 0: `photons`
   std::uint32_t nearest = 50;        ///< k: photons that an estimate should catch
-  std::string engine = "blocked";
+  std::string engine = kAutomaticEngine;
   std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
   KernelShape kernel = KernelShape::epanechnikov;
   bool fixed_radius = false;         ///< one radius for all photons in place of one for each

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/output.h"
 #include "scene/scene_hash.h"

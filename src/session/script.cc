@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 
 namespace glowworm {

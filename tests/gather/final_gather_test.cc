@@ -27,7 +27,7 @@ TEST(FinalGather, RaysBringNoMoreForComingThroughGlass) {
       camera_pass(tracer, scene.camera(""), task, camera_settings, radiance, first_hit, statistics);
   FinalGatherSettings settings;
   QueryPoints queries;
-  final_gather(tracer, points, 0, points.size(), settings, radiance, queries, statistics);
+  final_gather(tracer, points, 0, points.size(), settings, radiance, {queries}, statistics);
   float most = 0;
   for (std::size_t i = 0; i < points.size(); ++i)
     most = std::max(most, max_component(points.throughput[i] * points.bsdf[i].diffuse));
@@ -86,8 +86,8 @@ TEST(FinalGather, LightThroughGlassIsTheCausticMapsInCornersToo) {
   SlotRadiance by_chance, by_map;
   by_chance.resize(points.size());
   by_map.resize(points.size());
-  final_gather(tracer, points, 0, points.size(), settings, by_chance, queries, statistics);
-  final_gather(tracer, points, 0, points.size(), settings, by_map, queries, statistics, &caustic_queries);
+  final_gather(tracer, points, 0, points.size(), settings, by_chance, {queries}, statistics);
+  final_gather(tracer, points, 0, points.size(), settings, by_map, {queries, &caustic_queries}, statistics);
   float found = 0;
   for (const RGB& value : by_chance.indirect) found += value.g;
   EXPECT_GT(found, 0);

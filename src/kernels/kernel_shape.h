@@ -1,13 +1,46 @@
-// The kernels K of the density estimators, over the unit disc.
+// The kernels K of the density estimators, over the unit disc: their names, their norms and their profiles. A new shape
+// takes an entry in each function here, and one in kernels/kernel_shape-inl.h.
 #pragma once
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-#include "density/engine.h"
-
 namespace glowworm {
+
+/// Kernels K over the unit disc, normalised so that their integral over it is 1 (d: distance over radius).
+enum class KernelShape : std::uint8_t {
+  box,           ///< 1 / pi
+  cone,          ///< 3 / pi (1 - d)
+  epanechnikov,  ///< 2 / pi (1 - d^2)
+  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
+};
+
+inline constexpr KernelShape kKernelShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
+                                                KernelShape::gaussian};
+
+/// Names for menus, scripts, the command line and the statistics; the index is the value of KernelShape.
+inline const std::vector<std::string>& kernel_names() {
+  static const std::vector<std::string> names = {"box", "cone", "epanechnikov", "gaussian"};
+  return names;
+}
+
+/// Calls work(c), where c is a std::integral_constant of the shape: code for each shape from a choice at run time.
+template <class Work>
+[[gnu::always_inline]] inline void with_kernel_shape(KernelShape shape, Work&& work) {
+  switch (shape) {
+    case KernelShape::box:
+      return work(std::integral_constant<KernelShape, KernelShape::box>());
+    case KernelShape::cone:
+      return work(std::integral_constant<KernelShape, KernelShape::cone>());
+    case KernelShape::epanechnikov:
+      return work(std::integral_constant<KernelShape, KernelShape::epanechnikov>());
+    case KernelShape::gaussian:
+      return work(std::integral_constant<KernelShape, KernelShape::gaussian>());
+  }
+}
 
 /// Factors in front of the kernels, so that the integral of each over the unit disc is 1.
 inline constexpr double kBoxNorm = 1 / std::numbers::pi;
@@ -18,9 +51,6 @@ inline constexpr double kEpanechnikovNorm = 2 / std::numbers::pi;
 inline constexpr double kGaussianExponent = -4.5;
 inline constexpr double kExpOfGaussianExponent = 0.011108996538242306;
 inline constexpr double kGaussianNorm = 4.5 / (std::numbers::pi * (1 - kExpOfGaussianExponent));
-
-/// Names for menus, scripts, the command line and the statistics; the index is the value of KernelShape.
-const std::vector<std::string>& kernel_names();
 
 /// The factor of a shape, as above.
 constexpr double kernel_norm(KernelShape shape) {

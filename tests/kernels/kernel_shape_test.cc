@@ -1,15 +1,12 @@
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 
 #include <gtest/gtest.h>
 
 namespace glowworm {
 namespace {
 
-constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
-                                   KernelShape::gaussian};
-
 TEST(Kernel, IntegratesToOneOverTheUnitDisc) {
-  for (const KernelShape shape : kShapes) {
+  for (const KernelShape shape : kKernelShapes) {
     // In u = d^2 the integral of K over the disc is pi times that of K(u) over [0, 1]; midpoint rule.
     const int steps = 1000000;
     double sum = 0;
@@ -19,7 +16,7 @@ TEST(Kernel, IntegratesToOneOverTheUnitDisc) {
 }
 
 TEST(Kernel, ProfileIsOneInTheMiddleAndFallsOutwards) {
-  for (const KernelShape shape : kShapes) {
+  for (const KernelShape shape : kKernelShapes) {
     EXPECT_EQ(kernel_profile(shape, 0.0), 1.0);
     double last = 1;
     for (double d = 0.1; d < 1; d += 0.1) {
