@@ -209,14 +209,15 @@ TEST_F(BadInputTest, NoPixelIsEverInfinite) {
   // A light as bright as can be, close above the floor and within the camera's view.
   const std::string scene = write("a.pbrt",
                                   "LookAt 0 -3 2  0 0 0  0 0 1 Camera \"perspective\" WorldBegin\n"
-                                  "LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"point3 from\" [0 0 0.05]\n"
+                                  "LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"point3 from\" [0 0 0.2]\n"
                                   "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n");
   for (const char* integrator : {"photon", "path", "photons"}) {
     const Outcome outcome = render(scene, {"-o", "a.exr", "-o", "a.png", "--precision", "float", "--integrator",
                                            integrator, "--aov", "direct,indirect"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    if (integrator != std::string("photons"))
+    if (integrator != std::string("photons")) {
       EXPECT_THAT(outcome.err, HasSubstr("camera samples are black, since their light was not finite"));
+    }
     for (const ImageChannel& channel : read_image(path("a.exr")).channels())
       for (const float sample : channel.samples)
         ASSERT_TRUE(std::isfinite(sample)) << integrator << ' ' << channel.name;
