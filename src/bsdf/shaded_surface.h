@@ -33,7 +33,7 @@ struct ScatteredRay {
 
 /// A photon's way to a surface.
 struct ArrivedPhoton {
-  Vec3 back;         ///< unit, world space, as the BSDF sees it: towards where the photon came from, or its mirror image
+  Vec3 back;  ///< unit, world space, as the BSDF sees it: towards where the photon came from, or its mirror image
   float factor = 0;  ///< on the flux of the photon (arrival_factor()); 0: nothing of it is scattered
 };
 

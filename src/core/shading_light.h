@@ -12,8 +12,8 @@ inline constexpr float kMostShadingFactor = 256;
 inline constexpr float kLeastShadingCosine = 1e-6f;
 
 /// Factor on arriving flux: density estimation counts flux by the geometric cosine, BSDFs count it by the shading one,
-/// of the direction and, where it lies on the same side, of its mirror image in the surface. The mean of the factor over
-/// uniform light is 1.
+/// of the direction and, where it lies on the same side, of its mirror image in the surface. The mean of the factor
+/// over uniform light is 1.
 /// @param shading, geometric cosines of the arriving direction to the two normals, of which the latter is not negative
 /// @param normals cosine between the normals
 inline float arrival_factor(float shading, float geometric, float normals) {

@@ -207,8 +207,7 @@ class BlockTracer {
     const ShadedSurface surface = shaded(point, bsdf);
     const Lobes have = lobes(bsdf);
     Sampler& sampler = path.sampler;
-    if (bounce == 0)
-      first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
+    if (bounce == 0) first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
     if (bounce == 0) first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
     if ((have & kBroad) && (have & kSharp)) {

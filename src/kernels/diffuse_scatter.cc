@@ -69,8 +69,8 @@ void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {
     disk(hn::LoadU(f, in.square[0] + i), hn::LoadU(f, in.square[1] + i), x, y);
     const SobolNumbers z = above_disk(x, y);
     store(from_frame_of(n, x, y, z), out.direction, i);
-    const Triple next = times(
-        {hn::Mul(flux.x, reflectance.x), hn::Mul(flux.y, reflectance.y), hn::Mul(flux.z, reflectance.z)}, factor);
+    const Triple next =
+        times({hn::Mul(flux.x, reflectance.x), hn::Mul(flux.y, reflectance.y), hn::Mul(flux.z, reflectance.z)}, factor);
     const SobolNumbers survival = hn::Min(one, hn::Div(largest(next), hn::Max(largest(flux), hn::Set(f, 1e-30f))));
 
     const auto black =

@@ -101,9 +101,8 @@ class Path {
       if (tracer_.occluded(light.shadow_ray)) continue;
       const LightSample again = sample_light(scene_, point.position, Vec3{0, 0, 0}, u_light, u);
       const float weight =
-          again.delta
-              ? 1.0f
-              : balance_heuristic(1, again.pdf, 1, shaded(point, bsdf).pdf(wo, again.direction, kAllLobes));
+          again.delta ? 1.0f
+                      : balance_heuristic(1, again.pdf, 1, shaded(point, bsdf).pdf(wo, again.direction, kAllLobes));
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
       with.destination(radiance_, slot_) += throughput_ * light.radiance * weight;

@@ -34,7 +34,8 @@ struct Leaning {
   explicit Leaning(float degrees) {
     const Frame own = Frame::from_normal(normal);
     const float angle = degrees * kPi / 180;
-    frame = Frame::from_normal(normalize(own.to_world({0.8f * std::sin(angle), 0.6f * std::sin(angle), std::cos(angle)})));
+    frame =
+        Frame::from_normal(normalize(own.to_world({0.8f * std::sin(angle), 0.6f * std::sin(angle), std::cos(angle)})));
   }
   ShadedSurface with(const Bsdf& bsdf) const { return {bsdf, frame, normal}; }
 };
@@ -138,7 +139,8 @@ TEST(ShadedSurface, PhotonsGoTheWayOfLightThatIsSeen) {
         const ScatteredRay s = surface.sample(from, u_lobe, u, kAllLobes);
         seen.add(s.valid ? asked(from) * coming(s.direction) * s.weight.g : 0.0f);
         const ArrivedPhoton photon = surface.arrive(from, u_lobe);
-        const ScatteredRay p = photon.factor > 0 ? surface.scatter_photon(photon.back, u_lobe, u, u_mirror) : ScatteredRay();
+        const ScatteredRay p =
+            photon.factor > 0 ? surface.scatter_photon(photon.back, u_lobe, u, u_mirror) : ScatteredRay();
         sent.add(p.valid ? coming(from) * asked(p.direction) * p.weight.g * photon.factor : 0.0f);
       }
       expect_equal(sent, seen, c.name + " at " + std::to_string(degrees));

@@ -168,7 +168,8 @@ TEST(ResolveBsdf, NormalMapTiltsAlongTheTextureAxes) {
 }
 
 TEST(ResolveBsdf, NormalStaysOnTheSideOfTheSurface) {
-  const Scene leaning = with_normal_map(RGB(1, 0.5f, 0.55f), false), behind = with_normal_map(RGB(1, 0.5f, 0.4f), false);
+  const Scene leaning = with_normal_map(RGB(1, 0.5f, 0.55f), false),
+              behind = with_normal_map(RGB(1, 0.5f, 0.4f), false);
   for (const Scene* scene : {&leaning, &behind}) {
     SurfacePoint p = surface_point(*scene, 0, {0.2f, 0.3f});
     resolve_bsdf(*scene, p);
