@@ -114,8 +114,8 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
     if (triangle == kNone || geometry.emission[triangle] != kNone) continue;
     SurfacePoint point = surface_point(scene, triangle, hits[i].barycentric);
     const Vec3 wo = places.normal[place[i]];
-    const Bsdf bsdf = resolve_bsdf(scene, point, wo);
-    const float scattered = luminance(albedo(bsdf, point.frame.to_local(wo), kBroad));
+    const Bsdf bsdf = resolve_bsdf(scene, point);
+    const float scattered = luminance(shaded(point, bsdf).albedo(wo, kBroad));
     if (!(scattered > 0)) continue;
     if (level_[triangle] == kNoLevel)
       level_[triangle] = static_cast<std::uint8_t>(level_of(geometry, triangle, radii.radius(point.position)));
@@ -191,19 +191,19 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
       const float squared = length_squared(offset);
       if (!(squared > 0)) continue;
       const Vec3 direction = offset / std::sqrt(squared);
-      const Vec3 wo = points.frame[i].to_local(points.wo[i]), wi = points.frame[i].to_local(direction);
-      const RGB f = evaluate(points.bsdf[i], wo, wi, kBroad);
-      Ray ray;
-      if (is_black(f) ||
-          !leave_surface(points.position[i], points.normal[i], points.offset[i], direction, wi.z * wo.z > 0, ray))
-        continue;
+      const ShadedSurface surface(points.bsdf[i], points.frame[i], points.normal[i]);
+      const RGB scattered = surface.evaluate(points.wo[i], direction, kBroad);
+      if (is_black(scattered)) continue;
+      const Ray ray =
+          leave_surface(points.position[i], face_forward(points.normal[i], direction), points.offset[i], direction);
       const std::uint32_t triangle = patches.triangle(s.patch);
       const float cosine = std::abs(dot(scene.diffuse_triangle(triangle).normal, direction));
       if (!(cosine > 0)) continue;
       // Balance heuristic: f cos over the density of all samples together.
-      const float pdf_patch = s.density * squared / cosine, pdf_bsdf = pdf(points.bsdf[i], wo, wi, kBroad);
+      const float pdf_patch = s.density * squared / cosine;
+      const float pdf_bsdf = surface.pdf(points.wo[i], direction, kBroad);
       const float together = static_cast<float>(samples_each) * pdf_patch + static_cast<float>(rays_each) * pdf_bsdf;
-      out.push_back(ray, points.throughput[i] * f * (std::abs(wi.z) / together), pdf_bsdf, i, rays_each + n);
+      out.push_back(ray, points.throughput[i] * scattered * (1 / together), pdf_bsdf, i, rays_each + n);
       out.segment.back() = Segment::to_patch;
       targets.push_back(s.patch);
     }

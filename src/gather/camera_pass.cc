@@ -188,9 +188,9 @@ class BlockTracer {
     Vec3 shading_normal;
     if (scene.geometry().emission[hit.triangle] != kNone ||
         !diffuse_point(scene, hit.triangle, hit.barycentric, point) ||
-        !diffuse_shading_normal(scene, hit.triangle, hit.barycentric, point, wo, shading_normal))
+        !diffuse_shading_normal(scene, hit.triangle, hit.barycentric, point, shading_normal))
       return false;
-    first_hit_.normal[slot_[i]] = face_forward(shading_normal, wo);
+    first_hit_.normal[slot_[i]] = shading_normal_towards(shading_normal, point.geometric_normal, wo);
     first_hit_.albedo[slot_[i]] = point.reflectance;
     if (max_component(point.reflectance) > 0)
       queries_.push_back(point.position, face_forward(point.geometric_normal, wo), point.reflectance, RGB(1.0f),
@@ -215,16 +215,16 @@ class BlockTracer {
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
     const Vec3 wo = -direction;
     add_emission(path, point, wo);
-    const Bsdf bsdf = resolve_bsdf(scene, point, wo);
+    const Bsdf bsdf = resolve_bsdf(scene, point);
+    const ShadedSurface surface = shaded(point, bsdf);
     const Lobes have = lobes(bsdf);
     Sampler& sampler = path.sampler;
-    if (bounce == 0) first_hit_.normal[slot] = face_forward(point.frame.n, wo);
-    if (bounce == 0) first_hit_.albedo[slot] = albedo(bsdf, point.frame.to_local(wo), kAllLobes);
+    if (bounce == 0) first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
+    if (bounce == 0) first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
     if ((have & kBroad) && (have & kSharp)) {
-      const Vec3 wo_local = point.frame.to_local(wo);
-      const float broad = luminance(albedo(bsdf, wo_local, kBroad));
-      const float sharp = luminance(albedo(bsdf, wo_local, kSharp));
+      const float broad = luminance(surface.albedo(wo, kBroad));
+      const float sharp = luminance(surface.albedo(wo, kSharp));
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
     if (broad_probability >= 1 || sampler.next1() < broad_probability) {
@@ -267,16 +267,13 @@ class BlockTracer {
   bool follow(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
     Sampler& sampler = path.sampler;
     const float u_lobe = sampler.next1();
-    const BsdfSample s = sample(bsdf, point.frame.to_local(wo), u_lobe, sampler.next2(), kSharp, Transport::radiance);
+    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
         sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, {1, 1});
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
       radiance_.direct[path.slot] += path.throughput * light.radiance;
     if (!s.valid) return false;
-    const Vec3 direction = point.frame.to_world(s.wi);
-    const float side = dot(direction, point.geometric_normal);
-    if ((side * dot(wo, point.geometric_normal) > 0) != (s.wi.z * dot(wo, point.frame.n) > 0)) return false;
     RGB throughput = path.throughput * s.weight;
     if (bounce >= kRouletteAfter) {
       const float survival = std::min(0.95f, max_component(throughput));
@@ -287,8 +284,7 @@ class BlockTracer {
     path.throughput = throughput;
     path.bounce_pdf = s.delta ? 0 : s.pdf;
     path.bounce_position = point.position;
-    const Vec3 normal = side > 0 ? point.geometric_normal : -point.geometric_normal;
-    ray = {offset_origin(point.position, normal, point.offset), 0, direction, std::numeric_limits<float>::infinity()};
+    ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 

@@ -37,18 +37,14 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
   UnoccludedLight out;
   const LightSample light = sample_light(scene, point.position, Vec3{0, 0, 0}, u_light, u);
   if (!(light.pdf > 0) || is_black(light.radiance)) return out;
-  const Vec3 wo_local = point.frame.to_local(wo), wi_local = point.frame.to_local(light.direction);
-  const float geometric = dot(light.direction, point.geometric_normal);
-  const bool same_side = geometric * dot(wo, point.geometric_normal) > 0;
-  if (same_side != (wi_local.z * wo_local.z > 0)) return out;
-  const RGB f = evaluate(bsdf, wo_local, wi_local, lobes);
-  if (is_black(f)) return out;
+  const ShadedSurface surface = shaded(point, bsdf);
+  const RGB scattered = surface.evaluate(wo, light.direction, lobes);
+  if (is_black(scattered)) return out;
   float weight = 1;
   if (!light.delta && counts.bsdf > 0)
-    weight = balance_heuristic(counts.light, light.pdf, counts.bsdf, pdf(bsdf, wo_local, wi_local, lobes));
-  out.radiance = f * light.radiance * (std::abs(wi_local.z) * weight / light.pdf);
-  const Vec3 side = geometric > 0 ? point.geometric_normal : -point.geometric_normal;
-  out.shadow_ray = shadow_ray(point, side, light);
+    weight = balance_heuristic(counts.light, light.pdf, counts.bsdf, surface.pdf(wo, light.direction, lobes));
+  out.radiance = scattered * light.radiance * (weight / light.pdf);
+  out.shadow_ray = shadow_ray(point, face_forward(point.geometric_normal, light.direction), light);
   return out;
 }
 

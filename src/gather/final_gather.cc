@@ -142,13 +142,13 @@ class ChunkGatherer {
       add_light(i, emitted_radiance(scene_, point, wo), [&](Vec3 from) {
         return light_pdf(scene_, from, {0, 0, 0}, point);
       });
-    const Bsdf bsdf = resolve_bsdf(scene_, point, wo);
+    const Bsdf bsdf = resolve_bsdf(scene_, point);
     if (is_lambertian(bsdf)) return arrive(i, hit, point, bsdf, wo, 1);
     const Lobes have = lobes(bsdf);
     if (!(have & kSharp)) return arrive(i, hit, point, bsdf, wo, 1);
     if (!(have & kBroad)) return follow(i, point, bsdf, wo, 1);
-    const Vec3 wo_local = point.frame.to_local(wo);
-    const float broad = luminance(albedo(bsdf, wo_local, kBroad)), sharp = luminance(albedo(bsdf, wo_local, kSharp));
+    const ShadedSurface surface = shaded(point, bsdf);
+    const float broad = luminance(surface.albedo(wo, kBroad)), sharp = luminance(surface.albedo(wo, kSharp));
     const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     const float u =
         gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, kSplitStream + rays_.bounces[i]);
@@ -229,14 +229,10 @@ class ChunkGatherer {
 
   bool bounce(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight, Lobes which,
               Sampler& sampler, Segment next) {
-    const Vec3 wo_local = point.frame.to_local(wo);
     const float u_lobe = sampler.next1();
-    const BsdfSample s = sample(bsdf, wo_local, u_lobe, sampler.next2(), which, Transport::radiance);
+    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), which);
     if (!s.valid || is_black(s.weight)) return false;
-    const Vec3 normal = face_forward(point.geometric_normal, wo);
-    if (!leave_surface(point.position, normal, point.offset, point.frame.to_world(s.wi), s.wi.z * wo_local.z > 0,
-                       rays_.rays[i]))
-      return false;
+    rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
     rays_.weight[i] = weight * s.weight;
     rays_.segment[i] = next;
     return true;
@@ -293,7 +289,8 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
 void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
                RGB weight, std::uint32_t target) {
   if (bsdf.kind != BsdfKind::lambertian) {
-    queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, wo}, weight, target);
+    const Vec3 seen_from = ShadedSurface(bsdf, frame, normal).seen_from(wo);
+    queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, seen_from}, weight, target);
     return;
   }
   if (!is_black(bsdf.diffuse)) queries.push_back(position, normal, bsdf.diffuse, weight, target);

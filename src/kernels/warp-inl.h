@@ -73,6 +73,7 @@ HWY_INLINE void store(Triple a, float* const* arrays, std::size_t i) {
   hn::StoreU(a.z, f, arrays[2] + i);
 }
 HWY_INLINE Triple times(Triple a, SobolNumbers s) { return {hn::Mul(a.x, s), hn::Mul(a.y, s), hn::Mul(a.z, s)}; }
+HWY_INLINE Triple minus(Triple a, Triple b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
 HWY_INLINE Triple over(Triple a, SobolNumbers s) { return {hn::Div(a.x, s), hn::Div(a.y, s), hn::Div(a.z, s)}; }
 /// (a s + b t) + c, in this order.
 HWY_INLINE Triple weighted(Triple a, SobolNumbers s, Triple b, SobolNumbers t, Triple c, SobolNumbers u) {

@@ -108,6 +108,10 @@ void DiffuseHits::put_photon(std::size_t i, Vec3 position, Vec3 normal, RGB flux
   }
 }
 
+void DiffuseHits::put_back(std::size_t i, Vec3 back) {
+  for (int k = 0; k < 3; ++k) back_[k][i] = back[k];
+}
+
 void DiffuseHits::put_path(std::size_t i, Vec3 origin, Vec3 direction, RGB flux) {
   for (int k = 0; k < 3; ++k) {
     origin_[k][i] = origin[k];

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/random.h"
-#include "core/shading_light.h"
 
 namespace glowworm {
 
@@ -80,18 +79,6 @@ Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycen
   const Vec3 n = g.normals[a] * w + g.normals[b] * u + g.normals[c] * v;
   const float squared = length_squared(n);
   return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
-}
-
-/// Turns the shading normal so that wo sees the side of it that it sees of the surface.
-void keep_side(SurfacePoint& point, Vec3 wo) {
-  const Vec3 seen = dot(point.geometric_normal, wo) < 0 ? -wo : wo;
-  const float cosine = dot(point.frame.n, seen);
-  if (cosine >= kLeastShadingCosine || dot(point.geometric_normal, seen) < kLeastShadingCosine) {
-    if (cosine <= 0) point.frame = frame_along(point.geometric_normal, point.frame.s);
-    return;
-  }
-  // Adding some of `seen` cannot leave the geometric side, since both vectors lie on it.
-  turn_to(point, point.frame.n + seen * (2 * kLeastShadingCosine - cosine));
 }
 
 /// Follows mixed materials to one that is not mixed, by a number that belongs to the place.
@@ -203,21 +190,19 @@ RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycen
 }
 
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
-                            Vec3 wo, Vec3& normal) {
+                            Vec3& normal) {
   const Material& m = scene.materials()[scene.geometry().material[triangle]];
   if (m.normal_map.texture != kNone || m.bump.texture != kNone) return false;
   normal = interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal);
-  const float side = dot(point.geometric_normal, wo) < 0 ? -1.0f : 1.0f;
-  return side * dot(normal, wo) >= kLeastShadingCosine;
+  return true;
 }
 
-Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo) {
+Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
   if (scene.materials()[point.material].kind == MaterialKind::mix)
     point.material = unmixed(scene, point.material, point);
   const Material& m = scene.materials()[point.material];
   if (m.normal_map.texture != kNone) apply_normal_map(scene, m, point);
   if (m.bump.texture != kNone) apply_bump(scene, m, point);
-  keep_side(point, wo);
   return bsdf_of(scene.textures(), m, point.uv);
 }
 

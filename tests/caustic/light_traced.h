@@ -54,7 +54,7 @@ inline FloorLight trace_caustic_paths(const Tracer& tracer, const FloorSquare& s
       const Hit hit = tracer.intersect(ray);
       if (hit.triangle == kNone) break;
       SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
-      const Bsdf bsdf = resolve_bsdf(scene, point, -ray.direction);
+      const Bsdf bsdf = resolve_bsdf(scene, point);
       if (lobes(bsdf) & kBroad) {
         const double u = (point.position.x - square.x) / square.side + 0.5;
         const double v = (point.position.z - square.z) / square.side + 0.5;

@@ -30,7 +30,6 @@ TEST_P(DiffuseTrianglesOf, SayWhatSurfacesAre) {
     EXPECT_GE(placed.offset(), static_cast<float>(offset));
     EXPECT_LE(placed.offset(), offset * 1.008);
     SurfacePoint surface = surface_point(scene, t, barycentric);
-    const Vec3 wo = surface.geometric_normal;
     DiffusePoint point;
     const bool found = diffuse_point(scene, t, barycentric, point);
     ASSERT_EQ(found, has(scene.diffuse_triangle(t), DiffuseTriangle::kDiffuse));
@@ -39,7 +38,7 @@ TEST_P(DiffuseTrianglesOf, SayWhatSurfacesAre) {
     EXPECT_EQ(has(scene.diffuse_triangle(t), DiffuseTriangle::kEmits), g.emission[t] != kNone);
     EXPECT_EQ(point.position, surface.position);
     EXPECT_EQ(point.geometric_normal, surface.geometric_normal);
-    const Bsdf bsdf = resolve_bsdf(scene, surface, wo);
+    const Bsdf bsdf = resolve_bsdf(scene, surface);
     ASSERT_EQ(bsdf.kind, BsdfKind::lambertian);
     EXPECT_EQ(point.reflectance, bsdf.diffuse);
   }
