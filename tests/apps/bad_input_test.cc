@@ -208,7 +208,7 @@ TEST_F(BadInputTest, InfoReadsNoTexelsThatItDoesNotNeed) {
 TEST_F(BadInputTest, NoPixelIsEverInfinite) {
   // A light as bright as can be, close above the floor and within the camera's view.
   const std::string scene = write("a.pbrt",
-                                  "LookAt 0 -3 2  0 0 0  0 0 1 Camera \"perspective\" WorldBegin\n"
+                                  "LookAt 0 -3 2  0 0 0  0 0 1 Camera \"perspective\" \"float fov\" 10 WorldBegin\n"
                                   "LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"point3 from\" [0 0 0.2]\n"
                                   "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n");
   for (const char* integrator : {"photon", "path", "photons"}) {
