@@ -74,7 +74,7 @@ struct Place {
 /// A hundred sizes away, coordinates are rounded to a hundred-thousandth of the scene, and the picture's pixels with
 /// them; ten thousand sizes away to a thousandth, and rays begin as far from surfaces.
 constexpr Place kPlaces[] = {
-    {1e-6f, 0, false, 0}, {1e6f, 0, false, 0}, {1e-3f, 100, true, 1e-4}, {1, 1e4f, true, 0.02}};
+    {1e-6f, 0, false, 1e-5}, {1e6f, 0, false, 1e-5}, {1e-3f, 100, true, 1e-4}, {1, 1e4f, true, 0.02}};
 
 std::vector<double> block_means(const Stage& stage, RenderSettings settings, std::uint32_t seed) {
   settings.seed = seed;
