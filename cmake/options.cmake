@@ -11,7 +11,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
 endif()
 # Fused multiply-add only where a kernel asks for it by name: the same bits from every compiler.
 target_compile_options(glowworm_options INTERFACE -ffp-contract=off)
-target_include_directories(glowworm_options INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_include_directories(glowworm_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
 if(GLOWWORM_SCALAR_ONLY)
   target_compile_definitions(glowworm_options INTERFACE HWY_COMPILE_ONLY_SCALAR)
 endif()

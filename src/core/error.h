@@ -1,34 +1,12 @@
 // Errors for the person at the terminal.
 #pragma once
-#include <stdexcept>
 #include <string>
+
+#include "glowworm/error.h"
 
 namespace glowworm {
 
-/// A place in a file. line and column count from 1; 0 means that they are not known.
-struct FilePlace {
-  std::string file;
-  int line = 0;
-  int column = 0;
-};
-
 /// "file:line:column", as much of it as is known.
 std::string to_string(const FilePlace& place);
-
-/// What stops the program with a message: what is wrong, where, and what to do about it.
-class Error : public std::runtime_error {
- public:
-  /// @param message what was found and what was expected
-  /// @param remedy  what the person can do; may be empty
-  explicit Error(const std::string& message, const std::string& remedy = "");
-  /// The same with the place of the mistake in front of the message.
-  Error(const FilePlace& place, const std::string& message, const std::string& remedy = "");
-};
-
-/// Thrown by parallel loops within a CancellationScope (core/parallel.h) when work is to stop: Ctrl-C, Job::cancel.
-class Cancelled : public std::runtime_error {
- public:
-  Cancelled() : std::runtime_error("cancelled") {}
-};
 
 }  // namespace glowworm

@@ -218,7 +218,8 @@ TEST_F(BadInputTest, NoPixelIsEverInfinite) {
     if (integrator != std::string("photons")) {
       EXPECT_THAT(outcome.err, HasSubstr("camera samples are black, since their light was not finite"));
     }
-    for (const ImageChannel& channel : read_image(path("a.exr")).channels())
+    const Image image = read_image(path("a.exr"));
+    for (const ImageChannel& channel : image.channels())
       for (const float sample : channel.samples)
         ASSERT_TRUE(std::isfinite(sample)) << integrator << ' ' << channel.name;
   }

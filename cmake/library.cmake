@@ -1,0 +1,70 @@
+# What `cmake --install` installs: the program, two libraries with their headers, man page, completion, licence.
+#
+# Each library is one archive made of the rooms that it needs, so that the rooms themselves stay inside.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# glowworm_archive(NAME rooms…): libNAME.a of the objects of rooms
+function(glowworm_archive name)
+  list(TRANSFORM ARGN PREPEND glowworm_ OUTPUT_VARIABLE rooms)
+  set(archive ${CMAKE_BINARY_DIR}/lib/lib${name}.a)
+  set(script "CREATE ${archive}\n")
+  foreach(room ${rooms})
+    string(APPEND script "ADDLIB $<TARGET_FILE:${room}>\n")
+  endforeach()
+  file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/lib/${name}.mri CONTENT "${script}SAVE\nEND\n")
+  add_custom_command(OUTPUT ${archive} COMMAND ${CMAKE_AR} -M < ${CMAKE_BINARY_DIR}/lib/${name}.mri
+    DEPENDS ${rooms} ${CMAKE_BINARY_DIR}/lib/${name}.mri VERBATIM)
+  add_custom_target(archive_${name} ALL DEPENDS ${archive})
+  install(FILES ${archive} DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endfunction()
+
+set(density_rooms density points bsdf kernels core)
+set(GLOWWORM_DENSITY_LIBRARIES tbb fmt hwy)
+set(GLOWWORM_LIBRARIES embree3 OpenEXR-3_1 Iex-3_1 IlmThread-3_1 Imath-3_1 png tinygltf draco meshoptimizer z dl)
+glowworm_archive(glowworm_density ${density_rooms})
+glowworm_archive(glowworm api render gather photon trace import builtin scene image)
+
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/glowworm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS glowworm RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS glowworm_openimageio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/glowworm)
+set_target_properties(glowworm PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/glowworm")
+if(TARGET glowworm-assimp)
+  install(TARGETS glowworm-assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/glowworm)
+endif()
+
+configure_package_config_file(${CMAKE_SOURCE_DIR}/cmake/glowwormConfig.cmake.in ${CMAKE_BINARY_DIR}/lib/glowwormConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/glowworm PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/lib/glowwormConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/lib/glowwormConfig.cmake ${CMAKE_BINARY_DIR}/lib/glowwormConfigVersion.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/glowworm)
+list(TRANSFORM GLOWWORM_DENSITY_LIBRARIES PREPEND -l OUTPUT_VARIABLE density_flags)
+list(TRANSFORM GLOWWORM_LIBRARIES PREPEND -l OUTPUT_VARIABLE library_flags)
+list(JOIN density_flags " " GLOWWORM_DENSITY_FLAGS)
+list(JOIN library_flags " " GLOWWORM_FLAGS)
+configure_file(${CMAKE_SOURCE_DIR}/cmake/glowworm.pc.in ${CMAKE_BINARY_DIR}/lib/glowworm.pc @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/lib/glowworm.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# Made from the program's own help, so that they cannot differ from it.
+set(man ${CMAKE_BINARY_DIR}/lib/glowworm.1)
+set(completion ${CMAKE_BINARY_DIR}/lib/glowworm.bash)
+add_custom_command(OUTPUT ${man} ${completion}
+  COMMAND ${CMAKE_SOURCE_DIR}/scripts/make-man-page $<TARGET_FILE:glowworm> ${man} ${completion}
+  DEPENDS glowworm ${CMAKE_SOURCE_DIR}/scripts/make-man-page VERBATIM)
+add_custom_target(man ALL DEPENDS ${man} ${completion})
+install(FILES ${man} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${completion} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME glowworm)
+install(FILES ${CMAKE_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_NAME glowworm)
+set(CPACK_PACKAGE_VENDOR Glowworm)
+set(CPACK_PACKAGE_CONTACT "Glowworm's authors <glowworm@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Global illumination renderer built on photon maps")
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS
+  "libembree-dev, libtbb-dev, libhwy-dev, libfmt-dev, libopenexr-dev, libpng-dev, libtinygltf-dev, libdraco-dev, libmeshoptimizer-dev")
+include(CPack)

@@ -1,0 +1,67 @@
+// Density estimation alone: sums over photons around points. Needs neither a scene nor a ray tracer: link
+// glowworm::density.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "glowworm/error.h"
+#include "glowworm/types.h"
+
+namespace glowworm::api {
+
+/// Kernels K(d) over the unit disc, d being distance over radius. Each integrates to 1 over the disc.
+enum class Kernel : std::uint8_t {
+  box,           ///< 1 / pi
+  cone,          ///< 3 / pi (1 - d)
+  epanechnikov,  ///< 2 / pi (1 - d^2)
+  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
+};
+
+/// Photons as arrays of one length n. They are copied.
+struct PhotonArrays {
+  std::span<const Vec3> position;  ///< n, metres
+  std::span<const Rgb> flux;       ///< n, W, or whatever you want summed
+  /// n, unit, on the side where the photon arrived; or empty: all photons count.
+  std::span<const Vec3> normal;
+};
+
+/// Radii in metres, one a photon, such that about k photons lie within each (Havran, Herzog, Seidel 2005, section
+/// 6.1). All threads; the same for any number of them. Throws Error for k = 0 and positions that are not finite.
+std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k = 50);
+
+/// An index over photons that answers any number of batches of points.
+class DensityIndex {
+ public:
+  /// One radius for all photons (Singh and Faloutsos 2007, equation 2).
+  /// @param radius metres, > 0
+  DensityIndex(const PhotonArrays& photons, float radius, Kernel kernel = Kernel::epanechnikov);
+  /// A radius for each photon (Havran, Herzog, Seidel 2005, equation 3).
+  /// @param radii n, metres, > 0
+  DensityIndex(const PhotonArrays& photons, std::span<const float> radii, Kernel kernel = Kernel::epanechnikov);
+  ~DensityIndex();
+  DensityIndex(DensityIndex&&) noexcept;
+  DensityIndex& operator=(DensityIndex&&) noexcept;
+
+  /// For each point x the sum over photons j with |x - y_j| < h_j of K(|x - y_j| / h_j) / h_j^2 times flux_j: with flux
+  /// in W the irradiance in W m^-2. All threads; the same bits for any number of them. Large batches are faster for
+  /// each point than small ones. May be called from several threads at once.
+  /// @param position m points, metres
+  /// @param normal   m unit normals, where the photons have normals: those count whose normal is less than 45 degrees
+  ///                 away; empty where the photons have none
+  /// Throws Error for lengths that differ.
+  std::vector<Rgb> sum(std::span<const Vec3> position, std::span<const Vec3> normal = {}) const;
+
+  std::size_t photon_count() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Threads that the library uses from now on; 0: one for each that the machine runs at once.
+void set_threads(int threads);
+
+}  // namespace glowworm::api

@@ -1,0 +1,119 @@
+// The public header glowworm/density.h.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/engine.h"
+#include "density/radius.h"
+#include "glowworm/density.h"
+
+namespace glowworm::api {
+
+namespace {
+
+// The public structs have the layout of those within.
+static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3) && sizeof(Rgb) == sizeof(RGB));
+
+glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
+
+void check_positions(std::span<const Vec3> position, const char* what) {
+  for (std::size_t i = 0; i < position.size(); ++i)
+    if (!is_finite(inner(position[i])))
+      throw Error(std::string("the position of ") + what + " " + std::to_string(i) + " is not finite");
+}
+
+void check_length(std::size_t length, std::size_t wanted, const char* what) {
+  if (length != wanted)
+    throw Error(std::string("there are ") + std::to_string(length) + " " + what + " for " + std::to_string(wanted) +
+                " positions");
+}
+
+/// The direction of photons and points without one: all normals are alike.
+constexpr glowworm::Vec3 kAnyNormal{0, 0, 1};
+
+PhotonBatch batch_of(const PhotonArrays& photons) {
+  check_positions(photons.position, "photon");
+  check_length(photons.flux.size(), photons.position.size(), "fluxes");
+  if (!photons.normal.empty()) check_length(photons.normal.size(), photons.position.size(), "normals");
+  PhotonBatch batch;
+  batch.reserve(photons.position.size());
+  for (std::size_t i = 0; i < photons.position.size(); ++i) {
+    const glowworm::Vec3 normal = photons.normal.empty() ? kAnyNormal : inner(photons.normal[i]);
+    batch.push_back(inner(photons.position[i]), normal, {photons.flux[i].r, photons.flux[i].g, photons.flux[i].b},
+                    normal);
+  }
+  return batch;
+}
+
+}  // namespace
+
+struct DensityIndex::Implementation {
+  std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
+  std::size_t count = 0;
+  bool normals = false;
+
+  Implementation(const PhotonArrays& photons, RadiusPolicy policy, Kernel kernel)
+      : count(photons.position.size()), normals(!photons.normal.empty()) {
+    for (const float radius : policy.radii)
+      if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
+    policy.kernel = static_cast<KernelShape>(kernel);
+    Statistics statistics;
+    engine->build(batch_of(photons), policy, statistics);
+  }
+};
+
+std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k) {
+  if (k == 0) throw Error("radii for 0 photons were asked for", "Ask for 1 or more.");
+  const std::vector<Rgb> flux(position.size());
+  return per_photon_radii(batch_of({position, flux, {}}), k);
+}
+
+DensityIndex::DensityIndex(const PhotonArrays& photons, float radius, Kernel kernel) {
+  RadiusPolicy policy;
+  policy.kind = RadiusKind::fixed;
+  policy.radius = radius;
+  policy.radii.assign(photons.position.size(), radius);
+  implementation_ = std::make_unique<Implementation>(photons, std::move(policy), kernel);
+}
+
+DensityIndex::DensityIndex(const PhotonArrays& photons, std::span<const float> radii, Kernel kernel) {
+  check_length(radii.size(), photons.position.size(), "radii");
+  RadiusPolicy policy;
+  policy.radii.assign(radii.begin(), radii.end());
+  implementation_ = std::make_unique<Implementation>(photons, std::move(policy), kernel);
+}
+
+DensityIndex::~DensityIndex() = default;
+DensityIndex::DensityIndex(DensityIndex&&) noexcept = default;
+DensityIndex& DensityIndex::operator=(DensityIndex&&) noexcept = default;
+
+std::size_t DensityIndex::photon_count() const { return implementation_->count; }
+
+std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<const Vec3> normal) const {
+  check_positions(position, "point");
+  if (!normal.empty()) {
+    check_length(normal.size(), position.size(), "normals");
+    if (!implementation_->normals)
+      throw Error("points with normals are asked of photons without", "Give the photons normals, or leave both out.");
+  } else if (implementation_->normals && !position.empty()) {
+    throw Error("points without normals are asked of photons that have them", "Give normals to both or to neither.");
+  }
+  QueryPoints points;
+  points.reserve(position.size());
+  for (std::size_t i = 0; i < position.size(); ++i)
+    // Lambertian of reflectance pi: radiance is the sum itself.
+    points.push_back(inner(position[i]), normal.empty() ? kAnyNormal : inner(normal[i]), RGB(kPi), RGB(1.0f), 0);
+  std::vector<RGB> found(position.size());
+  Statistics statistics;
+  implementation_->engine->estimate(points, found, statistics);
+  std::vector<Rgb> out(found.size());
+  std::transform(found.begin(), found.end(), out.begin(), [](const RGB& c) { return std::bit_cast<Rgb>(c); });
+  return out;
+}
+
+void set_threads(int threads) { set_thread_count(threads); }
+
+}  // namespace glowworm::api
