@@ -14,6 +14,7 @@
 #include "density/knn.h"
 #include "density/radius.h"
 #include "density/reorder.h"
+#include "glowworm/density.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
 
@@ -32,7 +33,7 @@ struct Cloud {
   std::vector<std::uint32_t> order;
   std::vector<float> radii;
   float radius;
-  NanoflannPoints photon_points{photons.position};
+  NanoflannPoints photon_points;
   std::unique_ptr<NanoflannTree> nanoflann;
   PhotonMap map;
 
@@ -43,6 +44,7 @@ struct Cloud {
     settings.gather = kQueries / (80 * 80) + 1;
     Recording recording = record(Stage("builtin:" + scene_name), settings);
     photons = std::move(recording.photons);
+    photon_points.positions = photons.position;
     points = std::move(recording.points);
     radii = per_photon_radii(photons, kNearest);
     radius = fixed_radius(photons, kNearest);
@@ -117,6 +119,36 @@ void map_radius(benchmark::State& state) {
     }
   }
   set_rate(state, "pairs", static_cast<double>(pairs) / static_cast<double>(state.iterations()));
+}
+
+/// The public DensityIndex, which sums kernel times flux over the same pairs, on one thread.
+void public_sum(benchmark::State& state, bool one_radius) {
+  const Cloud& c = cloud();
+  const auto outer = [](const auto& v) { return std::span(reinterpret_cast<const api::Vec3*>(v.data()), v.size()); };
+  const std::span flux(reinterpret_cast<const api::Rgb*>(c.photons.flux.data()), c.photons.size());
+  const api::PhotonArrays photons{outer(c.photons.position), flux, {}};
+  const api::DensityIndex index =
+      one_radius ? api::DensityIndex(photons, c.radius) : api::DensityIndex(photons, std::span(c.radii));
+  std::uint64_t pairs = 0;
+  Statistics statistics;
+  // The pairs within the kernels, counted by the same engine.
+  {
+    RadiusPolicy policy;
+    policy.min_normal_cosine = -2;
+    if (one_radius)
+      policy.radii.assign(c.photons.size(), c.radius);
+    else
+      policy.radii = c.radii;
+    std::vector<RGB> found(c.points.size());
+    const auto engine = make_engine(kAutomaticEngine);
+    engine->build(c.photons, policy, statistics);
+    engine->estimate(c.points, found, statistics);
+    pairs = statistics.count(Counter::shader_operations);
+  }
+  set_thread_count(1);
+  for (auto _ : state) benchmark::DoNotOptimize(index.sum(outer(c.points.position)).data());
+  set_thread_count(0);
+  set_rate(state, "pairs", static_cast<double>(pairs));
 }
 
 void nanoflann_build(benchmark::State& state) {
@@ -208,6 +240,8 @@ BENCHMARK(nanoflann_nearest)->Unit(benchmark::kMillisecond);
 BENCHMARK(map_nearest)->Unit(benchmark::kMillisecond);
 BENCHMARK(nanoflann_radius)->Unit(benchmark::kMillisecond);
 BENCHMARK(map_radius)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(public_sum, one_radius, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(public_sum, radius_for_each, false)->Unit(benchmark::kMillisecond);
 BENCHMARK(nanoflann_build)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(tree_build)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(radii)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();

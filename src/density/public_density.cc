@@ -1,6 +1,5 @@
 // The public header glowworm/density.h.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -101,16 +100,21 @@ std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<con
   } else if (implementation_->normals && !position.empty()) {
     throw Error("points without normals are asked of photons that have them", "Give normals to both or to neither.");
   }
+  const std::size_t count = position.size();
+  const auto* places = reinterpret_cast<const glowworm::Vec3*>(position.data());
+  const auto* normals = reinterpret_cast<const glowworm::Vec3*>(normal.data());
   QueryPoints points;
-  points.reserve(position.size());
-  for (std::size_t i = 0; i < position.size(); ++i)
-    // Lambertian of reflectance pi: radiance is the sum itself.
-    points.push_back(inner(position[i]), normal.empty() ? kAnyNormal : inner(normal[i]), RGB(kPi), RGB(1.0f), 0);
-  std::vector<RGB> found(position.size());
+  points.position.assign(places, places + count);
+  if (normal.empty())
+    points.normal.assign(count, kAnyNormal);
+  else
+    points.normal.assign(normals, normals + count);
+  // Lambertian of reflectance pi: radiance is the sum itself.
+  points.reflectance.assign(count, RGB(kPi));
+  points.bsdf.assign(count, kLambertianQuery);
+  std::vector<Rgb> out(count);
   Statistics statistics;
-  implementation_->engine->estimate(points, found, statistics);
-  std::vector<Rgb> out(found.size());
-  std::transform(found.begin(), found.end(), out.begin(), [](const RGB& c) { return std::bit_cast<Rgb>(c); });
+  implementation_->engine->estimate(points, {reinterpret_cast<RGB*>(out.data()), count}, statistics);
   return out;
 }
 

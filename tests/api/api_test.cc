@@ -149,8 +149,7 @@ TEST(Api, DensitySumsAgreeWithADoubleLoop) {
   for (gw::Rgb& f : flux) f = {uniform(random), 1, 0};
   std::vector<float> radii(photons.size());
   for (float& r : radii) r = 0.02f + 0.05f * uniform(random);
-  for (const gw::Kernel shape :
-       {gw::Kernel::box, gw::Kernel::cone, gw::Kernel::epanechnikov, gw::Kernel::gaussian}) {
+  for (const gw::Kernel shape : {gw::Kernel::box, gw::Kernel::cone, gw::Kernel::epanechnikov, gw::Kernel::gaussian}) {
     const std::vector<gw::Rgb> sums = gw::DensityIndex({photons, flux, {}}, radii, shape).sum(points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       double wanted = 0;

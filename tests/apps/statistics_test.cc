@@ -99,6 +99,7 @@ TEST_F(StatisticsTest, EveryKeyIsThere) {
                                              "/paged/hit_rate",
                                              "/paged/bytes_read",
                                              "/paged/bytes_written",
+                                             "/samples_not_finite",
                                              "/memory_bytes/budget",
                                              "/memory_bytes/peak_reserved",
                                              "/memory_bytes/peak_rss",
