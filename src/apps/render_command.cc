@@ -18,6 +18,7 @@
 #include "builtin/builtin.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
@@ -104,6 +105,8 @@ void resolve_options(RenderOptions& o) {
     probe_output(path);
   }
   if (o.resumes && o.resume.empty()) o.resume = o.outputs.front() + ".checkpoint";
+  // A pipe would let both the probe and the reading of it wait for ever.
+  if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
   for (const std::string& path : {o.statistics, o.resume})
     if (!path.empty()) probe_output(path);
 }

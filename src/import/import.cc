@@ -8,6 +8,7 @@
 
 #include "builtin/builtin.h"
 #include "core/error.h"
+#include "core/input_file.h"
 #include "import/assimp/import.h"
 #include "import/gltf/import.h"
 #include "import/pbrt/import.h"
@@ -37,6 +38,7 @@ void check_is_file(const std::string& path) {
   if (std::filesystem::is_directory(status)) {
     throw Error({path}, "is a folder, not a scene file", "Give the scene file inside it.");
   }
+  check_input_file(path);
 }
 
 }  // namespace

@@ -5,11 +5,11 @@
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "import/gltf/check.h"
 #include "import/gltf/compression.h"
 
@@ -23,14 +23,8 @@ constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 std::vector<std::uint8_t> read_bytes(const std::string& path) {
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
-  const std::streamoff size = in.tellg();
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::max<std::streamoff>(size, 0)));
-  in.seekg(0);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!in) throw Error({path}, "reading stopped half-way", "Check the disk the file is on.");
-  return bytes;
+  const std::string bytes = read_input_file(path);
+  return {bytes.begin(), bytes.end()};
 }
 
 std::uint32_t little_endian_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
