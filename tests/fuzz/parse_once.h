@@ -17,6 +17,16 @@ void parse_mesh(std::string_view bytes);
 /// contradicts itself aborts.
 void parse_gltf(std::string_view bytes);
 
+/// Reads `text` as an OBJ file, and as each material library that it names. Mistakes are expected; a scene that
+/// contradicts itself aborts.
+void parse_obj_and_mtl(std::string_view text);
+
+/// Reads `bytes` as an STL file; a mesh that contradicts itself aborts.
+void parse_stl_mesh(std::string_view bytes);
+
+/// Builds a scene from `bytes` as if glowworm-assimp had handed them over; one that contradicts itself aborts.
+void parse_hand_over(std::string_view bytes);
+
 /// Aborts where a description contradicts itself.
 void check_description(const SceneDescription& scene);
 
