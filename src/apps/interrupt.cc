@@ -2,6 +2,8 @@
 
 #include <signal.h>
 
+#include <atomic>
+
 #include "core/temporary_files.h"
 
 namespace glowworm {
@@ -9,9 +11,12 @@ namespace glowworm {
 namespace {
 
 volatile sig_atomic_t caught = 0;
+std::atomic<bool> flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free);  // as signal handlers need it
 
 extern "C" void remember_and_arm(int number) {
   caught = number;
+  flag = true;
   // The next one shall end the program; both calls within are safe in signal handlers.
   remove_temporary_files_at_signals();
 }
@@ -32,5 +37,7 @@ void catch_interrupts() {
 }
 
 int caught_interrupt() { return caught; }
+
+const std::atomic<bool>& interrupt_flag() { return flag; }
 
 }  // namespace glowworm

@@ -1,5 +1,6 @@
 // Ctrl-C during a render.
 #pragma once
+#include <atomic>
 
 namespace glowworm {
 
@@ -9,5 +10,8 @@ void catch_interrupts();
 
 /// The number of the signal that came since catch_interrupts(), or 0.
 int caught_interrupt();
+
+/// Set as soon as a signal came: for a CancellationScope (core/parallel.h).
+const std::atomic<bool>& interrupt_flag();
 
 }  // namespace glowworm

@@ -10,6 +10,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/parallel.h"
 
 namespace glowworm {
 
@@ -51,6 +52,13 @@ struct Stage {
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
+/// Puts another scene in the place of this one; an interrupt leaves it as it is.
+void change_scene(Stage& stage, const ViewOptions& o, const Script& script, const std::string& scene) try {
+  const CancellationScope scope(interrupt_flag());
+  stage = Stage(o, script, scene);
+} catch (const Cancelled&) {
+}
+
 }  // namespace
 
 int run_headless_view(const ViewOptions& o, const Script& script) {
@@ -68,7 +76,8 @@ int run_headless_view(const ViewOptions& o, const Script& script) {
   double clock = 0;
   for (std::uint32_t i = 0; i < frames && !caught_interrupt(); ++i) {
     for (const ScriptMove& move : script.moves)
-      if (move.drop && move.from == i) stage = Stage(o, script, *move.drop);
+      if (move.drop && move.from == i) change_scene(stage, o, script, *move.drop);
+    if (caught_interrupt()) break;
     play(script, i, stage.session->scene(), stage.session->rig(), i > 0 ? &frame : nullptr, stage.state);
     frame = stage.session->next_frame(stage.state, clock);
     // The clock of frames that must come in time is the real one.

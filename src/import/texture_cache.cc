@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/log.h"
+#include "core/parallel.h"
 
 namespace glowworm {
 
@@ -140,9 +141,12 @@ std::shared_ptr<const TextureImage> TextureCache::missing(const std::string& nam
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& path, const TextureOptions& options) {
+  check_cancelled();
   if (state_->failed.contains(path)) return state_->magenta;
   try {
     return std::make_shared<FileImage>(state_->library.open(path, options));
+  } catch (const Cancelled&) {
+    throw;
   } catch (const std::exception& e) {
     return missing(path, e.what());
   }
@@ -154,6 +158,8 @@ std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&
   if (state_->failed.contains(name)) return state_->magenta;
   try {
     return std::make_shared<FileImage>(open_bytes(state_->library, name, bytes, options));
+  } catch (const Cancelled&) {
+    throw;
   } catch (const std::exception& e) {
     return missing(name, e.what());
   }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/memory_budget.h"
+#include "core/parallel.h"
 
 namespace glowworm {
 
@@ -20,6 +21,7 @@ SessionWorker::~SessionWorker() {
     const std::lock_guard lock(mutex_);
     ending_ = true;
     interrupt_.request();
+    loading_interrupt_.request();
   }
   changed_.notify_all();
   thread_.join();
@@ -30,6 +32,7 @@ void SessionWorker::open(const std::string& path) {
   wanted_scene_ = path;
   loading_ = true;
   interrupt_.request();
+  loading_interrupt_.request();
   changed_.notify_all();
 }
 
@@ -84,6 +87,7 @@ void SessionWorker::run() {
       changed_.wait(lock, [this] { return has_work(); });
       if (ending_) return;
       path = std::exchange(wanted_scene_, std::nullopt);
+      loading_interrupt_.clear();
     }
     std::string failure;
     try {
@@ -109,6 +113,7 @@ void SessionWorker::run() {
 }
 
 void SessionWorker::load_scene(const std::string& path) {
+  const CancellationScope scope(loading_interrupt_.flag());
   const std::shared_ptr<const Scene> scene = load_(path);
   auto session = std::make_unique<Session>(scene, settings_);
   LoadedScene loaded{path, scene, session->rig().lights(), session->initial_state()};

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/document.h"
 #include "import/gltf/material.h"
@@ -170,6 +171,7 @@ class GltfBuilder {
   }
 
   void add_mesh(int index, const Transform& to_world) {
+    check_cancelled();
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
       const std::string where = fmt::format("meshes[{}].primitives[{}]", index, i);

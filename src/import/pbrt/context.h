@@ -37,6 +37,7 @@ struct PbrtContext {
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
   /// Triangles that the scene may have with all instances resolved: small files can ask for any number.
   std::size_t max_triangles = 400'000'000;
+  std::size_t subdivided_triangles = 0;  ///< of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
   std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "import/pbrt/builder.h"
 #include "import/pbrt/file.h"
 #include "import/pbrt/parser.h"
@@ -42,7 +43,10 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
   };
   context.max_triangles = limits.max_triangles > 0 ? limits.max_triangles : triangles_in_memory();
   PbrtBuilder builder(context);
-  parse_pbrt_text(text, path, context.diagnostics, [&](PbrtDirective& directive) { builder.take(directive); });
+  parse_pbrt_text(text, path, context.diagnostics, [&](PbrtDirective& directive) {
+    check_cancelled();
+    builder.take(directive);
+  });
   builder.finish();
   context.diagnostics.throw_if_errors();
   for (std::string& note : context.diagnostics.notes()) context.scene.notes.push_back(std::move(note));
