@@ -1,5 +1,5 @@
-# Two commands do all the set-up: `make demo` and `make test`. docs/building.md says more.
-.PHONY: help packages fuzz build demo test check format bench bench-tables test-references tsan
+# Two commands do all the set-up: `make demo` and `make test`. docs/architecture.md says more.
+.PHONY: help packages fuzz build demo test check format bench bench-tables test-references tsan docs
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
@@ -7,10 +7,11 @@ JOBS := $(shell nproc)
 help:
 	@echo 'make demo             builds, and renders the Cornell box to out/'
 	@echo 'make test             builds, and runs every test'
-	@echo 'make check            formatting, include arrows, documents, Clang and sanitizer build of the fast tests'
+	@echo 'make check            formatting, include arrows, code, the manual and its commands, fast tests with Clang and sanitizers'
 	@echo 'make format           formats every C++ file'
+	@echo 'make docs             the manual and the API reference, into build/docs/'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
-	@echo 'make fuzz             the parsers of pbrt, PLY and glTF files under libFuzzer, 10 minutes each'
+	@echo 'make fuzz             what reads scene files and textures under libFuzzer, 10 minutes for each format'
 	@echo 'make bench            the micro-benchmarks'
 	@echo 'make bench-tables     the tables of the papers, into bench/results/'
 	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'
@@ -26,7 +27,7 @@ demo: packages
 	cmake --preset release
 	cmake --build --preset release --target glowworm
 	@mkdir -p out
-	$(GLOWWORM) render builtin:cornell --size 512x512 --samples 4 --gather 16 --engine knn -o out/cornell.exr -o out/cornell.png
+	$(GLOWWORM) render builtin:cornell -o out/cornell.exr -o out/cornell.png
 	@echo 'The picture is in $(CURDIR)/out/cornell.exr (linear) and $(CURDIR)/out/cornell.png.'
 
 test: build
@@ -36,14 +37,24 @@ check: packages
 	scripts/check-format
 	scripts/check-includes --self-test
 	scripts/check-includes
+	scripts/check-code --self-test
+	scripts/check-code
 	scripts/check-docs --self-test
 	scripts/check-docs
+	scripts/check-commands --self-test
+	cmake --preset release
+	cmake --build --preset release --target glowworm
+	scripts/check-commands
 	cmake --preset asan
 	cmake --build --preset asan
 	ctest --preset asan -j $(JOBS)
 
 format: packages
 	scripts/check-format --fix
+
+docs:
+	@scripts/install-packages packages-docs.txt
+	scripts/build-docs
 
 tsan: packages
 	cmake --preset tsan

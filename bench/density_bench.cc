@@ -1,6 +1,5 @@
 // Photon maps: how fast they are built and searched, beside nanoflann on the same points in the same order.
-// --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium) or, for "cloud", those of
-// photon_cloud.h.
+// --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium).
 #include <benchmark/benchmark.h>
 
 #include <limits>
@@ -15,7 +14,6 @@
 #include "density/knn.h"
 #include "density/radius.h"
 #include "density/reorder.h"
-#include "photon_cloud.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
 
@@ -26,17 +24,6 @@ constexpr std::size_t kPhotons = 500000, kQueries = 400000;
 constexpr std::uint32_t kNearest = 45;
 
 std::string scene_name = "atrium";
-
-/// Photons and query points as a render of the scene makes them.
-void record_scene(PhotonBatch& photons, QueryPoints& points) {
-  RecordingSettings settings;
-  settings.photons = kPhotons;
-  settings.width = settings.height = 80;
-  settings.gather = kQueries / (80 * 80) + 1;
-  Recording recording = record(Stage("builtin:" + scene_name), settings);
-  photons = std::move(recording.photons);
-  points = std::move(recording.points);
-}
 
 /// Photons and query points, made once; the query points also along the Hilbert curve.
 struct Cloud {
@@ -50,17 +37,18 @@ struct Cloud {
   PhotonMap map;
 
   Cloud() {
-    if (scene_name == "cloud") {
-      photons = cloud_photons(kPhotons);
-      points = cloud_queries(kQueries);
-    } else {
-      record_scene(photons, points);
-    }
+    RecordingSettings settings;
+    settings.photons = kPhotons;
+    settings.width = settings.height = 80;
+    settings.gather = kQueries / (80 * 80) + 1;
+    Recording recording = record(Stage("builtin:" + scene_name), settings);
+    photons = std::move(recording.photons);
+    points = std::move(recording.points);
     radii = per_photon_radii(photons, kNearest);
     radius = fixed_radius(photons, kNearest);
-    ReorderSettings settings;
-    settings.depth = 21;
-    order = hilbert_order(points.position, bounds_of(points.position), photons.size(), settings);
+    ReorderSettings whole;
+    whole.depth = 21;
+    order = hilbert_order(points.position, bounds_of(points.position), photons.size(), whole);
     nanoflann = std::make_unique<NanoflannTree>(3, photon_points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
     map.build(photons, radii);
   }
@@ -209,8 +197,8 @@ void register_engines() {
         ->UseRealTime();
   };
   for (const std::string& engine : engine_names()) {
-    if (engine == "brute") continue;
-    if (engine == "knn") add(engine, "nearest", nearest);
+    if (engine_traits(engine).for_tests) continue;
+    if (engine_traits(engine).takes_nearest) add(engine, "nearest", nearest);
     add(engine, "fixed", fixed);
     add(engine, "per_photon", per_photon);
   }

@@ -2,7 +2,7 @@
 //
 // usage: frame_once [SCENE [anew|kept [GATHER]]]     (default: builtin:cornell anew 0)
 //   anew: photons are traced and the map is built, too; GATHER  final gather rays of a pixel; 0: the photon map is
-//   shown. 256x256 pixels, 500,000 photons, what gather rays bring from the map alone: as bench/tables_view.cc.
+//   shown. 256x256 pixels, 500,000 photons, what gather rays bring from the map alone: as the table of bench/tables.cc.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -44,7 +44,7 @@ struct Atrium {
       const Vec3 n = face_forward(p.geometric_normal, -camera[i].direction);
       Sampler sampler(SamplerKind::independent, 0, 0, static_cast<std::uint32_t>(i));
       const Vec3 direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2()));
-      diffuse.push_back({offset_origin(p.position, n), 0, direction, std::numeric_limits<float>::infinity()});
+      diffuse.push_back({offset_origin(p.position, n, p.offset), 0, direction, std::numeric_limits<float>::infinity()});
     }
   }
 };

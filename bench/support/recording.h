@@ -11,10 +11,10 @@
 
 namespace glowworm::bench {
 
-/// A scene and what rays are traced against. Holds both: pointers, so that it may move.
+/// A scene and what rays are traced against.
 struct Stage {
-  std::unique_ptr<const Scene> scene;
-  std::unique_ptr<const Tracer> tracer;
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Tracer> tracer;
 
   /// Loads "builtin:NAME" or a file.
   explicit Stage(const std::string& path);
@@ -32,15 +32,10 @@ struct RecordingSettings {
 struct Recording {
   PhotonBatch photons;
   QueryPoints points;
-  double photon_seconds = 0;  ///< wall time of tracing the photons
-  double ray_seconds = 0;     ///< of the camera pass and the final gather rays
 };
 
 /// Records the first camera of the stage, on all threads.
 Recording record(const Stage& stage, const RecordingSettings& settings);
-
-/// Path of [SF07]'s Sponza, Dabrovic's model, where it is found beside the working folder; else empty.
-std::string sponza_path();
 
 /// The scenes of [SF07]'s tables that are there: builtin:cornell, builtin:atrium, and Sponza if it is found.
 std::vector<std::string> table_scenes();

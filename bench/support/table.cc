@@ -43,12 +43,6 @@ std::string show(const Cell& cell) {
   return "–";
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + '"';
-}
-
 }  // namespace
 
 Spread spread_of(std::vector<double> values) {
@@ -89,11 +83,6 @@ std::string Table::row_markdown(const Row& row) const {
   return text + fmt::format(" {} | {} |\n", row.simd, row.threads);
 }
 
-bool Table::spread_in(std::size_t column) const {
-  return std::any_of(rows_.begin(), rows_.end(),
-                     [column](const Row& row) { return std::holds_alternative<Spread>(row.cells[column]); });
-}
-
 std::string Table::markdown() const {
   std::string text =
       fmt::format("# {}\n\n{}, commit {}, {:%Y-%m-%d}.\n\n| {} | instructions | threads |\n|", title_, machine_name(),
@@ -105,34 +94,9 @@ std::string Table::markdown() const {
   return text;
 }
 
-std::string Table::csv() const {
-  std::string text;
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    text += quoted(columns_[i]) + ',';
-    if (!spread_in(i)) continue;
-    for (const char* what : {" (least)", " (most)", " (runs)"}) text += quoted(columns_[i] + what) + ',';
-  }
-  text += "\"instructions\",\"threads\",\"machine\",\"commit\"\n";
-  const std::string tail = quoted(machine_name()) + ',' + quoted(commit_name()) + '\n';
-  for (const Row& row : rows_) {
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const Cell& cell = row.cells[i];
-      const auto* s = std::get_if<Spread>(&cell);
-      if (const auto* string = std::get_if<std::string>(&cell)) text += quoted(*string);
-      if (const auto* number = std::get_if<Number>(&cell)) text += fmt::format("{}", number->value);
-      if (s && s->runs > 0) text += fmt::format("{},{},{},{}", s->median, s->least, s->most, s->runs);
-      if (spread_in(i) && !(s && s->runs > 0)) text += ",,,";
-      text += ',';
-    }
-    text += fmt::format("{},{},{}", quoted(row.simd), row.threads, tail);
-  }
-  return text;
-}
-
 void Table::write(const std::string& folder) const {
   std::filesystem::create_directories(folder);
   write_file(folder + '/' + name_ + ".md", markdown());
-  write_file(folder + '/' + name_ + ".csv", csv());
 }
 
 std::string machine_name() {

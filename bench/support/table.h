@@ -1,4 +1,4 @@
-// Tables of measurements: written as Markdown and CSV, with the machine, the instruction set, the threads, the commit
+// Tables of measurements: written as Markdown, with the machine, the instruction set, the threads, the commit
 // and the spread of repeated runs.
 #pragma once
 #include <functional>
@@ -50,10 +50,7 @@ class Table {
 
   /// The whole table as Markdown: medians, with the range in brackets where there were several runs.
   std::string markdown() const;
-  /// The same as CSV: spreads take four fields (median, least, most, runs); each row ends with instruction set,
-  /// threads, machine and commit.
-  std::string csv() const;
-  /// Writes NAME.md and NAME.csv into the folder, which is made where it is not there. Throws Error where it cannot.
+  /// Writes NAME.md into the folder, which is made where it is not there. Throws Error where it cannot.
   void write(const std::string& folder = "bench/results") const;
 
  private:
@@ -63,7 +60,6 @@ class Table {
     int threads;
   };
   std::string row_markdown(const Row& row) const;
-  bool spread_in(std::size_t column) const;
 
   std::string name_, title_;
   std::vector<std::string> columns_, notes_;

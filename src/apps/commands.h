@@ -1,5 +1,6 @@
 // The commands of the program; each reads its own options.
 #pragma once
+#include "core/error.h"
 
 namespace CLI {
 class App;
@@ -9,6 +10,12 @@ namespace glowworm {
 
 /// Exit status of a render that a signal ended is this and the signal's number, as shells count: 130 for Ctrl-C.
 inline constexpr int kExitSignalled = 128;
+
+/// Thrown for a command line that makes no sense, which ends the program with status 2.
+class CommandLineError : public Error {
+ public:
+  using Error::Error;
+};
 
 /// Adds the command to the program. Its options are parsed into storage that lives as long as the program; running it
 /// throws Error where it fails, and sets `exit_status`.

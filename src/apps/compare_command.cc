@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "apps/commands.h"
-#include "core/atomic_file.h"
+#include "apps/output_files.h"
 #include "core/error.h"
 #include "image/image.h"
 #include "image/metrics.h"
@@ -23,10 +23,15 @@ int run_compare(const CompareOptions& o) {
   if (!o.difference.empty()) {
     if (std::filesystem::path(o.difference).extension() != ".png")
       throw Error(fmt::format("'{}' does not end in .png", o.difference), "Give --difference a name with this ending.");
-    const AtomicFile probe(o.difference);
+    OutputFiles files;
+    files.add_input("the image", o.image);
+    files.add_input("the reference", o.reference);
+    files.add("--difference", o.difference);
+    if (!files.probe(o.difference)) files.throw_if_any_failed();
   }
   const Image image = read_image(o.image), reference = read_image(o.reference);
   const ImageComparison c = compare_images(image, reference, o.leave_out);
+  if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
   fmt::print("MSE        {:.6g}\n", c.mse);
   fmt::print("relMSE     {:.6g}\n", c.relative_mse);
   fmt::print("relRMSE    {:.6g}\n", c.relative_rmse);
@@ -34,7 +39,6 @@ int run_compare(const CompareOptions& o) {
              c.mean_ratio[1], c.mean_ratio[2]);
   fmt::print("largest    {:.6g}\n", c.largest_difference);
   if (c.non_finite_pixels > 0) fmt::print("not finite {} pixels\n", c.non_finite_pixels);
-  if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
   return o.limit > 0 && !(c.relative_rmse <= o.limit) ? 1 : 0;
 }
 
@@ -46,7 +50,7 @@ void add_compare_command(CLI::App& program, int& exit_status) {
   c->add_option("image", options->image, "The picture: any file that OpenImageIO reads")
       ->required()
       ->option_text("IMAGE");
-  c->add_option("reference", options->reference, "What it should look like, of the same size")
+  c->add_option("reference", options->reference, "The reference, of the same size")
       ->required()
       ->option_text("REFERENCE");
   c->add_option("-o,--difference", options->difference,

@@ -56,19 +56,23 @@ void print_scene(const Scene& scene) {
 
 void add_info_command(CLI::App& program) {
   auto path = std::make_shared<std::string>();
-  CLI::App* c = program.add_subcommand("info", "Says what was understood of a scene, and what is not supported.");
+  CLI::App* c = program.add_subcommand("info", "Prints what was read of a scene, and what is not supported.");
   c->add_option("scene", *path,
                 fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
                             fmt::join(builtin_scene_names(), ", builtin:")))
       ->required()
       ->option_text("SCENE");
   c->footer(R"(
-Lengths are metres, power is W. Lines that begin with 'note:' say what the file asks for
-and this program does not do, or had to guess.
+Lengths are metres, power is W. Lines that begin with 'note:' name features of the
+file that are not supported or had to be guessed.
 
 Example:
   glowworm info builtin:atrium)");
-  c->callback([path] { print_scene(*open_scene(*path, {})); });
+  c->callback([path] {
+    ImportOptions options;
+    options.lazy_textures = true;
+    print_scene(*open_scene(*path, options));
+  });
 }
 
 }  // namespace glowworm

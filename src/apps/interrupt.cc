@@ -11,20 +11,21 @@ namespace glowworm {
 namespace {
 
 volatile sig_atomic_t caught = 0;
-std::atomic<bool> flag{false};
+Interrupt interrupt;
 static_assert(std::atomic<bool>::is_always_lock_free);  // as signal handlers need it
 
 extern "C" void remember_and_arm(int number) {
-  caught = number;
-  flag = true;
-  // The next one shall end the program; both calls within are safe in signal handlers.
-  remove_temporary_files_at_signals();
+  if (caught == 0) caught = number;
+  interrupt.request();
+  // The next one ends the program. A hangup does not: a terminal that closes often sends two, and the end of a session
+  // brings one beside SIGTERM.
+  remove_temporary_files_at_signals({SIGINT, SIGTERM});
 }
 
 }  // namespace
 
 void catch_interrupts() {
-  for (const int number : {SIGINT, SIGTERM}) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction old {};
     sigaction(number, nullptr, &old);
     if (old.sa_handler == SIG_IGN) continue;
@@ -38,6 +39,6 @@ void catch_interrupts() {
 
 int caught_interrupt() { return caught; }
 
-const std::atomic<bool>& interrupt_flag() { return flag; }
+const Interrupt& signal_interrupt() { return interrupt; }
 
 }  // namespace glowworm

@@ -14,6 +14,9 @@ constexpr int kWidth = 40;
 constexpr double kPlainInterval = 10;  // seconds
 using Clock = std::chrono::steady_clock;
 
+/// A standard error that cannot be written to is no reason to end a render, so that nothing is thrown.
+void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 }  // namespace
 
@@ -32,18 +35,18 @@ void ProgressBar::update(double share, const std::string& label) {
   const double spent = seconds_since(start_);
   const std::string left = share > 0.005 ? format_duration(spent / share * (1 - share)) + " left" : "";
   if (!terminal_) {
-    fmt::print(stderr, "{:3.0f}%  {}  {} spent  {}\n", 100 * share, label, format_duration(spent), left);
+    print(fmt::format("{:3.0f}%  {}  {} spent  {}\n", 100 * share, label, format_duration(spent), left));
     return;
   }
   const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kWidth);
-  fmt::print(stderr, "\r\033[K[{}{}] {:3.0f}%  {}  {}", std::string(full, '='), std::string(kWidth - full, ' '),
-             100 * share, label, left);
+  print(fmt::format("\r\033[K[{}{}] {:3.0f}%  {}  {}", std::string(full, '='), std::string(kWidth - full, ' '),
+                    100 * share, label, left));
   std::fflush(stderr);
   drawn_ = true;
 }
 
 void ProgressBar::finish() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (drawn_) print("\r\033[K");
   drawn_ = false;
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/option_values.h"
+#include "apps/output_files.h"
 #include "apps/progress_bar.h"
 #include "apps/tev_stream.h"
 #include "builtin/builtin.h"
@@ -22,7 +24,7 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/checkpoint.h"
 #include "render/effects.h"
@@ -55,15 +57,6 @@ struct RenderOptions {
 
 double seconds_between(Clock::time_point start, Clock::time_point end) {
   return std::chrono::duration<double>(end - start).count();
-}
-
-/// Finds out now, rather than after the render, whether a file can be written.
-void probe_output(const std::string& path) {
-  std::error_code error;
-  const auto type = std::filesystem::status(path, error).type();
-  // Opening a pipe or a device would be seen by whoever is at its other end.
-  if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character) return;
-  const AtomicFile probe(path);
 }
 
 void resolve_options(RenderOptions& o) {
@@ -102,13 +95,23 @@ void resolve_options(RenderOptions& o) {
     if (ending != ".exr" && ending != ".png")
       throw Error(fmt::format("'{}' ends neither in .exr nor in .png", path),
                   "Give -o a name with one of these endings.");
-    probe_output(path);
   }
   if (o.resumes && o.resume.empty()) o.resume = o.outputs.front() + ".checkpoint";
+}
+
+/// Finds out now, rather than after the render, whether all files are different ones and can be written.
+void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
+  files.add_input("the scene", o.scene);
+  for (const std::string& path : o.outputs) files.add("-o", path);
+  if (!o.statistics.empty()) files.add("--stats", o.statistics);
+  if (!o.resume.empty()) files.add("--resume", o.resume);
   // A pipe would let both the probe and the reading of it wait for ever.
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
+  bool any = false;
+  for (const std::string& path : o.outputs) any = files.probe(path) || any;
+  if (!any) files.throw_if_any_failed();
   for (const std::string& path : {o.statistics, o.resume})
-    if (!path.empty()) probe_output(path);
+    if (!path.empty()) files.probe(path);
 }
 
 bool has_samples(const Film& film) {
@@ -117,15 +120,18 @@ bool has_samples(const Film& film) {
   return false;
 }
 
-/// @param said tell of it
-void write_images(const RenderOptions& o, const Film& film, const Job& job, bool said) {
-  const Image image = make_image(film, job);
+/// Writes the image to every -o that takes it. @param said tell of it
+void write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
+  std::optional<Image> image;
   for (const std::string& path : o.outputs) {
-    if (std::filesystem::path(path).extension() == ".exr")
-      write_exr(path, image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
-    else
-      write_png(path, image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
-    if (said) inform(fmt::format("wrote {}", path));
+    const bool written = files.write(path, [&] {
+      if (!image) image = make_image(job.snapshot(), job);
+      if (std::filesystem::path(path).extension() == ".exr")
+        write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+      else
+        write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
+    });
+    if (written && said) inform(fmt::format("wrote {}", path));
   }
 }
 
@@ -164,15 +170,13 @@ void describe_photons(const Job& job) {
 }
 
 /// Writes what the render goes on from to the file of --resume.
-void keep_checkpoint(const RenderOptions& o, const Job& job) {
-  if (!o.resume.empty()) write_checkpoint(o.resume, job.checkpoint());
+void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files) {
+  if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
 }
 
 /// Writes the image so far, if there is something of it.
-void keep_preview(const RenderOptions& o, const Job& job) {
-  if (!o.preview) return;
-  const Film film = job.snapshot();
-  if (has_samples(film)) write_images(o, film, job, false);
+void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
+  if (o.preview && job.tasks() > 0) write_images(o, job, files, false);
 }
 
 /// Something done again and again while a render goes on: at an interval, but no more than a twentieth of the time.
@@ -192,46 +196,69 @@ class Repeated {
   double interval_, next_;
 };
 
-/// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it.
-void attend(Job& job, const RenderOptions& o, TevStream& tev) {
+/// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it. Returns what the
+/// render threw, or null.
+std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, TevStream& tev) {
   ProgressBar bar(!o.quiet);
   Repeated checkpoint(1), preview(2), stream(0.25);
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
-    checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job); });
-    preview.run_if_due(job, [&] { keep_preview(o, job); });
+    checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job, files); });
+    preview.run_if_due(job, [&] { keep_preview(o, job, files); });
     stream.run_if_due(job, [&] { tev.show(job); });
     const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
   }
   bar.finish();
-  job.wait();
-  keep_checkpoint(o, job);
-  tev.show(job);
+  try {
+    job.wait();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
 }
 
-/// Writes what there is and returns the exit status.
-int finish(const RenderOptions& o, Job& job, const Tracer& tracer, Clock::time_point start) {
-  const bool interrupted = job.ending() == Ending::cancelled;
-  const Film film = job.snapshot();
-  const bool any = has_samples(film);
+/// Writes all files. @param any there is something of the image
+void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
+                   bool any) {
   const Clock::time_point rendered = Clock::now();
   Statistics& statistics = job.statistics();
-  if (any) write_images(o, film, job, true);
+  if (any) write_images(o, job, files, true);
+  keep_checkpoint(o, job, files);
   statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
   // The job counted its own time; the total is that of the whole run.
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
   describe_times(statistics);
   describe_photons(job);
-  if (!o.statistics.empty()) write_file(o.statistics, statistics_json(job, tracer) + "\n");
+  if (!o.statistics.empty())
+    files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
+  if (job.samples_not_finite() > 0)
+    warn(fmt::format("{} camera samples are black, since their light was not finite", job.samples_not_finite()));
   inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
-  if (interrupted)
+}
+
+/// Says what an end before time means for the images. @param any there is something of the image
+void warn_of_ending(Ending ending, bool any) {
+  if (ending == Ending::cancelled)
     warn(any ? "interrupted: the files hold the image so far"
              : "interrupted before any part of the image was there: no image was written");
+  else if (ending == Ending::failed)
+    warn("the render failed: the files hold the image so far");
   else if (!any)
     warn("the time was up before any part of the image was there: no image was written");
-  if (interrupted) return kExitSignalled + caught_interrupt();
+}
+
+/// Writes what there is, then throws what went wrong, or returns the exit status. @param failure of the render, or null
+int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
+           const std::exception_ptr& failure) {
+  const bool any = has_samples(job.snapshot());
+  if (failure && !any) std::rethrow_exception(failure);
+  write_outputs(o, job, tracer, files, start, any);
+  warn_of_ending(job.ending(), any);
+  if (failure) std::rethrow_exception(failure);
+  files.throw_if_any_failed();
+  if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
   return any ? 0 : 1;
 }
 
@@ -240,10 +267,12 @@ int run_render(RenderOptions& o) {
   set_thread_count(o.settings.threads);
   set_simd(o.simd);
   resolve_options(o);
+  OutputFiles files;
+  prepare_outputs(o, files);
   if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
-  import_options.texture_memory_bytes = o.settings.memory_bytes / 4;
+  import_options.budget = loading_budget(o.settings.memory_bytes);
   TevStream tev(o.tev);
   const std::shared_ptr<const Scene> scene =
       scene_of_view(open_scene(o.scene, import_options), o.lights, o.view, o.settings.camera);
@@ -261,8 +290,10 @@ int run_render(RenderOptions& o) {
   inform(describe(job.settings(), *scene));
   for (const std::string& note : choice_notes(asked_settings(o), job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
-  attend(job, o, tev);
-  return finish(o, job, *tracer, start);
+  const std::exception_ptr failure = attend(job, o, files, tev);
+  const int status = finish(o, job, *tracer, files, start, failure);
+  tev.show(job);
+  return status;
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
@@ -274,7 +305,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--camera", s.camera, "Camera of the scene; 'glowworm info SCENE' lists them")
       ->option_text("NAME [the first]")
       ->group("Picture");
-  c.add_option("--view", o.view, "Stand elsewhere: nine numbers for eye, target and up; the rest as the camera has it")
+  c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; its lens stays as it is")
       ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
       ->group("Picture");
   c.add_option("--light", o.lights, "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians)")
@@ -285,7 +316,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->delimiter(',')
       ->option_text("NAME,...")
       ->group("Picture");
-  c.add_option("--precision", o.precision, "Numbers of the EXR file")
+  c.add_option("--precision", o.precision, "Precision of the EXR file")
       ->check(CLI::IsMember({"half", "float"}))
       ->option_text("half|float [half]")
       ->group("Picture");
@@ -301,19 +332,20 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
 void add_method_options(CLI::App& c, RenderOptions& o) {
   RenderSettings& s = o.settings;
   c.add_option("--integrator", o.integrator,
-               "photon: photon mapping; path: path tracing, the reference; photons: the photon map itself, shown")
+               "photon: photon mapping; path: path tracing, the reference; photons: the photon map shown directly")
       ->check(CLI::IsMember({"photon", "path", "photons"}))
       ->option_text("photon|path|photons [photon]")
       ->group("Method");
-  c.add_option("--engine", s.engine,
-               "Density engine, which looks photons up: auto takes the fastest; brute is for tests of tiny pictures")
+  c.add_option(
+       "--engine", s.engine,
+       "Density engine, which looks photons up: auto is blocked, the fastest; brute is for tests of tiny pictures")
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
       ->group("Method");
   c.add_option("--kernel", o.kernel, "Kernel of density estimation")
       ->check(CLI::IsMember(kernel_names()))
       ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
       ->group("Method");
-  c.add_option("--radius", o.radius, "Radii of photons: one for each, by the density around it, or one for all")
+  c.add_option("--radius", o.radius, "Radii of photons: one for each, from the density around it, or one for all")
       ->check(CLI::IsMember({"per-photon", "fixed"}))
       ->option_text("per-photon|fixed [per-photon]")
       ->group("Method");
@@ -323,16 +355,20 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
        "pays)")
       ->option_text("N [auto]")
       ->group("Method");
-  c.add_flag("--indirect-only", s.indirect_only, "Only the light that is gathered over surfaces")->group("Method");
-  c.add_flag("--progressive", s.progressive, "New photons and smaller radii in every pass: converges to the truth")
+  c.add_flag("--indirect-only", s.indirect_only, "Only light gathered from surfaces")->group("Method");
+  c.add_flag("--progressive", s.progressive,
+             "New photons and smaller radii in every pass: converges to the exact solution")
       ->group("Method");
   c.add_flag("--no-gather-guiding", o.no_gather_guiding,
-             "Let gather rays find small bright places by chance (for comparison)")
+             "Do not aim gather rays at small bright places (for comparison)")
       ->group("Method");
-  c.add_flag("--no-secondary-gather", o.no_secondary, "Look photons up in corners, too (for comparison)")
+  c.add_flag("--no-secondary-gather", o.no_secondary, "Do not gather a second time in corners (for comparison)")
       ->group("Method");
   c.add_flag("--no-guiding", o.no_guiding, "Emit photons by the lights' power alone (for comparison)")->group("Method");
-  c.add_option("--seed", s.seed, "Seed of all random numbers: the same seed gives the same image, bit for bit")
+  c.add_option(
+       "--seed", s.seed,
+       "Seed of all random numbers: the same scene, settings and seed give the same image, bit for bit, with the "
+       "same version and instruction set (--simd, and the machine's for rays)")
       ->option_text("N [0]")
       ->group("Method");
 }
@@ -340,22 +376,21 @@ void add_method_options(CLI::App& c, RenderOptions& o) {
 void add_effort_options(CLI::App& c, RenderOptions& o) {
   RenderSettings& s = o.settings;
   c.add_option("--samples", o.samples, "Camera samples of each pixel")->option_text("N [auto]")->group("Effort");
-  c.add_option("--gather", o.gather, "Final gather rays of each camera sample: samples x gather is what a pixel gets")
+  c.add_option("--gather", o.gather, "Final gather rays of each camera sample; a pixel gets samples x gather")
       ->option_text("N [auto]")
       ->group("Effort");
   c.add_option("--photons", o.photons, "Photons in the map, for example 500k or 2M")
       ->option_text("N [auto]")
       ->group("Effort");
   c.add_option("--traced", o.traced,
-               "Photons to trace, where they are more than --photons: density control thins them to that")
+               "Photons to trace; if they are more than --photons, density control thins them to that")
       ->option_text("N [auto]")
       ->group("Effort");
   c.add_option("--nearest", o.nearest, "Photons that an estimate should catch (k)")
       ->option_text("N [auto]")
       ->group("Effort");
-  c.add_option(
-       "--prefer", o.prefer,
-       "Passes of one sample of every pixel (preview), or of many samples of one tile after the other (quality)")
+  c.add_option("--prefer", o.prefer,
+               "Refine the whole picture evenly (preview), or finish one tile after another (quality)")
       ->check(CLI::IsMember({"auto", "preview", "quality"}))
       ->option_text("auto|preview|quality [auto]")
       ->group("Effort");
@@ -363,12 +398,12 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->option_text("TIME [none]")
       ->group("Effort");
   c.add_option("--resume", o.resume,
-               "Keep what is done in a file, every second or few, and go on from it where it is there; as the last "
-               "option, or as --resume=FILE")
+               "Keep a checkpoint in a file, and continue from it if it exists; give it as the last option, or as "
+               "--resume=FILE")
       ->expected(0, 1)
       ->option_text("[FILE] [OUTPUT.checkpoint]")
       ->group("Effort");
-  c.add_flag("--preview", o.preview, "Write the image so far, too, every two seconds or few")->group("Effort");
+  c.add_flag("--preview", o.preview, "Write the image so far every two seconds or less often")->group("Effort");
   c.add_option("--noise", s.noise_target, "Stop at this relative standard error of the image, for example 0.01")
       ->check(CLI::PositiveNumber)
       ->option_text("SHARE [none]")
@@ -380,10 +415,16 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
       ->check(CLI::Range(0, 1024))
       ->option_text("N [one for each core]")
       ->group("Machine");
-  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+  c.add_option(
+       "--memory", o.memory,
+       "Memory that the scene may take, and that the render may take beside it; for example 800M, 4G. The image "
+       "does not depend on it")
       ->option_text("SIZE [half of the machine's]")
       ->group("Machine");
-  c.add_option("--disk", o.disk, "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups")
+  c.add_option(
+       "--disk", o.disk,
+       "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups; the image does not "
+       "depend on it")
       ->check(CLI::IsMember({"auto", "never", "always"}))
       ->option_text("auto|never|always [auto]")
       ->group("Machine");
@@ -393,11 +434,19 @@ void add_machine_options(CLI::App& c, RenderOptions& o) {
 }
 
 void add_report_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/statistics.md has the keys")
+  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
       ->option_text("FILE")
       ->group("Reports");
-  c.add_flag("-v,--verbose", o.verbose, "Say where the time went, too")->group("Reports");
-  c.add_flag("-q,--quiet", o.quiet, "Say warnings and errors only")->group("Reports");
+  c.add_flag("-v,--verbose", o.verbose, "Print choices and the time of each phase, too")->group("Reports");
+  c.add_flag("-q,--quiet", o.quiet, "Print warnings and errors only")->group("Reports");
+}
+
+/// Whether an option was given. CLI::App::count() ends the program where it runs out of memory.
+bool is_given(const CLI::App& c, std::string_view name) {
+  for (const CLI::Option* option : c.get_options())
+    for (const std::string& own : option->get_lnames())
+      if (name.substr(2) == own) return option->count() > 0;
+  return false;
 }
 
 /// Says which options have no effect on the integrator asked for.
@@ -414,16 +463,16 @@ void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
   else if (o.integrator == "photons")
     ignored = {"--gather", "--no-secondary-gather", "--no-gather-guiding", "--prefer"};
   for (const char* name : ignored)
-    if (c.count(name) > 0) warn(fmt::format("{} has no effect with this --integrator", name));
-  if (o.settings.progressive && c.count("--prefer") > 0)
+    if (is_given(c, name)) warn(fmt::format("{} has no effect with this --integrator", name));
+  if (o.settings.progressive && is_given(c, "--prefer"))
     warn("--prefer has no effect with --progressive, whose photons are those of one sample");
 }
 
 constexpr const char* kFooter = R"(
-Nothing has to be set: what is 'auto' is chosen, and --stats shows what was chosen.
+Nothing has to be set: 'auto' values are chosen for the scene, and --stats shows them.
 Lengths are metres, radiance is W sr^-1 m^-2 in linear RGB (Rec. 709).
-Ctrl-C ends the task under way, writes the image so far and exits with status 130;
-a second one ends at once. Status 1 is an error, 2 a command line that makes no sense.
+Ctrl-C finishes the current task, writes the image so far and exits with status 130;
+a second one ends at once. Status 1 is an error, 2 a wrong command line.
 
 Examples:
   glowworm render builtin:cornell -o cornell.png
@@ -448,7 +497,7 @@ void add_render_command(CLI::App& program, int& exit_status) {
   add_report_options(*c, *options);
   c->footer(kFooter);
   c->callback([c, options, &exit_status] {
-    options->resumes = c->count("--resume") > 0;
+    options->resumes = is_given(*c, "--resume");
     warn_of_ignored(*c, *options);
     exit_status = run_render(*options);
   });

@@ -1,6 +1,7 @@
 #include "apps/tev_stream.h"
 
-#include "core/error.h"
+#include <exception>
+
 #include "core/log.h"
 #include "render/output.h"
 
@@ -16,7 +17,7 @@ void TevStream::show(const Job& job) {
   if (shown_progress_ == 0) return;
   try {
     connection_->show(job.scene().name(), make_image(job.snapshot(), job));
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     warn(error.what());
     connection_.reset();
   }

@@ -10,7 +10,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/settings.h"
 
@@ -52,7 +52,7 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
       ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
       ->group("View");
   c.add_flag("--filter", o.filter, "Smooth noise between edges")->group("View");
-  c.add_flag("--no-reuse", o.no_reuse, "Take nothing over from earlier frames")->group("View");
+  c.add_flag("--no-reuse", o.no_reuse, "Do not reuse earlier frames")->group("View");
   c.add_option("--tone", o.tone, "Tone curve")
       ->check(CLI::IsMember({"filmic", "srgb"}))
       ->option_text("filmic|srgb [filmic]")
@@ -61,14 +61,14 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
 }
 
 void add_session_options(CLI::App& c, ViewOptions& o) {
-  c.add_option("--script", o.script, "Play this JSON file; docs/viewer.md has its keys")
+  c.add_option("--script", o.script, "Play this JSON file; docs/guide.md has its keys")
       ->option_text("FILE.json")
       ->group("Session");
   c.add_option("--out", o.out, "Open no window: write every frame into this folder")
       ->option_text("FOLDER")
       ->group("Session");
   c.add_option("--frames", o.frames, "End after so many frames")->option_text("N [the script's]")->group("Session");
-  c.add_option("--format", o.format, "Of the frames in --out")
+  c.add_option("--format", o.format, "Format of the frames in --out")
       ->check(CLI::IsMember({"png", "exr"}))
       ->option_text("png|exr [png]")
       ->group("Session");
@@ -83,7 +83,8 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->check(CLI::Range(0, 1024))
       ->option_text("N [one for each core]")
       ->group("Session");
-  c.add_option("--memory", o.memory, "Memory to stay within, for example 800M, 4G")
+  c.add_option("--memory", o.memory,
+               "Memory that the scene may take, and that the session may take beside it; for example 800M, 4G")
       ->option_text("SIZE [half of the machine's]")
       ->group("Session");
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
@@ -93,7 +94,7 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
 
 constexpr const char* kFooter = R"(
 In the window: drag to orbit, with Shift or the middle button to pan, with the right button
-to look around, wheel to come nearer, W A S D Q E to fly, double-click to focus, F12 for a
+to look around, wheel to move nearer, W A S D Q E to fly, double-click to focus, F12 for a
 screenshot; a scene file dropped on it is opened.
 
 Examples:

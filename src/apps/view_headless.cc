@@ -1,11 +1,15 @@
 // `glowworm view --out`: a session without a window.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <exception>
 #include <filesystem>
+#include <set>
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
+#include "apps/output_files.h"
 #include "apps/view_options.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -42,36 +46,58 @@ std::string table_row(std::uint32_t number, const ViewFrame& frame) {
   return text + "\n";
 }
 
+/// What frames.csv is to hold, and how many frames are in their files.
+struct FrameTable {
+  std::string text = table_head();
+  std::uint32_t written = 0;
+};
+
 /// A session of a scene and the state it is in.
 struct Stage {
   std::unique_ptr<Session> session;
   ViewState state;
 
   Stage(const ViewOptions& o, const Script& script, const std::string& scene)
-      : session(std::make_unique<Session>(open_scene(scene, {}), session_settings(o, false))),
+      : session(std::make_unique<Session>(open_scene(scene, {loading_budget(session_settings(o, false).memory_bytes)}),
+                                          session_settings(o, false))),
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
 /// Puts another scene in the place of this one; an interrupt leaves it as it is.
 void change_scene(Stage& stage, const ViewOptions& o, const Script& script, const std::string& scene) try {
-  const CancellationScope scope(interrupt_flag());
+  const CancellationScope scope(signal_interrupt());
   stage = Stage(o, script, scene);
 } catch (const Cancelled&) {
 }
 
-}  // namespace
+bool is_frame_name(const std::string& name, const std::string& format) {
+  const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
+  return digits >= 5 && name.substr(digits) == "." + format;
+}
 
-int run_headless_view(const ViewOptions& o, const Script& script) {
-  Stage stage(o, script, o.scene);
-  for (const std::string& note : stage.session->scene().notes()) inform(fmt::format("note: {}: {}", o.scene, note));
-  std::error_code error;
-  std::filesystem::create_directories(o.out, error);
-  if (error)
-    throw Error(fmt::format("the folder '{}' cannot be made: {}", o.out, error.message()),
-                "Give --out a folder that may be written to.");
-  catch_interrupts();
+/// Throws CommandLineError where two files that the session writes, or one that it reads, are one.
+void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& files) {
+  const std::filesystem::path folder = o.out;
+  files.add_input("the scene", o.scene);
+  if (!o.script.empty()) files.add_input("--script", o.script);
+  for (const ScriptMove& move : script.moves)
+    if (move.drop) files.add_input("the scene of a \"drop\"", *move.drop);
+  files.add("frames.csv of --out,", folder / "frames.csv");
+  std::set<std::string> screenshots;
+  for (const ScriptMove& move : script.moves)
+    if (move.screenshot && screenshots.insert(*move.screenshot).second) {
+      files.add("the \"screenshot\"", *move.screenshot);
+      const std::filesystem::path name = std::filesystem::path(*move.screenshot).filename();
+      if (is_frame_name(name, o.format)) files.check("the frame", folder / name);
+    }
+  std::error_code not_there_yet;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, not_there_yet))
+    if (is_frame_name(entry.path().filename(), o.format)) files.check("the frame", entry.path());
+}
+
+/// Plays the script, and adds a row to the table for each frame.
+void play_frames(const ViewOptions& o, const Script& script, Stage& stage, OutputFiles& files, FrameTable& table) {
   const std::uint32_t frames = script_length(script, o.frames);
-  std::string table = table_head();
   ViewFrame frame;
   double clock = 0;
   for (std::uint32_t i = 0; i < frames && !caught_interrupt(); ++i) {
@@ -82,13 +108,40 @@ int run_headless_view(const ViewOptions& o, const Script& script) {
     frame = stage.session->next_frame(stage.state, clock);
     // The clock of frames that must come in time is the real one.
     clock += o.adapt ? frame.cost.seconds : 1 / script.frames_per_second;
-    write_frame(o, frame, (std::filesystem::path(o.out) / fmt::format("{:05}.{}", i, o.format)).string());
+    const std::string path = std::filesystem::path(o.out) / fmt::format("{:05}.{}", i, o.format);
+    if (files.write(path, [&] { write_frame(o, frame, path); })) ++table.written;
     for (const ScriptMove& move : script.moves)
-      if (move.screenshot && move.from == i) write_frame(o, frame, *move.screenshot);
-    table += table_row(i, frame);
+      if (move.screenshot && move.from == i)
+        files.write(*move.screenshot, [&] { write_frame(o, frame, *move.screenshot); });
+    table.text += table_row(i, frame);
   }
-  write_file((std::filesystem::path(o.out) / "frames.csv").string(), table);
-  inform(fmt::format("wrote {} frames and frames.csv to {}", frames, o.out));
+}
+
+}  // namespace
+
+int run_headless_view(const ViewOptions& o, const Script& script) {
+  OutputFiles files;
+  prepare_outputs(o, script, files);
+  Stage stage(o, script, o.scene);
+  for (const std::string& note : stage.session->scene().notes()) inform(fmt::format("note: {}: {}", o.scene, note));
+  std::error_code error;
+  std::filesystem::create_directories(o.out, error);
+  if (error)
+    throw Error(fmt::format("the folder '{}' cannot be made: {}", o.out, error.message()),
+                "Give --out a folder that may be written to.");
+  catch_interrupts();
+  FrameTable table;
+  std::exception_ptr failure;
+  try {
+    play_frames(o, script, stage, files, table);
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  const std::string path = std::filesystem::path(o.out) / "frames.csv";
+  const bool listed = files.write(path, [&] { write_file(path, table.text); });
+  inform(fmt::format("wrote {} frames{} to {}", table.written, listed ? " and frames.csv" : "", o.out));
+  if (failure) std::rethrow_exception(failure);
+  files.throw_if_any_failed();
   return caught_interrupt() ? kExitSignalled + caught_interrupt() : 0;
 }
 

@@ -48,7 +48,11 @@ ViewModel::ViewModel(const ViewOptions& o, const Script& s, std::function<void()
     : options(o),
       script(s),
       worker(
-          session_settings(o, true), [](const std::string& path) { return open_scene(path, {}); }, std::move(wake)),
+          session_settings(o, true),
+          [bytes = session_settings(o, true).memory_bytes](const std::string& path) {
+            return open_scene(path, {loading_budget(bytes)});
+          },
+          std::move(wake)),
       tone(o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic),
       exposure(o.exposure) {}
 

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "density/engine.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
 
@@ -45,7 +45,7 @@ void draw_picture(ViewModel& model) {
   std::size_t chosen = std::find(counts.begin(), counts.end(), std::to_string(s.gather)) - counts.begin();
   if (choose("gather rays", counts, chosen)) s.gather = static_cast<std::uint32_t>(std::stoul(counts[chosen]));
   std::vector<std::string> engines = engine_names();
-  std::erase(engines, "brute");
+  std::erase_if(engines, [](const std::string& name) { return engine_traits(name).for_tests; });
   engines.insert(engines.begin(), "auto");
   std::size_t engine = std::find(engines.begin(), engines.end(), s.engine) - engines.begin();
   if (choose("engine", engines, engine)) s.engine = engines[engine];

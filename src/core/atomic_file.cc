@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <limits.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,10 +11,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
-
-#include "core/error.h"
+#include <filesystem>
 
 namespace glowworm {
 
@@ -35,6 +34,8 @@ std::string remedy_for(int error_number, const std::string& folder) {
       return "Raise the file size limit (ulimit -f) or choose a smaller image.";
     case ENAMETOOLONG:
       return "Choose a shorter path.";
+    case ELOOP:
+      return "Mend the symbolic links, which lead in a circle, or choose another output path.";
     default:
       return "Choose another output path.";
   }
@@ -44,6 +45,39 @@ std::string folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   if (slash == std::string::npos) return ".";
   return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// Whether the person at the terminal can mend it by another name or other rights; the rest is the disk's.
+bool is_mistake(int error_number) {
+  switch (error_number) {
+    case ENOENT:
+    case ENOTDIR:
+    case EISDIR:
+    case EACCES:
+    case EPERM:
+    case EROFS:
+    case ENAMETOOLONG:
+    case ELOOP:
+    case ETXTBSY:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// Where `path` leads to by symbolic links, whether there is a file at their end or not; errno is ELOOP and the result
+// empty where they go in a circle.
+std::string follow_links(std::string path) {
+  // As many as Linux itself follows.
+  for (int links = 0; links < 40; ++links) {
+    char text[PATH_MAX];
+    const ssize_t length = readlink(path.c_str(), text, sizeof text);
+    if (length < 0) return path;
+    const std::string_view next(text, static_cast<std::size_t>(length));
+    path = next.starts_with('/') ? std::string(next) : fmt::format("{}/{}", folder_of(path), next);
+  }
+  errno = ELOOP;
+  return {};
 }
 
 // A name in the target's own folder, since a rename cannot cross file systems; new for every process and call.
@@ -59,8 +93,9 @@ std::string temporary_name(const std::string& target) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(path) {
+AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(follow_links(path)) {
   if (path.empty()) throw Error("the output path is empty", "Give a file name.");
+  if (target_.empty()) fail("cannot write", errno);
   struct stat info {};
   const bool exists = stat(path.c_str(), &info) == 0;
   if (exists && S_ISDIR(info.st_mode)) fail("the output path is a folder", EISDIR);
@@ -69,18 +104,12 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(path) {
     if (descriptor_ < 0) fail("cannot write", errno);
     return;
   }
-  if (exists) {
-    if (access(path.c_str(), W_OK) != 0) fail("the existing file cannot be written over", errno);
-    if (char* real = realpath(path.c_str(), nullptr)) {
-      target_ = real;
-      std::free(real);
-    }
-  }
+  if (exists && access(path.c_str(), W_OK) != 0) fail("the existing file cannot be written over", errno);
   temporary_ = temporary_name(target_);
   registered_ = std::make_unique<TemporaryName>(temporary_);
   descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail("cannot create the file", errno);
-  if (exists && fchmod(descriptor_, info.st_mode & 07777) != 0) fail("cannot keep the old file's mode", errno);
+  if (exists && fchmod(descriptor_, info.st_mode & 0777) != 0) fail("cannot keep the old file's mode", errno);
 }
 
 AtomicFile::~AtomicFile() { discard(); }
@@ -96,8 +125,10 @@ void AtomicFile::discard() noexcept {
 void AtomicFile::fail(const std::string& what, int error_number) {
   discard();
   registered_.reset();
-  throw Error({path_}, fmt::format("{}: {}", what, std::strerror(error_number)),
-              remedy_for(error_number, folder_of(target_)));
+  const std::string message = fmt::format("{}: {}", what, std::strerror(error_number));
+  const std::string remedy = remedy_for(error_number, folder_of(target_.empty() ? path_ : target_));
+  if (is_mistake(error_number)) throw Error({path_}, message, remedy);
+  throw DiskError({path_}, message, remedy);
 }
 
 void AtomicFile::write(const void* data, std::size_t bytes) {
@@ -144,6 +175,17 @@ void write_file(const std::string& path, std::string_view content) {
   AtomicFile file(path);
   file.write(content);
   file.commit();
+}
+
+std::string output_identity(const std::string& path) {
+  struct stat info {};
+  if (stat(path.c_str(), &info) == 0)
+    return S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode) ? "" : fmt::format("{}:{}", info.st_dev, info.st_ino);
+  const std::string end = follow_links(path);
+  std::error_code error;
+  const std::filesystem::path folder =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(folder_of(end)), error);
+  return error ? path : (folder / end.substr(end.rfind('/') + 1)).string();
 }
 
 }  // namespace glowworm

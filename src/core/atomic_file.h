@@ -5,27 +5,36 @@
 #include <string>
 #include <string_view>
 
+#include "core/error.h"
 #include "core/temporary_files.h"
 
 namespace glowworm {
 
+/// Thrown where a file cannot be written although nothing is wrong with its name: the disk is full, or fails.
+class DiskError : public Error {
+ public:
+  using Error::Error;
+};
+
 /// A file being written under a temporary name beside its final one. commit() brings the bytes to the disk and gives
 /// the file its name; without commit(), or after a failure, nothing is left and an older file of that name stays as
-/// it was. A path that is a device or a pipe (/dev/stdout) is written to directly, and a symbolic link is followed.
+/// it was. A path that is a device or a pipe (/dev/stdout) is written to directly. A symbolic link is followed, to a
+/// file that does not exist yet, too. A file that replaces another one keeps its permissions, without setuid, setgid
+/// and sticky bits.
 class AtomicFile {
  public:
-  /// Creates the temporary file; throws Error where the folder is missing, not writable or full, or where `path` is
-  /// a folder or a write-protected file.
+  /// Creates the temporary file; throws Error where the folder is missing or not writable, or where `path` is a folder
+  /// or a write-protected file, and DiskError where the disk is full or fails.
   explicit AtomicFile(const std::string& path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  /// Appends bytes; throws Error where the disk is full or the write fails, and then the temporary is gone.
+  /// Appends bytes; throws DiskError where the write fails, and then the temporary is gone.
   void write(const void* data, std::size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
 
-  /// Flushes to the disk (fsync) and renames to the final name; throws Error where either fails. To be called once.
+  /// Flushes to the disk (fsync) and renames to the final name; throws DiskError where either fails. To be called once.
   void commit();
 
   /// The final name, as it was given.
@@ -44,5 +53,9 @@ class AtomicFile {
 
 /// Writes a whole file at once, or throws Error and leaves what was there before.
 void write_file(const std::string& path, std::string_view content);
+
+/// The file that AtomicFile would write to: equal for two paths where both name one inode, or would be created under
+/// one name. Empty for a device, which several outputs may go to.
+std::string output_identity(const std::string& path);
 
 }  // namespace glowworm

@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include "core/error.h"
-#include "core/memory_budget.h"
 
 namespace glowworm {
 
@@ -46,7 +45,11 @@ void check_input_file(const std::string& path) {
   check_kind(status, path);
 }
 
-std::string read_input_file(const std::string& path) {
+namespace {
+
+/// @param held null: nothing is reserved
+template <typename Bytes>
+Bytes read_whole(const std::string& path, Reservation* held) {
   check_input_file(path);
   // Without blocking: the name may stand for a FIFO by now.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
@@ -56,7 +59,9 @@ std::string read_input_file(const std::string& path) {
   check_kind(status, path);
   if (static_cast<std::uint64_t>(status.st_size) > physical_memory_bytes())
     throw Error({path}, "is larger than the machine's memory", "Simplify the scene, or split the file.");
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  if (held) held->grow(static_cast<std::uint64_t>(status.st_size));
+  Bytes bytes;
+  bytes.resize(static_cast<std::size_t>(status.st_size));
   std::size_t filled = 0;
   while (filled < bytes.size()) {
     const ssize_t got = read(file.number(), bytes.data() + filled, bytes.size() - filled);
@@ -65,6 +70,16 @@ std::string read_input_file(const std::string& path) {
     filled += static_cast<std::size_t>(got);
   }
   return bytes;
+}
+
+}  // namespace
+
+std::string read_input_file(const std::string& path) { return read_whole<std::string>(path, nullptr); }
+
+std::string read_input_file(const std::string& path, Reservation& held) { return read_whole<std::string>(path, &held); }
+
+std::vector<std::uint8_t> read_input_bytes(const std::string& path, Reservation& held) {
+  return read_whole<std::vector<std::uint8_t>>(path, &held);
 }
 
 }  // namespace glowworm

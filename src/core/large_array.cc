@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <mutex>
@@ -105,9 +106,11 @@ class SpareMemory {
   std::vector<Block> blocks_;  // the oldest first
 };
 
-/// Never destroyed: other objects' destructors free memory at the end of the program.
+/// Never destroyed: other objects' destructors free memory at the end of the program. Made without an allocation, since
+/// freeing must not fail.
 SpareMemory& spare_memory() {
-  static auto* const memory = new SpareMemory;
+  alignas(SpareMemory) static std::byte storage[sizeof(SpareMemory)];
+  static auto* const memory = new (storage) SpareMemory;
   return *memory;
 }
 

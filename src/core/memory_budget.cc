@@ -12,8 +12,6 @@
 #include <fstream>
 #include <limits>
 
-#include "core/error.h"
-
 namespace glowworm {
 
 void MemoryBudget::reserve(const std::string& name, std::uint64_t bytes) {
@@ -22,9 +20,9 @@ void MemoryBudget::reserve(const std::string& name, std::uint64_t bytes) {
     std::string holders;
     for (const auto& [holder, held] : held_)
       if (held > 0) holders += fmt::format("{}{} {:.1f} MB", holders.empty() ? "" : ", ", holder, held / 1e6);
-    throw Error(fmt::format("the memory budget of {:.1f} MB has no room for {:.1f} MB of {} (held: {})", limit_ / 1e6,
-                            bytes / 1e6, name, holders.empty() ? "nothing" : holders),
-                "Give a larger --memory, or a smaller image.");
+    throw MemoryError(fmt::format("the memory budget of {:.1f} MB has no room for {:.1f} MB of {} (held: {})",
+                                  limit_ / 1e6, bytes / 1e6, name, holders.empty() ? "nothing" : holders),
+                      remedy_);
   }
   used_ += bytes;
   peak_ = std::max(peak_, used_);

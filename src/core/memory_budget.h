@@ -1,4 +1,4 @@
-// The memory that a render may hold, reserved by name.
+// The memory that a render, or the loading of a scene, may hold, reserved by name.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -6,15 +6,26 @@
 #include <string>
 #include <utility>
 
+#include "core/error.h"
+
 namespace glowworm {
+
+/// Thrown where a budget has no room.
+class MemoryError : public Error {
+ public:
+  using Error::Error;
+};
 
 /// Keeps account of reserved bytes against a limit. Thread-safe.
 class MemoryBudget {
  public:
   /// @param limit_bytes what may be reserved at once; 0 means without limit
-  explicit MemoryBudget(std::uint64_t limit_bytes = 0) : limit_(limit_bytes) {}
+  /// @param remedy what the person can do where that is not enough
+  explicit MemoryBudget(std::uint64_t limit_bytes = 0,
+                        std::string remedy = "Give a larger --memory, or a smaller image.")
+      : limit_(limit_bytes), remedy_(std::move(remedy)) {}
 
-  /// Reserves bytes under a name; throws Error, naming every holder, where that would pass the limit.
+  /// Reserves bytes under a name; throws MemoryError, naming every holder, where that would pass the limit.
   void reserve(const std::string& name, std::uint64_t bytes);
   void release(const std::string& name, std::uint64_t bytes);
 
@@ -27,6 +38,7 @@ class MemoryBudget {
 
  private:
   std::uint64_t limit_;
+  std::string remedy_;
   mutable std::mutex mutex_;
   std::uint64_t used_ = 0, peak_ = 0;
   std::map<std::string, std::uint64_t> held_, peaks_;
@@ -42,6 +54,16 @@ class Reservation {
   ~Reservation() { budget_.release(name_, bytes_); }
   Reservation(const Reservation&) = delete;
   Reservation& operator=(const Reservation&) = delete;
+
+  /// Reserves so many bytes more; throws MemoryError as MemoryBudget::reserve does.
+  void grow(std::uint64_t bytes) {
+    budget_.reserve(name_, bytes);
+    bytes_ += bytes;
+  }
+  /// Grows to `bytes` where it is smaller.
+  void cover(std::uint64_t bytes) {
+    if (bytes > bytes_) grow(bytes - bytes_);
+  }
 
  private:
   MemoryBudget& budget_;

@@ -1,26 +1,48 @@
 // Where rays begin that leave a surface.
 #pragma once
-#include <bit>
+#include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "core/vec.h"
 
 namespace glowworm {
 
-/// Coordinates nearer to zero than this are moved by kOffsetFixed times the normal's, others by kOffsetPlaces of their
-/// last places: those scale with the rounding error of a coordinate, and near zero would be too little.
-inline constexpr float kOffsetNearZero = 1.0f / 32, kOffsetFixed = 1.0f / 65536, kOffsetPlaces = 256;
-
-/// An origin for rays that leave a surface at p on the side of n: far enough that they don't hit it again, by steps in
-/// the last bits of p (Waechter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019).
-inline Vec3 offset_origin(Vec3 p, Vec3 n) {
-  const auto moved = [](float at, float along) {
-    if (std::abs(at) < kOffsetNearZero) return at + kOffsetFixed * along;
-    const auto steps = static_cast<std::int32_t>(kOffsetPlaces * along);
-    return std::bit_cast<float>(std::bit_cast<std::int32_t>(at) + (at < 0 ? -steps : steps));
-  };
-  return {moved(p.x, n.x), moved(p.y, n.y), moved(p.z, n.z)};
+/// How far along its normal rays must begin from a place on a triangle, so that rounding cannot make them hit the
+/// triangle again: a bound of the error of all places on it together with that of Embree's test (Moeller and Trumbore),
+/// by running error analysis as in Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 6.8.
+/// It grows with the coordinates and the size of the triangle alone, so that it scales with the scene: one or two units
+/// in the last place of the largest coordinate, and of no coordinate across which the plane does not extend.
+/// @param corner first vertex, metres; @param e1, e2 from there to the others, rounded; the triangle has an area
+inline double rounding_offset(Vec3 corner, Vec3 e1, Vec3 e2) {
+  constexpr double kHalfUlp = 0x1p-24;
+  double scaled[3], products[3];
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const double a = static_cast<double>(e1[i]) * e2[j], b = static_cast<double>(e1[j]) * e2[i];
+    scaled[k] = a - b;
+    products[k] = std::abs(a) + std::abs(b);
+  }
+  const double doubled_area = std::sqrt(scaled[0] * scaled[0] + scaled[1] * scaled[1] + scaled[2] * scaled[2]);
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double a = corner[k], b = a + e1[k], c = a + e2[k];
+    const double largest = std::max({std::abs(a), std::abs(b), std::abs(c)});
+    const double extent = std::max(std::abs(e1[k]), std::abs(e2[k]));
+    // Rounding of the moved place; of the place itself, unless nothing is added to the corner's coordinate; of the
+    // differences and products of the test, and of the edges of triangles beside it.
+    sum += std::abs(scaled[k]) * (2 * largest + (extent > 0 ? 2 * largest : 0) + 8 * extent);
+    // Rounding of the normal, by which it does not stand upright on slender triangles.
+    sum += 4 * products[k] * extent;
+  }
+  // The last term keeps a plane through the origin from an offset of nothing.
+  return kHalfUlp * (sum / doubled_area + std::sqrt(doubled_area));
 }
+
+/// How far rounding may have moved a place on a surface, where its triangle is not known, metres.
+inline float position_rounding(Vec3 p) { return 0x1p-22f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
+
+/// The origin of rays that leave a surface at p on the side of n, its geometric normal.
+/// @param offset rounding_offset() of the triangle
+inline Vec3 offset_origin(Vec3 p, Vec3 n, float offset) { return p + n * offset; }
 
 }  // namespace glowworm

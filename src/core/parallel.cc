@@ -44,16 +44,16 @@ class AtEnd {
   Action action_;
 };
 
-// The flag that work of this thread looks at, or null.
-thread_local const std::atomic<bool>* cancellation = nullptr;
+// What work of this thread looks at, or null.
+thread_local const Interrupt* cancellation = nullptr;
 
-void throw_if_cancelled(const std::atomic<bool>* flag) {
-  if (flag && flag->load(std::memory_order_relaxed)) throw Cancelled();
+void throw_if_cancelled(const Interrupt* flag) {
+  if (flag && flag->requested()) throw Cancelled();
 }
 
 // Runs a task, cancelled by the flag of the thread that started it, between the marks of its start and its end.
 template <typename Task>
-void run_ordered(Ordering& start, Ordering& end, const std::atomic<bool>* flag, const Task& task) {
+void run_ordered(Ordering& start, Ordering& end, const Interrupt* flag, const Task& task) {
   start.acquire();
   const AtEnd released([&] { end.release(); });
   throw_if_cancelled(flag);
@@ -67,7 +67,7 @@ std::unique_ptr<tbb::global_control> control;
 int limit = 0;
 }  // namespace
 
-CancellationScope::CancellationScope(const std::atomic<bool>& flag) : outer_(cancellation) { cancellation = &flag; }
+CancellationScope::CancellationScope(const Interrupt& interrupt) : outer_(cancellation) { cancellation = &interrupt; }
 CancellationScope::~CancellationScope() { cancellation = outer_; }
 
 void check_cancelled() { throw_if_cancelled(cancellation); }
@@ -94,7 +94,7 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
     return;
   }
   Ordering started, ended;
-  const std::atomic<bool>* const flag = cancellation;
+  const Interrupt* const flag = cancellation;
   started.release();
   const AtEnd acquired([&] { ended.acquire(); });
   tbb::parallel_for(
@@ -113,7 +113,7 @@ void parallel_invoke(const std::function<void()>& a, const std::function<void()>
     return;
   }
   Ordering started, ended;
-  const std::atomic<bool>* const flag = cancellation;
+  const Interrupt* const flag = cancellation;
   started.release();
   const AtEnd acquired([&] { ended.acquire(); });
   tbb::parallel_invoke([&] { run_ordered(started, ended, flag, a); }, [&] { run_ordered(started, ended, flag, b); });

@@ -1,8 +1,9 @@
 // All threading goes through here; parallel.cc is the only file that includes TBB.
 #pragma once
-#include <atomic>
 #include <cstddef>
 #include <functional>
+
+#include "core/interrupt.h"
 
 namespace glowworm {
 
@@ -11,21 +12,21 @@ void set_thread_count(int threads);
 /// How many threads parallel work uses.
 int thread_count();
 
-/// While it lives, parallel loops that this thread starts, and those within them, begin no further piece once the flag
-/// is set, and throw Cancelled (core/error.h).
+/// While it lives, parallel loops that this thread starts, and those within them, begin no further piece once it
+/// is interrupted, and throw Cancelled (core/error.h).
 class CancellationScope {
  public:
-  /// @param flag must outlive the scope
-  explicit CancellationScope(const std::atomic<bool>& flag);
+  /// @param interrupt must outlive the scope
+  explicit CancellationScope(const Interrupt& interrupt);
   ~CancellationScope();
   CancellationScope(const CancellationScope&) = delete;
   CancellationScope& operator=(const CancellationScope&) = delete;
 
  private:
-  const std::atomic<bool>* outer_;
+  const Interrupt* outer_;
 };
 
-/// Throws Cancelled where the flag of this thread's CancellationScope is set: for loops of one thread that take long.
+/// Throws Cancelled where this thread's CancellationScope is interrupted: for loops of one thread that take long.
 void check_cancelled();
 
 /// Calls body(first, last) for consecutive pieces of [begin, end), each of exactly `grain` items but for the last.

@@ -20,6 +20,23 @@ inline std::uint32_t hash_combine(std::uint32_t seed, std::uint32_t value) {
   return hash32(seed ^ (value + 0x9e3779b9u + (seed << 6) + (seed >> 2)));
 }
 
+/// What streams of random numbers are for. One of these in a sequence's hash keeps its numbers apart from all others;
+/// another value is another picture. (The bytes are four letters of the name.)
+enum RandomStream : std::uint32_t {
+  kBoundaryStream = 0x626f756e,     ///< how much of a photon's disc lies on its surface
+  kBrightPatchStream = 0x62726967,  ///< gather rays towards bright patches
+  kCameraStream = 0x63616d65,       ///< camera rays
+  kGatherStream = 0x67617468,       ///< gather rays
+  kGatherAgainStream = 0x61676169,  ///< gather rays from corners
+  kLightStream = 0x6c696768,        ///< light samples at gather points
+  kLobeStream = 0x6c6f6265,         ///< the lobe of a gather ray
+  kPathStream = 0x70617468,         ///< the path tracer
+  kPhotonStream = 0x70686f74,       ///< photons
+  kPilotStream = 0x70696c6f,        ///< pilot passes of photons
+  kSharpStream = 0x73686172,        ///< gather rays that go on through sharp lobes; one stream for each bounce
+  kSplitStream = 0x73706c69,  ///< whether gather rays go on through broad or sharp lobes; one stream for each bounce
+};
+
 /// The upper 24 bits of x as a float in [0, 1).
 inline float to_unit_float(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
 

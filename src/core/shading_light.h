@@ -1,28 +1,25 @@
-// What shading normals do to light that arrives at surfaces and leaves them.
+// What shading normals do to flux that arrives at surfaces and leaves them; bsdf/shaded_surface.h says why.
 #pragma once
 #include <algorithm>
 #include <cmath>
 
 namespace glowworm {
 
-/// Cosine below which a viewer sees too little of a shading normal's side: there it is turned.
-inline constexpr float kLeastShadingCosine = 1e-3f;
+/// Where cosines to the surface itself are small, the factors on flux have no bounds; they end here. With an angle a
+/// between the normals, that takes sin^2(a) / kMostShadingFactor of even light.
+inline constexpr float kMostShadingFactor = 256;
+/// The least cosine that the factors divide by.
+inline constexpr float kLeastShadingCosine = 1e-6f;
 
-/// Where cosines to the surface itself are so small, these factors would have no bounds; they end here.
-inline constexpr float kMostShadingFactor = 8;
-
-/// Factor on arriving flux whose photon counts for density estimation: that counts flux by the geometric cosine, the
-/// BSDF's outgoing light goes by the shading one (Veach 1997, section 5.3.4). Cosines of the arriving direction to the
-/// two normals, without signs.
-inline float arrival_correction(float shading_cosine, float geometric_cosine) {
-  return std::min(shading_cosine / std::max(geometric_cosine, 1e-6f), kMostShadingFactor);
-}
-
-/// Factor on scattered flux: the adjoint BSDF under shading normals (Veach 1997, equation 5.19). Cosines of the
-/// directions in and out to the shading normal and to the geometric one, with or without signs.
-inline float adjoint_factor(float shading_in, float shading_out, float geometric_in, float geometric_out) {
-  return std::min(std::abs(shading_in * geometric_out / std::max(std::abs(geometric_in * shading_out), 1e-9f)),
-                  kMostShadingFactor);
+/// Factor on arriving flux: density estimation counts flux by the geometric cosine, BSDFs count it by the shading one,
+/// of the direction and, where it lies on the same side, of its mirror image in the surface. The mean of the factor
+/// over uniform light is 1.
+/// @param shading, geometric cosines of the arriving direction to the two normals, of which the latter is not negative
+/// @param normals cosine between the normals
+inline float arrival_factor(float shading, float geometric, float normals) {
+  const float mirrored = shading - 2 * geometric * normals;
+  const float both = std::max(shading, 0.0f) + std::max(mirrored, 0.0f);
+  return std::min(both / std::max(geometric, kLeastShadingCosine), kMostShadingFactor);
 }
 
 }  // namespace glowworm

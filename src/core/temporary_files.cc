@@ -62,8 +62,8 @@ extern "C" void remove_and_end(int signal_number) {
 }
 }  // namespace
 
-void remove_temporary_files_at_signals() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+void remove_temporary_files_at_signals(std::initializer_list<int> signals) noexcept {
+  for (const int number : signals) {
     struct sigaction old {};
     sigaction(number, nullptr, &old);
     if (old.sa_handler == SIG_IGN) continue;
@@ -73,7 +73,12 @@ void remove_temporary_files_at_signals() {
     sigemptyset(&action.sa_mask);
     sigaction(number, &action, nullptr);
   }
+}
+
+void remove_temporary_files_at_signals() noexcept {
+  remove_temporary_files_at_signals({SIGINT, SIGTERM, SIGHUP});
   signal(SIGXFSZ, SIG_IGN);
+  signal(SIGPIPE, SIG_IGN);
 }
 
 }  // namespace glowworm

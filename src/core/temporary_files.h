@@ -1,5 +1,6 @@
 // Names of temporary files that must not outlive the program, whichever way it ends.
 #pragma once
+#include <initializer_list>
 #include <string>
 
 namespace glowworm {
@@ -24,9 +25,12 @@ class TemporaryName {
 /// Unlinks every registered file of this process. Async-signal-safe: signal handlers of one's own may call it.
 void remove_temporary_files() noexcept;
 
-/// From now on SIGINT, SIGTERM and SIGHUP first unlink all registered files and then end the program as they would
-/// have done. Signals that were ignored stay ignored. SIGXFSZ becomes ignored, so that a file size limit shows as an
-/// error of the write (EFBIG) instead of ending the program.
-void remove_temporary_files_at_signals();
+/// From now on each of these signals first unlinks all registered files and then ends the program as it would have
+/// done. A signal that is ignored stays so. Async-signal-safe.
+void remove_temporary_files_at_signals(std::initializer_list<int> signals) noexcept;
+
+/// The same for SIGINT, SIGTERM and SIGHUP. SIGXFSZ and SIGPIPE become ignored, so that a limit of file sizes and a
+/// reader that went away show as errors of the write (EFBIG, EPIPE) instead of ending the program.
+void remove_temporary_files_at_signals() noexcept;
 
 }  // namespace glowworm

@@ -26,8 +26,8 @@ constexpr std::size_t kPartPoints = DensityEngine::kMostPointsAtOnce;
 // Fewer points lie so far apart that a run of them shares no search: it goes no further than the points that are tested
 // together.
 constexpr std::size_t kFewPoints = std::size_t{1} << 15;
-// Still fewer, measured in photons a point, are looked up one by one: sixteen of them would be tested against hundreds
-// of times the photons that they use.
+// Still fewer, measured in photons a point, make runs of one: sixteen of them would be tested against hundreds of times
+// the photons that they use. How points are cut into runs does not show in their sums.
 constexpr std::size_t kSparsePhotons = 24;
 // How far ahead of its turn memory of a point is asked for, in points.
 constexpr std::size_t kAhead = 16;
@@ -48,10 +48,6 @@ class BucketWorker {
     const Clock::time_point sorted = Clock::now();
     for (std::size_t g = 0; g < kNotLambertianGroup; ++g) {
       std::span<const std::uint32_t> indices = order_.group(g);
-      if (sparse_) {
-        for (const std::uint32_t i : indices) buckets_.answer(bucket, i) = sum_alone(buckets_.points(bucket)[i]);
-        continue;
-      }
       while (!indices.empty()) {
         sum(bucket, indices);
         indices = indices.subspan(std::min(indices.size(), run_points_));
@@ -105,9 +101,7 @@ class BucketWorker {
     for (const std::uint32_t i : indices) __builtin_prefetch(&points_.bsdfs[points[i].bsdf]);
     for (std::vector<std::uint32_t>& run : runs_) run.clear();
     for (const std::uint32_t i : indices) {
-      const std::optional<GlossyModel> model =
-          sparse_ ? std::nullopt : glossy_model(points_.bsdfs[points[i].bsdf].bsdf);
-      if (model)
+      if (const std::optional<GlossyModel> model = glossy_model(points_.bsdfs[points[i].bsdf].bsdf))
         runs_[static_cast<std::size_t>(*model) * kFacings + facing(points[i].normal)].push_back(i);
       else
         buckets_.answer(bucket, i) = shade(points[i]);
@@ -151,23 +145,11 @@ class BucketWorker {
     blocked_find(tree_, position, normal, scratch_, found_, counts);
   }
 
-  /// A Lambertian point by itself.
-  RGB sum_alone(const BucketPoint& point) {
-    find(point);
-    RGB sum;
-    for (const FoundPhoton& found : found_) {
-      const PhotonBlock& block = tree_.blocks[found.place / kBlockWidth];
-      const std::size_t lane = found.place % kBlockWidth;
-      sum += RGB(block.r[lane], block.g[lane], block.b[lane]) * found.profile;
-    }
-    return sum;
-  }
-
   /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
   RGB shade(const BucketPoint& point) {
     find(point);
     gathered_.clear();
-    for (const FoundPhoton& found : found_) {
+    for (const BlockedPhoton& found : found_) {
       const PhotonBlock& block = tree_.blocks[found.place / kBlockWidth];
       const std::size_t lane = found.place % kBlockWidth;
       // The blocks hold flux for Lambertian surfaces, divided by pi.
@@ -183,7 +165,7 @@ class BucketWorker {
   QueryBuckets& buckets_;
   BucketOrder order_;
   BlockedScratch scratch_;
-  std::vector<FoundPhoton> found_;
+  std::vector<BlockedPhoton> found_;
   GatheredPhotons gathered_;
   BatchShader shader_;
   static constexpr std::size_t kFacings = 6;
@@ -191,8 +173,9 @@ class BucketWorker {
   GlossyPreparer preparer_;
   std::vector<float> numbers_;
   GlossyPoints glossy_;
-  const bool sparse_ = points_.size() * kSparsePhotons < index_.size();
-  const std::size_t run_points_ = points_.size() < kFewPoints ? kTileWidth : kRunPoints;
+  const std::size_t run_points_ = points_.size() * kSparsePhotons < index_.size() ? 1
+                                  : points_.size() < kFewPoints                   ? kTileWidth
+                                                                                  : kRunPoints;
   alignas(64) float in_[6][kRunPoints];
   alignas(64) float out_[3][kRunPoints];
 };

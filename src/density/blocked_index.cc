@@ -9,9 +9,9 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "density/kernel.h"
 #include "density/reorder.h"
 #include "kernels/compact_sort.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 
@@ -83,20 +83,6 @@ LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPo
       compact_sort(sorted.span().subspan(first, std::min(run, end_of_piece - first)), scratch, column);
   });
   return sorted;
-}
-
-BlockedProfile profile_of(KernelShape shape) {
-  switch (shape) {
-    case KernelShape::box:
-      return BlockedProfile::box;
-    case KernelShape::cone:
-      return BlockedProfile::cone;
-    case KernelShape::epanechnikov:
-      return BlockedProfile::epanechnikov;
-    case KernelShape::gaussian:
-      return BlockedProfile::gaussian;
-  }
-  return BlockedProfile::box;
 }
 
 /// A lane without photon.
@@ -171,7 +157,7 @@ ChildBounds bounds_of_node(const BlockNode& node) {
 }  // namespace
 
 BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy)
-    : profile_(profile_of(policy.kernel)), min_normal_cosine_(policy.min_normal_cosine) {
+    : kernel_(policy.kernel), min_normal_cosine_(policy.min_normal_cosine) {
   // A place in a list is a 32-bit index of a float of the blocks.
   constexpr std::size_t kMostPhotons =
       std::numeric_limits<std::uint32_t>::max() / (sizeof(PhotonBlock) / sizeof(float)) * kBlockWidth;
@@ -244,7 +230,7 @@ BlockTree BlockedIndex::tree() const {
   tree.levels = static_cast<int>(level_first_.size());
   for (std::size_t level = 0; level < level_first_.size(); ++level)
     tree.level[level] = nodes_.data() + level_first_[level];
-  tree.profile = profile_;
+  tree.kernel = kernel_;
   tree.min_normal_cosine = min_normal_cosine_;
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
   tree.directions = directions_.size() > 0 ? &directions_[0].x : nullptr;

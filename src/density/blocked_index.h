@@ -34,7 +34,7 @@ class BlockedIndex {
   std::vector<std::size_t> level_first_;  // where each level begins in nodes_
   LargeArray<Vec3> directions_;
   std::size_t size_ = 0;
-  BlockedProfile profile_ = BlockedProfile::epanechnikov;
+  KernelShape kernel_ = KernelShape::epanechnikov;
   float min_normal_cosine_ = 0;
 };
 

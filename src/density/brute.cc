@@ -4,8 +4,8 @@
 
 #include "core/parallel.h"
 #include "density/engines.h"
-#include "density/kernel.h"
 #include "density/shading.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 

@@ -8,18 +8,12 @@
 
 #include "core/rgb.h"
 #include "core/statistics.h"
+#include "kernels/kernel_shape.h"
+#include "kernels/simd.h"
 #include "points/photon_batch.h"
 #include "points/query_points.h"
 
 namespace glowworm {
-
-/// Kernels K over the unit disc, normalised so that their integral over it is 1 (d: distance over radius).
-enum class KernelShape : std::uint8_t {
-  box,           ///< 1 / pi
-  cone,          ///< 3 / pi (1 - d)
-  epanechnikov,  ///< 2 / pi (1 - d^2)
-  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
-};
 
 enum class RadiusKind : std::uint8_t {
   nearest,     ///< every query takes its k nearest photons (normal photon mapping; knn and brute alone)
@@ -27,7 +21,7 @@ enum class RadiusKind : std::uint8_t {
   per_photon,  ///< a radius for each photon: the sample-point estimator of [HHS05] eq. 3
 };
 
-/// Over which radius photons are counted; an argument of the engine, not its habit.
+/// Over which radius photons are counted; passed to the engine by the caller.
 struct RadiusPolicy {
   RadiusKind kind = RadiusKind::per_photon;
   std::uint32_t k = 50;      ///< nearest
@@ -68,14 +62,38 @@ class DensityEngine {
   virtual void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) = 0;
 
   /// Adds to radiance[i] (W sr^-1 m^-2) what leaves point i from the photons of the index, on all threads
-  /// (Phase::reorder and Phase::density; counts query_points, pairs_tested, shader_operations). The same bits for any
-  /// number of threads. Several batches of photons add up: build, estimate, build, estimate.
+  /// (Phase::reorder and Phase::density; counts query_points, pairs_tested, shader_operations). What is added depends
+  /// on the photons and on point i alone: the same bits for any number of threads, and for any other points that are
+  /// asked about in the same call. Several batches of photons add up: build, estimate, build, estimate.
   virtual void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const = 0;
 };
 
-/// Names that make_engine() knows, in order of preference.
+/// What callers take into account about an engine.
+struct EngineTraits {
+  const char* name;  ///< on the command line and in statistics
+  /// Its usual estimate is that of the k nearest photons (RadiusKind::nearest).
+  bool takes_nearest = false;
+  /// Photons search for query points: every call of estimate() goes over all photons. So it wants many query points at
+  /// once, and no more photons than the estimate needs.
+  bool goes_over_photons = false;
+  bool for_tests = false;        ///< too slow for pictures
+  int (*lanes)() = &simd_lanes;  ///< query points or photons in a vector, on the instruction set in use
+};
+
+/// The engine that "auto" names. Others are faster only for a few hundred query points, and save at most 30 ms.
+inline constexpr const char* kAutomaticEngine = "blocked";
+/// Names of all engines, in order of preference.
 std::vector<std::string> engine_names();
-/// Makes an engine by name. Throws Error, listing the names there are, for another.
-std::unique_ptr<DensityEngine> make_engine(const std::string& name);
+/// Traits of an engine by name, or of kAutomaticEngine for "auto". Throws Error, listing the names there are, for
+/// another name.
+const EngineTraits& engine_traits(const std::string& name);
+
+/// What may be asked of some engines. 0: automatic; engines that it means nothing to do not read it.
+struct EngineOptions {
+  std::uint32_t reorder = 0;  ///< forward: query points in a cell of the octree that is not divided further
+};
+
+/// Makes an engine by name. Throws Error as engine_traits() does.
+std::unique_ptr<DensityEngine> make_engine(const std::string& name, const EngineOptions& options = {});
 
 }  // namespace glowworm

@@ -10,7 +10,7 @@
 #include "core/parallel.h"
 #include "density/forward.h"
 #include "density/kd_tree.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 
@@ -177,7 +177,7 @@ ForwardTree ForwardMap::tree(const RadiusPolicy& policy) const {
   tree.fixed_reach = fixed_reach;
   tree.count = static_cast<std::uint32_t>(nodes.size());
   tree.min_normal_cosine = policy.min_normal_cosine;
-  tree.kernel = static_cast<ForwardKernel>(policy.kernel);
+  tree.kernel = policy.kernel;
   return tree;
 }
 

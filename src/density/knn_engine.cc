@@ -7,10 +7,10 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
-#include "density/kernel.h"
 #include "density/knn.h"
 #include "density/reorder.h"
 #include "density/shading.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 
@@ -110,17 +110,18 @@ class KnnEngine final : public DensityEngine {
     }
     const std::size_t count =
         map_.nearest(x, normal, policy_.min_normal_cosine, policy_.k, first_limit, scratch.heap, scratch.tested);
+    // The heap's order depends on the point looked up before; sums go over the photons from near to far.
+    std::sort(scratch.heap.begin(), scratch.heap.begin() + static_cast<std::ptrdiff_t>(count));
     for (std::size_t i = 0; i < count; ++i) scratch.found.push_back(PhotonMap::unpack(scratch.heap[i]));
     scratch.last_radius = std::numeric_limits<float>::infinity();
     if (count == 0) return 0;
-    float r2 = scratch.found[0].distance_squared;
+    float r2 = scratch.found.back().distance_squared;
     if (count == policy_.k) {
       scratch.last_position = x;
       scratch.last_normal = normal;
       scratch.last_radius = std::sqrt(r2);
-    } else {
-      for (const FoundPhoton& photon : scratch.found) r2 = std::max(r2, photon.distance_squared);
-      if (limited) r2 = limit;
+    } else if (limited) {
+      r2 = limit;
     }
     // Photons all at the point itself: a density without bound, nothing sensible can be added.
     if (r2 == 0) scratch.found.clear();

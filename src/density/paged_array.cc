@@ -20,98 +20,79 @@ PagedCounts& PagedCounts::operator+=(const PagedCounts& other) {
   return *this;
 }
 
-PagedFile::PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes)
-    : bytes_(bytes),
-      block_bytes_(settings.block_bytes),
-      element_bytes_(std::max<std::size_t>(element_bytes, 1)),
-      file_(settings.folder) {
+namespace {
+
+const PagedSettings& checked(const PagedSettings& settings) {
   if (settings.block_bytes == 0 || settings.cache_blocks == 0)
     throw Error("a paged array needs blocks, and a cache for one block at least");
-  ways_ = std::min(kWays, settings.cache_blocks);
-  sets_ = settings.cache_blocks / ways_;
-  slots_.resize(sets_ * ways_);
-  cache_ = LargeArray<std::byte>(slots_.size() * block_bytes_);
-  stored_.resize((bytes + block_bytes_ - 1) / block_bytes_);
+  return settings;
 }
+
+}  // namespace
+
+PagedFile::PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes)
+    : bytes_(bytes),
+      block_bytes_(checked(settings).block_bytes),
+      element_bytes_(std::max<std::size_t>(element_bytes, 1)),
+      file_(settings.folder),
+      cache_(settings.block_bytes, settings.cache_blocks),
+      stored_((bytes + block_bytes_ - 1) / block_bytes_) {}
 
 PagedCounts PagedFile::counts() const {
   const std::lock_guard lock(mutex_);
   return counts_;
 }
 
-void PagedFile::check(std::uint64_t first, std::size_t bytes) const {
-  if (first > bytes_ || bytes > bytes_ - first) throw Error("access behind the end of a paged array");
-}
-
 std::size_t PagedFile::bytes_of(std::uint64_t block) const {
   return static_cast<std::size_t>(std::min<std::uint64_t>(block_bytes_, bytes_ - block * block_bytes_));
 }
 
-void PagedFile::read(std::uint64_t first, std::span<std::byte> to) {
+template <class Work>
+void PagedFile::for_parts(std::uint64_t first, std::size_t count, bool written, Work&& work) {
   const std::lock_guard lock(mutex_);
-  check(first, to.size());
-  while (!to.empty()) {
-    const std::uint64_t block = first / block_bytes_;
-    const auto offset = static_cast<std::size_t>(first % block_bytes_);
-    const std::size_t count = std::min(to.size(), block_bytes_ - offset);
-    std::memcpy(to.data(), slot_data(fetch(block, false, count)) + offset, count);
-    to = to.subspan(count);
-    first += count;
+  if (first > bytes_ || count > bytes_ - first) throw Error("access behind the end of a paged array");
+  for (std::size_t done = 0; done < count;) {
+    const std::uint64_t block = (first + done) / block_bytes_;
+    const auto offset = static_cast<std::size_t>((first + done) % block_bytes_);
+    const std::size_t part = std::min(count - done, block_bytes_ - offset);
+    std::uint64_t missed = 0;
+    const auto load = [&](std::span<std::byte> data) {
+      missed = 1;
+      ++counts_.misses;
+      const std::span<std::byte> used = data.first(bytes_of(block));
+      if (written && part == used.size()) return;  // it is replaced whole
+      if (!stored_[block]) {
+        std::fill(used.begin(), used.end(), std::byte{0});
+      } else {
+        file_.read(block * block_bytes_, used);
+        counts_.bytes_read += used.size();
+      }
+    };
+    const auto store = [&](std::uint64_t old, std::span<const std::byte> data) {
+      file_.write(old * block_bytes_, data.first(bytes_of(old)));
+      counts_.bytes_written += bytes_of(old);
+      stored_[old] = true;
+    };
+    cache_.access(block, load, store, [&](std::span<std::byte> data, bool& dirty) {
+      dirty = dirty || written;
+      work(data.subspan(offset, part), done);
+    });
+    // The first element may miss, the others then hit.
+    counts_.hits += std::max<std::uint64_t>(part / element_bytes_, 1) - missed;
+    done += part;
   }
+}
+
+void PagedFile::read(std::uint64_t first, std::span<std::byte> to) {
+  for_parts(first, to.size(), false, [&](std::span<std::byte> part, std::size_t done) {
+    std::memcpy(to.data() + done, part.data(), part.size());
+  });
 }
 
 void PagedFile::write(std::uint64_t first, std::span<const std::byte> from) {
-  const std::lock_guard lock(mutex_);
-  check(first, from.size());
-  while (!from.empty()) {
-    const std::uint64_t block = first / block_bytes_;
-    const auto offset = static_cast<std::size_t>(first % block_bytes_);
-    const std::size_t count = std::min(from.size(), block_bytes_ - offset);
-    const std::size_t slot = fetch(block, count == bytes_of(block), count);
-    std::memcpy(slot_data(slot) + offset, from.data(), count);
-    slots_[slot].dirty = true;
-    from = from.subspan(count);
-    first += count;
-  }
-}
-
-std::size_t PagedFile::fetch(std::uint64_t block, bool whole, std::size_t wanted) {
-  const std::uint64_t accesses = std::max<std::uint64_t>(wanted / element_bytes_, 1);
-  const std::size_t set = static_cast<std::size_t>(block % sets_) * ways_;
-  std::size_t victim = set;
-  for (std::size_t slot = set; slot < set + ways_; ++slot) {
-    if (slots_[slot].block == block) {
-      counts_.hits += accesses;
-      slots_[slot].last_use = ++time_;
-      return slot;
-    }
-    if (slots_[slot].last_use < slots_[victim].last_use) victim = slot;
-  }
-  ++counts_.misses;
-  counts_.hits += accesses - 1;
-  std::byte* data = slot_data(victim);
-  evict(slots_[victim], data);
-  // Nothing may be found under the old name while the new contents are on their way.
-  slots_[victim] = Slot();
-  const std::size_t bytes = bytes_of(block);
-  if (!stored_[block]) {
-    if (!whole) std::memset(data, 0, bytes);
-  } else if (!whole) {
-    file_.read(block * block_bytes_, std::span(data, bytes));
-    counts_.bytes_read += bytes;
-  }
-  slots_[victim].block = block;
-  slots_[victim].last_use = ++time_;
-  return victim;
-}
-
-void PagedFile::evict(Slot& slot, const std::byte* data) {
-  if (!slot.dirty) return;
-  const std::size_t bytes = bytes_of(slot.block);
-  file_.write(slot.block * block_bytes_, std::span(data, bytes));
-  counts_.bytes_written += bytes;
-  stored_[slot.block] = true;
-  slot.dirty = false;
+  for_parts(first, from.size(), true, [&](std::span<std::byte> part, std::size_t done) {
+    std::memcpy(part.data(), from.data() + done, part.size());
+  });
 }
 
 }  // namespace glowworm

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/block_cache.h"
 #include "core/large_array.h"
 #include "core/unnamed_file.h"
 
@@ -20,7 +21,7 @@ struct PagedSettings {
   bool on_disk = false;
   std::string folder;  ///< for the file; empty: that of the environment (TMPDIR, else /tmp)
   std::size_t block_bytes = std::size_t{1} << 20;
-  std::size_t cache_blocks = 64;  ///< blocks held in memory; above 8 rounded down to a multiple of 8
+  std::size_t cache_blocks = 64;  ///< blocks held in memory, as BlockCache rounds them
 };
 
 /// What went through the cache so far.
@@ -34,12 +35,10 @@ struct PagedCounts {
   PagedCounts& operator+=(const PagedCounts& other);
 };
 
-/// Bytes on disk behind an 8-way set-associative write-back cache. The file has no name from the moment it is open: it
+/// Bytes on disk behind a BlockCache. The file has no name from the moment it is open: it
 /// is gone with the process, however that ends. Thread-safe.
 class PagedFile {
  public:
-  static constexpr std::size_t kWays = 8;
-
   /// @param element_bytes what counts as one access
   /// Throws Error where no file can be made in the folder, or a size is 0.
   PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes = 1);
@@ -54,32 +53,21 @@ class PagedFile {
 
   PagedCounts counts() const;
   /// Bytes of memory that the cache takes.
-  std::uint64_t cache_bytes() const { return slots_.size() * block_bytes_; }
+  std::uint64_t cache_bytes() const { return cache_.bytes(); }
 
  private:
-  struct Slot {
-    std::uint64_t block = kNone;
-    std::uint64_t last_use = 0;
-    bool dirty = false;
-  };
-  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
-
-  void check(std::uint64_t first, std::size_t bytes) const;
-  std::byte* slot_data(std::size_t slot) { return cache_.data() + slot * block_bytes_; }
-  /// Brings a block into the cache. @param whole it will be overwritten whole and need not be read
-  /// @param wanted bytes of it: the first element may miss, the others then hit
-  std::size_t fetch(std::uint64_t block, bool whole, std::size_t wanted);
-  void evict(Slot& slot, const std::byte* data);
+  /// Calls work(bytes of a block, done) for the parts of blocks that hold `count` bytes from `first` on; `done` is how
+  /// many of them come before. @param written whether they are replaced
+  template <class Work>
+  void for_parts(std::uint64_t first, std::size_t count, bool written, Work&& work);
   std::size_t bytes_of(std::uint64_t block) const;
 
   std::uint64_t bytes_;
-  std::size_t block_bytes_, element_bytes_, sets_, ways_;
+  std::size_t block_bytes_, element_bytes_;
   UnnamedFile file_;
   mutable std::mutex mutex_;
-  std::vector<Slot> slots_;
-  LargeArray<std::byte> cache_;
+  BlockCache cache_;
   std::vector<bool> stored_;  // by block: has it been written to the file
-  std::uint64_t time_ = 0;
   PagedCounts counts_;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "core/hilbert.h"
@@ -10,50 +11,74 @@
 
 namespace glowworm {
 
-/// Takes query points portion by portion as their rays are traced, and gives them back by place: all that lie near one
-/// another at once, so that each part of the photon map is looked at once and not once a portion. A_R of [HHS05] on
-/// disk; its A_W needs no array here, since the points come back with their weights.
+/// Takes query points portion by portion as their rays are traced, and has them looked up by place: all that lie near
+/// one another at once, so that each part of the photon map is looked at once and not once a portion. What is found
+/// waits in a second file until it can be added up in the order in which the points came: A_R and A_W of [HHS05] on
+/// disk.
 class QueryStore {
  public:
   /// @param bounds       where the query points lie, about: points outside are kept all the same
   /// @param most_points  that will be appended; throws Error where there are more
-  /// @param cache_bytes  memory for the cache of the file
+  /// @param cache_bytes  memory for the caches of the files
   /// Throws Error where no file can be made.
   QueryStore(const Box3& bounds, std::size_t most_points, std::uint64_t cache_bytes);
 
   /// Adds a portion. Throws Error where the disk is full.
   void append(const QueryPoints& portion);
 
-  /// Hands out all points, run by run along a Hilbert curve, then forgets them. The same runs for the same portions.
-  /// @param most_points of a run; a portion may not have had more
-  void visit(std::size_t most_points, const std::function<void(const QueryPoints& run)>& work);
+  /// Sets radiance[i], which is black, to what leaves point i of the run.
+  using LookUp = std::function<void(const QueryPoints& run, std::span<RGB> radiance)>;
+  /// Has all points looked up, run by run along a Hilbert curve. Then adds weight times radiance to `target` at each
+  /// point's gather_point, in the order in which the points were appended, and forgets them: the same sums as without
+  /// a file, bit for bit.
+  /// @param most_points of a run
+  void complete(std::size_t most_points, const LookUp& look_up, std::span<RGB> target);
 
   std::size_t size() const { return size_; }
   /// What went through the caches of the files.
   PagedCounts counts() const;
   /// Bytes of the caches.
-  std::uint64_t memory_bytes() const { return points_.memory_bytes() + bsdfs_.memory_bytes(); }
+  std::uint64_t memory_bytes() const {
+    return points_.memory_bytes() + bsdfs_.memory_bytes() + answers_.memory_bytes();
+  }
 
  private:
   struct Record {
     Vec3 position, normal;
     RGB reflectance, weight;
-    std::uint32_t gather_point, bsdf;
+    std::uint32_t gather_point, bsdf, number;
   };
-  /// A portion: its place in the file, and how many points each cell has there, in order.
+  /// What a point brings to its target.
+  struct Answer {
+    RGB light;
+    std::uint32_t target;
+    std::uint32_t number;  ///< of the point in its portion as it was appended
+  };
+  /// A portion: its place in the files, how much of it has been looked up, and how many points each cell has there, in
+  /// order.
   struct Portion {
-    std::size_t next = 0;
+    std::size_t first = 0, next = 0;
     std::vector<std::uint32_t> cell_counts;
   };
+  /// Points that stand together in the files.
+  struct Piece {
+    std::size_t first, count;
+  };
 
-  void read(std::size_t first, std::size_t count, QueryPoints& to);
+  void look_up_all(std::size_t most_points, const LookUp& look_up);
+  void read(const Piece& piece, QueryPoints& to);
+  void answer(std::span<const Piece> pieces, const QueryPoints& run, std::span<const RGB> radiance);
+  void add_answers(const Portion& portion, std::span<RGB> target);
 
   CubeGrid grid_;
   PagedArray<Record> points_;
   PagedArray<QueryBsdf> bsdfs_;
+  PagedArray<Answer> answers_;  // each where its point is in points_
   std::size_t size_ = 0, bsdf_count_ = 0;
   std::vector<Portion> portions_;
-  std::vector<Record> records_;  // on their way to or from the file
+  std::vector<Record> records_;         // on their way to or from the file
+  std::vector<std::uint32_t> numbers_;  // of the points of a run in their portions
+  std::vector<Answer> some_answers_;
 };
 
 }  // namespace glowworm

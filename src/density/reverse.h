@@ -17,7 +17,7 @@ struct ReverseOptions {
 };
 
 /// T_m for so many query points and photons: where points are dense beside photons, a large leaf still is a small part
-/// of a photon's kernel, and costs fewer tests of photons against boxes. bench/tables_search.cc measures it.
+/// of a photon's kernel, and costs fewer tests of photons against boxes.
 std::uint32_t reverse_leaf_size(std::size_t points, std::size_t photons);
 
 /// make_reverse_engine() with other options.

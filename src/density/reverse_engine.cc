@@ -71,13 +71,17 @@ class SubtreeWorker {
     } else if (shading == Shading::glossy) {
       reverse_sum_glossy(part, view_, clusters_, glossy, counts);
     } else {
+      exact_.assign(subtree.point_count, {});
       // One by one, so that no more pairs wait than need be.
       for (const ReverseCluster& cluster : clusters_) {
         reverse_collect(part, view_, {&cluster, 1}, pairs_, counts);
         if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
       }
     }
-    if (shading == Shading::one_by_one) shade_pairs(part, subtree);
+    if (shading == Shading::one_by_one) {
+      shade_pairs(part, subtree);
+      round_sums(part, subtree);
+    }
   }
 
   ReverseCounts counts;
@@ -110,7 +114,7 @@ class SubtreeWorker {
     return {numbers_.data(), leaf_.data(), preparer_.tables(), model};
   }
 
-  /// Adds what the pairs found so far give, each point's in one batch, and forgets them.
+  /// Adds what the pairs found so far give to exact_, each point's in one batch, and forgets them.
   void shade_pairs(const ReverseSubtreeView& part, const ReverseSubtree& subtree) {
     std::stable_sort(pairs_.begin(), pairs_.end(),
                      [](const ReversePair& a, const ReversePair& b) { return a.point < b.point; });
@@ -129,14 +133,22 @@ class SubtreeWorker {
         const std::size_t lane = point - node.first();
         std::uint32_t bsdf;
         std::memcpy(&bsdf, part.points + first * kReverseFields + 7 * n + lane, sizeof bsdf);
-        const RGB sum = shader_.shade(points_.bsdfs[bsdf], gathered_);
-        float* to = part.sums + first * kReverseSums + lane;
-        to[0] += sum.r;
-        to[n] += sum.g;
-        to[2 * n] += sum.b;
+        shader_.add(points_.bsdfs[bsdf], gathered_, exact_[first + lane]);
       }
     }
     pairs_.clear();
+  }
+
+  /// Puts what shade_pairs() has added up into A_W.
+  void round_sums(const ReverseSubtreeView& part, const ReverseSubtree& subtree) const {
+    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+      const ReverseNode& node = part.nodes[subtree.root + i];
+      if (!node.is_leaf()) continue;
+      const std::size_t n = node.count(), first = node.first() - subtree.first_point;
+      for (std::size_t lane = 0; lane < n; ++lane)
+        for (std::size_t c = 0; c < 3; ++c)
+          part.sums[first * kReverseSums + c * n + lane] = static_cast<float>(exact_[first + lane][c]);
+    }
   }
 
   const ReversePhotonArray& photons_;
@@ -146,6 +158,7 @@ class SubtreeWorker {
   std::vector<ReverseLeafBounds> bounds_;
   std::vector<ReverseCluster> clusters_;  // those that reach the subtree
   std::vector<ReversePair> pairs_;
+  std::vector<std::array<double, 3>> exact_;  // sums of the points that are shaded one by one, in A_R order
   GatheredPhotons gathered_;
   BatchShader shader_;
   GlossyPreparer preparer_;

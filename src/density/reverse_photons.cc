@@ -5,7 +5,7 @@
 
 #include "core/parallel.h"
 #include "density/kd_tree.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 
@@ -44,7 +44,7 @@ bool overlap(const Box3& a, const Box3& b) {
 
 ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusPolicy& policy,
                                        std::uint32_t cluster_size)
-    : min_normal_cosine_(policy.min_normal_cosine), kernel_(static_cast<ReverseKernel>(policy.kernel)) {
+    : min_normal_cosine_(policy.min_normal_cosine), kernel_(policy.kernel) {
   const auto radius_of = [&](std::uint32_t i) {
     return policy.kind == RadiusKind::per_photon ? policy.radii[i] : policy.radius;
   };

@@ -49,7 +49,7 @@ class ReversePhotonArray {
   std::vector<ReverseCluster> clusters_;
   std::vector<Group> groups_;
   float min_normal_cosine_ = 0;
-  ReverseKernel kernel_ = ReverseKernel::epanechnikov;
+  KernelShape kernel_ = KernelShape::epanechnikov;
 };
 
 }  // namespace glowworm

@@ -31,20 +31,24 @@ void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy) {
 }
 
 RGB BatchShader::shade(const QueryBsdf& query, const GatheredPhotons& photons) {
+  std::array<double, 3> sum{};
+  add(query, photons, sum);
+  return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
+}
+
+void BatchShader::add(const QueryBsdf& query, const GatheredPhotons& photons, std::array<double, 3>& sum) {
   const auto local = [&](Vec3 w) { return Vec3{dot(w, query.s), dot(w, query.t), dot(w, query.n)}; };
   const std::size_t count = photons.direction.size();
   local_.resize(count);
   values_.resize(count);
   for (std::size_t i = 0; i < count; ++i) local_[i] = local(photons.direction[i]);
   evaluate_batch(query.bsdf, local(query.wo), local_, kBroad, values_);
-  double sum[3] = {0, 0, 0};
   for (std::size_t i = 0; i < count; ++i) {
     const RGB f = photons.flux[i] * values_[i];
     sum[0] += f.r;
     sum[1] += f.g;
     sum[2] += f.b;
   }
-  return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
 }
 
 }  // namespace glowworm

@@ -1,6 +1,7 @@
 // What engines share when they shade the photons they found: checks of the policy, and query points that are not
 // Lambertian.
 #pragma once
+#include <array>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,8 @@ class BatchShader {
  public:
   /// Sum over the photons of f_r(x, w_j, w_o) times flux, of the broad lobes; added up in double precision.
   RGB shade(const QueryBsdf& query, const GatheredPhotons& photons);
+  /// The same added to `sum`, photon after photon: the same bits however the photons are cut into calls.
+  void add(const QueryBsdf& query, const GatheredPhotons& photons, std::array<double, 3>& sum);
 
  private:
   std::vector<Vec3> local_;

@@ -20,8 +20,10 @@ constexpr double kLargestShare = 0.08;
 constexpr double kBrightness = 8;
 /// Share of the mean square of radiosity that they must have for sampling them to pay.
 constexpr double kLeastMoment = 0.5;
-/// A triangle is divided this often at most.
+/// A triangle is divided this often at most, into so many cells.
 constexpr int kDeepest = 7;
+constexpr float kMostCells = 0x1p+14f;
+static_assert(kMostCells == float{1 << (2 * kDeepest)});
 /// Rays about a bright photon that look for patches, and how far above the surface they start, in radii.
 constexpr int kProbes = 6;
 constexpr float kAbove = 0.25f;
@@ -57,8 +59,8 @@ std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::u
 
 /// Halvings of a triangle's sides after which its cells are as large as a square around a circle of that radius.
 int level_of(const Geometry& geometry, std::uint32_t triangle, float radius) {
-  const float cells = geometry.area(triangle) / std::max(4 * radius * radius, 1e-12f);
-  return std::clamp(static_cast<int>(std::lround(std::log2(std::max(cells, 1.0f)) / 2)), 0, kDeepest);
+  const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, kMostCells);
+  return static_cast<int>(std::lround(std::log2(cells) / 2));
 }
 
 /// Number of the cell: two of them, a lower and an upper one, in each square of the barycentric grid.
@@ -94,7 +96,7 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
     const Vec3 n = places.normal[i];
     const Frame frame = Frame::from_normal(n);
     const float radius = radii.radius(places.position[i]), above = kAbove * radius;
-    Sampler sampler(SamplerKind::independent, 0, 0x62726967u, static_cast<std::uint32_t>(i));
+    Sampler sampler(SamplerKind::independent, 0, kBrightPatchStream, static_cast<std::uint32_t>(i));
     for (int k = 0; k < kProbes; ++k) {
       const Vec2 on_disc = k == 0 ? Vec2{0, 0} : square_to_disk(sampler.next2()) * radius;
       const Vec3 over = places.position[i] + frame.s * on_disc.x + frame.t * on_disc.y + n * above;
@@ -112,8 +114,8 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
     if (triangle == kNone || geometry.emission[triangle] != kNone) continue;
     SurfacePoint point = surface_point(scene, triangle, hits[i].barycentric);
     const Vec3 wo = places.normal[place[i]];
-    const Bsdf bsdf = resolve_bsdf(scene, point, wo);
-    const float scattered = luminance(albedo(bsdf, point.frame.to_local(wo), kBroad));
+    const Bsdf bsdf = resolve_bsdf(scene, point);
+    const float scattered = luminance(shaded(point, bsdf).albedo(wo, kBroad));
     if (!(scattered > 0)) continue;
     if (level_[triangle] == kNoLevel)
       level_[triangle] = static_cast<std::uint8_t>(level_of(geometry, triangle, radii.radius(point.position)));
@@ -175,11 +177,12 @@ BrightPatches::Sample BrightPatches::sample(const Geometry& geometry, Vec3 from,
 }
 
 void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
-                       std::span<const std::uint32_t> order, std::uint32_t rays_each, std::uint32_t samples_each,
-                       std::uint32_t seed, GatherRays& out, std::vector<std::uint32_t>& targets) {
+                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherRays& out,
+                       std::vector<std::uint32_t>& targets) {
+  const auto [rays_each, samples_each, seed] = settings;
   for (std::uint32_t n = 0; n < samples_each; ++n)
     for (const std::uint32_t i : order) {
-      Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x62726967u),
+      Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], kBrightPatchStream),
                       points.sample[i] * samples_each + n);
       const Vec2 v = sampler.next2();
       const BrightPatches::Sample s = patches.sample(scene.geometry(), points.position[i], sampler.next1(), v);
@@ -188,18 +191,19 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
       const float squared = length_squared(offset);
       if (!(squared > 0)) continue;
       const Vec3 direction = offset / std::sqrt(squared);
-      const Vec3 wo = points.frame[i].to_local(points.wo[i]), wi = points.frame[i].to_local(direction);
-      const RGB f = evaluate(points.bsdf[i], wo, wi, kBroad);
-      Ray ray;
-      if (is_black(f) || !leave_surface(points.position[i], points.normal[i], direction, wi.z * wo.z > 0, ray))
-        continue;
+      const ShadedSurface surface(points.bsdf[i], points.frame[i], points.normal[i]);
+      const RGB scattered = surface.evaluate(points.wo[i], direction, kBroad);
+      if (is_black(scattered)) continue;
+      const Ray ray =
+          leave_surface(points.position[i], face_forward(points.normal[i], direction), points.offset[i], direction);
       const std::uint32_t triangle = patches.triangle(s.patch);
-      const float cosine = std::abs(dot(scene.geometry().normal(triangle), direction));
+      const float cosine = std::abs(dot(scene.diffuse_triangle(triangle).normal, direction));
       if (!(cosine > 0)) continue;
       // Balance heuristic: f cos over the density of all samples together.
-      const float pdf_patch = s.density * squared / cosine, pdf_bsdf = pdf(points.bsdf[i], wo, wi, kBroad);
+      const float pdf_patch = s.density * squared / cosine;
+      const float pdf_bsdf = surface.pdf(points.wo[i], direction, kBroad);
       const float together = static_cast<float>(samples_each) * pdf_patch + static_cast<float>(rays_each) * pdf_bsdf;
-      out.push_back(ray, points.throughput[i] * f * (std::abs(wi.z) / together), pdf_bsdf, i, rays_each + n);
+      out.push_back(ray, points.throughput[i] * scattered * (1 / together), pdf_bsdf, i, rays_each + n);
       out.segment.back() = Segment::to_patch;
       targets.push_back(s.patch);
     }
@@ -208,7 +212,7 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
 float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
                    const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each) {
   const float density = patches.density(ray.origin, patch);
-  const float cosine = std::abs(dot(scene.geometry().normal(hit.triangle), ray.direction));
+  const float cosine = std::abs(dot(scene.diffuse_triangle(hit.triangle).normal, ray.direction));
   if (!(density > 0) || !(cosine > 0)) return 1;
   return balance_heuristic(static_cast<float>(rays_each), pdf, static_cast<float>(samples_each),
                            density * hit.distance * hit.distance / cosine);

@@ -68,11 +68,16 @@ class BrightPatches {
   LightTree tree_;
 };
 
+/// Rays of a gather point by the BSDF, and to bright patches.
+struct PatchRaySettings {
+  std::uint32_t rays_each, samples_each, seed;
+};
+
 /// Appends rays to bright patches, `samples_each` for every gather point listed, with their weights against `rays_each`
 /// rays by the BSDF; and to `targets` the patch that each must meet to count.
 void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
-                       std::span<const std::uint32_t> order, std::uint32_t rays_each, std::uint32_t samples_each,
-                       std::uint32_t seed, GatherRays& out, std::vector<std::uint32_t>& targets);
+                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherRays& out,
+                       std::vector<std::uint32_t>& targets);
 
 /// The balance heuristic's weight of a ray by the BSDF that ends on `patch`.
 /// @param pdf of the ray's direction per steradian

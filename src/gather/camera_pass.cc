@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -75,13 +76,13 @@ class BlockTracer {
     queries_.clear();
     paths_.clear();
     start(x0, y0);
-    intersect(RayOrder::coherent);
+    intersect_camera_rays();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < slot_.size(); ++i)
       if (see(i)) rays_[kept++] = rays_[i];
     rays_.resize(kept);
     for (int bounce = 1; kept > 0; ++bounce) {
-      intersect(RayOrder::incoherent);
+      intersect();
       kept = 0;
       for (std::size_t i = 0; i < rays_.size(); ++i) {
         if (!advance(paths_[i], rays_[i], hits_[i], bounce)) continue;
@@ -142,11 +143,22 @@ class BlockTracer {
   }
 
   /// The sequence of a pixel's random numbers.
-  static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, 0x63616d65u); }
+  static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, kCameraStream); }
 
-  void intersect(RayOrder order) {
+  void intersect() {
     hits_.resize(rays_.size());
-    tracer_.intersect(rays_, hits_, order);
+    tracer_.intersect(rays_, hits_, RayOrder::incoherent);
+    rays_traced_ += rays_.size();
+  }
+
+  /// Sample by sample: how many samples the task has must not show in which rays share a packet, on which the last bits
+  /// of a coherent ray's hit depend.
+  void intersect_camera_rays() {
+    hits_.resize(rays_.size());
+    const std::size_t each = rays_.size() / task_.sample_count;
+    for (std::size_t first = 0; first < rays_.size(); first += each)
+      tracer_.intersect(std::span(rays_).subspan(first, each), std::span(hits_).subspan(first, each),
+                        RayOrder::coherent);
     rays_traced_ += rays_.size();
   }
 
@@ -176,9 +188,9 @@ class BlockTracer {
     Vec3 shading_normal;
     if (scene.geometry().emission[hit.triangle] != kNone ||
         !diffuse_point(scene, hit.triangle, hit.barycentric, point) ||
-        !diffuse_shading_normal(scene, hit.triangle, hit.barycentric, point, wo, shading_normal))
+        !diffuse_shading_normal(scene, hit.triangle, hit.barycentric, point, shading_normal))
       return false;
-    first_hit_.normal[slot_[i]] = face_forward(shading_normal, wo);
+    first_hit_.normal[slot_[i]] = shading_normal_towards(shading_normal, point.geometric_normal, wo);
     first_hit_.albedo[slot_[i]] = point.reflectance;
     if (max_component(point.reflectance) > 0)
       queries_.push_back(point.position, face_forward(point.geometric_normal, wo), point.reflectance, RGB(1.0f),
@@ -203,16 +215,16 @@ class BlockTracer {
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
     const Vec3 wo = -direction;
     add_emission(path, point, wo);
-    const Bsdf bsdf = resolve_bsdf(scene, point, wo);
+    const Bsdf bsdf = resolve_bsdf(scene, point);
+    const ShadedSurface surface = shaded(point, bsdf);
     const Lobes have = lobes(bsdf);
     Sampler& sampler = path.sampler;
-    if (bounce == 0) first_hit_.normal[slot] = face_forward(point.frame.n, wo);
-    if (bounce == 0) first_hit_.albedo[slot] = albedo(bsdf, point.frame.to_local(wo), kAllLobes);
+    if (bounce == 0) first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
+    if (bounce == 0) first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
     if ((have & kBroad) && (have & kSharp)) {
-      const Vec3 wo_local = point.frame.to_local(wo);
-      const float broad = luminance(albedo(bsdf, wo_local, kBroad));
-      const float sharp = luminance(albedo(bsdf, wo_local, kSharp));
+      const float broad = luminance(surface.albedo(wo, kBroad));
+      const float sharp = luminance(surface.albedo(wo, kSharp));
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
     if (broad_probability >= 1 || sampler.next1() < broad_probability) {
@@ -244,6 +256,7 @@ class BlockTracer {
     points_.sample.push_back(path.sample);
     points_.position.push_back(point.position);
     points_.normal.push_back(normal);
+    points_.offset.push_back(point.offset);
     points_.frame.push_back(point.frame);
     points_.wo.push_back(wo);
     points_.bsdf.push_back(bsdf);
@@ -254,16 +267,13 @@ class BlockTracer {
   bool follow(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
     Sampler& sampler = path.sampler;
     const float u_lobe = sampler.next1();
-    const BsdfSample s = sample(bsdf, point.frame.to_local(wo), u_lobe, sampler.next2(), kSharp, Transport::radiance);
+    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
-        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, 1, 1);
+        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, {1, 1});
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
       radiance_.direct[path.slot] += path.throughput * light.radiance;
     if (!s.valid) return false;
-    const Vec3 direction = point.frame.to_world(s.wi);
-    const float side = dot(direction, point.geometric_normal);
-    if ((side * dot(wo, point.geometric_normal) > 0) != (s.wi.z * dot(wo, point.frame.n) > 0)) return false;
     RGB throughput = path.throughput * s.weight;
     if (bounce >= kRouletteAfter) {
       const float survival = std::min(0.95f, max_component(throughput));
@@ -274,8 +284,7 @@ class BlockTracer {
     path.throughput = throughput;
     path.bounce_pdf = s.delta ? 0 : s.pdf;
     path.bounce_position = point.position;
-    const Vec3 normal = side > 0 ? point.geometric_normal : -point.geometric_normal;
-    ray = {offset_origin(point.position, normal), 0, direction, std::numeric_limits<float>::infinity()};
+    ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 
@@ -296,25 +305,31 @@ class BlockTracer {
   std::uint64_t rays_traced_ = 0;
 };
 
+/// What a pass adds to beside its points.
+struct PassOutput {
+  SlotRadiance& radiance;
+  FirstHit& first_hit;
+  Statistics& statistics;
+};
+
 /// Traces the blocks of a task; what each has found is joined in the order of the blocks.
 template <typename Join>
 void trace_blocks(const Tracer& tracer, const Camera& camera, const CameraTask& task,
-                  const CameraPassSettings& settings, bool as_queries, SlotRadiance& radiance, FirstHit& first_hit,
-                  Statistics& statistics, Join&& join) {
-  radiance.resize(task.slot_count());
-  first_hit.albedo.assign(task.slot_count(), RGB());
-  first_hit.normal.assign(task.slot_count(), Vec3());
-  first_hit.depth.assign(task.slot_count(), 0);
+                  const CameraPassSettings& settings, bool as_queries, const PassOutput& output, Join&& join) {
+  output.radiance.resize(task.slot_count());
+  output.first_hit.albedo.assign(task.slot_count(), RGB());
+  output.first_hit.normal.assign(task.slot_count(), Vec3());
+  output.first_hit.depth.assign(task.slot_count(), 0);
   const int columns = (task.x1 - task.x0 + kBlock - 1) / kBlock, rows = (task.y1 - task.y0 + kBlock - 1) / kBlock;
   const auto blocks = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   PartQueue<BlockMemory> queue(blocks, join);
   parallel_for(0, blocks, 1, [&](std::size_t, std::size_t) {
     const std::size_t block = queue.take();
     std::unique_ptr<BlockMemory> memory = queue.borrow();
-    BlockTracer block_tracer(tracer, camera, task, settings, as_queries, radiance, first_hit, *memory);
+    BlockTracer block_tracer(tracer, camera, task, settings, as_queries, output.radiance, output.first_hit, *memory);
     block_tracer.trace(task.x0 + static_cast<int>(block) % columns * kBlock,
                        task.y0 + static_cast<int>(block) / columns * kBlock);
-    statistics.add(Counter::camera_rays, block_tracer.rays_traced());
+    output.statistics.add(Counter::camera_rays, block_tracer.rays_traced());
     queue.put(block, std::move(memory));
   });
 }
@@ -326,7 +341,7 @@ void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& t
   const PhaseTimer timer(statistics, Phase::camera_pass);
   points.clear();
   points.reserve(task.slot_count());
-  trace_blocks(tracer, camera, task, settings, false, radiance, first_hit, statistics,
+  trace_blocks(tracer, camera, task, settings, false, {radiance, first_hit, statistics},
                [&](const BlockMemory& block) { points.append(block.points); });
   statistics.add(Counter::gather_points, points.size());
 }
@@ -345,7 +360,7 @@ void camera_pass_queries(const Tracer& tracer, const Camera& camera, const Camer
   const PhaseTimer timer(statistics, Phase::camera_pass);
   queries.clear();
   queries.reserve(task.slot_count());
-  trace_blocks(tracer, camera, task, settings, true, radiance, first_hit, statistics,
+  trace_blocks(tracer, camera, task, settings, true, {radiance, first_hit, statistics},
                [&](const BlockMemory& block) { queries.append(block.queries); });
 }
 

@@ -1,6 +1,7 @@
 #include "gather/direct_light.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/offset_origin.h"
@@ -12,27 +13,38 @@ namespace glowworm {
 namespace {
 /// Gather points that one piece of parallel work takes.
 constexpr std::size_t kPointsPerChunk = 256;
-/// A shadow ray ends this short of the light, relative to the distance, so that the light does not shadow itself.
-constexpr float kShadowLength = 0.9999f;
+/// Error of a shadow ray's length and direction, relative to its length: 16 halves of the last place.
+constexpr float kShadowError = 0x1p-20f;
+
+/// From the point, moved off its surface, to the place on the light, moved off that. Where rounding leaves nothing
+/// between them, a ray that meets nothing.
+/// @param side the geometric normal on the side of the light
+Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
+  const Vec3 from = offset_origin(point.position, side, point.offset);
+  if (!std::isfinite(light.distance)) return {from, 0, light.direction, light.distance};
+  const float before_light = light.offset + kShadowError * light.distance;
+  const Vec3 way = offset_origin(light.position, light.normal, before_light) - from;
+  const float distance = length(way);
+  const bool crossed = !(dot(way, side) > 0) || (!light.delta && !(dot(way, light.normal) < 0));
+  if (crossed) return {from, 0, light.direction, 0};
+  // The place of a point light has no side to move to.
+  return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance};
+}
 }  // namespace
 
 UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                    Lobes lobes, float u_light, Vec2 u, float light_samples, float bsdf_samples) {
+                                    Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts) {
   UnoccludedLight out;
   const LightSample light = sample_light(scene, point.position, Vec3{0, 0, 0}, u_light, u);
   if (!(light.pdf > 0) || is_black(light.radiance)) return out;
-  const Vec3 wo_local = point.frame.to_local(wo), wi_local = point.frame.to_local(light.direction);
-  const float geometric = dot(light.direction, point.geometric_normal);
-  const bool same_side = geometric * dot(wo, point.geometric_normal) > 0;
-  if (same_side != (wi_local.z * wo_local.z > 0)) return out;
-  const RGB f = evaluate(bsdf, wo_local, wi_local, lobes);
-  if (is_black(f)) return out;
+  const ShadedSurface surface = shaded(point, bsdf);
+  const RGB scattered = surface.evaluate(wo, light.direction, lobes);
+  if (is_black(scattered)) return out;
   float weight = 1;
-  if (!light.delta && bsdf_samples > 0)
-    weight = balance_heuristic(light_samples, light.pdf, bsdf_samples, pdf(bsdf, wo_local, wi_local, lobes));
-  out.radiance = f * light.radiance * (std::abs(wi_local.z) * weight / light.pdf);
-  const Vec3 side = geometric > 0 ? point.geometric_normal : -point.geometric_normal;
-  out.shadow_ray = {offset_origin(point.position, side), 0, light.direction, light.distance * kShadowLength};
+  if (!light.delta && counts.bsdf > 0)
+    weight = balance_heuristic(counts.light, light.pdf, counts.bsdf, surface.pdf(wo, light.direction, lobes));
+  out.radiance = scattered * light.radiance * (weight / light.pdf);
+  out.shadow_ray = shadow_ray(point, face_forward(point.geometric_normal, light.direction), light);
   return out;
 }
 
@@ -44,6 +56,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
                       std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::direct);
   if (light_samples == 0) return;
+  const LightSampleCounts counts{static_cast<float>(light_samples), static_cast<float>(gather_rays)};
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
     std::vector<Ray> rays;
     std::vector<RGB> light;
@@ -52,14 +65,14 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       SurfacePoint point;
       point.position = points.position[i];
       point.geometric_normal = points.normal[i];
+      point.offset = points.offset[i];
       point.frame = points.frame[i];
       for (std::uint32_t n = 0; n < light_samples; ++n) {
-        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], 0x6c696768u),
+        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], kLightStream),
                         points.sample[i] * light_samples + n);
         const Vec2 u = sampler.next2();
         const UnoccludedLight l = sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad, u.x,
-                                                      {sampler.next1(), u.y}, static_cast<float>(light_samples),
-                                                      static_cast<float>(gather_rays));
+                                                      {sampler.next1(), u.y}, counts);
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

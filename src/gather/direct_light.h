@@ -23,10 +23,15 @@ struct UnoccludedLight {
   Ray shadow_ray;
 };
 
+/// Samples of a point that bring the same light: of lights, and of the BSDF (0: none are taken).
+struct LightSampleCounts {
+  float light = 1, bsdf = 0;
+};
+
 /// One light sample for a point: f_r of the lobes asked for, times cosine, times light, over pdf, times the weight
-/// against `bsdf_samples` samples of the BSDF (0: none are taken).
+/// against the samples of the BSDF.
 UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                    Lobes lobes, float u_light, Vec2 u, float light_samples, float bsdf_samples);
+                                    Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts = {});
 
 /// How many light samples a gather point takes beside so many gather rays, where nothing else was asked for.
 std::uint32_t usual_light_samples(std::uint32_t gather_rays);

@@ -66,8 +66,8 @@ class ChunkGatherer {
   void look_at_patches(std::span<const std::uint32_t> order) {
     rays_.clear();
     std::vector<std::uint32_t> targets;
-    create_patch_rays(scene_, *settings_.bright, points_, order, settings_.rays, settings_.patch_samples,
-                      settings_.seed, rays_, targets);
+    create_patch_rays(scene_, *settings_.bright, points_, order,
+                      {settings_.rays, settings_.patch_samples, settings_.seed}, rays_, targets);
     if (!rays_.rays.empty()) trace([&](std::size_t i) { return meets(i, targets[i]); });
     while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
   }
@@ -142,16 +142,16 @@ class ChunkGatherer {
       add_light(i, emitted_radiance(scene_, point, wo), [&](Vec3 from) {
         return light_pdf(scene_, from, {0, 0, 0}, point);
       });
-    const Bsdf bsdf = resolve_bsdf(scene_, point, wo);
+    const Bsdf bsdf = resolve_bsdf(scene_, point);
     if (is_lambertian(bsdf)) return arrive(i, hit, point, bsdf, wo, 1);
     const Lobes have = lobes(bsdf);
     if (!(have & kSharp)) return arrive(i, hit, point, bsdf, wo, 1);
     if (!(have & kBroad)) return follow(i, point, bsdf, wo, 1);
-    const Vec3 wo_local = point.frame.to_local(wo);
-    const float broad = luminance(albedo(bsdf, wo_local, kBroad)), sharp = luminance(albedo(bsdf, wo_local, kSharp));
+    const ShadedSurface surface = shaded(point, bsdf);
+    const float broad = luminance(surface.albedo(wo, kBroad)), sharp = luminance(surface.albedo(wo, kSharp));
     const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     const float u =
-        gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, 0x73706c69u + rays_.bounces[i]);
+        gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, kSplitStream + rays_.bounces[i]);
     return u < probability ? arrive(i, hit, point, bsdf, wo, 1 / probability)
                            : follow(i, point, bsdf, wo, 1 / (1 - probability));
   }
@@ -198,10 +198,11 @@ class ChunkGatherer {
   bool gather_again(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], 0x61676169u), rays_.stratum[i]), points_.sample[p]);
+                    hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream), rays_.stratum[i]),
+                    points_.sample[p]);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
-        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y}, 1, 0);
+        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y});
     if (!is_black(light.radiance)) {
       ++shadow_rays;
       if (!tracer_.occluded(light.shadow_ray)) radiance_.indirect[points_.slot[p]] += weight * light.radiance;
@@ -218,7 +219,7 @@ class ChunkGatherer {
     if (bounces > settings_.max_sharp_bounces) return false;
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], 0x73686172u + static_cast<std::uint32_t>(bounces)),
+                    hash_combine(hash_combine(points_.sequence[p], kSharpStream + static_cast<std::uint32_t>(bounces)),
                                  rays_.stratum[i]),
                     points_.sample[p]);
     const RGB weight = rays_.weight[i] * factor;
@@ -228,13 +229,10 @@ class ChunkGatherer {
 
   bool bounce(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight, Lobes which,
               Sampler& sampler, Segment next) {
-    const Vec3 wo_local = point.frame.to_local(wo);
     const float u_lobe = sampler.next1();
-    const BsdfSample s = sample(bsdf, wo_local, u_lobe, sampler.next2(), which, Transport::radiance);
+    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), which);
     if (!s.valid || is_black(s.weight)) return false;
-    const Vec3 normal = face_forward(point.geometric_normal, wo);
-    if (!leave_surface(point.position, normal, point.frame.to_world(s.wi), s.wi.z * wo_local.z > 0, rays_.rays[i]))
-      return false;
+    rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
     rays_.weight[i] = weight * s.weight;
     rays_.segment[i] = next;
     return true;
@@ -260,8 +258,10 @@ struct ChunkMemory {
 }  // namespace
 
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
-                  const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
-                  Statistics& statistics, QueryPoints* caustic_queries) {
+                  const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,
+                  Statistics& statistics) {
+  QueryPoints& queries = found.queries;
+  QueryPoints* const caustic_queries = found.caustic_queries;
   const PhaseTimer timer(statistics, Phase::gather_rays);
   queries.clear();
   if (caustic_queries) caustic_queries->clear();
@@ -289,7 +289,8 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
 void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
                RGB weight, std::uint32_t target) {
   if (bsdf.kind != BsdfKind::lambertian) {
-    queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, wo}, weight, target);
+    const Vec3 seen_from = ShadedSurface(bsdf, frame, normal).seen_from(wo);
+    queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, seen_from}, weight, target);
     return;
   }
   if (!is_black(bsdf.diffuse)) queries.push_back(position, normal, bsdf.diffuse, weight, target);

@@ -24,18 +24,23 @@ struct FinalGatherSettings {
   bool looks_at_patches() const { return bright && patch_samples > 0 && !bright->empty(); }
 };
 
+/// What final gathering finds. What the query points held before is lost, but its memory is used again.
+struct GatherQueries {
+  /// The query points, in an order in which neighbours are close together; their weight carries the throughput of the
+  /// camera path and 1/N, their gather_point is the slot.
+  QueryPoints& queries;
+  /// What rays that gather again ask the caustic map, of the same kind; null: there is no such map, and lights that
+  /// they find through sharp bounces are added: seldom, and then bright.
+  QueryPoints* caustic_queries = nullptr;
+};
+
 /// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit
 /// lights bring (weighted against light_samples light samples), and to `radiance.indirect` the direct light at the ends
 /// of rays that gather again. The same for any number of threads. Adds to Phase::gather_rays; counts gather_rays and
 /// occlusion_rays.
-/// @param queries become the query points, in an order in which neighbours are close together; their weight carries the
-///   throughput of the camera path and 1/N, their gather_point is the slot. What they held before is lost, but its
-///   memory is used again.
-/// @param caustic_queries become what rays that gather again ask the caustic map, of the same kind; null: there is no
-///   such map, and lights that they find through sharp bounces are added: seldom, and then bright
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
-                  const FinalGatherSettings& settings, SlotRadiance& radiance, QueryPoints& queries,
-                  Statistics& statistics, QueryPoints* caustic_queries = nullptr);
+                  const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,
+                  Statistics& statistics);
 
 /// Appends a surface point as query points: one, two where it lets light through diffusely, none where it is black.
 /// @param frame  shading frame

@@ -33,7 +33,7 @@ DiffuseRayCell numbers_of_cell(std::uint32_t rays_each, std::uint32_t cell, std:
   DiffuseRayCell numbers;
   numbers.seed = seed;
   if (!strata.usable()) {
-    numbers.sequence_salt = 0x67617468u;
+    numbers.sequence_salt = kGatherStream;
     numbers.sample_stride = rays_each;
     numbers.sample_offset = cell;
     return numbers;
@@ -120,7 +120,7 @@ void coherent_order(const GatherPoints& points, std::size_t first, std::size_t l
   for (std::size_t i = first; i < last; ++i) {
     const Frame& frame = points.frame[i];
     // A stratum is a cell of directions about the side of the surface that the viewer is on.
-    const bool below = dot(points.wo[i], frame.n) < 0;
+    const bool below = dot(points.normal[i], frame.n) < 0;
     const std::uint64_t cell = octahedral_cell(below ? -frame.n : frame.n, kNormalBits) << (2 * kTangentBits) |
                                octahedral_cell(frame.s, kTangentBits);
     keys.push_back(cell << 32 | i);
@@ -159,18 +159,17 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
 void GatherRayMaker::prepare_diffuse(std::size_t place) {
   const std::uint32_t i = order_[place];
   const Frame& frame = points_->frame[i];
-  const float cosine = dot(points_->wo[i], frame.n);
-  const Vec3 axes[3] = {frame.s, frame.t, cosine < 0 ? -frame.n : frame.n};
+  const Vec3 axes[3] = {frame.s, frame.t, face_forward(frame.n, points_->normal[i])};
   const RGB reflectance = points_->bsdf[i].diffuse;
-  // A surface that is black or seen edge on has no rays: with a normal of zero no direction lies on its side.
-  const Vec3 normal = cosine != 0 && max_component(reflectance) > 0 ? points_->normal[i] : Vec3{0, 0, 0};
+  // A black surface has no rays: with a normal of zero no direction lies on its side.
+  const Vec3 normal = max_component(reflectance) > 0 ? points_->normal[i] : Vec3{0, 0, 0};
   sequence_[place] = points_->sequence[i];
   sample_[place] = points_->sample[i];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t which = 0; which < 3; ++which) frame_[3 * which + axis][place] = axes[which][axis];
     normal_[axis][place] = normal[axis];
   }
-  origin_[place] = offset_origin(points_->position[i], points_->normal[i]);
+  origin_[place] = offset_origin(points_->position[i], points_->normal[i], points_->offset[i]);
   weight_[place] = points_->throughput[i] * reflectance * (1.0f / static_cast<float>(rays_each_));
 }
 
@@ -224,13 +223,11 @@ void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays
                   points.sample[i] * numbers.sample_stride + numbers.sample_offset);
   const Vec2 u = sampler.next2();
   const Vec2 in_cell{u.x * numbers.side[0] + numbers.low[0], u.y * numbers.side[1] + numbers.low[1]};
-  const Vec3 wo = points.frame[i].to_local(points.wo[i]);
-  const BsdfSample s = sample(points.bsdf[i], wo, gather_ray_number(points, i, cell, seed_, 0x6c6f6265u), in_cell,
-                              kBroad, Transport::radiance);
+  const ShadedSurface surface(points.bsdf[i], points.frame[i], points.normal[i]);
+  const ScatteredRay s =
+      surface.sample(points.wo[i], gather_ray_number(points, i, cell, seed_, kLobeStream), in_cell, kBroad);
   if (!s.valid || is_black(s.weight)) return;
-  Ray ray;
-  if (!leave_surface(points.position[i], points.normal[i], points.frame[i].to_world(s.wi), s.wi.z * wo.z > 0, ray))
-    return;
+  const Ray ray = leave_surface(points.position[i], s.side, points.offset[i], s.direction);
   out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
 }
 
@@ -240,11 +237,8 @@ float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint
   return to_unit_float(hash_combine(key, points.sample[point]));
 }
 
-bool leave_surface(Vec3 position, Vec3 normal, Vec3 direction, bool reflected, Ray& ray) {
-  const float side = dot(direction, normal);
-  if ((side > 0) != reflected || side == 0) return false;
-  ray = {offset_origin(position, side > 0 ? normal : -normal), 0, direction, std::numeric_limits<float>::infinity()};
-  return true;
+Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction) {
+  return {offset_origin(position, side, offset), 0, direction, std::numeric_limits<float>::infinity()};
 }
 
 }  // namespace glowworm

@@ -81,8 +81,8 @@ class GatherRayMaker {
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,
                         std::uint32_t what);
 
-/// The ray that leaves a surface; false where shading normals would send it through an opaque one, or keep a
-/// transmitted one in. `normal` is on the side that the path came from.
-bool leave_surface(Vec3 position, Vec3 normal, Vec3 direction, bool reflected, Ray& ray);
+/// The ray that leaves a surface. @param side the geometric normal, on the side where the ray leaves
+/// @param offset how far along it the ray begins (offset_origin()), metres
+Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction);
 
 }  // namespace glowworm

@@ -3,12 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <span>
+#include <string_view>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
+#include "image/image_format.h"
 #include "image/image_reader.h"
 #include "image/tone_map.h"
 
@@ -41,21 +47,22 @@ std::size_t size_of(SampleType type) {
 
 namespace {
 
-// No codec of still images packs more than this many bytes into one; a header that claims more is damaged.
-constexpr std::uint64_t kLargestCompression = 5000;
 // Rows that scan_image_file holds at once of files that are not tiled.
 constexpr int kBandRows = 64;
+// No format and no renderer needs more; products of a few such numbers stay far below 2^64.
+constexpr int kLargestSide = 1 << 20, kMostChannels = 1024;
 
-void check_header(const std::string& path, const ImageFileHeader& header, int depth) {
-  if (header.width <= 0 || header.height <= 0 || header.channels <= 0 || depth > 1) {
+void check_header(const std::string& path, const ImageFormat& format, const ImageFileHeader& header, int depth) {
+  const auto within = [](int value, int largest) { return value > 0 && value <= largest; };
+  if (!within(header.width, kLargestSide) || !within(header.height, kLargestSide) ||
+      !within(header.channels, kMostChannels) || depth > 1) {
     throw Error({path},
                 fmt::format("not a picture: it says {} x {} pixels of {} channels", header.width, header.height,
                             header.channels),
                 "Save it again from the program that made it.");
   }
-  const std::uint64_t bytes = static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height) *
-                              static_cast<std::uint64_t>(header.channels) * sizeof(float);
-  if (bytes > physical_memory_bytes() / 2) {
+  const std::uint64_t pixels = static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height);
+  if (pixels * static_cast<std::uint64_t>(header.channels) * sizeof(float) > physical_memory_bytes() / 2) {
     throw Error({path},
                 fmt::format("{} x {} pixels of {} channels do not fit into memory", header.width, header.height,
                             header.channels),
@@ -63,7 +70,8 @@ void check_header(const std::string& path, const ImageFileHeader& header, int de
   }
   std::error_code unknown_size;
   const std::uint64_t file_bytes = std::filesystem::file_size(path, unknown_size);
-  if (!unknown_size && bytes / kLargestCompression > file_bytes) {
+  const double most = format.pixels_per_byte * static_cast<double>(file_bytes);
+  if (!unknown_size && most > 0 && static_cast<double>(pixels) > most) {
     throw Error({path},
                 fmt::format("truncated or damaged: {} x {} pixels cannot come out of a file of {} bytes", header.width,
                             header.height, file_bytes),
@@ -73,32 +81,53 @@ void check_header(const std::string& path, const ImageFileHeader& header, int de
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-std::unique_ptr<ImageReader> open_input(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw Error({path}, "the image file does not exist or cannot be reached",
-                "Check the path and its folder's rights.");
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw Error({path}, "not a file that holds an image", "Give the path of an image file.");
-  }
+/// A picture's file, open.
+struct Input {
+  const ImageFormat* format;
+  std::unique_ptr<ImageReader> reader;
+  ImageFileHeader header;
+};
+
+const ImageFormat& format_of(const std::string& path) {
+  std::array<std::uint8_t, kFormatBytes> bytes{};
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
+  in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  const std::span<const std::uint8_t> begin = std::span(bytes).first(static_cast<std::size_t>(in.gcount()));
+  if (const ImageFormat* format = find_image_format(begin, path)) return *format;
+  const std::string other = unread_format(begin);
+  throw Error({path},
+              other.empty() ? "is not a picture of a format that is read"
+                            : fmt::format("is {} picture, a format that is not read", other),
+              fmt::format("Convert it: {} are read.", image_format_names()));
+}
+
+Input open_input(const std::string& path) {
+  check_input_file(path);
+  Input input{&format_of(path), nullptr, {}};
   std::string failure;
-  std::unique_ptr<ImageReader> input = open_image_reader(path, failure);
-  if (!input) {
-    throw Error({path}, fmt::format("cannot be read as an image ({})", first_line(failure)),
-                "Use a whole PNG, JPEG, EXR, HDR, TIFF, TGA, BMP or other image file.");
+  input.reader = open_image_reader(path, input.format->plugin, failure);
+  if (!input.reader) {
+    throw Error({path}, fmt::format("cannot be read as {} ({})", input.format->name, first_line(failure)),
+                fmt::format("Use a whole {} file.", image_format_names()));
   }
-  check_header(path, input->header(), input->depth());
+  input.header = input.reader->header();
+  check_header(path, *input.format, input.header, input.reader->depth());
+  const int tile = input.reader->tile_height();
+  input.header.rows_at_once = std::min(!input.format->by_rows ? input.header.height
+                                       : tile > 0             ? tile
+                                                              : kBandRows,
+                                       input.header.height);
   return input;
 }
 
 // Throws where a reading of pixels was not complete.
-void check_report(const std::string& path, ImageReader& input, bool complete) {
-  const std::string report = first_line(input.report());
+void check_report(const std::string& path, const Input& input, bool complete) {
+  const std::string report = first_line(input.reader->report());
   // Readers of TIFF and JPEG say that they succeeded and yet report what is missing; libjpeg's other reports are of
   // blemishes that any viewer passes over.
-  const bool blemish = complete && input.is_jpeg() && report.find("Premature end") == std::string::npos;
+  const bool blemish =
+      complete && input.format->name == std::string_view("JPEG") && report.find("Premature end") == std::string::npos;
   if (!complete || (!report.empty() && !blemish)) {
     throw Error({path}, fmt::format("truncated or damaged ({})", report), "Save or copy the file again.");
   }
@@ -107,30 +136,27 @@ void check_report(const std::string& path, ImageReader& input, bool complete) {
 
 }  // namespace
 
-ImageFileHeader read_image_header(const std::string& path) { return open_input(path)->header(); }
+ImageFileHeader read_image_header(const std::string& path) { return open_input(path).header; }
 
 ImageFileData read_image_file(const std::string& path, bool convert_to_single) {
-  const std::unique_ptr<ImageReader> input = open_input(path);
+  const Input input = open_input(path);
   ImageFileData data;
-  data.header = input->header();
+  data.header = input.header;
   if (convert_to_single) data.header.type = SampleType::single;
   const ImageFileHeader& header = data.header;
-  data.samples.resize(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) *
-                      static_cast<std::size_t>(header.channels) * size_of(header.type));
-  check_report(path, *input, input->read_rows(0, header.height, header.type, data.samples.data()));
+  data.samples.resize(header.bytes_of_rows(header.height));
+  check_report(path, input, input.reader->read_rows(0, header.height, header.type, data.samples.data()));
   return data;
 }
 
 ImageFileHeader scan_image_file(
     const std::string& path, const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band) {
-  const std::unique_ptr<ImageReader> input = open_input(path);
-  const ImageFileHeader header = input->header();
-  const int rows = input->tile_height() > 0 ? input->tile_height() : kBandRows;
-  for (int first = 0; first < header.height; first += rows) {
-    const int last = std::min(first + rows, header.height);
-    std::vector<std::byte> samples(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(last - first) *
-                                   static_cast<std::size_t>(header.channels) * size_of(header.type));
-    check_report(path, *input, input->read_rows(first, last, header.type, samples.data()));
+  const Input input = open_input(path);
+  const ImageFileHeader& header = input.header;
+  for (int first = 0; first < header.height; first += header.rows_at_once) {
+    const int last = std::min(first + header.rows_at_once, header.height);
+    std::vector<std::byte> samples(header.bytes_of_rows(last - first));
+    check_report(path, input, input.reader->read_rows(first, last, header.type, samples.data()));
     band(header, samples);
   }
   return header;

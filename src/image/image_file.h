@@ -30,7 +30,14 @@ struct ImageFileHeader {
   SampleType type = SampleType::single;
   TransferFunction transfer;  ///< of the colour channels; alpha is linear always
   std::vector<std::string> channel_names;
+  int rows_at_once = 0;                         ///< rows that reading by bands holds, and decodes, at once
   std::map<std::string, std::string> metadata;  ///< attributes that are text
+
+  /// Bytes of so many rows as stored.
+  std::uint64_t bytes_of_rows(int rows) const {
+    return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(channels) *
+           size_of(type);
+  }
 };
 
 /// Pixels as stored: channels interleaved, row-major, first row on top, alpha not multiplied into colour where the
@@ -46,8 +53,8 @@ ImageFileHeader read_image_header(const std::string& path);
 /// Reads the first picture of a file.
 /// @param convert_to_single 32-bit floats whatever the file holds (integers become 0…1); otherwise the smallest type
 /// of SampleType that keeps the file's numbers (32-bit integers and doubles become single)
-/// Throws Error with a remedy where the file is missing, not an image, truncated, empty, or larger than half of the
-/// machine's memory.
+/// Throws Error with a remedy where the file is missing, of no format that is read (image/image_format.h), truncated,
+/// empty, or larger than half of the machine's memory.
 ImageFileData read_image_file(const std::string& path, bool convert_to_single);
 
 /// Reads the first picture of a file by bands of rows, so that little of it is in memory at once, and calls `band`

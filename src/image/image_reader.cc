@@ -29,9 +29,9 @@ OpenImageFunction* load_library() {
 
 }  // namespace
 
-std::unique_ptr<ImageReader> open_image_reader(const std::string& path, std::string& failure) {
+std::unique_ptr<ImageReader> open_image_reader(const std::string& path, const char* plugin, std::string& failure) {
   static OpenImageFunction* const open = load_library();
-  return std::unique_ptr<ImageReader>(open(path.c_str(), failure));
+  return std::unique_ptr<ImageReader>(open(path.c_str(), plugin, failure));
 }
 
 }  // namespace glowworm

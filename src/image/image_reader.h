@@ -19,7 +19,6 @@ class ImageReader {
   int depth() const { return depth_; }
   /// Rows of a tile; 0 where the file is not tiled.
   int tile_height() const { return tile_height_; }
-  bool is_jpeg() const { return is_jpeg_; }
   /// Reads rows [first, last), which begin at a tile's first row and end at a tile's last or the picture's, as samples
   /// of a type. Returns whether all came.
   virtual bool read_rows(int first, int last, SampleType type, void* samples) = 0;
@@ -29,15 +28,14 @@ class ImageReader {
  protected:
   ImageFileHeader header_;
   int depth_ = 0, tile_height_ = 0;
-  bool is_jpeg_ = false;
 };
 
-/// Opens a file; null where it cannot be read as an image, and then `failure` says why. Throws Error where the shared
-/// library is not there.
-std::unique_ptr<ImageReader> open_image_reader(const std::string& path, std::string& failure);
+/// Opens a file by the reader of a format (ImageFormat::plugin) alone; null where it cannot be read as an image, and
+/// then `failure` says why. Throws Error where the shared library is not there.
+std::unique_ptr<ImageReader> open_image_reader(const std::string& path, const char* plugin, std::string& failure);
 
 /// The function of the shared library that does it, by its name there. The caller deletes what it returns.
-using OpenImageFunction = ImageReader*(const char* path, std::string& failure);
+using OpenImageFunction = ImageReader*(const char* path, const char* plugin, std::string& failure);
 inline constexpr const char* kOpenImageFunction = "glowworm_open_image";
 
 }  // namespace glowworm

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 #include <netdb.h>
+#include <poll.h>
 #include <sys/socket.h>
-#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,7 +20,6 @@ namespace {
 
 constexpr std::uint8_t kCloseImage = 2, kCreateImage = 4, kUpdateImage = 6;
 constexpr const char* kDefaultPort = "14158";
-constexpr long kPatienceSeconds = 5;
 /// Bytes of pixels in one packet, about: so that tev shows large pictures as they come.
 constexpr std::size_t kPacketBytes = std::size_t{1} << 20;
 constexpr const char* kRemedy = "Start tev, and give --tev the HOST:PORT it listens on (127.0.0.1:14158).";
@@ -46,14 +45,32 @@ Place parse_address(const std::string& address) {
   return place;
 }
 
-/// A socket connected to one of the addresses, or -1 with errno of the last try.
-int connect_to(const addrinfo* list) {
+/// Waits until the socket takes bytes, or has failed; false with errno where it does neither before the deadline.
+bool wait_to_write(int descriptor, std::chrono::steady_clock::time_point deadline) {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
+    pollfd wanted{descriptor, POLLOUT, 0};
+    const int ready = left > 0 ? poll(&wanted, 1, static_cast<int>(std::min<long long>(left, 60'000))) : 0;
+    if (ready > 0) return true;
+    if (ready == 0 && left <= 0) errno = ETIMEDOUT;
+    if (left <= 0 || (ready < 0 && errno != EINTR)) return false;
+  }
+}
+
+/// Connects a socket that does not block; false with errno where that fails.
+bool connect_by(int descriptor, const addrinfo& to, std::chrono::steady_clock::time_point deadline) {
+  if (connect(descriptor, to.ai_addr, to.ai_addrlen) == 0) return true;
+  if (errno != EINPROGRESS || !wait_to_write(descriptor, deadline)) return false;
+  socklen_t size = sizeof(errno);
+  return getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &errno, &size) == 0 && errno == 0;
+}
+
+/// A socket, which does not block, connected to one of the addresses; or -1 with errno of the last try.
+int connect_to(const addrinfo* list, std::chrono::steady_clock::time_point deadline) {
   for (const addrinfo* a = list; a; a = a->ai_next) {
-    const int made = socket(a->ai_family, a->ai_socktype | SOCK_CLOEXEC, a->ai_protocol);
+    const int made = socket(a->ai_family, a->ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK, a->ai_protocol);
     if (made < 0) continue;
-    const timeval patience{kPatienceSeconds, 0};
-    setsockopt(made, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
-    if (connect(made, a->ai_addr, a->ai_addrlen) == 0) return made;
+    if (connect_by(made, *a, deadline)) return made;
     const int why = errno;
     close(made);
     errno = why;
@@ -132,7 +149,8 @@ TevPacket TevPacket::close_image(std::string_view name) {
   return packet;
 }
 
-TevConnection::TevConnection(const std::string& address) : address_(address) {
+TevConnection::TevConnection(const std::string& address, double patience_s)
+    : address_(address), patience_s_(patience_s) {
   const Place place = parse_address(address);
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;
@@ -141,32 +159,40 @@ TevConnection::TevConnection(const std::string& address) : address_(address) {
   if (const int code = getaddrinfo(place.host.c_str(), place.port.c_str(), &wanted, &found); code != 0)
     throw Error(fmt::format("--tev '{}': {}", address, gai_strerror(code)), kRemedy);
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> list(found, freeaddrinfo);
-  socket_ = connect_to(list.get());
+  socket_ = connect_to(list.get(), deadline());
   if (socket_ < 0) throw Error(fmt::format("--tev '{}': {}", address, std::strerror(errno)), kRemedy);
 }
 
 TevConnection::~TevConnection() { close(socket_); }
 
-void TevConnection::send(const TevPacket& packet) {
+TevConnection::Clock::time_point TevConnection::deadline() const {
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s_));
+}
+
+void TevConnection::send(const TevPacket& packet, Clock::time_point deadline) {
   const std::vector<char>& bytes = packet.bytes();
   for (std::size_t sent = 0; sent < bytes.size();) {
     const ssize_t count = ::send(socket_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0)
+    if (count >= 0) {
+      sent += static_cast<std::size_t>(count);
+      continue;
+    }
+    const bool may_go_on = errno == EINTR || (errno == EAGAIN && wait_to_write(socket_, deadline));
+    if (!may_go_on)
       throw Error(fmt::format("tev at {} takes no more of the picture: {}", address_, std::strerror(errno)));
-    sent += static_cast<std::size_t>(count);
   }
 }
 
 void TevConnection::show(const std::string& name, const Image& image) {
   std::string what = fmt::format("{} {}x{}", name, image.width(), image.height());
   for (const ImageChannel& channel : image.channels()) what += " " + channel.name;
-  if (what != shown_) send(TevPacket::create_image(name, image));
+  const Clock::time_point end = deadline();
+  if (what != shown_) send(TevPacket::create_image(name, image), end);
   shown_ = what;
   const std::size_t row = static_cast<std::size_t>(image.width()) * image.channels().size() * sizeof(float);
   const int rows = static_cast<int>(std::max<std::size_t>(1, kPacketBytes / std::max<std::size_t>(row, 1)));
   for (int first = 0; first < image.height(); first += rows)
-    send(TevPacket::update_image(name, image, first, std::min(first + rows, image.height())));
+    send(TevPacket::update_image(name, image, first, std::min(first + rows, image.height())), end);
 }
 
 }  // namespace glowworm

@@ -1,5 +1,6 @@
 // Showing pictures in a running tev (github.com/Tom94/tev) over its network protocol.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -39,20 +40,23 @@ class TevPacket {
 class TevConnection {
  public:
   /// @param address HOST:PORT, or HOST for tev's own port 14158; an IPv6 address in brackets. Throws Error where it is
-  /// none, or nothing answers there.
-  explicit TevConnection(const std::string& address);
+  /// none, or nothing answers there within `patience_s` seconds.
+  explicit TevConnection(const std::string& address, double patience_s = 5);
   ~TevConnection();
   TevConnection(const TevConnection&) = delete;
   TevConnection& operator=(const TevConnection&) = delete;
 
   /// Shows all channels of a picture under a name; replaces what was shown under it. Throws Error where the connection
-  /// was closed, or tev takes nothing for seconds.
+  /// was closed, or tev has not taken all of the picture within `patience_s` seconds.
   void show(const std::string& name, const Image& image);
 
  private:
-  void send(const TevPacket& packet);
+  using Clock = std::chrono::steady_clock;
+  void send(const TevPacket& packet, Clock::time_point deadline);
+  Clock::time_point deadline() const;
 
   std::string address_;
+  double patience_s_;
   int socket_ = -1;
   std::string shown_;  // name, size and channels of the picture that tev has
 };

@@ -2,6 +2,7 @@
 
 #include <Imath/half.h>
 
+#include <cmath>
 #include <cstring>
 
 namespace glowworm {
@@ -56,7 +57,10 @@ float TexelDecoder::plain(const std::byte* samples, std::size_t index) const {
 }
 
 float TexelDecoder::color(const std::byte* samples, std::size_t index) const {
-  if (table_.empty()) return transfer_.decode(plain(samples, index));
+  if (table_.empty()) {
+    const float value = transfer_.decode(plain(samples, index));
+    return std::isfinite(value) ? value : 0;
+  }
   if (type_ == SampleType::uint8) return table_[std::to_integer<std::uint8_t>(samples[index])];
   std::uint16_t code;
   std::memcpy(&code, samples + index * sizeof code, sizeof code);

@@ -18,7 +18,7 @@ class TexelDecoder {
  public:
   TexelDecoder(SampleType type, const TransferFunction& transfer);
 
-  /// Sample `index` of an array as a linear number.
+  /// Sample `index` of an array as a linear number; 0 where it is not finite.
   float color(const std::byte* samples, std::size_t index) const;
   /// The same without the transfer function.
   float alpha(const std::byte* samples, std::size_t index) const;

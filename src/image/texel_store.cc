@@ -11,32 +11,17 @@
 namespace glowworm {
 
 TexelStore::TexelStore(std::uint64_t cache_bytes)
-    : sets_(static_cast<std::size_t>(std::max<std::uint64_t>(cache_bytes / (kWays * kBlockBytes), 1))),
-      cache_(sets_.size() * kWays * kBlockBytes) {}
+    : cache_(kBlockBytes, std::max(static_cast<std::size_t>(cache_bytes / kBlockBytes), BlockCache::kWays)) {}
 
 void TexelStore::write(std::uint64_t first, std::span<const std::byte> blocks) {
   file_.write(first * kBlockBytes, blocks);
 }
 
 void TexelStore::read(std::uint64_t block, std::size_t offset, std::span<std::byte> to) {
-  // Multiplied by the golden ratio, so that textures of one size do not all meet in the same sets.
-  const std::size_t index = static_cast<std::size_t>((block * 0x9e3779b97f4a7c15u >> 32) % sets_.size());
-  Set& set = sets_[index];
-  const std::lock_guard lock(set.mutex);
-  auto way = static_cast<std::size_t>(std::find(set.block.begin(), set.block.end(), block) - set.block.begin());
-  const bool found = way < kWays;
-  if (!found) {
-    way = static_cast<std::size_t>(std::min_element(set.last_use.begin(), set.last_use.end()) - set.last_use.begin());
-  }
-  std::byte* data = cache_.data() + (index * kWays + way) * kBlockBytes;
-  if (!found) {
-    // Nothing may be found under the old name where the reading fails.
-    set.block[way] = kNone;
-    file_.read(block * kBlockBytes, std::span(data, kBlockBytes));
-    set.block[way] = block;
-  }
-  set.last_use[way] = ++set.time;
-  std::memcpy(to.data(), data + offset, to.size());
+  cache_.access(
+      block, [&](std::span<std::byte> data) { file_.read(block * kBlockBytes, data); },
+      [](std::uint64_t, std::span<const std::byte>) {},  // blocks are written once, past the cache
+      [&](std::span<std::byte> data, bool&) { std::memcpy(to.data(), data.data() + offset, to.size()); });
 }
 
 namespace {

@@ -1,20 +1,17 @@
 // Texels of many textures in one temporary file, behind a cache of fixed size.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "core/block_cache.h"
 #include "core/unnamed_file.h"
 #include "image/image_file.h"
 
 namespace glowworm {
 
-/// Blocks of texels in a file without a name (core/unnamed_file.h), read through a set-associative cache whose least
-/// recently used blocks make room. The cache takes its memory at once and never more. Reading is thread-safe.
+/// Blocks of texels in a file without a name (core/unnamed_file.h), read through a BlockCache. Reading is thread-safe.
 class TexelStore {
  public:
   static constexpr std::size_t kBlockBytes = 4096;
@@ -29,21 +26,11 @@ class TexelStore {
   void read(std::uint64_t block, std::size_t offset, std::span<std::byte> to);
 
   /// Bytes of memory that the cache takes.
-  std::uint64_t cache_bytes() const { return cache_.size(); }
+  std::uint64_t cache_bytes() const { return cache_.bytes(); }
 
  private:
-  static constexpr std::size_t kWays = 8;
-  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
-  struct Set {
-    Set() { block.fill(kNone); }
-    std::mutex mutex;
-    std::uint64_t time = 0;
-    std::array<std::uint64_t, kWays> block, last_use{};
-  };
-
   UnnamedFile file_;
-  std::vector<Set> sets_;
-  std::vector<std::byte> cache_;
+  BlockCache cache_;
 };
 
 /// Where the texels of one picture lie in a store: tiles of a power of two texels a side, each in a block, row by row.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/memory_budget.h"
 #include "core/rgb.h"
 #include "core/vec.h"
 #include "image/image_file.h"
@@ -100,7 +101,9 @@ class TextureLibrary {
   /// @param limit_bytes of memory for texels; 0 means without limit. Three quarters of it hold whole files. When they
   /// are full, the texels of further files go into one temporary file without a name (TexelStore), whose cache gets the
   /// last quarter, but 1 MiB at least, at once.
-  explicit TextureLibrary(std::uint64_t limit_bytes = 0);
+  /// @param budget that texels, and the memory that decoding takes, are reserved in; null: none. open() throws
+  /// MemoryError where it has no room.
+  explicit TextureLibrary(std::uint64_t limit_bytes = 0, std::shared_ptr<MemoryBudget> budget = nullptr);
   ~TextureLibrary();
   TextureLibrary(const TextureLibrary&) = delete;
   TextureLibrary& operator=(const TextureLibrary&) = delete;

@@ -71,14 +71,19 @@ class StoredTexture final : public TextureFile {
 }  // namespace
 
 struct TextureLibrary::State {
-  std::uint64_t limit = 0;
+  State(std::uint64_t limit_bytes, std::shared_ptr<MemoryBudget> given)
+      : limit(limit_bytes), budget(given ? std::move(given) : std::make_shared<MemoryBudget>()) {}
+
+  std::uint64_t limit;
+  std::shared_ptr<MemoryBudget> budget;
+  Reservation held{*budget, "textures", 0};
   std::mutex mutex;
   std::uint64_t resident = 0;
   std::map<std::string, std::shared_ptr<const TexelArray>> whole;
   std::map<std::string, StoredTexels> stored;
   std::shared_ptr<TexelStore> store;
   std::uint64_t blocks = 0;  // of the store, taken
-  bool said_problem = false;
+  bool said_problem = false, reserved_cache = false;
 
   std::shared_ptr<const TextureFile> find(const std::string& name, const TextureOptions& options) const {
     if (const auto found = whole.find(name); found != whole.end()) return make_texture(found->second, options);
@@ -88,19 +93,18 @@ struct TextureLibrary::State {
     return nullptr;
   }
 
-  bool fits(const std::string& path) const {
-    if (limit == 0) return true;
-    const ImageFileHeader header = read_image_header(path);
-    const std::uint64_t bytes = static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height) *
-                                static_cast<std::uint64_t>(header.channels) * size_of(header.type);
-    return resident + bytes <= limit / 4 * 3;
+  bool fits(const ImageFileHeader& header) const {
+    return limit == 0 || resident + header.bytes_of_rows(header.height) <= limit / 4 * 3;
   }
 
   // Why the store could not be made; empty where it is there.
   std::string ensure_store(const std::string& name) {
     if (store) return "";
     try {
+      if (!std::exchange(reserved_cache, true)) held.grow(std::max(limit / 4, kSmallestCache));
       store = std::make_shared<TexelStore>(std::max(limit / 4, kSmallestCache));
+    } catch (const MemoryError&) {
+      throw;
     } catch (const Error& error) {
       return error.what();
     }
@@ -129,9 +133,8 @@ struct TextureLibrary::State {
   }
 };
 
-TextureLibrary::TextureLibrary(std::uint64_t limit_bytes) : state_(std::make_unique<State>()) {
-  state_->limit = limit_bytes;
-}
+TextureLibrary::TextureLibrary(std::uint64_t limit_bytes, std::shared_ptr<MemoryBudget> budget)
+    : state_(std::make_unique<State>(limit_bytes, std::move(budget))) {}
 
 TextureLibrary::~TextureLibrary() = default;
 
@@ -145,7 +148,10 @@ std::shared_ptr<const TextureFile> TextureLibrary::open(const std::string& path,
   const std::string& name = known_as.empty() ? path : known_as;
   const std::lock_guard lock(state_->mutex);
   if (auto known = state_->find(name, options)) return known;
-  if (state_->fits(path) || !state_->put_into_store(path, name)) {
+  const ImageFileHeader header = read_image_header(path);
+  const Reservation decoding(*state_->budget, "decoding of a texture", header.bytes_of_rows(header.rows_at_once));
+  if (state_->fits(header) || !state_->put_into_store(path, name)) {
+    state_->held.grow(header.bytes_of_rows(header.height));
     auto texels = read_texels(path);
     state_->resident += texels->samples.size();
     state_->whole[name] = std::move(texels);

@@ -3,6 +3,8 @@
 #include <png.h>
 
 #include <csetjmp>
+#include <cstdio>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -16,16 +18,27 @@ namespace {
 
 /// What libpng's callbacks work with.
 struct Encoding {
-  std::string bytes, failure;
+  std::string bytes;
+  char failure[128] = "out of memory";
 };
 
-void append(png_structp png, png_bytep bytes, png_size_t count) {
-  auto* encoding = static_cast<Encoding*>(png_get_io_ptr(png));
-  encoding->bytes.append(reinterpret_cast<const char*>(bytes), count);
+/// False where memory is short: no exception may pass through libpng.
+bool append(std::string& to, png_bytep bytes, png_size_t count) {
+  try {
+    to.append(reinterpret_cast<const char*>(bytes), count);
+  } catch (const std::exception&) {
+    return false;
+  }
+  return true;
+}
+
+void take_bytes(png_structp png, png_bytep bytes, png_size_t count) {
+  if (!append(static_cast<Encoding*>(png_get_io_ptr(png))->bytes, bytes, count)) png_error(png, "out of memory");
 }
 
 void note_failure(png_structp png, png_const_charp message) {
-  static_cast<Encoding*>(png_get_error_ptr(png))->failure = message;
+  Encoding& encoding = *static_cast<Encoding*>(png_get_error_ptr(png));
+  std::snprintf(encoding.failure, sizeof encoding.failure, "%s", message);
   png_longjmp(png, 1);
 }
 
@@ -83,7 +96,7 @@ void write_png(const std::string& path, const Image& image, ToneCurve curve, flo
   Encoding encoding;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoding, note_failure, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
-  if (info) png_set_write_fn(png, &encoding, append, nullptr);
+  if (info) png_set_write_fn(png, &encoding, take_bytes, nullptr);
   const bool done =
       info && encode(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), rows.data(), texts);
   png_destroy_write_struct(&png, &info);

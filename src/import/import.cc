@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <new>
 #include <string_view>
 #include <system_error>
 
@@ -45,7 +46,7 @@ void check_is_file(const std::string& path) {
 
 }  // namespace
 
-SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) {
+SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) try {
   if (path_or_builtin.starts_with(kBuiltinPrefix)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
   const std::string& path = path_or_builtin;
   check_is_file(path);
@@ -58,6 +59,10 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
   if (assimp_reads(extension)) return load_assimp(path, options);
   throw Error({path}, "files of type '" + extension + "' are not supported",
               "Supported: .pbrt, .gltf, .glb, .obj, .ply, .stl and what Assimp reads (.fbx, .dae, .blend, .3ds, ...).");
+} catch (const MemoryError& error) {
+  throw Error(FilePlace{path_or_builtin}, error.what());
+} catch (const std::bad_alloc&) {
+  throw Error({path_or_builtin}, "the scene does not fit into memory", "Use simpler meshes or a machine with more.");
 }
 
 }  // namespace glowworm

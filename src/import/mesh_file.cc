@@ -19,6 +19,7 @@ namespace {
 /// @param mesh its arrays for vertices are full
 SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const std::string& path,
                           const ImportOptions& options, NoteCounter& notes) {
+  const Reservation held(*options.budget, "meshes", mesh_bytes(mesh));
   const std::filesystem::path full(path);
   SceneDescription description;
   description.name = full.stem().string();
@@ -28,6 +29,7 @@ SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const st
   };
   const std::uint32_t emission = add_phong_material(material, {load, notes, description});
   notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
+  const Reservation triangles(*options.budget, "triangles", scene_bytes(mesh));
   append_counted(description.geometry, mesh, path, 0, emission, notes);
   if (description.geometry.triangles.empty()) {
     throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");
@@ -36,10 +38,15 @@ SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const st
   return description;
 }
 
+Geometry read_stl(const std::string& path, MemoryBudget& budget) {
+  Reservation held(budget, "scene files", 0);
+  return parse_stl(read_input_file(path, held), path, budget);
+}
+
 }  // namespace
 
 SceneDescription load_ply(const std::string& path, const ImportOptions& options) {
-  PlyMesh source = read_ply(path);
+  PlyMesh source = read_ply(path, *options.budget);
   NoteCounter notes;
   if (source.has_colors) notes.add("mesh with colours at its vertices, not used");
   Geometry mesh;
@@ -57,7 +64,7 @@ SceneDescription load_ply(const std::string& path, const ImportOptions& options)
 }
 
 SceneDescription load_stl(const std::string& path, const ImportOptions& options) {
-  Geometry mesh = parse_stl(read_input_file(path), path);
+  Geometry mesh = read_stl(path, *options.budget);
   NoteCounter notes;
   notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
   // The facet's normal says no more than the winding does now.

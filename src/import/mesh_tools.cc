@@ -1,5 +1,6 @@
 #include "import/mesh_tools.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <unordered_map>
@@ -32,6 +33,19 @@ VertexBits vertex_bits(const Geometry& mesh, std::size_t i) {
 }
 
 }  // namespace
+
+std::uint64_t mesh_bytes(const Geometry& mesh) {
+  const auto bytes = [](const auto& array) { return std::uint64_t{array.size()} * sizeof array[0]; };
+  return bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.triangles) + bytes(mesh.material) +
+         bytes(mesh.emission);
+}
+
+std::uint64_t scene_bytes(const Geometry& mesh) { return scene_bytes(mesh.triangles.size(), mesh.positions.size()); }
+
+std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices) {
+  constexpr std::uint64_t kBytesPerTriangle = 200, kBytesPerVertex = 48;
+  return triangles * kBytesPerTriangle + std::min(vertices, 3 * triangles) * kBytesPerVertex;
+}
 
 void transform_mesh(Geometry& mesh, const Transform& to_world) {
   for (Vec3& p : mesh.positions) p = to_world.point(p);

@@ -1,6 +1,7 @@
 // What every importer does to a mesh before it joins the scene.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "core/transform.h"
@@ -8,6 +9,14 @@
 #include "scene/geometry.h"
 
 namespace glowworm {
+
+/// Bytes of memory that the arrays of a mesh take.
+std::uint64_t mesh_bytes(const Geometry& mesh);
+
+/// Bytes that a mesh takes in a scene: its tables, and what rays are traced against.
+std::uint64_t scene_bytes(const Geometry& mesh);
+/// The same by numbers. @param vertices of which no more than three for each triangle count
+std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices);
 
 /// Moves a mesh to world space. Normals stay unit; where the map mirrors, triangles are wound the other way round, so
 /// that their outside stays outside (glTF 2.0, section 3.7.4).

@@ -7,6 +7,9 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
+#include <mutex>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -66,40 +69,65 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// The ending by which OpenImageIO finds the reader for what stands in memory.
-const char* extension_of(std::span<const std::uint8_t> bytes) {
-  const auto starts = [&](std::initializer_list<int> magic) {
-    return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
-  };
-  if (starts({0x89, 'P', 'N', 'G'})) return ".png";
-  if (starts({0xff, 0xd8, 0xff})) return ".jpg";
-  if (starts({'R', 'I', 'F', 'F'})) return ".webp";
-  if (starts({'D', 'D', 'S', ' '})) return ".dds";
-  if (starts({0x76, 0x2f, 0x31, 0x01})) return ".exr";
-  if (starts({'B', 'M'})) return ".bmp";
-  return nullptr;
-}
-
-/// Opens what stands in memory by way of a file, since the library reads, and bounds the memory of, files.
-std::shared_ptr<const TextureFile> open_bytes(TextureLibrary& library, const std::string& name,
-                                              std::span<const std::uint8_t> bytes, const TextureOptions& options) {
-  if (auto known = library.find(name, options)) return known;
-  const char* extension = extension_of(bytes);
-  if (!extension) throw Error("not a PNG, JPEG, WebP, DDS, EXR or BMP image");
-  const TemporaryFolder folder;
-  const std::filesystem::path file = folder.path() / (std::string("image") + extension);
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw Error("no room to unpack it in " + folder.path().string());
-  return library.open(file.string(), options, name);
-}
-
 /// The first line of an error about `name`, without the name in front, which the caller says himself.
 std::string problem_of(const std::string& name, const std::string& message) {
   const std::string line = message.substr(0, message.find('\n'));
   return line.starts_with(name + ": ") ? line.substr(name.size() + 2) : line;
 }
+
+/// Hands what stands in memory to `read` by way of a file, since the library reads, and bounds the memory of, files.
+template <typename Read>
+auto by_way_of_a_file(std::span<const std::uint8_t> bytes, const Read& read) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "image").string();
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw Error("no room to unpack it in " + folder.path().string());
+  try {
+    return read(file);
+  } catch (const MemoryError&) {
+    throw;
+  } catch (const Error& error) {
+    throw Error(problem_of(file, error.what()));
+  }
+}
+
+/// A texture whose texels are read when they are first asked for. What cannot be read then is magenta, with a warning.
+class LazyImage final : public TextureImage {
+ public:
+  using Open = std::function<std::shared_ptr<const TextureFile>()>;
+  LazyImage(std::string name, const ImageFileHeader& header, Open open)
+      : name_(std::move(name)),
+        width_(header.width),
+        height_(header.height),
+        has_alpha_(header.alpha_channel >= 0),
+        open_(std::move(open)) {}
+  RGB color(Vec2 uv) const override { return file() ? file_->color(uv) : RGB(1, 0, 1); }
+  float alpha(Vec2 uv) const override { return file() ? file_->alpha(uv) : 1; }
+  bool has_alpha() const override { return has_alpha_; }
+  int width() const override { return width_; }
+  int height() const override { return height_; }
+
+ private:
+  const TextureFile* file() const {
+    std::call_once(once_, [this] {
+      try {
+        file_ = open_();
+      } catch (const std::exception& error) {
+        warn("texture '" + name_ + "' is magenta: " + problem_of(name_, error.what()));
+      }
+    });
+    return file_.get();
+  }
+
+  std::string name_;
+  int width_, height_;
+  bool has_alpha_;
+  Open open_;
+  mutable std::once_flag once_;
+  mutable std::shared_ptr<const TextureFile> file_;
+};
 
 /// The entry of a folder that has this name but for capitals, the first of several in the order of their bytes; empty
 /// where there is none.
@@ -119,10 +147,33 @@ std::filesystem::path entry_whatever_the_capitals(const std::filesystem::path& f
 
 struct TextureCache::State {
   explicit State(const ImportOptions& options, NoteCounter& notes)
-      : library(options.texture_memory_bytes), notes(notes) {}
+      : library(std::make_shared<TextureLibrary>(options.budget->limit() / 4, options.budget)),
+        notes(notes),
+        lazy(options.lazy_textures) {}
 
-  TextureLibrary library;
+  std::shared_ptr<const TextureImage> read_file(const std::string& path, const TextureOptions& options) const {
+    if (!lazy) return std::make_shared<FileImage>(library->open(path, options));
+    return std::make_shared<LazyImage>(path, read_image_header(path),
+                                       [kept = library, path, options] { return kept->open(path, options); });
+  }
+
+  std::shared_ptr<const TextureImage> read_memory(const std::string& name, std::span<const std::uint8_t> bytes,
+                                                  const TextureOptions& options) {
+    const auto open = [kept = library, name, options](std::span<const std::uint8_t> from) {
+      if (auto known = kept->find(name, options)) return known;
+      return by_way_of_a_file(from, [&](const std::string& file) { return kept->open(file, options, name); });
+    };
+    if (!lazy) return std::make_shared<FileImage>(open(bytes));
+    auto& kept = unread[name];
+    if (!kept) kept = std::make_shared<std::vector<std::uint8_t>>(bytes.begin(), bytes.end());
+    return std::make_shared<LazyImage>(name, by_way_of_a_file(bytes, read_image_header),
+                                       [open, from = kept] { return open(*from); });
+  }
+
+  std::shared_ptr<TextureLibrary> library;
   NoteCounter& notes;
+  bool lazy;
+  std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>> unread;  // files in memory, where lazy
   std::set<std::string> failed;
   std::shared_ptr<const TextureImage> magenta = std::make_shared<MagentaImage>();
 };
@@ -144,7 +195,9 @@ std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& p
   check_cancelled();
   if (state_->failed.contains(path)) return state_->magenta;
   try {
-    return std::make_shared<FileImage>(state_->library.open(path, options));
+    return state_->read_file(path, options);
+  } catch (const MemoryError&) {
+    throw;
   } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
@@ -157,7 +210,9 @@ std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&
                                                               const TextureOptions& options) {
   if (state_->failed.contains(name)) return state_->magenta;
   try {
-    return std::make_shared<FileImage>(open_bytes(state_->library, name, bytes, options));
+    return state_->read_memory(name, bytes, options);
+  } catch (const MemoryError&) {
+    throw;
   } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {

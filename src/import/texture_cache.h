@@ -13,10 +13,11 @@
 
 namespace glowworm {
 
-/// Decodes textures for one import. What cannot be read becomes magenta, with a warning and a note.
+/// Decodes textures for one import. What cannot be read becomes magenta, with a warning and a note; where the budget
+/// has no room, MemoryError is thrown.
 class TextureCache {
  public:
-  /// @param options the memory that textures may take together
+  /// @param options the budget that textures take a part of, and whether they are read at once
   /// @param notes   takes what was wrong; must outlive the cache
   TextureCache(const ImportOptions& options, NoteCounter& notes);
   ~TextureCache();

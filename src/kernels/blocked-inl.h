@@ -6,10 +6,10 @@
 #define GLOWWORM_KERNELS_BLOCKED_INL_H_
 #endif
 
-#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
 #include "kernels/blocked.h"
+#include "kernels/kernel_shape-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
@@ -165,20 +165,9 @@ inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, Blocked
   }
 }
 
-/// The kernel over its norm, at t = (distance over radius)^2 < 1; zero in lanes outside the mask.
-template <BlockedProfile profile, class D>
-HWY_INLINE hn::Vec<D> profile_at(D d, hn::Mask<D> inside, hn::Vec<D> t) {
-  const auto one = hn::Set(d, 1.0f);
-  if constexpr (profile == BlockedProfile::box) return hn::IfThenElseZero(inside, one);
-  if constexpr (profile == BlockedProfile::cone) return hn::IfThenElseZero(inside, hn::Sub(one, hn::Sqrt(t)));
-  if constexpr (profile == BlockedProfile::epanechnikov) return hn::IfThenElseZero(inside, hn::Sub(one, t));
-  if constexpr (profile == BlockedProfile::gaussian)
-    return hn::IfThenElseZero(inside, hn::Exp(d, hn::Mul(hn::Set(d, -4.5f), t)));
-}
-
 /// Sums the photons of lists at a group of query points. What changes stays in registers; the points themselves are
 /// read from memory again and again, since most instruction sets have no registers left for them.
-template <BlockedProfile profile>
+template <KernelShape shape>
 class Group {
  public:
   HWY_INLINE void start(const QueryRun& run, const GlossyPoints*, std::size_t first) {
@@ -243,7 +232,7 @@ class Group {
           inside = hn::And(inside,
                            hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, min_normal_cosine)));
         }
-        t[v] = profile_at<profile>(d, inside, t[v]);
+        t[v] = hn::IfThenElseZero(inside, kernel_profile_at<shape>(d, t[v]));
         // A mask is -1 where it is set.
         inside_count = hn::Sub(inside_count, hn::VecFromMask(di, hn::RebindMask(di, inside)));
       }
@@ -292,9 +281,9 @@ class RunSummer {
     const std::size_t padded = (run_.count + kTileWidth - 1) / kTileWidth * kTileWidth;
     find_nodes(tree_, bounds_of(run_, 0, padded), scratch_);
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
-    scratch_.accepted.resize(kGroups * kListRoom);
-    scratch_.ambiguous.resize(kGroups * kListRoom);
-    bool joined = false;
+    scratch_.photons.resize(kGroups * kListRoom);
+    // Points of one group need one list.
+    bool joined = run_.count <= kGroupWidth;
     for (std::size_t first = 0; first < run_.count; first += kTileWidth) {
       const BlockedCounts before = counts_;
       if (joined)
@@ -307,12 +296,12 @@ class RunSummer {
   }
 
  private:
-  /// The photons near some points of the tile: those whose normals leave no doubt for any of them, which need not
-  /// compare them, and the others.
-  struct Lists {
-    std::uint32_t *accepted, *ambiguous;
-    std::uint32_t *accepted_end, *ambiguous_end;
-    bool full() const { return accepted_end - accepted > kListLength || ambiguous_end - ambiguous > kListLength; }
+  /// Photons near some points of the tile, in the order of the tree: so every point's sum is added up in that order,
+  /// whatever points are looked up with it.
+  struct List {
+    std::uint32_t *first, *end;
+    bool compares = false;  ///< normals, which some photon of the list leaves in doubt for some point
+    bool full() const { return end - first > kListLength; }
   };
 
   /// @tparam lists lists of photons: one for each group, or one for all of them
@@ -323,9 +312,8 @@ class RunSummer {
     for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
     for (std::size_t g = 0; g < kGroups; ++g) groups_[g].start(run_, glossy_, first + g * kGroupWidth);
     for (std::size_t l = 0; l < lists; ++l) {
-      std::uint32_t* const accepted = scratch_.accepted.data() + l * kListRoom;
-      std::uint32_t* const ambiguous = scratch_.ambiguous.data() + l * kListRoom;
-      lists_[l] = {accepted, ambiguous, accepted, ambiguous};
+      std::uint32_t* const list = scratch_.photons.data() + l * kListRoom;
+      lists_[l] = {list, list, false};
     }
     list_photons<lists>(first, end);
     for (std::size_t l = 0; l < lists; ++l) add<lists>(l);
@@ -368,9 +356,13 @@ class RunSummer {
                                                 hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1],
                                                            hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
           const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
-          const BlockMask sure = hn::Gt(cosine, sure_cosine[l]);
-          append_lanes(hn::And(near, sure), place, lists_[l].accepted_end);
-          append_lanes(hn::AndNot(sure, near), place, lists_[l].ambiguous_end);
+          if (hn::AllFalse(d, near)) continue;
+          const bool compares = !hn::AllTrue(d, hn::Or(hn::Gt(cosine, sure_cosine[l]), hn::Not(near)));
+          if (compares != lists_[l].compares) {
+            add<lists>(l);
+            lists_[l].compares = compares;
+          }
+          append_lanes(near, place, lists_[l].end);
         }
       }
       for (std::size_t l = 0; l < lists; ++l)
@@ -378,22 +370,21 @@ class RunSummer {
     }
   }
 
-  /// Works one of the lists off and sets its ends back.
+  /// Works one of the lists off and empties it.
   template <std::size_t lists>
-  HWY_INLINE void add(std::size_t l) {
-    Lists& list = lists_[l];
-    const auto accepted = static_cast<std::size_t>(list.accepted_end - list.accepted);
-    const auto ambiguous = static_cast<std::size_t>(list.ambiguous_end - list.ambiguous);
-    list.accepted_end = list.accepted;
-    list.ambiguous_end = list.ambiguous;
+  void add(std::size_t l) {
+    List& list = lists_[l];
+    const auto length = static_cast<std::size_t>(list.end - list.first);
+    if (length == 0) return;
+    list.end = list.first;
     constexpr std::size_t kGroupsOfList = kGroups / lists;
     for (std::size_t g = l * kGroupsOfList; g < (l + 1) * kGroupsOfList; ++g) {
       Group& group = groups_[g];
       if (group.valid() == 0) continue;
-      counts_.evaluated += group.template add<false>(tree_, list.accepted, accepted);
-      if (ambiguous > 0) counts_.evaluated += group.template add<true>(tree_, list.ambiguous, ambiguous);
-      counts_.tested += (accepted + ambiguous) * group.valid();
-      counts_.steps += (accepted + ambiguous) * kTileVectors;
+      counts_.evaluated += list.compares ? group.template add<true>(tree_, list.first, length)
+                                         : group.template add<false>(tree_, list.first, length);
+      counts_.tested += length * group.valid();
+      counts_.steps += length * kTileVectors;
     }
   }
 
@@ -403,13 +394,13 @@ class RunSummer {
   BlockedCounts& counts_;
   const GlossyPoints* glossy_;
   Group groups_[kGroups];
-  Lists lists_[kGroups];
+  List lists_[kGroups];
 };
 
 /// blocked_find().
-template <BlockedProfile profile>
+template <KernelShape shape>
 void find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
-          std::vector<FoundPhoton>& found, BlockedCounts& counts) {
+          std::vector<BlockedPhoton>& found, BlockedCounts& counts) {
   QueryBounds bounds;
   for (int axis = 0; axis < 3; ++axis) {
     bounds.min[axis] = bounds.max[axis] = position[axis];
@@ -439,7 +430,7 @@ void find(const BlockTree& tree, const float position[3], const float normal[3],
                                          hn::Mul(q.normal[2], hn::Load(d, block.nz + lane)));
       const BlockMask inside = hn::And(hn::Lt(t, hn::Set(d, 1.0f)), hn::Gt(cosine, hn::Set(d, tree.min_normal_cosine)));
       if (hn::AllFalse(d, inside)) continue;
-      hn::Store(profile_at<profile>(d, inside, t), d, profiles);
+      hn::Store(kernel_profile_at<shape>(d, t), d, profiles);
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(d, inside, bits);
       for (std::size_t j = 0; j < hn::Lanes(d); ++j)

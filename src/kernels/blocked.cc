@@ -8,7 +8,6 @@
 #define HWY_TARGET_INCLUDE "kernels/blocked.cc"
 #include <hwy/foreach_target.h>
 // After foreach_target.
-#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
 #include "kernels/blocked_glossy-inl.h"
@@ -19,42 +18,23 @@ namespace HWY_NAMESPACE {
 namespace {
 
 void sum_run(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts) {
-  switch (tree.profile) {
-    case BlockedProfile::box:
-      return RunSummer<Group<BlockedProfile::box>>(tree, run, scratch, counts).run();
-    case BlockedProfile::cone:
-      return RunSummer<Group<BlockedProfile::cone>>(tree, run, scratch, counts).run();
-    case BlockedProfile::epanechnikov:
-      return RunSummer<Group<BlockedProfile::epanechnikov>>(tree, run, scratch, counts).run();
-    case BlockedProfile::gaussian:
-      return RunSummer<Group<BlockedProfile::gaussian>>(tree, run, scratch, counts).run();
-  }
+  with_kernel_shape(tree.kernel, [&](auto shape) HWY_ATTR {
+    RunSummer<Group<decltype(shape)::value>>(tree, run, scratch, counts).run();
+  });
 }
 
 void sum_glossy_run(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy, BlockedScratch& scratch,
                     BlockedCounts& counts) {
-  switch (glossy.model) {
-    case GlossyModel::coated:
-      return RunSummer<GlossyGroup<GlossyModel::coated>>(tree, run, scratch, counts, &glossy).run();
-    case GlossyModel::conductor:
-      return RunSummer<GlossyGroup<GlossyModel::conductor>>(tree, run, scratch, counts, &glossy).run();
-    case GlossyModel::schlick:
-      return RunSummer<GlossyGroup<GlossyModel::schlick>>(tree, run, scratch, counts, &glossy).run();
-  }
+  with_glossy_model(glossy.model, [&](auto model) HWY_ATTR {
+    RunSummer<GlossyGroup<decltype(model)::value>>(tree, run, scratch, counts, &glossy).run();
+  });
 }
 
 void find_photons(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
-                  std::vector<FoundPhoton>& found, BlockedCounts& counts) {
-  switch (tree.profile) {
-    case BlockedProfile::box:
-      return find<BlockedProfile::box>(tree, position, normal, scratch, found, counts);
-    case BlockedProfile::cone:
-      return find<BlockedProfile::cone>(tree, position, normal, scratch, found, counts);
-    case BlockedProfile::epanechnikov:
-      return find<BlockedProfile::epanechnikov>(tree, position, normal, scratch, found, counts);
-    case BlockedProfile::gaussian:
-      return find<BlockedProfile::gaussian>(tree, position, normal, scratch, found, counts);
-  }
+                  std::vector<BlockedPhoton>& found, BlockedCounts& counts) {
+  with_kernel_shape(tree.kernel, [&](auto shape) HWY_ATTR {
+    find<decltype(shape)::value>(tree, position, normal, scratch, found, counts);
+  });
 }
 
 }  // namespace
@@ -81,7 +61,7 @@ void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const Glossy
 }
 
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
-                  std::vector<FoundPhoton>& found, BlockedCounts& counts) {
+                  std::vector<BlockedPhoton>& found, BlockedCounts& counts) {
   HWY_DYNAMIC_DISPATCH(find_photons)(tree, position, normal, scratch, found, counts);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/glossy.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
 
@@ -15,14 +16,6 @@ inline constexpr int kBlockWidth = 8;
 inline constexpr int kTileWidth = 32;
 /// Most query points of a run.
 inline constexpr int kRunPoints = 256;
-
-/// Shapes of the density kernel: the sums take K over its norm, as a function of t = (distance over radius) squared.
-enum class BlockedProfile : std::uint8_t {
-  box,           ///< 1
-  cone,          ///< 1 - sqrt(t)
-  epanechnikov,  ///< 1 - t
-  gaussian,      ///< exp(-4.5 t)
-};
 
 /// Eight photons that lie together. A lane without photon has inverse_radius_squared infinite, and is in no kernel.
 struct alignas(32) PhotonBlock {
@@ -48,7 +41,7 @@ struct BlockTree {
   const PhotonBlock* blocks = nullptr;
   std::array<const BlockNode*, 12> level{};
   int levels = 0;  ///< 0 where there are no photons
-  BlockedProfile profile = BlockedProfile::epanechnikov;
+  KernelShape kernel = KernelShape::epanechnikov;
   float min_normal_cosine = 0;  ///< photons count where the dot product of the normals is above this
   /// x, y, z of the photons' directions (unit, back along their way), by place: 8 times the block plus the lane.
   const float* directions = nullptr;
@@ -76,18 +69,18 @@ struct BlockedCounts {
 };
 
 /// A photon found by blocked_find(): its place (8 times the block plus the lane), and its profile at the query point.
-struct FoundPhoton {
+struct BlockedPhoton {
   std::uint32_t place;
   float profile;
 };
 
 /// Lists that a call works with and that are kept for the next; belongs to one thread.
 struct BlockedScratch {
-  std::vector<std::uint32_t> nodes, blocks, accepted, ambiguous;
+  std::vector<std::uint32_t> nodes, blocks, photons;
 };
 
-/// Sums the photons at each point of the run (runs on the instruction set of set_simd()). The sums of a point are added
-/// up in the same order for the same run and tree.
+/// Sums the photons at each point of the run (runs on the instruction set of set_simd()). The sum of a point is added
+/// up in the order of the tree: the same bits whatever other points are in the run.
 void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scratch, BlockedCounts& counts);
 
 /// The same for points of one glossy model: the sum of profile times r, g, b times pi f towards the photon.
@@ -97,7 +90,7 @@ void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const Glossy
 
 /// Replaces `found` by the photons in support at one point, in order of their places.
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
-                  std::vector<FoundPhoton>& found, BlockedCounts& counts);
+                  std::vector<BlockedPhoton>& found, BlockedCounts& counts);
 
 /// blocked_sum() in plain C++, every photon of the blocks against every point in single precision: what the vector
 /// code is tested against. Does not count steps.

@@ -14,22 +14,6 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// The profile of the tree's kernel, chosen while it runs.
-template <class D>
-HWY_INLINE hn::Vec<D> any_profile_at(D d, BlockedProfile profile, hn::Mask<D> inside, hn::Vec<D> t) {
-  switch (profile) {
-    case BlockedProfile::box:
-      return profile_at<BlockedProfile::box>(d, inside, t);
-    case BlockedProfile::cone:
-      return profile_at<BlockedProfile::cone>(d, inside, t);
-    case BlockedProfile::epanechnikov:
-      return profile_at<BlockedProfile::epanechnikov>(d, inside, t);
-    case BlockedProfile::gaussian:
-      break;
-  }
-  return profile_at<BlockedProfile::gaussian>(d, inside, hn::Min(t, hn::Set(d, 1.0f)));
-}
-
 /// Group for points of a glossy model: tests a photon against a vector of points, and evaluates f where it reaches one.
 template <GlossyModel model>
 class GlossyGroup {
@@ -74,7 +58,10 @@ class GlossyGroup {
         }
         if (hn::AllFalse(d, inside)) continue;
         inside_count += hn::CountTrue(d, inside);
-        const TileVector weight = any_profile_at(d, tree.profile, inside, t);
+        TileVector weight = hn::Zero(d);
+        with_kernel_shape(tree.kernel, [&](auto shape) HWY_ATTR {
+          weight = hn::IfThenElseZero(inside, kernel_profile_at<decltype(shape)::value>(d, t));
+        });
         const GlossyValue<TileTag> f = glossy_value<model>(d, *glossy_, first_ + first, direction);
         add_color(0, first, hn::Mul(weight, hn::Set(d, p[7 * kBlockWidth])), f.r);
         add_color(1, first, hn::Mul(weight, hn::Set(d, p[8 * kBlockWidth])), f.g);

@@ -1,26 +1,6 @@
-#include <cmath>
-
 #include "kernels/blocked.h"
 
 namespace glowworm {
-
-namespace {
-
-float profile(BlockedProfile shape, float t) {
-  switch (shape) {
-    case BlockedProfile::box:
-      return 1;
-    case BlockedProfile::cone:
-      return 1 - std::sqrt(t);
-    case BlockedProfile::epanechnikov:
-      return 1 - t;
-    case BlockedProfile::gaussian:
-      return std::exp(-4.5f * t);
-  }
-  return 0;
-}
-
-}  // namespace
 
 void blocked_sum_reference(const BlockTree& tree, std::size_t blocks, const QueryRun& run, BlockedCounts& counts) {
   for (std::size_t i = 0; i < run.count; ++i) {
@@ -36,7 +16,7 @@ void blocked_sum_reference(const BlockTree& tree, std::size_t blocks, const Quer
         ++counts.tested;
         if (!(t < 1) || !(cosine > tree.min_normal_cosine)) continue;
         ++counts.evaluated;
-        const float w = profile(tree.profile, t);
+        const float w = kernel_profile(tree.kernel, t);
         sum[0] += w * p.r[lane];
         sum[1] += w * p.g[lane];
         sum[2] += w * p.b[lane];

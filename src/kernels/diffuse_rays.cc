@@ -32,15 +32,22 @@ void rays(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const Diff
     disk(multiply_add(a, hn::Set(f, cell.side[0]), hn::Set(f, cell.low[0])),
          multiply_add(b, hn::Set(f, cell.side[1]), hn::Set(f, cell.low[1])), x, y);
     const SobolNumbers z = above_disk(x, y);
-    SobolNumbers side = zero;
-    for (int axis = 0; axis < 3; ++axis) {
+    SobolNumbers side = zero, normals = zero;
+    const auto add_axis = [&](std::size_t axis) HWY_ATTR {
+      const SobolNumbers shading = hn::LoadU(f, points.frame[6 + axis] + i);
+      const SobolNumbers normal = hn::LoadU(f, points.normal[axis] + i);
       SobolNumbers d = hn::Mul(hn::LoadU(f, points.frame[axis] + i), x);
       d = multiply_add(hn::LoadU(f, points.frame[3 + axis] + i), y, d);
-      d = multiply_add(hn::LoadU(f, points.frame[6 + axis] + i), z, d);
-      hn::StoreU(d, f, out.direction[axis] + i);
-      side = multiply_add(d, hn::LoadU(f, points.normal[axis] + i), side);
-    }
-    hn::StoreU(hn::IfThenElseZero(hn::Gt(side, zero), z), f, out.cosine + i);
+      d = multiply_add(shading, z, d);
+      side = multiply_add(d, normal, side);
+      normals = multiply_add(shading, normal, normals);
+      return d;
+    };
+    const Triple direction{add_axis(0), add_axis(1), add_axis(2)}, normal = load(points.normal, i);
+    const SobolNumbers twice = hn::Add(side, side);
+    store(choose(hn::Lt(side, zero), minus(direction, times(normal, twice)), direction), out.direction, i);
+    const SobolNumbers image = hn::Max(hn::Sub(z, hn::Mul(twice, normals)), zero);
+    hn::StoreU(hn::IfThenElseZero(hn::Ne(side, zero), hn::Add(z, image)), f, out.cosine + i);
   }
 }
 

@@ -29,12 +29,13 @@ struct DiffuseRayCell {
 /// One ray for each point.
 struct DiffuseRays {
   float* direction[3] = {};  ///< unit, world space
-  float* cosine = nullptr;   ///< to the shading normal, so that the pdf is cosine / pi per steradian; 0: no ray, since
-                             ///< the shading normal would send it through the surface
+  float* cosine = nullptr;   ///< to the shading normal, of the direction and, where it is on the same side, of its
+                             ///< mirror image in the surface: the pdf is cosine / pi per steradian; 0: no ray
 };
 
-/// Chooses a direction in proportion to the cosine for each point (Malley's method over the concentric map, as
-/// core/warp.h). Runs on the instruction set of set_simd().
+/// Chooses a direction in proportion to the cosine to the shading normal for each point (Malley's method over the
+/// concentric map, as core/warp.h); mirrors it in the surface where it would go through that (bsdf/shaded_surface.h).
+/// Runs on the instruction set of set_simd().
 void diffuse_rays(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out);
 
 /// The same by plain loops over core/random.h and core/warp.h, bit for bit: what the kernel is tested against.

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "core/random.h"
 #include "core/warp.h"
 #include "kernels/diffuse_rays.h"
@@ -11,14 +13,18 @@ void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseRayCell
     const Vec2 u = sampler.next2();
     const Vec3 local =
         square_to_cosine_hemisphere({u.x * cell.side[0] + cell.low[0], u.y * cell.side[1] + cell.low[1]});
-    float side = 0;
+    float side = 0, normals = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const float d =
           points.frame[axis][i] * local.x + points.frame[3 + axis][i] * local.y + points.frame[6 + axis][i] * local.z;
       out.direction[axis][i] = d;
       side += d * points.normal[axis][i];
+      normals += points.frame[6 + axis][i] * points.normal[axis][i];
     }
-    out.cosine[i] = side > 0 ? local.z : 0;
+    const float twice = 2 * side;
+    if (side < 0)
+      for (int axis = 0; axis < 3; ++axis) out.direction[axis][i] -= twice * points.normal[axis][i];
+    out.cosine[i] = side != 0 ? local.z + std::max(local.z - twice * normals, 0.0f) : 0;
   }
 }
 

@@ -37,14 +37,15 @@ HWY_INLINE Places places_of(const ArrivedPaths& in, std::size_t i) {
   return places;
 }
 
-/// The photons that paths leave at their places.
-HWY_INLINE void store_photons(const Places& places, SobolNumbers geometric_in, SobolNumbers shading_in, Triple flux,
-                              const ScatteredPaths& out, std::size_t i) {
+/// arrival_factor() of core/shading_light.h.
+HWY_INLINE SobolNumbers factor_of(const Places& places, SobolNumbers geometric_in, Triple back) {
   const SobolTag f;
-  store(places.position, out.position, i);
-  store(on_side(places.geometric, geometric_in), out.normal, i);
-  const SobolNumbers ratio = hn::Div(hn::Abs(shading_in), hn::Max(hn::Abs(geometric_in), hn::Set(f, 1e-6f)));
-  store(times(flux, hn::Min(ratio, hn::Set(f, kMostShadingFactor))), out.photon_flux, i);
+  const SobolNumbers zero = hn::Zero(f), geometric = hn::Abs(geometric_in), along = dot(places.shading, back);
+  const SobolNumbers shading = hn::IfThenElse(hn::Lt(geometric_in, zero), hn::Neg(along), along);
+  const SobolNumbers mirrored =
+      hn::Sub(shading, hn::Mul(hn::Add(geometric, geometric), dot(places.shading, places.geometric)));
+  const SobolNumbers both = hn::Add(hn::Max(shading, zero), hn::Max(mirrored, zero));
+  return hn::Min(hn::Div(both, hn::Max(geometric, hn::Set(f, kLeastShadingCosine))), hn::Set(f, kMostShadingFactor));
 }
 
 void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {
@@ -56,40 +57,27 @@ void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {
   for (std::size_t i = 0; i < in.count; i += kLanes) {
     const Places places = places_of(in, i);
     const Triple back = load(in.back, i), flux = load(in.flux, i), reflectance = load(in.reflectance, i);
-    const SobolNumbers geometric_in = dot(places.geometric, back), shading_in = dot(places.shading, back);
-    store_photons(places, geometric_in, shading_in, flux, out, i);
+    const SobolNumbers geometric_in = dot(places.geometric, back);
+    const SobolNumbers factor = factor_of(places, geometric_in, back);
+    const Triple n = on_side(places.geometric, geometric_in);
+    store(places.position, out.position, i);
+    store(n, out.normal, i);
+    store(times(flux, factor), out.photon_flux, i);
+    store(offset_origins(places.position, n, hn::LoadU(f, in.offset + i)), out.origin, i);
 
-    const Triple n = on_side(places.shading, shading_in);
     SobolNumbers x, y;
     disk(hn::LoadU(f, in.square[0] + i), hn::LoadU(f, in.square[1] + i), x, y);
     const SobolNumbers z = above_disk(x, y);
-    const Triple direction = from_frame_of(n, x, y, z);
-    store(direction, out.direction, i);
-    const SobolNumbers cosine_in = dot(n, back), geometric_out = dot(direction, places.geometric);
-    store(offset_origins(places.position, choose(hn::Gt(geometric_out, zero), places.geometric,
-                                                 {hn::Neg(places.geometric.x), hn::Neg(places.geometric.y),
-                                                  hn::Neg(places.geometric.z)})),
-          out.origin, i);
-
-    const SobolNumbers adjoint =
-        hn::Min(hn::Abs(hn::Div(hn::Mul(cosine_in, geometric_out),
-                                hn::Max(hn::Abs(hn::Mul(geometric_in, z)), hn::Set(f, 1e-9f)))),
-                hn::Set(f, kMostShadingFactor));
-    const Triple next = times(
-        {hn::Mul(flux.x, reflectance.x), hn::Mul(flux.y, reflectance.y), hn::Mul(flux.z, reflectance.z)}, adjoint);
+    store(from_frame_of(n, x, y, z), out.direction, i);
+    const Triple next =
+        times({hn::Mul(flux.x, reflectance.x), hn::Mul(flux.y, reflectance.y), hn::Mul(flux.z, reflectance.z)}, factor);
     const SobolNumbers survival = hn::Min(one, hn::Div(largest(next), hn::Max(largest(flux), hn::Set(f, 1e-30f))));
 
     const auto black =
         hn::And(hn::And(hn::Eq(reflectance.x, zero), hn::Eq(reflectance.y, zero)), hn::Eq(reflectance.z, zero));
-    const auto seen = hn::Ge(hn::IfThenElse(hn::Lt(geometric_in, zero), hn::Neg(shading_in), shading_in),
-                             hn::Set(f, kLeastShadingCosine));
-    const auto left = hn::AndNot(black, seen);
-    // A shading normal may send light through an opaque surface: such paths do not exist.
-    const auto same_side =
-        hn::Not(hn::Xor(hn::Gt(hn::Mul(geometric_out, geometric_in), zero), hn::Gt(hn::Mul(z, cosine_in), zero)));
-    const auto leaves = hn::And(hn::And(hn::Gt(z, zero), same_side), hn::Ne(geometric_out, zero));
+    const auto left = hn::AndNot(black, hn::Gt(factor, zero));
     const auto survives = hn::And(hn::Gt(survival, zero), hn::Lt(hn::LoadU(f, in.roulette + i), survival));
-    const auto goes_on = hn::And(left, hn::And(leaves, survives));
+    const auto goes_on = hn::And(left, hn::And(hn::Gt(z, zero), survives));
     const Triple scattered = over(next, survival);
     store({hn::IfThenElseZero(goes_on, scattered.x), hn::IfThenElseZero(goes_on, scattered.y),
            hn::IfThenElseZero(goes_on, scattered.z)},
@@ -97,9 +85,7 @@ void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {
     const auto bits = [&](auto mask, std::uint32_t bit) HWY_ATTR {
       return hn::BitCast(u, hn::IfThenElseZero(mask, hn::BitCast(f, hn::Set(u, bit))));
     };
-    const SobolBits outcome = hn::Or(
-        bits(left, kPhotonLeft), hn::Or(bits(goes_on, kPathGoesOn), bits(hn::Not(hn::Or(black, seen)), kTurnedNormal)));
-    hn::StoreU(outcome, u, out.outcome + i);
+    hn::StoreU(hn::Or(bits(left, kPhotonLeft), bits(goes_on, kPathGoesOn)), u, out.outcome + i);
   }
 }
 

@@ -16,6 +16,7 @@ struct ArrivedPaths {
   const float* corner[3] = {};          ///< the first vertex of the triangle, metres
   const float* edges[6] = {};           ///< from there to the second and third
   const float* geometric[3] = {};       ///< unit normal of the triangle, by the winding
+  const float* offset = nullptr;        ///< rounding_offset() of the triangle, metres
   const float* vertex_normals[9] = {};  ///< shading normals of the vertices; (0,0,0): the triangle's own
   const float* barycentric[2] = {};     ///< of the place, weights of the second and third vertex
   const float* reflectance[3] = {};
@@ -27,9 +28,8 @@ struct ArrivedPaths {
 
 /// What comes of a path, as bits.
 enum DiffuseOutcome : std::uint32_t {
-  kTurnedNormal = 1,  ///< less than kLeastShadingCosine is seen of the shading normal's side: nothing else is said
-  kPhotonLeft = 2,    ///< a photon is left
-  kPathGoesOn = 4,    ///< the path leaves the surface
+  kPhotonLeft = 1,  ///< a photon is left
+  kPathGoesOn = 2,  ///< the path leaves the surface
 };
 
 /// Arrays as those of ArrivedPaths.
@@ -37,15 +37,15 @@ struct ScatteredPaths {
   std::uint32_t* outcome = nullptr;
   float* position[3] = {};     ///< of the photon, metres
   float* normal[3] = {};       ///< geometric, unit, on the side that the path came from
-  float* photon_flux[3] = {};  ///< W, corrected for the shading normal (arrival_correction())
+  float* photon_flux[3] = {};  ///< W, with the arrival_factor() of the shading normal
   float* origin[3] = {};       ///< where the path goes on, moved off the surface
   float* direction[3] = {};    ///< where to, unit
   float* flux[3] = {};         ///< of the path that goes on, W; 0 where it ends
 };
 
-/// Scatters each path in a direction chosen in proportion to the cosine (Malley's method over the concentric map, as
-/// core/warp.h), or ends it by Russian roulette in proportion to the flux that is left. Runs on the instruction set of
-/// set_simd().
+/// Scatters each path in a direction chosen in proportion to the cosine to the geometric normal (Malley's method over
+/// the concentric map, as core/warp.h), or ends it by Russian roulette in proportion to the flux that is left. The
+/// shading normal says how much arrives (bsdf/shaded_surface.h). Runs on the instruction set of set_simd().
 void diffuse_scatter(const ArrivedPaths& arrived, const ScatteredPaths& scattered);
 
 /// The same by plain loops over core/vec.h and core/warp.h, bit for bit: what the kernel is tested against.

@@ -42,23 +42,21 @@ std::uint32_t scatter(const ArrivedPaths& in, const ScatteredPaths& out, std::si
   const Place place = place_of(in, i);
   const Vec3 back = vector_at(in.back, i);
   const float geometric_in = dot(place.geometric, back), shading_in = dot(place.shading, back);
-  if (!((geometric_in < 0 ? -shading_in : shading_in) >= kLeastShadingCosine)) return kTurnedNormal;
+  const float factor = arrival_factor(geometric_in < 0 ? -shading_in : shading_in, std::abs(geometric_in),
+                                      dot(place.shading, place.geometric));
+  if (!(factor > 0)) return 0;
+  const Vec3 n = face_forward(place.geometric, back);
   put(out.position, i, place.position);
-  put(out.normal, i, face_forward(place.geometric, back));
-  put(out.photon_flux, i, flux * arrival_correction(std::abs(shading_in), std::abs(geometric_in)));
+  put(out.normal, i, n);
+  put(out.photon_flux, i, flux * factor);
 
-  const Vec3 n = face_forward(place.shading, back);
   const Vec3 local = square_to_cosine_hemisphere({in.square[0][i], in.square[1][i]});
   const Vec3 direction = Frame::from_normal(n).to_world(local);
-  const float cosine_in = dot(n, back), geometric_out = dot(direction, place.geometric);
-  // A shading normal may send light through an opaque surface: such paths do not exist.
-  if (!(local.z > 0) || (geometric_out * geometric_in > 0) != (local.z * cosine_in > 0) || geometric_out == 0)
-    return kPhotonLeft;
-  const RGB next = flux * reflectance * adjoint_factor(cosine_in, local.z, geometric_in, geometric_out);
+  const RGB next = flux * reflectance * factor;
   const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux), 1e-30f));
-  if (!(survival > 0) || in.roulette[i] >= survival) return kPhotonLeft;
+  if (!(local.z > 0) || !(survival > 0) || in.roulette[i] >= survival) return kPhotonLeft;
   put(out.flux, i, next / survival);
-  put(out.origin, i, offset_origin(place.position, geometric_out > 0 ? place.geometric : -place.geometric));
+  put(out.origin, i, offset_origin(place.position, n, in.offset[i]));
   put(out.direction, i, direction);
   return kPhotonLeft | kPathGoesOn;
 }

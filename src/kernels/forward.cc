@@ -9,42 +9,14 @@
 #define HWY_TARGET_INCLUDE "kernels/forward.cc"
 #include <hwy/foreach_target.h>
 // After foreach_target.
-#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
+
+#include "kernels/kernel_shape-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-// Profiles of the kernels: K over its norm from u = (distance / radius)^2.
-struct Box {
-  template <class D, class V>
-  static V profile(D d, V) {
-    return hn::Set(d, 1.0f);
-  }
-};
-struct Cone {
-  template <class D, class V>
-  static V profile(D d, V u) {
-    return hn::Sub(hn::Set(d, 1.0f), hn::Sqrt(u));
-  }
-};
-struct Epanechnikov {
-  template <class D, class V>
-  static V profile(D d, V u) {
-    return hn::Sub(hn::Set(d, 1.0f), u);
-  }
-};
-struct Gaussian {
-  template <class D, class V>
-  static V profile(D d, V u) {
-    // Lanes outside the support may hold anything; the exponential is asked for its own range alone.
-    return hn::Exp(d, hn::Mul(hn::Min(u, hn::Set(d, 1.0f)), hn::Set(d, -4.5f)));
-  }
-};
 
 /// A packet of kLanes query points, in as many registers as that takes on this machine.
 template <int kLanes>
@@ -133,7 +105,7 @@ struct Collected {
 };
 
 /// "ShadeCurrentNode" of [SF07]: tests the photon of a node by its true distance and shades where it counts.
-template <int kLanes, class Kernel, class Sink>
+template <int kLanes, KernelShape shape, class Sink>
 HWY_INLINE void shade(const ForwardTree& tree, const Packet<kLanes>& packet,
                       const typename Packet<kLanes>::Active& active, std::uint32_t node, Sink& sink,
                       ForwardCounts& counts) {
@@ -158,13 +130,13 @@ HWY_INLINE void shade(const ForwardTree& tree, const Packet<kLanes>& packet,
     const std::size_t count = hn::CountTrue(d, inside);
     if (count == 0) continue;
     counts.operations += count;
-    sink.add(node, cold, i, hn::IfThenElseZero(inside, Kernel::profile(d, u)), inside);
+    sink.add(node, cold, i, hn::IfThenElseZero(inside, kernel_profile_at<shape>(d, u)), inside);
   }
 }
 
 /// The walk of one packet: pseudo-code of [SF07], section 5, with its signs mended, and with a reach for each side of
 /// a plane and for the photon on it, since radii may differ from photon to photon.
-template <int kLanes, class Kernel, class Sink>
+template <int kLanes, KernelShape shape, class Sink>
 void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet<kLanes>::Active active, Sink& sink,
           ForwardCounts& counts) {
   using P = Packet<kLanes>;
@@ -182,7 +154,7 @@ void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet
     const std::uint32_t axis = at.split & ForwardNode::kAxisMask;
     bool descend = false;
     if (axis == ForwardNode::kLeaf) {
-      shade<kLanes, Kernel>(tree, packet, active, node, sink, counts);
+      shade<kLanes, shape>(tree, packet, active, node, sink, counts);
     } else {
       float split;
       std::memcpy(&split, &at.split, sizeof split);
@@ -197,7 +169,7 @@ void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet
         right.lanes[i] = hn::And(active.lanes[i], hn::Gt(distance, from_left));
         on_plane.lanes[i] = hn::And(active.lanes[i], hn::Lt(hn::Abs(distance), own));
       }
-      if (!on_plane.none()) shade<kLanes, Kernel>(tree, packet, on_plane, node, sink, counts);
+      if (!on_plane.none()) shade<kLanes, shape>(tree, packet, on_plane, node, sink, counts);
       if (at.right != 0 && !right.none()) stack[depth++] = {right, at.right};
       descend = !left.none();
       active = left;
@@ -219,7 +191,7 @@ void add_lanes(D d, V sum, float* to, std::size_t count) {
   for (std::size_t i = 0; i < std::min(count, hn::MaxLanes(D())); ++i) to[i] += lanes[i];
 }
 
-template <int kLanes, class Kernel>
+template <int kLanes, KernelShape shape>
 void gather_with(const ForwardTree& tree, const ForwardQueries& queries, float* const rgb[3], ForwardCounts& counts) {
   using P = Packet<kLanes>;
   P packet;
@@ -227,7 +199,7 @@ void gather_with(const ForwardTree& tree, const ForwardQueries& queries, float* 
     const std::size_t count = std::min<std::size_t>(queries.count - first, kLanes);
     packet.load(queries, first);
     Sums<kLanes> sums;
-    walk<kLanes, Kernel>(tree, packet, P::first_lanes(count), sums, counts);
+    walk<kLanes, shape>(tree, packet, P::first_lanes(count), sums, counts);
     for (int c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i * P::kWidth < count; ++i) {
         add_lanes(typename P::D(), sums.sum[c][i], rgb[c] + first + i * P::kWidth, count - i * P::kWidth);
@@ -236,60 +208,40 @@ void gather_with(const ForwardTree& tree, const ForwardQueries& queries, float* 
   }
 }
 
-template <int kLanes, class Kernel>
+template <int kLanes, KernelShape shape>
 void collect_with(const ForwardTree& tree, const ForwardQueries& queries, std::size_t first,
                   std::vector<ForwardPair>& pairs, ForwardCounts& counts) {
   using P = Packet<kLanes>;
   P packet;
   packet.load(queries, first);
   Collected<kLanes> collected{pairs, first};
-  walk<kLanes, Kernel>(tree, packet, P::first_lanes(std::min<std::size_t>(queries.count - first, kLanes)), collected,
-                       counts);
+  walk<kLanes, shape>(tree, packet, P::first_lanes(std::min<std::size_t>(queries.count - first, kLanes)), collected,
+                      counts);
 }
 
-/// Calls one of the functions above for a kernel that is known at run time.
-template <int kLanes>
-void gather_lanes(const ForwardTree& tree, const ForwardQueries& queries, float* const rgb[3], ForwardCounts& counts) {
-  switch (tree.kernel) {
-    case ForwardKernel::box:
-      return gather_with<kLanes, Box>(tree, queries, rgb, counts);
-    case ForwardKernel::cone:
-      return gather_with<kLanes, Cone>(tree, queries, rgb, counts);
-    case ForwardKernel::epanechnikov:
-      return gather_with<kLanes, Epanechnikov>(tree, queries, rgb, counts);
-    case ForwardKernel::gaussian:
-      return gather_with<kLanes, Gaussian>(tree, queries, rgb, counts);
-  }
-}
-template <int kLanes>
-void collect_lanes(const ForwardTree& tree, const ForwardQueries& queries, std::size_t first,
-                   std::vector<ForwardPair>& pairs, ForwardCounts& counts) {
-  switch (tree.kernel) {
-    case ForwardKernel::box:
-      return collect_with<kLanes, Box>(tree, queries, first, pairs, counts);
-    case ForwardKernel::cone:
-      return collect_with<kLanes, Cone>(tree, queries, first, pairs, counts);
-    case ForwardKernel::epanechnikov:
-      return collect_with<kLanes, Epanechnikov>(tree, queries, first, pairs, counts);
-    case ForwardKernel::gaussian:
-      return collect_with<kLanes, Gaussian>(tree, queries, first, pairs, counts);
-  }
+/// Calls work(lanes, shape) with both as constants.
+template <class Work>
+HWY_INLINE void dispatch(int lanes, KernelShape kernel, Work&& work) {
+  with_kernel_shape(kernel, [&](auto shape) HWY_ATTR {
+    if (lanes >= 16) return work(std::integral_constant<int, 16>(), shape);
+    if (lanes >= 8) return work(std::integral_constant<int, 8>(), shape);
+    if (lanes >= 4) return work(std::integral_constant<int, 4>(), shape);
+    return work(std::integral_constant<int, 1>(), shape);
+  });
 }
 
 void gather(const ForwardTree& tree, const ForwardQueries& queries, int lanes, float* const rgb[3],
             ForwardCounts& counts) {
-  if (lanes >= 16) return gather_lanes<16>(tree, queries, rgb, counts);
-  if (lanes >= 8) return gather_lanes<8>(tree, queries, rgb, counts);
-  if (lanes >= 4) return gather_lanes<4>(tree, queries, rgb, counts);
-  return gather_lanes<1>(tree, queries, rgb, counts);
+  dispatch(lanes, tree.kernel, [&](auto width, auto shape) HWY_ATTR {
+    gather_with<decltype(width)::value, decltype(shape)::value>(tree, queries, rgb, counts);
+  });
 }
 
 void collect(const ForwardTree& tree, const ForwardQueries& queries, std::size_t first, int lanes,
              std::vector<ForwardPair>& pairs, ForwardCounts& counts) {
-  if (lanes >= 16) return collect_lanes<16>(tree, queries, first, pairs, counts);
-  if (lanes >= 8) return collect_lanes<8>(tree, queries, first, pairs, counts);
-  if (lanes >= 4) return collect_lanes<4>(tree, queries, first, pairs, counts);
-  return collect_lanes<1>(tree, queries, first, pairs, counts);
+  dispatch(lanes, tree.kernel, [&](auto width, auto shape) HWY_ATTR {
+    collect_with<decltype(width)::value, decltype(shape)::value>(tree, queries, first, pairs, counts);
+  });
 }
 
 }  // namespace

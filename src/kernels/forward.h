@@ -4,13 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/kernel_shape.h"
+
 namespace glowworm {
 
 /// Most query points in a packet.
 inline constexpr int kForwardMaxLanes = 16;
-
-/// Shapes of the kernel, as KernelShape of the density room.
-enum class ForwardKernel : std::uint8_t { box, cone, epanechnikov, gaussian };
 
 /// A node of the tree, 8 bytes: one photon, which lies on the node's split plane. Nodes stand in preorder: the left
 /// child follows its parent.
@@ -52,7 +51,7 @@ struct ForwardTree {
   float fixed_reach = 0;
   std::uint32_t count = 0;
   float min_normal_cosine = 0;
-  ForwardKernel kernel = ForwardKernel::epanechnikov;
+  KernelShape kernel = KernelShape::epanechnikov;
 };
 
 /// Query points, in structure-of-arrays form. The arrays have room for kForwardMaxLanes - 1 more floats, which are read

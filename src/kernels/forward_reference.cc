@@ -7,20 +7,6 @@ namespace glowworm {
 
 namespace {
 
-float profile(ForwardKernel kernel, float u) {
-  switch (kernel) {
-    case ForwardKernel::box:
-      return 1;
-    case ForwardKernel::cone:
-      return 1 - std::sqrt(u);
-    case ForwardKernel::epanechnikov:
-      return 1 - u;
-    case ForwardKernel::gaussian:
-      return std::exp(-4.5f * u);
-  }
-  return 0;
-}
-
 /// The walk of one query point.
 class Walk {
  public:
@@ -60,7 +46,7 @@ class Walk {
     const float cosine = normal_[0] * cold.normal[0] + normal_[1] * cold.normal[1] + normal_[2] * cold.normal[2];
     if (!(u < 1) || !(cosine > tree_.min_normal_cosine)) return;
     ++counts_.operations;
-    for (int c = 0; c < 3; ++c) sum[c] += profile(tree_.kernel, u) * cold.flux[c];
+    for (int c = 0; c < 3; ++c) sum[c] += kernel_profile(tree_.kernel, u) * cold.flux[c];
   }
 
   const ForwardTree& tree_;

@@ -3,12 +3,26 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace glowworm {
 
 /// How the numbers of a point are put together (what each means is said in bsdf/reflection.h).
 enum class GlossyModel : std::uint8_t { coated, conductor, schlick };
 inline constexpr std::size_t kGlossyModels = 3;
+
+/// Calls work(c), where c is a std::integral_constant of the model: code for each model from a choice at run time.
+template <class Work>
+[[gnu::always_inline]] inline void with_glossy_model(GlossyModel model, Work&& work) {
+  switch (model) {
+    case GlossyModel::coated:
+      return work(std::integral_constant<GlossyModel, GlossyModel::coated>());
+    case GlossyModel::conductor:
+      return work(std::integral_constant<GlossyModel, GlossyModel::conductor>());
+    case GlossyModel::schlick:
+      return work(std::integral_constant<GlossyModel, GlossyModel::schlick>());
+  }
+}
 
 /// The numbers of a point. Factors of f are multiplied by pi, since the photons of the kernels are divided by it.
 enum GlossyField : std::size_t {

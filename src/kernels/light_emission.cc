@@ -28,13 +28,11 @@ void from_triangles(const EmissionChoices& in, const EmittingTriangles& triangle
   const SobolBitsTag u;
   const SobolNumbers one = hn::Set(f, 1.0f), two = hn::Set(f, 2.0f);
   for (std::size_t i = 0; i < in.count; i += kLanes) {
-    const Triple a = load(triangles.vertices, i);
-    const Triple e1 = minus(load(triangles.vertices + 3, i), a), e2 = minus(load(triangles.vertices + 6, i), a);
+    const Triple a = load(triangles.corner, i), e1 = load(triangles.edges, i), e2 = load(triangles.edges + 3, i);
     const SobolNumbers r = hn::Sqrt(hn::LoadU(f, in.place[0] + i)), t = hn::LoadU(f, in.place[1] + i);
     const Triple position = moved(a, e1, hn::Mul(r, hn::Sub(one, t)), e2, hn::Mul(r, t));
-    const Triple scaled = cross(e1, e2);
-    const SobolNumbers doubled_area = hn::Sqrt(dot(scaled, scaled));
-    const Triple front = over(scaled, doubled_area);
+    const Triple front = load(triangles.normal, i);
+    const SobolNumbers doubled_area = dot(cross(e1, e2), front);
 
     const SobolNumbers x = hn::LoadU(f, in.square[0] + i);
     const auto both = hn::MaskFromVec(
@@ -46,7 +44,7 @@ void from_triangles(const EmissionChoices& in, const EmittingTriangles& triangle
     SobolNumbers disk_x, disk_y;
     disk(hn::IfThenElse(both, halved, x), hn::LoadU(f, in.square[1] + i), disk_x, disk_y);
     store(from_frame_of(n, disk_x, disk_y, above_disk(disk_x, disk_y)), out.direction, i);
-    store(offset_origins(position, n), out.origin, i);
+    store(offset_origins(position, n, hn::LoadU(f, triangles.offset + i)), out.origin, i);
     const SobolNumbers share = hn::Mul(hn::Mul(hn::Set(f, kPi * 0.5f), doubled_area), hn::IfThenElse(both, two, one));
     store_flux(times(load(triangles.radiance, i), share), in, out, i);
   }

@@ -21,7 +21,10 @@ struct EmissionChoices {
 
 /// Triangles that emit; arrays as those of EmissionChoices, three of them the x, y and z of a vector.
 struct EmittingTriangles {
-  const float* vertices[9] = {};             ///< metres
+  const float* corner[3] = {};               ///< first vertex, metres
+  const float* edges[6] = {};                ///< from there to the second and third
+  const float* normal[3] = {};               ///< unit, by the winding
+  const float* offset = nullptr;             ///< rounding_offset(), metres
   const float* radiance[3] = {};             ///< at the place, W sr^-1 m^-2
   const std::uint32_t* two_sided = nullptr;  ///< 1 or 0
 };

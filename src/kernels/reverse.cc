@@ -9,35 +9,16 @@
 #define HWY_TARGET_INCLUDE "kernels/reverse.cc"
 #include <hwy/foreach_target.h>
 // After foreach_target.
-#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
 #include "kernels/glossy-inl.h"
+#include "kernels/kernel_shape-inl.h"
 #include "kernels/reverse_search-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-// Profiles of the kernels: K over its norm from u = (distance / radius)^2, where that is below 1.
-struct Box {
-  static V profile(V) { return hn::Set(D(), 1.0f); }
-};
-struct Cone {
-  static V profile(V u) { return hn::Sub(hn::Set(D(), 1.0f), hn::Sqrt(u)); }
-};
-struct Epanechnikov {
-  static V profile(V u) { return hn::Sub(hn::Set(D(), 1.0f), u); }
-};
-struct Gaussian {
-  static V profile(V u) {
-    // Lanes outside the support may hold anything; the exponential is asked for its own range alone.
-    return hn::Exp(D(), hn::Mul(hn::Min(u, hn::Set(D(), 1.0f)), hn::Set(D(), -4.5f)));
-  }
-};
 
 /// A vector of reverse photons.
 struct Lanes {
@@ -73,7 +54,7 @@ struct Lanes {
 };
 
 /// Adds photons to the sums of a vector of reverse photons.
-template <class Kernel>
+template <KernelShape shape>
 struct Sums {
   V r, g, b;
 
@@ -92,7 +73,7 @@ struct Sums {
   }
   HWY_INLINE void add(const Reached& reached, std::size_t i, V u, M inside) {
     const D d;
-    const V weight = hn::IfThenElseZero(inside, Kernel::profile(u));
+    const V weight = hn::IfThenElseZero(inside, kernel_profile_at<shape>(D(), u));
     r = hn::MulAdd(weight, hn::Set(d, reached.r[i]), r);
     g = hn::MulAdd(weight, hn::Set(d, reached.g[i]), g);
     b = hn::MulAdd(weight, hn::Set(d, reached.b[i]), b);
@@ -136,7 +117,7 @@ HWY_INLINE void for_vectors(std::size_t count, Run&& run) {
 constexpr std::size_t kVectors = kWidth >= 16 ? 3 : 2;
 
 /// Where reverse_sum() puts what it finds: the leaf's entries of A_W.
-template <class Kernel>
+template <KernelShape shape>
 struct Sink {
   static constexpr bool kColors = true;
   const ReverseSubtreeView& part;
@@ -152,7 +133,7 @@ struct Sink {
     for_vectors<kNormals ? 2 : kVectors>(count, [&](auto vectors, std::size_t at) HWY_ATTR {
       constexpr std::size_t kCount = decltype(vectors)::value;
       Lanes lanes[kCount];
-      Sums<Kernel> lane_sums[kCount];
+      Sums<shape> lane_sums[kCount];
       LaneCounter operations;
       for (std::size_t v = 0; v < kCount; ++v) {
         lanes[v].template load<kNormals>(points, count, at + v * kWidth);
@@ -195,7 +176,7 @@ HWY_INLINE void visit_pairs(const ReverseSubtreeView& part, const ReversePhotons
 }
 
 /// Where reverse_sum_glossy() puts what it finds: the leaf's entries of A_W.
-template <class Kernel, GlossyModel model>
+template <KernelShape shape, GlossyModel model>
 struct GlossySink {
   static constexpr bool kColors = true;
   const ReverseSubtreeView& part;
@@ -214,7 +195,7 @@ struct GlossySink {
         part, photons, node, reached, counts, [&](std::size_t at, std::size_t i, V u, M inside) HWY_ATTR {
           if (hn::AllFalse(d, inside)) return;
           counts.operations += hn::CountTrue(d, inside);
-          const V weight = hn::IfThenElseZero(inside, Kernel::profile(u));
+          const V weight = hn::IfThenElseZero(inside, kernel_profile_at<shape>(D(), u));
           const GlossyValue<D> f =
               glossy_value<model>(d, points, at, photons.directions + 3 * std::size_t{reached.photons[i]});
           const auto add = [&](std::size_t channel, float flux, V value) HWY_ATTR {
@@ -231,7 +212,7 @@ struct GlossySink {
 };
 
 /// Where reverse_collect() puts what it finds: a list of pairs.
-template <class Kernel>
+template <KernelShape shape>
 struct Collector {
   static constexpr bool kColors = false;
   const ReverseSubtreeView& part;
@@ -246,7 +227,7 @@ struct Collector {
         part, photons, node, reached, counts, [&](std::size_t at, std::size_t i, V u, M inside) HWY_ATTR {
           if (hn::AllFalse(d, inside)) return;
           HWY_ALIGN float profile[kWidth];
-          hn::Store(Kernel::profile(u), d, profile);
+          hn::Store(kernel_profile_at<shape>(D(), u), d, profile);
           std::uint8_t bytes[8] = {};
           hn::StoreMaskBits(d, inside, bytes);
           for (std::uint32_t bits = bytes[0] | std::uint32_t{bytes[1]} << 8; bits != 0; bits &= bits - 1) {
@@ -258,93 +239,28 @@ struct Collector {
   }
 };
 
-/// Where reverse_count() puts what it finds: nowhere.
-struct Counter {
-  static constexpr bool kColors = false;
-  const ReverseSubtreeView& part;
-  const ReversePhotons& photons;
-  ReverseCounts& counts;
-
-  template <bool kNormals>
-  void leaf(const ReverseNode& node, std::uint32_t, const Reached& reached) {
-    const std::size_t count = node.count();
-    const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
-    for_vectors<kVectors>(count, [&](auto vectors, std::size_t at) HWY_ATTR {
-      constexpr std::size_t kCount = decltype(vectors)::value;
-      Lanes lanes[kCount];
-      LaneCounter operations;
-      for (std::size_t v = 0; v < kCount; ++v) lanes[v].template load<kNormals>(points, count, at + v * kWidth);
-      for (std::size_t i = 0; i < reached.count; ++i) {
-        for (std::size_t v = 0; v < kCount; ++v) {
-          V u;
-          operations.add(lanes[v].template inside<kNormals>(photons, reached, i, u));
-        }
-      }
-      counts.operations += operations.count();
-      counts.steps += kCount * reached.count;
-    });
-    counts.tested += reached.count * count;
-  }
-};
-
 void sum(const ReverseSubtreeView& part, const ReversePhotons& photons, std::span<const ReverseCluster> clusters,
          ReverseCounts& counts) {
-  switch (photons.kernel) {
-    case ReverseKernel::box:
-      return search(part, photons, clusters, Sink<Box>{part, photons, counts}, counts);
-    case ReverseKernel::cone:
-      return search(part, photons, clusters, Sink<Cone>{part, photons, counts}, counts);
-    case ReverseKernel::epanechnikov:
-      return search(part, photons, clusters, Sink<Epanechnikov>{part, photons, counts}, counts);
-    case ReverseKernel::gaussian:
-      return search(part, photons, clusters, Sink<Gaussian>{part, photons, counts}, counts);
-  }
-}
-
-template <GlossyModel model>
-void sum_of_model(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                  std::span<const ReverseCluster> clusters, const ReverseGlossy& glossy, ReverseCounts& counts) {
-  switch (photons.kernel) {
-    case ReverseKernel::box:
-      return search(part, photons, clusters, GlossySink<Box, model>{part, photons, glossy, counts}, counts);
-    case ReverseKernel::cone:
-      return search(part, photons, clusters, GlossySink<Cone, model>{part, photons, glossy, counts}, counts);
-    case ReverseKernel::epanechnikov:
-      return search(part, photons, clusters, GlossySink<Epanechnikov, model>{part, photons, glossy, counts}, counts);
-    case ReverseKernel::gaussian:
-      return search(part, photons, clusters, GlossySink<Gaussian, model>{part, photons, glossy, counts}, counts);
-  }
+  with_kernel_shape(photons.kernel, [&](auto shape) HWY_ATTR {
+    search(part, photons, clusters, Sink<decltype(shape)::value>{part, photons, counts}, counts);
+  });
 }
 
 void sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons, std::span<const ReverseCluster> clusters,
                 const ReverseGlossy& glossy, ReverseCounts& counts) {
-  switch (glossy.model) {
-    case GlossyModel::coated:
-      return sum_of_model<GlossyModel::coated>(part, photons, clusters, glossy, counts);
-    case GlossyModel::conductor:
-      return sum_of_model<GlossyModel::conductor>(part, photons, clusters, glossy, counts);
-    case GlossyModel::schlick:
-      return sum_of_model<GlossyModel::schlick>(part, photons, clusters, glossy, counts);
-  }
+  with_glossy_model(glossy.model, [&](auto model) HWY_ATTR {
+    with_kernel_shape(photons.kernel, [&](auto shape) HWY_ATTR {
+      search(part, photons, clusters,
+             GlossySink<decltype(shape)::value, decltype(model)::value>{part, photons, glossy, counts}, counts);
+    });
+  });
 }
 
 void collect(const ReverseSubtreeView& part, const ReversePhotons& photons, std::span<const ReverseCluster> clusters,
              std::vector<ReversePair>& pairs, ReverseCounts& counts) {
-  switch (photons.kernel) {
-    case ReverseKernel::box:
-      return search(part, photons, clusters, Collector<Box>{part, photons, counts, pairs}, counts);
-    case ReverseKernel::cone:
-      return search(part, photons, clusters, Collector<Cone>{part, photons, counts, pairs}, counts);
-    case ReverseKernel::epanechnikov:
-      return search(part, photons, clusters, Collector<Epanechnikov>{part, photons, counts, pairs}, counts);
-    case ReverseKernel::gaussian:
-      return search(part, photons, clusters, Collector<Gaussian>{part, photons, counts, pairs}, counts);
-  }
-}
-
-void count(const ReverseSubtreeView& part, const ReversePhotons& photons, std::span<const ReverseCluster> clusters,
-           ReverseCounts& counts) {
-  search(part, photons, clusters, Counter{part, photons, counts}, counts);
+  with_kernel_shape(photons.kernel, [&](auto shape) HWY_ATTR {
+    search(part, photons, clusters, Collector<decltype(shape)::value>{part, photons, counts, pairs}, counts);
+  });
 }
 
 }  // namespace
@@ -359,7 +275,6 @@ namespace {
 HWY_EXPORT(sum);
 HWY_EXPORT(sum_glossy);
 HWY_EXPORT(collect);
-HWY_EXPORT(count);
 }  // namespace
 
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons,
@@ -375,11 +290,6 @@ void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& ph
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons,
                      std::span<const ReverseCluster> clusters, std::vector<ReversePair>& pairs, ReverseCounts& counts) {
   HWY_DYNAMIC_DISPATCH(collect)(part, photons, clusters, pairs, counts);
-}
-
-void reverse_count(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                   std::span<const ReverseCluster> clusters, ReverseCounts& counts) {
-  HWY_DYNAMIC_DISPATCH(count)(part, photons, clusters, counts);
 }
 
 }  // namespace glowworm

@@ -7,11 +7,9 @@
 #include <vector>
 
 #include "kernels/glossy.h"
+#include "kernels/kernel_shape.h"
 
 namespace glowworm {
-
-/// Shapes of the kernel, as KernelShape of the density room.
-enum class ReverseKernel : std::uint8_t { box, cone, epanechnikov, gaussian };
 
 /// A node of the reverse photon map, 8 bytes. Nodes stand in depth-first preorder: the left child of an inner node
 /// follows it.
@@ -87,7 +85,7 @@ struct ReversePhotons {
   const float *r, *g, *b;                       ///< dPhi / (pi h^2) times the norm of the kernel, W m^-2
   const float* directions = nullptr;            ///< x, y, z of each, unit, back along its way; for glossy points
   float min_normal_cosine = 0;                  ///< photons count where the normals' dot product is above this
-  ReverseKernel kernel = ReverseKernel::epanechnikov;
+  KernelShape kernel = KernelShape::epanechnikov;
 };
 
 /// Photons that follow one another in A_P and are searched for at once ([HHS05], section 6.3).
@@ -140,10 +138,6 @@ struct ReversePair {
 /// Appends the pairs that reverse_sum() would add up; those of one point come in the order of their photons.
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons,
                      std::span<const ReverseCluster> clusters, std::vector<ReversePair>& pairs, ReverseCounts& counts);
-
-/// The search of reverse_sum() alone: counts the pairs that it would add up, and adds up nothing.
-void reverse_count(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                   std::span<const ReverseCluster> clusters, ReverseCounts& counts);
 
 /// reverse_sum() in plain C++: every photon of the clusters against every point of the part; for tests. Counts tested
 /// and operations.

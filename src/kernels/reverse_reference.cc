@@ -1,25 +1,9 @@
 // Reverse photon mapping's inner loop in plain C++.
-#include <cmath>
-
 #include "kernels/reverse.h"
 
 namespace glowworm {
 
 namespace {
-
-float profile(ReverseKernel kernel, float u) {
-  switch (kernel) {
-    case ReverseKernel::box:
-      return 1;
-    case ReverseKernel::cone:
-      return 1 - std::sqrt(u);
-    case ReverseKernel::epanechnikov:
-      return 1 - u;
-    case ReverseKernel::gaussian:
-      return std::exp(-4.5f * u);
-  }
-  return 0;
-}
 
 /// One photon against all points of a leaf.
 void add_to_leaf(const ReverseNode& leaf, const float* points, float* sums, const ReversePhotons& photons,
@@ -34,7 +18,7 @@ void add_to_leaf(const ReverseNode& leaf, const float* points, float* sums, cons
                          points[5 * n + i] * photons.normal_z[j];
     if (!(cosine > photons.min_normal_cosine)) continue;
     ++counts.operations;
-    const float weight = profile(photons.kernel, u);
+    const float weight = kernel_profile(photons.kernel, u);
     sums[i] += weight * photons.r[j];
     sums[n + i] += weight * photons.g[j];
     sums[2 * n + i] += weight * photons.b[j];

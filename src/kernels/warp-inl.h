@@ -9,7 +9,6 @@
 
 #include <hwy/highway.h>
 
-#include "core/offset_origin.h"
 #include "core/vec.h"
 #include "kernels/sobol-inl.h"
 
@@ -73,8 +72,8 @@ HWY_INLINE void store(Triple a, float* const* arrays, std::size_t i) {
   hn::StoreU(a.y, f, arrays[1] + i);
   hn::StoreU(a.z, f, arrays[2] + i);
 }
-HWY_INLINE Triple minus(Triple a, Triple b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
 HWY_INLINE Triple times(Triple a, SobolNumbers s) { return {hn::Mul(a.x, s), hn::Mul(a.y, s), hn::Mul(a.z, s)}; }
+HWY_INLINE Triple minus(Triple a, Triple b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
 HWY_INLINE Triple over(Triple a, SobolNumbers s) { return {hn::Div(a.x, s), hn::Div(a.y, s), hn::Div(a.z, s)}; }
 /// (a s + b t) + c, in this order.
 HWY_INLINE Triple weighted(Triple a, SobolNumbers s, Triple b, SobolNumbers t, Triple c, SobolNumbers u) {
@@ -118,22 +117,9 @@ HWY_INLINE Triple from_frame_of(Triple n, SobolNumbers x, SobolNumbers y, SobolN
   return weighted(s, x, t, y, n, z);
 }
 
-/// offset_origin() of core/offset_origin.h, of one coordinate. Lanes that stand for nothing may hold no numbers, which
-/// nothing says how to convert.
-HWY_INLINE SobolNumbers offset_coordinate(SobolNumbers at, SobolNumbers along) {
-  const SobolTag f;
-  const hn::RebindToSigned<SobolTag> integers;
-  const SobolNumbers number = hn::IfThenElseZero(hn::Le(hn::Abs(along), hn::Set(f, 2.0f)), along);
-  const auto steps = hn::ConvertTo(integers, hn::Mul(hn::Set(f, kOffsetPlaces), number));
-  const auto bits = hn::BitCast(integers, at);
-  const auto below = hn::Lt(at, hn::Zero(f));
-  const SobolNumbers stepped =
-      hn::IfThenElse(below, hn::BitCast(f, hn::Sub(bits, steps)), hn::BitCast(f, hn::Add(bits, steps)));
-  const SobolNumbers shifted = hn::Add(at, hn::Mul(hn::Set(f, kOffsetFixed), along));
-  return hn::IfThenElse(hn::Lt(hn::Abs(at), hn::Set(f, kOffsetNearZero)), shifted, stepped);
-}
-HWY_INLINE Triple offset_origins(Triple p, Triple n) {
-  return {offset_coordinate(p.x, n.x), offset_coordinate(p.y, n.y), offset_coordinate(p.z, n.z)};
+/// offset_origin() of core/offset_origin.h.
+HWY_INLINE Triple offset_origins(Triple p, Triple n, SobolNumbers offset) {
+  return {multiply_add(n.x, offset, p.x), multiply_add(n.y, offset, p.y), multiply_add(n.z, offset, p.z)};
 }
 
 }  // namespace

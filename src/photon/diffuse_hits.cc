@@ -15,7 +15,8 @@ constexpr std::uint32_t kServed = DiffuseTriangle::kDiffuse | DiffuseTriangle::k
 constexpr std::size_t kTrianglesInCache = 2048;
 
 /// What paths that hit nothing go through, as if it were a black surface: a branch would often be foretold wrongly.
-constexpr DiffuseTriangle kNothing{{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}}, {0, 0, 1}, RGB(0.0f), DiffuseTriangle::kDiffuse};
+constexpr DiffuseTriangle kNothing{{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}},    {0, 0, 1},
+                                   RGB(0.0f), DiffuseTriangle::kDiffuse, 0};
 
 }  // namespace
 
@@ -33,6 +34,7 @@ void DiffuseHits::place(const Scene& scene, std::span<const Hit> hits, std::size
     put(edges_, i, triangle.edge[0]);
     put(edges_ + 3, i, triangle.edge[1]);
     put(geometric_, i, triangle.normal);
+    offset_[i] = triangle.offset();
     const bool served = (triangle.kind & kServed) == DiffuseTriangle::kDiffuse;
     RGB reflectance = served ? triangle.reflectance : RGB(0.0f);
     if (served && triangle.kind & DiffuseTriangle::kTextured)
@@ -72,6 +74,7 @@ void DiffuseHits::scatter(const Scene& scene, std::span<const Ray> rays, std::sp
   }
   ArrivedPaths arrived;
   arrived.count = count;
+  arrived.offset = offset_;
   arrived.roulette = paths.roulette + first;
   for (std::size_t k = 0; k < 6; ++k) arrived.edges[k] = edges_[k];
   for (std::size_t k = 0; k < 9; ++k) arrived.vertex_normals[k] = vertex_normals_[k];
@@ -103,6 +106,10 @@ void DiffuseHits::put_photon(std::size_t i, Vec3 position, Vec3 normal, RGB flux
     normal_[k][i] = normal[k];
     photon_flux_[k][i] = flux[k];
   }
+}
+
+void DiffuseHits::put_back(std::size_t i, Vec3 back) {
+  for (int k = 0; k < 3; ++k) back_[k][i] = back[k];
 }
 
 void DiffuseHits::put_path(std::size_t i, Vec3 origin, Vec3 direction, RGB flux) {

@@ -25,8 +25,10 @@ class DiffuseHits {
   /// All bits where path i hit nothing, else none.
   const std::uint32_t* missed() const { return missed_; }
   /// Path i hit a surface that the kernel does not serve. What comes of it may be put() in.
-  bool left_over(std::size_t i) const { return (other_[i] | (outcome_[i] & kTurnedNormal)) != 0; }
+  bool left_over(std::size_t i) const { return other_[i] != 0; }
   void put_photon(std::size_t i, Vec3 position, Vec3 normal, RGB flux);
+  /// The direction, as back(), that the photon is to have.
+  void put_back(std::size_t i, Vec3 back);
   void put_path(std::size_t i, Vec3 origin, Vec3 direction, RGB flux);
   void put_outcome(std::size_t i, std::uint32_t outcome) { outcome_[i] = outcome; }
 
@@ -48,8 +50,8 @@ class DiffuseHits {
   void place(const Scene& scene, std::span<const Hit> hits, std::size_t first, std::size_t count);
   void place_normals(const Geometry& geometry, const Hit* hits, std::size_t count);
 
-  alignas(64) Array corner_[3] = {}, edges_[6] = {}, geometric_[3] = {}, vertex_normals_[9] = {}, barycentric_[2] = {},
-                    reflectance_[3] = {}, back_[3] = {};
+  alignas(64) Array corner_[3] = {}, edges_[6] = {}, geometric_[3] = {}, offset_ = {}, vertex_normals_[9] = {},
+                    barycentric_[2] = {}, reflectance_[3] = {}, back_[3] = {};
   alignas(64) Array position_[3] = {}, normal_[3] = {}, photon_flux_[3] = {}, origin_[3] = {},
                     direction_[3] = {}, flux_[3] = {};
   alignas(64) std::uint32_t outcome_[kBlock + kDiffuseScatterPadding] = {}, other_[kBlock] = {}, missed_[kBlock] = {};

@@ -68,20 +68,20 @@ EmissionBlock::Kind EmissionBlock::choose(const Scene& scene, std::size_t i) {
 
 void EmissionBlock::set_triangles(const Scene& scene, std::size_t count) {
   const Geometry& g = scene.geometry();
-  const auto* const triangles = g.triangles.data();
-  const Vec3* const positions = g.positions.data();
   const std::uint32_t* const emission_of = g.emission.data();
   const Emission* const emissions = scene.emissions().data();
   const std::uint32_t* const emissive = scene.emissive_triangles().data();
   for (std::size_t i = 0; i < count; ++i) {
     if (kind_[i] != kTriangle) continue;
     const std::uint32_t triangle = emissive[light_[i]];
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Vec3 position = positions[triangles[triangle][corner]];
-      vertices_[3 * corner][i] = position.x;
-      vertices_[3 * corner + 1][i] = position.y;
-      vertices_[3 * corner + 2][i] = position.z;
+    const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
+    for (int k = 0; k < 3; ++k) {
+      corner_[k][i] = placed.corner[k];
+      edges_[k][i] = placed.edge[0][k];
+      edges_[k + 3][i] = placed.edge[1][k];
+      normal_[k][i] = placed.normal[k];
     }
+    offset_[i] = placed.offset();
     const Emission& emission = emissions[emission_of[triangle]];
     const RGB radiance =
         emission.radiance.texture == kNone ? emission.radiance.value : textured_radiance(scene, triangle, i);
@@ -122,7 +122,10 @@ void EmissionBlock::emit_distant(const Scene& scene, const EmissionChoices& choi
 
 void EmissionBlock::emit_triangles(const EmissionChoices& choices, bool others) {
   EmittingTriangles triangles;
-  point_to(triangles.vertices, vertices_);
+  point_to(triangles.corner, corner_);
+  point_to(triangles.edges, edges_);
+  point_to(triangles.normal, normal_);
+  triangles.offset = offset_;
   point_to(triangles.radiance, radiance_);
   triangles.two_sided = two_sided_;
   Array apart[9];

@@ -41,7 +41,7 @@ class EmissionBlock {
   void emit_other(const Scene& scene, std::size_t i);
 
   alignas(64) Array choice_ = {}, place_[2] = {}, square_[2] = {}, guide_weight_ = {}, probability_ = {};
-  alignas(64) Array vertices_[9] = {}, distant_direction_[3] = {};
+  alignas(64) Array corner_[3] = {}, edges_[6] = {}, normal_[3] = {}, offset_ = {}, distant_direction_[3] = {};
   alignas(64) Array radiance_[3] = {};  // of a distant light: irradiance
   alignas(64) Array origin_[3] = {}, direction_[3] = {}, flux_[3] = {};
   alignas(64) std::uint32_t light_[kBlock + kLightEmissionPadding] = {},

@@ -37,7 +37,7 @@ ImportanceGrid::ImportanceGrid(std::span<const Vec3> positions, std::span<const 
   if (positions.empty()) return;
   float extent = 0;
   for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, inner_extent(positions, axis));
-  cell_ = std::max(extent, 1e-6f) / kCellsAcross;
+  cell_ = (extent > 0 ? extent : 1.0f) / kCellsAcross;
   // The sum of a cell and its neighbours: photons reach over cells, and the sample of points has gaps.
   std::vector<std::uint64_t> own;
   for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -8,7 +8,6 @@
 
 #include "core/offset_origin.h"
 #include "core/random.h"
-#include "core/shading_light.h"
 #include "kernels/sobol.h"
 #include "photon/emission_block.h"
 #include "scene/surface.h"
@@ -101,7 +100,7 @@ class ChunkTracers::ChunkTracer {
  private:
   /// Pair `dimension` of the random numbers of paths index_[0..count).
   void draw(std::uint32_t dimension, std::size_t count, Pairs& pairs) {
-    sobol_pairs(Sampler::pair_key(pass_.seed, hash_combine(0x70686f74u, pass_.pass), dimension), index_.data(), count,
+    sobol_pairs(Sampler::pair_key(pass_.seed, hash_combine(kPhotonStream, pass_.pass), dimension), index_.data(), count,
                 pairs.x.data(), pairs.y.data());
   }
 
@@ -185,35 +184,32 @@ class ChunkTracers::ChunkTracer {
     const Hit& hit = paths_.hits[path];
     const Vec3 back = block_.back(i);
     SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
-    const Bsdf bsdf = resolve_bsdf(scene_, point, back);
+    const Bsdf bsdf = resolve_bsdf(scene_, point);
+    const ShadedSurface surface = shaded(point, bsdf);
+    float u_lobe = choice_.x[path], u_roulette = choice_.y[path];
+    const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
+    const RGB arriving = flux(path) * arrived.factor;
     std::uint32_t outcome = 0;
-    if (lobes(bsdf) & kBroad) {
+    if (arrived.factor > 0 && (lobes(bsdf) & kBroad)) {
       outcome |= kPhotonLeft;
-      const float correction =
-          arrival_correction(std::abs(dot(back, point.frame.n)), std::abs(dot(back, point.geometric_normal)));
-      block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), flux(path) * correction);
+      block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), arriving);
+      block_.put_back(i, arrived.back);
     }
-    const Vec3 wo = point.frame.to_local(back);
-    const BsdfSample s =
-        sample(bsdf, wo, choice_.x[path], {direction_.x[path], direction_.y[path]}, kAllLobes, Transport::flux);
-    if (s.valid && leave(path, i, point, wo.z, s)) outcome |= kPathGoesOn;
+    ScatteredRay s;
+    if (arrived.factor > 0)
+      s = surface.scatter_photon(arrived.back, u_lobe, {direction_.x[path], direction_.y[path]}, u_roulette);
+    if (s.valid && leave(path, i, point, arriving, u_roulette, s)) outcome |= kPathGoesOn;
     if (!(outcome & kPathGoesOn)) block_.put_path(i, {}, {}, RGB(0.0f));
     block_.put_outcome(i, outcome);
     return s.lobe == kSharp;
   }
 
   /// Sends a path on in the direction that was sampled, or ends it by Russian roulette.
-  bool leave(std::size_t path, std::size_t i, const SurfacePoint& point, float cosine_in, const BsdfSample& s) {
-    const Vec3 direction = point.frame.to_world(s.wi);
-    const float out_geometric = dot(direction, point.geometric_normal);
-    const float in_geometric = dot(block_.back(i), point.geometric_normal);
-    // A shading normal may send light through an opaque surface: such paths do not exist.
-    if ((out_geometric * in_geometric > 0) != (s.wi.z * cosine_in > 0) || out_geometric == 0) return false;
-    const RGB next = flux(path) * s.weight * adjoint_factor(cosine_in, s.wi.z, in_geometric, out_geometric);
+  bool leave(std::size_t path, std::size_t i, const SurfacePoint& point, RGB arriving, float u, const ScatteredRay& s) {
+    const RGB next = arriving * s.weight;
     const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux(path)), 1e-30f));
-    if (!(survival > 0) || choice_.y[path] >= survival) return false;
-    const Vec3 side = out_geometric > 0 ? point.geometric_normal : -point.geometric_normal;
-    block_.put_path(i, offset_origin(point.position, side), direction, next / survival);
+    if (!(survival > 0) || u >= survival) return false;
+    block_.put_path(i, offset_origin(point.position, s.side, point.offset), s.direction, next / survival);
     return true;
   }
 

@@ -8,6 +8,7 @@ void GatherPoints::reserve(std::size_t n) {
   sample.reserve(n);
   position.reserve(n);
   normal.reserve(n);
+  offset.reserve(n);
   frame.reserve(n);
   wo.reserve(n);
   bsdf.reserve(n);
@@ -20,6 +21,7 @@ void GatherPoints::clear() {
   sample.clear();
   position.clear();
   normal.clear();
+  offset.clear();
   frame.clear();
   wo.clear();
   bsdf.clear();
@@ -32,6 +34,7 @@ void GatherPoints::append(const GatherPoints& other) {
   sample.insert(sample.end(), other.sample.begin(), other.sample.end());
   position.insert(position.end(), other.position.begin(), other.position.end());
   normal.insert(normal.end(), other.normal.begin(), other.normal.end());
+  offset.insert(offset.end(), other.offset.begin(), other.offset.end());
   frame.insert(frame.end(), other.frame.begin(), other.frame.end());
   wo.insert(wo.end(), other.wo.begin(), other.wo.end());
   bsdf.insert(bsdf.end(), other.bsdf.begin(), other.bsdf.end());

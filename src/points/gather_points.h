@@ -29,6 +29,7 @@ struct GatherPoints {
   LargeVector<std::uint32_t> sample;    ///< camera sample number of the pixel
   LargeVector<Vec3> position;           ///< metres
   LargeVector<Vec3> normal;             ///< unit, geometric, on the viewer's side
+  LargeVector<float> offset;            ///< how far along it, or against it, rays begin that leave, metres
   LargeVector<Frame> frame;             ///< shading frame
   LargeVector<Vec3> wo;                 ///< unit, world space, towards the viewer
   LargeVector<Bsdf> bsdf;               ///< of which only the broad lobes are asked
@@ -41,7 +42,7 @@ struct GatherPoints {
   void clear();
   void append(const GatherPoints& other);
   static constexpr std::size_t kBytesEach =
-      3 * sizeof(std::uint32_t) + 3 * sizeof(Vec3) + sizeof(Frame) + sizeof(Bsdf) + sizeof(RGB);
+      3 * sizeof(std::uint32_t) + 3 * sizeof(Vec3) + sizeof(float) + sizeof(Frame) + sizeof(Bsdf) + sizeof(RGB);
 };
 
 /// Light of a task, one entry a slot; W sr^-1 m^-2.

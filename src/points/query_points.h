@@ -16,7 +16,7 @@ inline constexpr std::uint32_t kLambertianQuery = 0xffffffffu;
 struct QueryBsdf {
   Bsdf bsdf;
   Vec3 s, t, n;  ///< shading frame in world space
-  Vec3 wo;       ///< unit, world space, towards the gather point
+  Vec3 wo;       ///< unit, world space, towards the gather point, by ShadedSurface::seen_from()
 };
 
 /// Points at which outgoing radiance is wanted. Arrays of one length, index i one point; `weight` and `gather_point`

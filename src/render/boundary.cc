@@ -6,7 +6,7 @@
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "render/boundary_clusters.h"
 
 namespace glowworm {
@@ -18,13 +18,13 @@ constexpr float kFirstLines = 8, kAllLines = 32;
 constexpr std::size_t kClustersPerChunk = 64;
 /// A cluster whose photons' masses are all this near to 1 by the first lines is plain.
 constexpr float kTolerance = 0.02f;
-/// Share of a line that is skipped behind a surface, so that it is not met again.
+/// Share of a line that is skipped behind a surface, besides rounding, so that it is not met again.
 constexpr float kStep = 1e-3f;
 /// Surfaces that a line is followed through.
 constexpr int kMostHits = 6;
 /// Surfaces that a line all but grazes tell nothing, and have no photon's normal.
 constexpr float kLeastCosine = 0.25f;
-/// Share of a cluster's reach, and of the cosine, within which a place lies in its plane.
+/// Share of the cosine within which a place lies in a cluster's plane.
 constexpr float kFlatness = 1e-4f;
 /// Bounds of the mass: beyond them a few lines say nothing.
 constexpr float kSmallestMass = 0.125f, kLargestMass = 4;
@@ -36,6 +36,7 @@ struct Line {
   std::uint32_t number;      ///< within it
   int depth = 0;             ///< of solids entered less left since the photon; what lies in a solid nobody sees
   std::uint32_t places = 0;  ///< found on it
+  float step = kStep;        ///< share of it, or of the way to it, that is skipped behind a surface
   bool plain = true;         ///< its places, where there are any, lie in the cluster's plane
 
   /// Takes the line through a surface.
@@ -87,7 +88,7 @@ class Chunk {
 
   Line make_line(std::uint32_t c, std::uint32_t number) const {
     const BoundaryCluster& cluster = clusters_[c];
-    Sampler sampler(SamplerKind::sobol, 0x626f756eu, members(c)[0], number);
+    Sampler sampler(SamplerKind::sobol, kBoundaryStream, members(c)[0], number);
     const Vec2 u = sampler.next2();
     const float angle = 2 * kPi * u.x, distance = cluster.reach * std::sqrt(u.y);
     const Frame frame = Frame::from_normal(cluster.normal);
@@ -96,6 +97,8 @@ class Chunk {
     Line line;
     line.cluster = c;
     line.number = number;
+    // The way from a photon is half as long or longer.
+    line.step = kStep + 2 * cluster.step;
     line.ray = {start, 0, cluster.normal * (cluster.low - cluster.high), 1};
     return line;
   }
@@ -124,10 +127,10 @@ class Chunk {
     const auto way = [&](const Line& line) {
       const auto photons = members(line.cluster);
       const Vec3 photon = photons_.position[photons[line.number % photons.size()]];
-      return Ray{photon, kStep, line.ray.origin - photon, 1};
+      return Ray{photon, line.step, line.ray.origin - photon, 1};
     };
     walk(way, [&](std::uint32_t j, const Hit& hit) {
-      batch_[j].cross(dot(tracer_.scene().geometry().normal(hit.triangle), way(batch_[j]).direction) < 0);
+      batch_[j].cross(dot(tracer_.scene().diffuse_triangle(hit.triangle).normal, way(batch_[j]).direction) < 0);
     });
   }
 
@@ -148,8 +151,9 @@ class Chunk {
         if (hits_[j].triangle == kNone) continue;
         meet(active_[j], hits_[j]);
         active_[kept] = active_[j];
-        rays_[kept] = rays_[j];
-        rays_[kept++].t_min = hits_[j].distance + kStep;
+        Ray& ray = rays_[kept++];
+        ray = rays_[j];
+        ray.t_min = hits_[j].distance + batch_[active_[j]].step;
       }
       active_.resize(kept);
       rays_.resize(kept);
@@ -160,7 +164,7 @@ class Chunk {
   void meet(std::uint32_t j, const Hit& hit) {
     Line& line = batch_[j];
     const BoundaryCluster& cluster = clusters_[line.cluster];
-    Vec3 normal = tracer_.scene().geometry().normal(hit.triangle);
+    Vec3 normal = tracer_.scene().diffuse_triangle(hit.triangle).normal;
     const float cosine = dot(normal, cluster.normal);
     const bool buried = line.depth > 0;
     line.cross(cosine > 0);
@@ -170,7 +174,7 @@ class Chunk {
     const Vec3 position = line.ray.origin + line.ray.direction * hit.distance;
     const float height = dot(position - cluster.center, cluster.normal);
     ++line.places;
-    line.plain &= std::abs(height) <= kFlatness * cluster.reach && std::abs(cosine) >= 1 - kFlatness;
+    line.plain &= std::abs(height) <= cluster.flatness && std::abs(cosine) >= 1 - kFlatness;
     found_.push_back({position, normal, 1 / std::abs(cosine), j});
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "density/kd_tree.h"
 
@@ -16,7 +17,7 @@ constexpr std::uint32_t kLeafSize = 24;
 constexpr float kLikeNormal = 0.9f;
 /// Clusters with a wider disc fall apart into single photons.
 constexpr float kWidest = 12;
-/// Deviation, as a share of the reach and of the cosine, up to which a cluster is flat.
+/// Deviation, as a share of the reach, up to which a cluster is flat, besides rounding.
 constexpr float kFlatness = 1e-4f;
 constexpr std::size_t kLeafGrain = 64;
 
@@ -72,7 +73,10 @@ class Clusterer {
       cosine = std::min(cosine, dot(photons_.normal[p], c.normal));
     }
     c.wideness = c.reach * c.reach * static_cast<float>(c.count) / squares;
-    c.flat = deviation <= kFlatness * c.reach && cosine >= 1 - kFlatness;
+    const float rounding = position_rounding(c.center);
+    c.flatness = kFlatness * c.reach + rounding;
+    c.step = rounding / (c.high - c.low);
+    c.flat = deviation <= c.flatness && cosine >= 1 - kFlatness;
     return c;
   }
 

@@ -16,6 +16,8 @@ struct BoundaryCluster {
   float reach = 0;          ///< radius of the disc around `center` that holds all discs of the photons, metres
   float low = 0, high = 0;  ///< ends of the balls of the photons along `normal`, from `center`, metres
   float wideness = 1;       ///< area of that disc over that of a photon's
+  float flatness = 0;       ///< how far from the plane of `center` a place may be to lie in it, metres
+  float step = 0;           ///< share of a line from `high` to `low` in which rounding may find a surface again
   bool flat = false;        ///< all photons lie in the plane of `center` and have its normal
   std::uint32_t first = 0, count = 0;  ///< a run of BoundaryClusters::photons
 };

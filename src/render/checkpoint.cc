@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/atomic_file.h"
+#include "core/content_hash.h"
 #include "core/error.h"
 #include "core/input_file.h"
 
@@ -12,20 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '2'};
-
-/// FNV-1a over 64 bits (Fowler, Noll, Vo): enough to find a damaged file.
-class Fingerprint {
- public:
-  void add(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) hash_ = (hash_ ^ bytes[i]) * 0x100000001b3u;
-  }
-  std::uint64_t value() const { return hash_; }
-
- private:
-  std::uint64_t hash_ = 0xcbf29ce484222325u;
-};
+constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '3'};
 
 /// Writes, and takes the fingerprint of what it wrote.
 class Writer {
@@ -33,7 +21,7 @@ class Writer {
   explicit Writer(const std::string& path) : file_(path) { file_.write(kMagic, sizeof kMagic); }
   void put(const void* data, std::size_t size) {
     file_.write(data, size);
-    fingerprint_.add(data, size);
+    fingerprint_.add_bytes(data, size);
   }
   void put_count(std::uint64_t count) { put(&count, sizeof count); }
   void commit() {
@@ -44,7 +32,7 @@ class Writer {
 
  private:
   AtomicFile file_;
-  Fingerprint fingerprint_;
+  ContentHash fingerprint_;
 };
 
 /// Reads what Writer wrote; tells where the file is too short or another one.
@@ -55,13 +43,13 @@ class Reader {
     if (size > left_) return false;
     left_ -= size;
     if (!file_.read(static_cast<char*>(to), static_cast<std::streamsize>(size))) return false;
-    fingerprint_.add(to, size);
+    fingerprint_.add_bytes(to, size);
     return true;
   }
   bool take_magic() {
     char magic[sizeof kMagic];
     const bool good = take(magic, sizeof magic) && std::memcmp(magic, kMagic, sizeof magic) == 0;
-    fingerprint_ = Fingerprint();
+    fingerprint_ = ContentHash();
     return good;
   }
   /// A number of items to come of that size each; false where the file cannot hold them.
@@ -77,7 +65,7 @@ class Reader {
  private:
   std::ifstream& file_;
   std::uint64_t left_;
-  Fingerprint fingerprint_;
+  ContentHash fingerprint_;
 };
 
 bool parse(Reader& reader, Checkpoint& out) {
@@ -85,9 +73,9 @@ bool parse(Reader& reader, Checkpoint& out) {
   if (!reader.take_magic() || !reader.take_count(key_size, 1)) return false;
   out.key.resize(key_size);
   if (!reader.take(out.key.data(), key_size) || !reader.take(&out.passes, sizeof out.passes)) return false;
-  if (!reader.take_count(film_size, sizeof(float))) return false;
+  if (!reader.take_count(film_size, sizeof(std::uint32_t))) return false;
   out.film.resize(film_size);
-  return reader.take(out.film.data(), film_size * sizeof(float)) && reader.ends_with_fingerprint();
+  return reader.take(out.film.data(), film_size * sizeof(std::uint32_t)) && reader.ends_with_fingerprint();
 }
 
 }  // namespace
@@ -98,7 +86,7 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   writer.put(checkpoint.key.data(), checkpoint.key.size());
   writer.put(&checkpoint.passes, sizeof checkpoint.passes);
   writer.put_count(checkpoint.film.size());
-  writer.put(checkpoint.film.data(), checkpoint.film.size() * sizeof(float));
+  writer.put(checkpoint.film.data(), checkpoint.film.size() * sizeof(std::uint32_t));
   writer.commit();
 }
 

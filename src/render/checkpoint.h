@@ -10,9 +10,9 @@ namespace glowworm {
 /// The state of a render after a whole number of tasks. Nothing else need be kept: all randomness belongs to the
 /// numbers of pass, pixel and photon.
 struct Checkpoint {
-  std::string key;           ///< names scene, settings and version; a render goes on only from its own
-  std::uint32_t passes = 0;  ///< whole passes in the film, which may hold a part of the next
-  std::vector<float> film;   ///< Film::save()
+  std::string key;                  ///< names scene, settings and version; a render goes on only from its own
+  std::uint32_t passes = 0;         ///< whole passes in the film, which may hold a part of the next
+  std::vector<std::uint32_t> film;  ///< Film::save()
 };
 
 /// Writes a checkpoint, whole or not at all. Throws Error where it cannot be written.

@@ -2,18 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace glowworm {
 
 namespace {
-constexpr int kLayers = 6;
+
+template <typename Sum>
+RGB mean_of(const std::array<Sum, 3>& sums, std::uint32_t count) {
+  const double n = count;
+  return {static_cast<float>(sums[0].value() / n), static_cast<float>(sums[1].value() / n),
+          static_cast<float>(sums[2].value() / n)};
 }
+
+}  // namespace
 
 Film::Film(int width, int height, bool indirect_only, bool layers)
     : width_(width), height_(height), indirect_only_(indirect_only), layers_(layers) {
   const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  for (int layer = 0; layer < (layers ? kLayers : 1); ++layer) sums_[layer].resize(n);
+  for (int layer = 0; layer < (layers ? 4 : 1); ++layer) light_[layer].resize(n);
+  albedo_.resize(layers ? n : 0);
+  normal_.resize(layers ? n : 0);
   depth_sum_.resize(layers ? n : 0);
   depth_count_.resize(layers ? n : 0);
   count_.resize(n);
@@ -21,8 +31,15 @@ Film::Film(int width, int height, bool indirect_only, bool layers)
 }
 
 std::uint64_t Film::bytes(int width, int height, bool layers) {
+  constexpr std::uint64_t kLight = 3 * sizeof(LightSum), kAlways = sizeof(SquareSum) + sizeof(std::uint32_t);
+  constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
-         (layers ? kLayers * sizeof(RGB) + 4 * sizeof(float) : sizeof(RGB) + 2 * sizeof(float));
+         (kAlways + (layers ? 4 * kLight + kFirstHit : kLight));
+}
+
+template <typename Sum>
+void Film::add(std::array<Sum, 3>& sums, RGB value) {
+  for (int c = 0; c < 3; ++c) sums[static_cast<std::size_t>(c)] += value[c];
 }
 
 void Film::add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit) {
@@ -39,13 +56,13 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
     square_sum_[pixel] += luminance(shown) * luminance(shown);
     ++count_[pixel];
     if (!layers_) {
-      sums_[0][pixel] += shown;
+      add(light_[0][pixel], shown);
       continue;
     }
-    for (int layer = 0; layer < 4; ++layer) sums_[layer][pixel] += light[layer];
-    sums_[4][pixel] += first_hit.albedo[slot];
+    for (int layer = 0; layer < 4; ++layer) add(light_[layer][pixel], light[layer]);
+    add(albedo_[pixel], first_hit.albedo[slot]);
     const Vec3 n = first_hit.normal[slot];
-    sums_[5][pixel] += RGB(n.x, n.y, n.z);
+    add(normal_[pixel], RGB(n.x, n.y, n.z));
     if (std::isfinite(first_hit.depth[slot])) {
       depth_sum_[pixel] += first_hit.depth[slot];
       ++depth_count_[pixel];
@@ -70,16 +87,18 @@ bool Film::is_even() const {
 
 RGB Film::mean(Layer layer, std::size_t pixel) const {
   if (count_[pixel] == 0 || !layers_) return RGB();
-  return sums_[static_cast<int>(layer)][pixel] / static_cast<float>(count_[pixel]);
+  if (layer == Layer::albedo) return mean_of(albedo_[pixel], count_[pixel]);
+  if (layer == Layer::normal) return mean_of(normal_[pixel], count_[pixel]);
+  return mean_of(light_[static_cast<int>(layer)][pixel], count_[pixel]);
 }
 
 float Film::depth(std::size_t pixel) const {
   if (!layers_ || depth_count_[pixel] == 0) return std::numeric_limits<float>::infinity();
-  return depth_sum_[pixel] / static_cast<float>(depth_count_[pixel]);
+  return static_cast<float>(depth_sum_[pixel].value() / depth_count_[pixel]);
 }
 
 RGB Film::radiance(std::size_t pixel, bool indirect_only) const {
-  if (!layers_) return count_[pixel] == 0 ? RGB() : sums_[0][pixel] / static_cast<float>(count_[pixel]);
+  if (!layers_) return count_[pixel] == 0 ? RGB() : mean_of(light_[0][pixel], count_[pixel]);
   if (indirect_only) return mean(Layer::indirect, pixel);
   return mean(Layer::emitted, pixel) + mean(Layer::direct, pixel) + mean(Layer::indirect, pixel) +
          mean(Layer::caustic, pixel);
@@ -95,38 +114,61 @@ double Film::noise() const {
   double sum = 0;
   for (std::size_t i = 0; i < pixel_count(); ++i) {
     const double n = count_[i], m = luminance(radiance(i, indirect_only_));
-    const double variance = std::max(0.0, square_sum_[i] / n - m * m) / (n - 1);
+    const double variance = std::max(0.0, square_sum_[i].value() / n - m * m) / (n - 1);
     const double scale = m * m + 0.01 * image_mean * image_mean;
     if (scale > 0) sum += variance / scale;
   }
   return std::sqrt(sum / static_cast<double>(pixel_count()));
 }
 
-std::vector<float> Film::save() const {
-  std::vector<float> out;
-  out.reserve(bytes(width_, height_, layers_) / sizeof(float));
-  for (const auto& layer : sums_)
-    for (const RGB& v : layer) out.insert(out.end(), {v.r, v.g, v.b});
-  out.insert(out.end(), depth_sum_.begin(), depth_sum_.end());
-  out.insert(out.end(), square_sum_.begin(), square_sum_.end());
-  // Counts stay below 2^24, so floats hold them exactly.
-  for (const auto* counts : {&depth_count_, &count_})
-    for (const std::uint32_t c : *counts) out.push_back(static_cast<float>(c));
+template <typename Self, typename Work>
+void Film::for_arrays(Self& self, Work&& work) {
+  for (auto& layer : self.light_) work(layer);
+  work(self.albedo_);
+  work(self.normal_);
+  work(self.depth_sum_);
+  work(self.square_sum_);
+  work(self.depth_count_);
+  work(self.count_);
+}
+
+std::vector<std::uint32_t> Film::save() const {
+  std::vector<std::uint32_t> out(bytes(width_, height_, layers_) / sizeof(std::uint32_t) + 2);
+  std::memcpy(out.data(), &not_finite_, sizeof not_finite_);
+  std::size_t at = 2;
+  for_arrays(*this, [&](const auto& array) {
+    if (array.empty()) return;
+    std::memcpy(&out[at], array.data(), array.size() * sizeof array[0]);
+    at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
+  });
   return out;
 }
 
-bool Film::restore(const std::vector<float>& state) {
-  if (state.size() != bytes(width_, height_, layers_) / sizeof(float)) return false;
-  std::size_t at = 0;
-  for (auto& layer : sums_)
-    for (RGB& v : layer) {
-      v = {state[at], state[at + 1], state[at + 2]};
-      at += 3;
-    }
-  for (auto* plane : {&depth_sum_, &square_sum_})
-    for (float& v : *plane) v = state[at++];
-  for (auto* counts : {&depth_count_, &count_})
-    for (std::uint32_t& c : *counts) c = static_cast<std::uint32_t>(state[at++]);
+bool Film::restore(const std::vector<std::uint32_t>& state) {
+  if (state.size() != bytes(width_, height_, layers_) / sizeof(std::uint32_t) + 2) return false;
+  std::memcpy(&not_finite_, state.data(), sizeof not_finite_);
+  std::size_t at = 2;
+  for_arrays(*this, [&](auto& array) {
+    if (array.empty()) return;
+    std::memcpy(static_cast<void*>(array.data()), &state[at], array.size() * sizeof array[0]);
+    at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
+  });
+  return is_possible();
+}
+
+bool Film::is_possible() const {
+  const auto possible = [&](const auto& sums, std::size_t i) {
+    return std::all_of(sums[i].begin(), sums[i].end(), [&](const auto& sum) { return sum.can_be_of(count_[i]); });
+  };
+  for (std::size_t i = 0; i < pixel_count(); ++i) {
+    if (count_[i] > kMostSamples || !square_sum_[i].can_be_of(count_[i]) || !possible(light_[0], i)) return false;
+    if (!layers_) continue;
+    for (int layer = 1; layer < 4; ++layer)
+      if (!possible(light_[layer], i)) return false;
+    if (!possible(albedo_, i) || !possible(normal_, i) || depth_count_[i] > count_[i] ||
+        !depth_sum_[i].can_be_of(depth_count_[i]))
+      return false;
+  }
   return true;
 }
 

@@ -7,28 +7,12 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "points/finite_light.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
-#include "render/photon_renderer.h"
 #include "render/scheduler.h"
 
 namespace glowworm {
-
-namespace {
-
-// Stands before the memory in the key of a checkpoint.
-constexpr const char* kMemoryKey = " memory ";
-
-/// Factor on the radii in a pass of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) (Knaus and
-/// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
-float progressive_radius_scale(std::uint32_t pass) {
-  constexpr double alpha = 2.0 / 3.0;
-  double squared = 1;
-  for (std::uint32_t i = 1; i <= pass; ++i) squared *= (i + alpha) / (i + 1);
-  return static_cast<float>(std::sqrt(squared));
-}
-
-}  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
          const Checkpoint* resume, double spent_s)
@@ -39,11 +23,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_(settings_.width, settings_.height, settings_.indirect_only, settings_.separate_layers),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()) {
-  if (resume) {
-    check_checkpoint(*resume);
-    if (!film_.restore(resume->film)) throw Error("the checkpoint is of a picture of another size");
-    passes_ = film_.whole_passes();
-  }
+  if (resume) this->resume(*resume);
   earlier_peak_ = peak_resident_bytes();
   return_free_memory();
   scene_bytes_ = resident_bytes();
@@ -78,8 +58,9 @@ Film Job::snapshot() const {
 }
 
 Checkpoint Job::checkpoint() const {
+  std::string key = key_text(this->key());
   const std::lock_guard lock(film_mutex_);
-  return {key(), film_.whole_passes(), film_.save()};
+  return {std::move(key), film_.whole_passes(), film_.save()};
 }
 
 std::vector<LightPhotons> Job::light_photons() const {
@@ -87,29 +68,21 @@ std::vector<LightPhotons> Job::light_photons() const {
   return light_photons_;
 }
 
-std::string Job::key() const {
-  RenderSettings s = settings_;
-  // What may differ between the runs that make one image; more samples go on where fewer ended.
-  s.samples = 0;
-  s.noise_target = 0;
-  s.threads = 0;
-  s.memory_bytes = 0;
-  s.time_limit_s = 0;
-  return std::string(version()) + " " + scene_->name() + " " + std::to_string(scene_->geometry().triangle_count()) +
-         " " + settings_text(s) + kMemoryKey + std::to_string(memory_shows(settings_) ? settings_.memory_bytes : 0);
+std::uint64_t Job::samples_not_finite() const {
+  const std::lock_guard lock(film_mutex_);
+  return film_.not_finite();
 }
 
-void Job::check_checkpoint(const Checkpoint& checkpoint) const {
-  const std::string own = key(), &other = checkpoint.key;
-  if (other == own) return;
-  const std::size_t own_end = own.rfind(kMemoryKey), other_end = other.rfind(kMemoryKey);
-  if (other_end != std::string::npos && own.substr(0, own_end) == other.substr(0, other_end)) {
-    const std::string bytes = other.substr(other_end + std::string_view(kMemoryKey).size());
-    throw Error("the checkpoint is of a render with another --memory, which shows in the last bits of the picture",
-                "Give --memory " + bytes + ", or leave --resume out.");
-  }
-  throw Error("the checkpoint is of another render: its scene, settings or version differ",
-              "Give the options of the render that was cut off, or leave --resume out.");
+const RenderKey& Job::key() const {
+  std::call_once(key_made_, [this] { key_ = render_key(*scene_, settings_); });
+  return key_;
+}
+
+void Job::resume(const Checkpoint& checkpoint) {
+  check_same_render(key(), parse_key(checkpoint.key), "the checkpoint");
+  if (!film_.restore(checkpoint.film) || film_.whole_passes() != checkpoint.passes)
+    throw Error("the checkpoint holds sums that no render can give", "Remove the file to start anew.");
+  passes_ = checkpoint.passes;
 }
 
 std::uint64_t Job::peak_beside_scene_bytes() const {
@@ -121,9 +94,6 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 
 void Job::run() {
   try {
-    // Twice: it is copied for those who look at it while the render goes on.
-    const Reservation film(budget_, "film",
-                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers));
     const Reservation image(budget_, "image", image_bytes(settings_));
     render_passes();
   } catch (const Cancelled&) {
@@ -139,7 +109,7 @@ void Job::run() {
 
 bool Job::should_stop(double next_s) {
   // The limit is passed where that comes nearer to it than stopping before it does.
-  if (cancelled_)
+  if (interrupt_.requested())
     ending_ = Ending::cancelled;
   else if (settings_.time_limit_s > 0 && passes_ > 0 && spent_s_ + seconds() + next_s / 2 >= settings_.time_limit_s)
     ending_ = Ending::time_up;
@@ -152,37 +122,87 @@ bool Job::reached_noise_target() {
   return true;
 }
 
-void Job::shoot_photons(PhotonRenderer& photons, std::uint32_t pass) {
-  const CancellationScope scope(cancelled_);
+PhotonMapSettings Job::map_settings(std::uint32_t pass) const {
+  const RenderSettings& s = settings_;
+  PhotonMapSettings wanted;
+  wanted.photons = s.photons;
+  wanted.photons_traced = s.photons_traced;
+  wanted.nearest = s.nearest;
+  wanted.engine = s.engine;
+  wanted.reorder = s.reorder;
+  wanted.kernel = s.kernel;
+  wanted.fixed_radius = s.fixed_radius;
+  wanted.seed = s.seed;
+  wanted.pass = s.progressive ? pass : 0;
+  wanted.radius_scale = s.progressive ? progressive_radius_scale(pass) : 1.0f;
+  wanted.max_bounces = photon_bounces(s.max_bounces);
+  wanted.guide = guide_;
+  wanted.demand = demand_;
+  wanted.corrected = s.boundary_correction;
+  const bool gathers = s.integrator == Integrator::photon;
+  wanted.corners = gathers && s.secondary_gather;
+  wanted.patches = gathers && s.gather_guiding;
+  if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
+    wanted.more_caustic_photons =
+        affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
+  wanted.kept = false;
+  return wanted;
+}
+
+PassSettings Job::pass_settings() const {
+  const RenderSettings& s = settings_;
+  PassSettings pass;
+  pass.kind = s.integrator == Integrator::photons ? PassKind::photons : PassKind::gather;
+  pass.width = s.width;
+  pass.height = s.height;
+  pass.gather = s.gather;
+  pass.light_samples = s.light_samples;
+  pass.seed = s.seed;
+  pass.direct = pass.caustic = !s.indirect_only;
+  pass.corners = s.secondary_gather;
+  pass.patches = s.gather_guiding;
+  return pass;
+}
+
+void Job::shoot_photons(std::uint32_t pass) {
+  const CancellationScope scope(interrupt_);
   const double start = seconds();
-  photons.shoot_photons(settings_.progressive ? pass : 0,
-                        settings_.progressive ? progressive_radius_scale(pass) : 1.0f);
+  // Photons may take all memory that tasks have left.
+  memory_.clear();
+  if (settings_.guiding && !guide_) {
+    const PhaseTimer timer(statistics_, Phase::trace_photons);
+    PhotonGuiding guiding = guide_photons(*tracer_, settings_);
+    guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
+    demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+  }
+  maps_.update(*tracer_, map_settings(pass), statistics_);
   photon_seconds_ = seconds() - start;
-  photon_map_bytes_ = photons.photon_bytes();
+  photon_map_bytes_ = maps_.bytes();
   const std::lock_guard lock(film_mutex_);
-  light_photons_ = photons.light_photons();
+  add(light_photons_, photons_by_light(*scene_, maps_.pass()));
 }
 
 void Job::render_passes() {
-  PhotonRenderer photons(*tracer_, settings_, budget_, statistics_);
+  pass_ = pass_settings();
   const bool mapped = settings_.integrator != Integrator::path;
   const std::uint32_t first_pass = passes_;
   // A render may have been cut off between its last pass and the look at its noise.
   if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
   for (std::uint32_t done = first_pass; done < settings_.samples; done = passes_) {
     if (should_stop(settings_.progressive ? photon_seconds_ + task_seconds_ : task_seconds_)) return;
-    if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(photons, done);
+    if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(done);
     const Schedule schedule = make_schedule(settings_, budget_.available());
-    photons.set_portions(schedule.queries_at_once, schedule.by_disk);
+    pass_.queries_at_once = schedule.queries_at_once;
+    pass_.by_disk = schedule.by_disk;
     const std::uint32_t samples = samples_of_pass(schedule, settings_, done);
-    if (!render_pass(photons, tasks_of_pass(schedule, settings_, done, samples))) return;
+    if (!render_tasks(tasks_of_pass(schedule, settings_, done, samples))) return;
     passes_ = done + samples;
     if (reached_noise_target()) return;
   }
   ending_ = Ending::samples_done;
 }
 
-bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks) {
+bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
   const Camera& camera = scene_->camera(settings_.camera);
   std::size_t slots = 0, slots_done = 0;
   for (const CameraTask& task : tasks) slots += task.slot_count();
@@ -193,18 +213,18 @@ bool Job::render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& ta
     if (film_.has(task)) continue;
     if (should_stop(task_seconds_)) return false;
     const double start = seconds();
-    SlotRadiance radiance;
-    FirstHit first_hit;
+    PassResult result;
     if (settings_.integrator == Integrator::path)
-      trace_paths(*tracer_, camera, task, settings_, radiance, first_hit, statistics_);
+      trace_paths(*tracer_, camera, task, settings_, result.radiance, result.first_hit, statistics_);
     else
-      photons.render(camera, task, radiance, first_hit);
-    query_point_bytes_ = photons.query_bytes();
-    paged_counts_ = photons.paged_counts();
+      result = render_pass(*tracer_, maps_, camera, task, pass_, budget_, memory_, statistics_);
+    const std::size_t not_finite = drop_infinite_samples(result.radiance);
+    query_point_bytes_ = memory_.most_query_bytes;
     ++tasks_;
     task_seconds_ = seconds() - start;
     const std::lock_guard lock(film_mutex_);
-    film_.add(task, radiance, first_hit);
+    film_.add(task, result.radiance, result.first_hit);
+    film_.add_not_finite(not_finite);
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
   }
   return true;

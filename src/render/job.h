@@ -7,18 +7,21 @@
 #include <string>
 #include <thread>
 
+#include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "density/paged_array.h"
 #include "render/checkpoint.h"
 #include "render/film.h"
+#include "render/pass.h"
+#include "render/photon_guiding.h"
+#include "render/photon_maps.h"
 #include "render/photon_report.h"
+#include "render/render_key.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
-
-class PhotonRenderer;
 
 /// Why a render ended.
 enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
@@ -38,7 +41,7 @@ class Job {
 
   /// Asks the render to stop: after the task under way, or at once where photons are being traced. Safe in signal
   /// handlers.
-  void cancel() { cancelled_ = true; }
+  void cancel() { interrupt_.request(); }
   /// Waits for the end; throws what the render threw.
   void wait();
   /// True once it has ended, for whatever reason.
@@ -56,8 +59,10 @@ class Job {
 
   /// A copy of the film as it is now; any time.
   Film snapshot() const;
-  /// What a render goes on from: the film after the last whole task; any time.
+  /// What a render goes on from: the film after the last whole task; any time. The first call hashes the scene.
   Checkpoint checkpoint() const;
+  /// Film::not_finite() of the film as it is now; any time.
+  std::uint64_t samples_not_finite() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
@@ -66,7 +71,7 @@ class Job {
   const MemoryBudget& budget() const { return budget_; }
   const Scene& scene() const { return *scene_; }
   /// What went through the caches of files with query points; once the render has ended.
-  const PagedCounts& paged_counts() const { return paged_counts_; }
+  const PagedCounts& paged_counts() const { return memory_.paged; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
   std::uint64_t query_point_bytes() const { return query_point_bytes_; }
   /// What the process held when the render began: program, scene and what rays are traced against.
@@ -79,33 +84,46 @@ class Job {
  private:
   void run();
   void render_passes();
-  bool render_pass(PhotonRenderer& photons, const std::vector<CameraTask>& tasks);
-  std::string key() const;
-  void shoot_photons(PhotonRenderer& photons, std::uint32_t pass);
+  bool render_tasks(const std::vector<CameraTask>& tasks);
+  PhotonMapSettings map_settings(std::uint32_t pass) const;
+  PassSettings pass_settings() const;
+  const RenderKey& key() const;
+  void shoot_photons(std::uint32_t pass);
   /// @param next_s seconds that the next piece of work will take, about
   bool should_stop(double next_s);
-  void check_checkpoint(const Checkpoint& checkpoint) const;
+  void resume(const Checkpoint& checkpoint);
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Tracer> tracer_;
   RenderSettings settings_;
   MemoryBudget budget_;
+  // The film is copied for those who look at it while the render goes on. Made before it, so that one that does not fit
+  // is never allocated.
+  Reservation film_memory_{budget_, "film",
+                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers)};
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  mutable std::once_flag key_made_;
+  mutable RenderKey key_;
   std::vector<LightPhotons> light_photons_;
   double spent_s_;
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
-  std::atomic<bool> cancelled_{false}, done_{false};
+  Interrupt interrupt_;
+  std::atomic<bool> done_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
-  PagedCounts paged_counts_;
+  std::shared_ptr<const EmissionGuide> guide_;
+  std::shared_ptr<const PhotonDemand> demand_;
+  PhotonMaps maps_{budget_};
+  PassMemory memory_;
+  PassSettings pass_;
   std::exception_ptr failure_;
   std::thread thread_;
 };

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "density/forward.h"
-#include "density/kernel.h"
+#include "density/engine.h"
+#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 
 namespace glowworm {
@@ -13,18 +13,6 @@ namespace glowworm {
 namespace {
 
 using nlohmann::json;
-
-const char* integrator_name(Integrator integrator) {
-  switch (integrator) {
-    case Integrator::photon:
-      return "photon";
-    case Integrator::path:
-      return "path";
-    case Integrator::photons:
-      return "photons";
-  }
-  return "";
-}
 
 const char* disk_name(DiskUse disk) {
   switch (disk) {
@@ -96,6 +84,11 @@ json settings_json(const RenderSettings& s) {
   return out;
 }
 
+/// Names of lights and cameras come from files, and need not be the UTF-8 that JSON asks for.
+std::string text_of(const json& value, int indent = -1) {
+  return value.dump(indent, ' ', false, json::error_handler_t::replace);
+}
+
 void add_layer(Image& image, const Film& film, const std::string& aov) {
   using Layer = Film::Layer;
   if (aov == "depth") {
@@ -132,8 +125,6 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
          (settings.aovs.size() + 1);
 }
 
-std::string settings_text(const RenderSettings& settings) { return settings_json(settings).dump(); }
-
 const char* version() { return "0.1.0"; }
 
 Image make_image(const Film& film, const Job& job) {
@@ -149,7 +140,7 @@ Image make_image(const Film& film, const Job& job) {
   image.metadata["glowworm:seed"] = std::to_string(settings.seed);
   image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", job.seconds());
   image.metadata["glowworm:passes"] = std::to_string(job.passes());
-  image.metadata["glowworm:settings"] = settings_json(settings).dump();
+  image.metadata["glowworm:settings"] = text_of(settings_json(settings));
   return image;
 }
 
@@ -165,6 +156,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
   out["settings"]["aovs"] = settings.aovs;
   out["version"] = version();
   out["passes"] = job.passes();
+  out["samples_not_finite"] = job.samples_not_finite();
   out["tasks"] = job.tasks();
   out["ending"] = ending_name(job.ending());
   out["isa"] = simd_name();
@@ -186,7 +178,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"photons_per_query", queries ? static_cast<double>(operations) / static_cast<double>(queries) : 0.0},
       {"active_lanes",
        steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
-      {"lanes", settings.engine == "forward" ? forward_lanes() : simd_lanes()}};
+      {"lanes", engine_traits(settings.engine).lanes()}};
   const PagedCounts& paged = job.paged_counts();
   out["paged"] = {{"hits", paged.hits},
                   {"misses", paged.misses},
@@ -213,7 +205,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
                          {"query_points", job.query_point_bytes()},
                          {"acceleration_structure", tracer.bytes()}};
   for (const auto& [holder, bytes] : job.budget().peaks()) out["memory_bytes"]["reserved"][holder] = bytes;
-  return out.dump(2);
+  return text_of(out, 2);
 }
 
 }  // namespace glowworm

@@ -19,10 +19,7 @@ Image make_image(const Film& film, const Job& job);
 /// Bytes that make_image() and writing its picture take.
 std::uint64_t image_bytes(const RenderSettings& settings);
 
-/// The settings of a render as one line of JSON.
-std::string settings_text(const RenderSettings& settings);
-
-/// The statistics of a render as one JSON object; docs/statistics.md lists the keys and their units.
+/// The statistics of a render as one JSON object; docs/guide.md lists the keys and their units.
 std::string statistics_json(const Job& job, const Tracer& tracer);
 
 }  // namespace glowworm

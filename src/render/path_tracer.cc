@@ -68,15 +68,15 @@ class Path {
       const RGB emitted = emitted_radiance(scene_, point, wo);
       if (!is_black(emitted))
         add_light(emitted, last_pdf_ > 0 ? light_pdf(scene_, last_position_, {0, 0, 0}, point) : 0);
-      const Bsdf bsdf = resolve_bsdf(scene_, point, wo);
+      const Bsdf bsdf = resolve_bsdf(scene_, point);
+      const ShadedSurface surface = shaded(point, bsdf);
       if (bounce == 0) {
-        first_hit_.normal[slot_] = face_forward(point.frame.n, wo);
-        first_hit_.albedo[slot_] = albedo(bsdf, point.frame.to_local(wo), kAllLobes);
+        first_hit_.normal[slot_] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
+        first_hit_.albedo[slot_] = surface.albedo(wo, kAllLobes);
       }
       if (bounce >= settings_.max_bounces) return;
-      const Vec3 wo_local = point.frame.to_local(wo);
-      add_sampled_light(point, bsdf, wo, wo_local);
-      if (!scatter(point, bsdf, wo, wo_local, bounce, ray)) return;
+      add_sampled_light(point, bsdf, wo);
+      if (!scatter(point, surface, wo, bounce, ray)) return;
     }
   }
 
@@ -89,21 +89,20 @@ class Path {
   }
 
   /// Next-event estimation, apart by lobes so that each part goes where it belongs.
-  void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec3 wo_local) {
+  void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo) {
     const Vec2 pair = sampler_.next2();
     const float u_light = pair.x;
     const Vec2 u{sampler_.next1(), pair.y};
     for (const Lobes which : {kBroad, kSharp}) {
       if (!(lobes(bsdf) & which)) continue;
-      const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u, 1, 0);
+      const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
       if (tracer_.occluded(light.shadow_ray)) continue;
       const LightSample again = sample_light(scene_, point.position, Vec3{0, 0, 0}, u_light, u);
       const float weight =
           again.delta ? 1.0f
-                      : balance_heuristic(1, again.pdf, 1,
-                                          pdf(bsdf, wo_local, point.frame.to_local(again.direction), kAllLobes));
+                      : balance_heuristic(1, again.pdf, 1, shaded(point, bsdf).pdf(wo, again.direction, kAllLobes));
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
       with.destination(radiance_, slot_) += throughput_ * light.radiance * weight;
@@ -111,13 +110,10 @@ class Path {
   }
 
   /// Goes on in a direction of the BSDF; false where the path ends.
-  bool scatter(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec3 wo_local, int bounce, Ray& ray) {
+  bool scatter(const SurfacePoint& point, const ShadedSurface& surface, Vec3 wo, int bounce, Ray& ray) {
     const float u_lobe = sampler_.next1();
-    const BsdfSample s = sample(bsdf, wo_local, u_lobe, sampler_.next2(), kAllLobes, Transport::radiance);
+    const ScatteredRay s = surface.sample(wo, u_lobe, sampler_.next2(), kAllLobes);
     if (!s.valid) return false;
-    const Vec3 direction = point.frame.to_world(s.wi);
-    const float side = dot(direction, point.geometric_normal);
-    if ((side * dot(wo, point.geometric_normal) > 0) != (s.wi.z * wo_local.z > 0) || side == 0) return false;
     throughput_ *= s.weight;
     if (is_black(throughput_)) return false;
     if (bounce >= kRouletteAfter) {
@@ -128,8 +124,7 @@ class Path {
     history_.mark(s.lobe, s.delta);
     last_pdf_ = s.delta ? 0 : s.pdf;
     last_position_ = point.position;
-    ray = {offset_origin(point.position, side > 0 ? point.geometric_normal : -point.geometric_normal), 0, direction,
-           std::numeric_limits<float>::infinity()};
+    ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 
@@ -164,7 +159,7 @@ void trace_paths(const Tracer& tracer, const Camera& camera, const CameraTask& t
       const int x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
       const auto pixel =
           static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
-      Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, 0x70617468u), sample);
+      Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, kPathStream), sample);
       const Vec2 u = sampler.next2();
       const CameraRay ray = generate_ray(camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
                                          settings.width, settings.height, sampler.next2());

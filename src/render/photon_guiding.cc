@@ -31,8 +31,6 @@ constexpr double kEasyShare = 0.4;
 constexpr double kLeastGain = 1.5;
 /// Paths whose densities are one piece of work.
 constexpr std::size_t kPathGrain = 2048;
-/// Passes of a seed that photons themselves never use.
-constexpr std::uint32_t kPilotPass = 0x70696c6fu;
 
 ImportanceGrid importance(const QueryPoints& queries) {
   std::vector<float> weights;
@@ -68,7 +66,7 @@ PhotonDemand find_demand(const Tracer& tracer, const Camera& camera, const Rende
   gather.rays = kPilotGatherRays;
   gather.seed = settings.seed;
   QueryPoints queries;
-  final_gather(tracer, points, 0, points.size(), gather, radiance, queries, statistics);
+  final_gather(tracer, points, 0, points.size(), gather, radiance, {queries}, statistics);
   demand.gathered = importance(queries);
   return demand;
 }
@@ -105,7 +103,7 @@ PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const Re
   if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
   PhotonPassSettings pilot;
   pilot.seed = settings.seed;
-  pilot.pass = kPilotPass;
+  pilot.pass = kPilotStream;  // a pass that photons themselves never use
   pilot.demand = &out.demand;
   std::vector<PilotPath> paths;
   std::vector<EmissionGuide> guides;

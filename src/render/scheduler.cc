@@ -51,7 +51,8 @@ std::uint64_t worthwhile_queries(const RenderSettings& settings) {
   const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kUsualSamples;
   // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
-  const std::uint64_t per_photon = settings.engine == "reverse" ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
+  const std::uint64_t per_photon =
+      engine_traits(settings.engine).goes_over_photons ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
   const std::uint64_t fewest = std::min(std::max(per_photon * settings.photons, kFewestQueries), kMostQueries);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
 }
@@ -83,7 +84,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   // Every portion costs a reverse engine a look at all photons; what comes back from a file by place, at those near.
   schedule.by_disk =
       gathers && (settings.disk == DiskUse::always ||
-                  (settings.disk == DiskUse::automatic && settings.engine == "reverse" &&
+                  (settings.disk == DiskUse::automatic && engine_traits(settings.engine).goes_over_photons &&
                    schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMostQueries)));
   // The cache of the file takes its share, too.
   if (schedule.by_disk)
@@ -104,7 +105,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   std::uint64_t samples = 1;
   if (settings.preference == Preference::quality)
     samples = schedule.slots_at_once / kSmallestSlots;
-  else if (settings.preference == Preference::automatic && settings.engine == "reverse")
+  else if (settings.preference == Preference::automatic && engine_traits(settings.engine).goes_over_photons)
     samples = schedule.slots_at_once / pixels;
   schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(samples, 1));
   return schedule;
@@ -120,14 +121,10 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
           even_piece(settings.height, most_height / kSmallestTile * kSmallestTile)};
 }
 
-bool memory_shows(const RenderSettings& settings) {
-  if (settings.integrator == Integrator::path) return false;
-  return settings.engine == "blocked" || settings.disk == DiskUse::always ||
-         (settings.disk == DiskUse::automatic && settings.engine == "reverse");
-}
-
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
-  const bool open_ended = settings.time_limit_s > 0 || settings.noise_target > 0;
+  // The samples after which noise is looked at, and so those of the image, may not depend on memory.
+  if (settings.noise_target > 0) return std::min(1u, settings.samples - done);
+  const bool open_ended = settings.time_limit_s > 0;
   const bool all = settings.preference == Preference::quality && !open_ended && done > 0;
   const std::uint32_t wanted = all ? schedule.samples_at_once : std::clamp(done, 1u, schedule.samples_at_once);
   return std::min(wanted, settings.samples - done);

@@ -8,8 +8,8 @@
 
 namespace glowworm {
 
-/// How a render is cut into tasks. It does not show in the picture, for every sample of a pixel has random numbers of
-/// its own and is added in its turn; but for rounding, see memory_shows().
+/// How a render is cut into tasks. It does not show in the picture: every sample of a pixel has random numbers of its
+/// own, what engines say of a query point depends on no other, and the film adds exactly.
 struct Schedule {
   std::uint64_t slots_at_once = 1;                     ///< camera samples of a task, about: pixels times samples
   std::uint32_t samples_at_once = 1;                   ///< camera samples of a pixel that a pass takes at most
@@ -38,14 +38,9 @@ struct TileSize {
 };
 TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count);
 
-/// Whether the last bits of the picture depend on which query points are looked up at once, and so on the memory:
-/// with the engine blocked, and where query points may come back from a file.
-/// @param settings resolved
-bool memory_shows(const RenderSettings& settings);
-
 /// Camera samples that the pass behind `done` samples takes: one at first, so that a whole noisy image is there soon,
 /// then as many as there are already, up to what the schedule allows. With Preference::quality all at once, where the
-/// number of samples is known.
+/// number of samples is known; one each where the image's noise ends the render, which is looked at after every pass.
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done);
 
 /// The tasks of a pass over the whole picture, row by row of tiles.

@@ -11,9 +11,7 @@
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "density/engine.h"
-#include "density/engine_choice.h"
 #include "gather/direct_light.h"
-#include "render/scheduler.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -34,12 +32,11 @@ constexpr double kFewestPhotons = 500'000, kMostPhotons = 1'000'000;
 /// larger error.
 constexpr double kQueriesThatPayControl = 100;
 constexpr std::uint64_t kShareKept = 4;
-/// Photons take at most this share of the memory.
-constexpr double kPhotonShare = 0.3;
 /// Photons that a core of the year 2020 traces in a second at least.
 constexpr double kPhotonsPerSecond = 40'000;
-/// A render with a limit of time takes a first image within this share of it.
-constexpr double kFirstImageShare = 0.25;
+/// A render with a limit of time takes a first image within this share of it, on a machine of so many cores: another
+/// machine must not choose otherwise.
+constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
 
 void resolve_size(RenderSettings& s, const Scene& scene) {
   if (s.width == 0 && s.height == 0) {
@@ -56,7 +53,7 @@ double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width
 void resolve_gather(RenderSettings& s) {
   double gather = kUsualGather;
   if (s.time_limit_s > 0) {
-    const double queries = s.time_limit_s * kFirstImageShare * s.threads * kQueriesPerSecond;
+    const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
     gather = std::min(gather, queries / pixel_count(s));
   }
   s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
@@ -66,37 +63,38 @@ void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kUsualSamples, kUsualSamples * kUsualGather / s.gather));
   double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, kFewestPhotons, kMostPhotons);
   if (s.time_limit_s > 0)
-    photons = std::min(photons, s.time_limit_s * kFirstImageShare * s.threads * kPhotonsPerSecond);
-  photons = std::min(photons, kPhotonShare * static_cast<double>(s.memory_bytes) / kBytesPerPhoton);
+    photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
   // Two digits: the number is a choice, not a measurement.
   const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
   s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
   const double queries = pixel_count(s) * samples * s.gather;
-  if (s.engine != "reverse" || s.photons_traced != 0) return;
+  if (!engine_traits(s.engine).goes_over_photons || s.photons_traced != 0) return;
   if (queries < kQueriesThatPayControl * static_cast<double>(s.photons)) return;
   s.photons_traced = s.photons;
   s.photons /= kShareKept;
 }
 
-/// What the engine will be asked for, with all else resolved.
-EngineWorkload workload(const RenderSettings& s) {
-  constexpr double kTilePixels = 65536;  // of a task
-  const double pixels = static_cast<double>(s.width) * s.height;
-  const double rays = s.integrator == Integrator::photons ? 1 : s.gather;
-  EngineWorkload w;
-  w.photons = static_cast<double>(s.photons);
-  // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its engine.
-  w.queries = pixels * rays * (s.progressive ? 1 : kUsualSamples);
-  w.queries_at_once =
-      std::min({pixels, kTilePixels, static_cast<double>(DensityEngine::kMostPointsAtOnce) / rays}) * rays;
-  w.nearest = s.nearest;
-  return w;
-}
-
 }  // namespace
+
+const char* integrator_name(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::photon:
+      return "photon";
+    case Integrator::path:
+      return "path";
+    case Integrator::photons:
+      return "photons";
+  }
+  return "";
+}
 
 std::vector<std::string> aov_names() {
   return {"emitted", "direct", "indirect", "caustic", "albedo", "normal", "depth"};
+}
+
+bool has_time_for_caustics(const RenderSettings& settings) {
+  constexpr double kLeastSeconds = 30;
+  return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastSeconds);
 }
 
 void check_names(const RenderSettings& settings) {
@@ -126,15 +124,15 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   if (s.integrator == Integrator::path) {
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
   } else {
+    s.engine = engine_traits(s.engine).name;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kUsualSamples;
     if (s.gather == 0) resolve_gather(s);
     if (s.photons == 0) resolve_photons(s);
     s.photons_traced = std::max(s.photons_traced, s.photons);
     // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
     // lower than 30.
-    if (s.nearest == 0) s.nearest = s.engine == "knn" ? 30 : 50;
+    if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = usual_light_samples(s.gather);
-    if (s.engine == "auto") s.engine = choose_engine(workload(s));
   }
   return s;
 }
@@ -146,7 +144,8 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
   const auto note = [&](bool left, std::string text) {
     if (left) notes.push_back(std::move(text));
   };
-  note(asked.memory_bytes == 0, fmt::format("memory {} MB: half of the machine's", chosen.memory_bytes / 1'000'000));
+  note(asked.memory_bytes == 0, fmt::format("memory {} MB: half of the machine's; the image does not depend on it",
+                                            chosen.memory_bytes / 1'000'000));
   note(asked.samples == 0, open_ended ? std::string("samples: as many as time or noise allow")
                                       : fmt::format("{} samples: enough for edges{}", chosen.samples,
                                                     by_photons ? ", while gather rays see to the rest" : " and light"));
@@ -155,17 +154,15 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
        fmt::format("{} gather rays a sample: {}", chosen.gather,
                    chosen.gather < kUsualGather ? "as many as give a first image within a quarter of the time"
                                                 : "the usual number, 400 a pixel with 16 samples"));
-  note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}, within {:.0f}% of the memory{}",
-                   chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons, 100 * kPhotonShare,
-                   chosen.time_limit_s > 0 ? " and a quarter of the time" : ""));
+  note(asked.photons == 0, fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}{}",
+                                       chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons,
+                                       chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));
   note(asked.nearest == 0,
        fmt::format("k = {}: radii hold so many photons; less is blotched, more is blurred", chosen.nearest));
-  note(asked.engine == "auto",
-       fmt::format("engine {}: the least by a model of each engine's time for these counts", chosen.engine));
+  note(asked.engine == "auto", fmt::format("engine {}: the fastest but for a few hundred query points", chosen.engine));
   return notes;
 }
 

@@ -31,6 +31,9 @@ enum class Preference : std::uint8_t {
   quality,    ///< after a first whole image small tiles that get as many samples at once as may be
 };
 
+/// As --integrator has it.
+const char* integrator_name(Integrator integrator);
+
 /// Camera samples of a pixel where nobody says how many, and that cost models reckon with.
 inline constexpr std::uint32_t kUsualSamples = 16;
 
@@ -75,13 +78,18 @@ inline constexpr double kQueriesPerSecond = 500'000;
 /// Names that --aov knows.
 std::vector<std::string> aov_names();
 
+/// Whether a render has the time to trace photons for its caustic map alone.
+bool has_time_for_caustics(const RenderSettings& settings);
+
 /// Throws Error that lists the names there are, for an engine or AOV that is not known.
 void check_names(const RenderSettings& settings);
 
 /// Memory of a render that is not told: half of the machine's, rounded down so that it is the same at every start.
 std::uint64_t usual_memory_bytes();
 
-/// The settings with every automatic value replaced. Throws Error for what cannot be (a size of 0, an unknown AOV).
+/// The settings with every automatic value replaced. What shows in the picture is chosen from the scene and the other
+/// settings alone: never from the machine, its cores or its memory. Throws Error for what cannot be (a size of 0, an
+/// unknown AOV).
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene);
 
 /// What was left to the program, what it chose and why, a line each; nothing for what was asked for.

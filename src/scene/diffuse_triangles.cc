@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 
 namespace glowworm {
@@ -10,10 +11,15 @@ namespace {
 
 constexpr std::size_t kTrianglesAtOnce = 16384;
 
-std::uint32_t kind_of(const Material& m) {
+/// The upper half of a positive number's bits, of the next number above it that has no others.
+std::uint16_t upper_half(float x) {
+  return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(x) + 0xffffu) >> 16);
+}
+
+std::uint16_t kind_of(const Material& m) {
   const bool transmits = m.transmittance.texture != kNone || max_component(m.transmittance.value) > 0;
   if (m.kind != MaterialKind::diffuse || transmits) return 0;
-  std::uint32_t kind = DiffuseTriangle::kDiffuse;
+  std::uint16_t kind = DiffuseTriangle::kDiffuse;
   if (m.reflectance.texture != kNone) kind |= DiffuseTriangle::kTextured;
   if (m.normal_map.texture != kNone || m.bump.texture != kNone) kind |= DiffuseTriangle::kMapped;
   return kind;
@@ -21,15 +27,16 @@ std::uint32_t kind_of(const Material& m) {
 
 DiffuseTriangle diffuse_triangle(const Geometry& g, const Material& m, std::uint32_t triangle) {
   DiffuseTriangle out;
-  out.kind = kind_of(m);
-  if (out.kind == 0) return out;
   const auto& [a, b, c] = g.triangles[triangle];
   out.corner = g.positions[a];
   out.edge[0] = g.positions[b] - g.positions[a];
   out.edge[1] = g.positions[c] - g.positions[a];
-  const Vec3 scaled = cross(out.edge[0], out.edge[1]);
-  const float doubled_area = length(scaled);
-  out.normal = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  const Vec3 normal = g.normal(triangle);
+  const bool has_area = !(normal == Vec3{0, 0, 0});
+  out.normal = has_area ? normal : Vec3{0, 0, 1};
+  if (has_area) out.offset_bits = upper_half(static_cast<float>(rounding_offset(out.corner, out.edge[0], out.edge[1])));
+  out.kind = kind_of(m);
+  if (out.kind == 0) return out;
   if (!(out.kind & DiffuseTriangle::kTextured)) out.reflectance = clamp(m.reflectance.value, 0, 1);
   for (const std::uint32_t vertex : {a, b, c})
     if (!(g.normals[vertex] == Vec3{0, 0, 0})) out.kind |= DiffuseTriangle::kSmooth;

@@ -1,5 +1,6 @@
 // What rays ask most often of a triangle, in one line of memory.
 #pragma once
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -13,20 +14,25 @@
 namespace glowworm {
 
 /// A triangle as rays that end on diffuse surfaces see it: hits of incoherent rays lie all over the scene, and what
-/// they would read of its tables lies in nine places. `kind` says how much of it means something.
+/// they would read of its tables lies in nine places. The place holds for triangles of any material, and `kind` says
+/// how much of the rest means something.
 struct alignas(64) DiffuseTriangle {
   // Bits of `kind`:
-  static constexpr std::uint32_t kDiffuse = 1;   ///< the material reflects diffusely, no more; else nothing is said
-  static constexpr std::uint32_t kTextured = 2;  ///< the reflectance is not one number: `reflectance` is black
-  static constexpr std::uint32_t kMapped = 4;    ///< shading normals are turned by a normal or bump map
-  static constexpr std::uint32_t kSmooth = 8;    ///< a vertex has a shading normal
-  static constexpr std::uint32_t kEmits = 16;    ///< it has an emission
+  static constexpr std::uint16_t kDiffuse = 1;   ///< the material reflects diffusely, no more; else kind is 0
+  static constexpr std::uint16_t kTextured = 2;  ///< the reflectance is not one number: `reflectance` is black
+  static constexpr std::uint16_t kMapped = 4;    ///< shading normals are turned by a normal or bump map
+  static constexpr std::uint16_t kSmooth = 8;    ///< a vertex has a shading normal
+  static constexpr std::uint16_t kEmits = 16;    ///< it has an emission
 
   Vec3 corner;      ///< first vertex, metres
   Vec3 edge[2];     ///< from there to the second and third vertex
   Vec3 normal;      ///< unit, by the winding; (0,0,1) for a triangle without area
   RGB reflectance;  ///< in [0, 1]
-  std::uint32_t kind = 0;
+  std::uint16_t kind = 0;
+  std::uint16_t offset_bits = 0;  ///< the upper half of offset()
+
+  /// rounding_offset() of core/offset_origin.h, rounded up: how far from the triangle rays begin that leave it, metres.
+  float offset() const { return std::bit_cast<float>(static_cast<std::uint32_t>(offset_bits) << 16); }
 };
 static_assert(sizeof(DiffuseTriangle) == 64);
 

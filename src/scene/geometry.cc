@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "scene/scene_checks.h"
 
 namespace glowworm {
 
@@ -44,9 +45,12 @@ AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* n
   std::vector<std::uint32_t> moved(mesh.positions.size(), kNone);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];
-    const float doubled_area = length(mesh.scaled_normal(static_cast<std::uint32_t>(t)));
+    const float doubled_area = mesh.doubled_area(static_cast<std::uint32_t>(t));
     bool finite = true;
     for (const std::uint32_t vertex : corners) finite = finite && is_finite(mesh.positions[vertex]);
+    for (const std::uint32_t vertex : corners)
+      if (finite && !is_within_bounds(mesh.positions[vertex]))
+        check_within_bounds(mesh.positions[vertex], std::string(name) + ": vertex " + std::to_string(vertex));
     // An area beyond the range of float has no normal either.
     if (!finite || !std::isfinite(doubled_area)) {
       ++result.not_finite;

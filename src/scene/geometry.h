@@ -26,12 +26,19 @@ struct Geometry {
     const auto& [a, b, c] = triangles[triangle];
     return cross(positions[b] - positions[a], positions[c] - positions[a]);
   }
+  /// Twice the area in m^2, infinite or 0 only where float holds no such number.
+  float doubled_area(std::uint32_t triangle) const {
+    const Vec3 n = scaled_normal(triangle);
+    // The square of an area is beyond the range of float in scenes of micrometres and of billions of metres.
+    const double x = n.x, y = n.y, z = n.z;
+    return static_cast<float>(std::sqrt(x * x + y * y + z * z));
+  }
   /// Area in m^2.
-  float area(std::uint32_t triangle) const { return 0.5f * length(scaled_normal(triangle)); }
+  float area(std::uint32_t triangle) const { return 0.5f * doubled_area(triangle); }
   /// Unit normal by the winding; (0,0,0) for a triangle without area.
   Vec3 normal(std::uint32_t triangle) const {
     const Vec3 n = scaled_normal(triangle);
-    const float l = length(n);
+    const float l = doubled_area(triangle);
     return l > 0 ? n / l : Vec3{0, 0, 0};
   }
   Box3 bounds() const {

@@ -32,44 +32,41 @@ std::uint32_t environment_source(const Scene& scene) {
   return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
 }
 
-/// Position, normal and texture coordinates on a triangle: what sampling needs of surface_point().
-struct TrianglePoint {
-  Vec3 position;
-  Vec3 scaled_normal;  // twice the area long
-  Vec2 uv;
-};
-
-TrianglePoint triangle_point(const Geometry& g, std::uint32_t triangle, Vec2 w) {
+Vec2 uv_at(const Geometry& g, std::uint32_t triangle, Vec2 w) {
   const auto& [a, b, c] = g.triangles[triangle];
-  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
-  return {g.positions[a] + e1 * w.x + e2 * w.y, cross(e1, e2),
-          g.uvs[a] * (1 - w.x - w.y) + g.uvs[b] * w.x + g.uvs[c] * w.y};
+  return g.uvs[a] * (1 - w.x - w.y) + g.uvs[b] * w.x + g.uvs[c] * w.y;
 }
 
 const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
 
-/// Density per steradian at `position` of a uniform choice by area; 0 from behind. offset: from there to the light.
-float triangle_solid_angle_pdf(Vec3 scaled_normal, bool two_sided, Vec3 offset) {
-  // 1/A * d^2 / cos = 2 d^3 / |scaled . offset|, with |scaled| = 2 A.
-  const float facing = -dot(scaled_normal, offset);
-  if (facing == 0 || (facing < 0 && !two_sided)) return 0;
-  const float squared = length_squared(offset);
-  const float density = 2 * squared * std::sqrt(squared) / std::abs(facing);
+/// Density per steradian at a point of a uniform choice by area; 0 from behind.
+/// @param scaled_normal twice the area long, m^2
+/// @param direction unit, from the point to the light; @param distance to there, metres
+float triangle_solid_angle_pdf(Vec3 scaled_normal, bool two_sided, Vec3 direction, float distance) {
+  // 1/A * d^2 / cos = 2 d^2 / |scaled . direction|, with |scaled| = 2 A.
+  const float facing = -dot(scaled_normal, direction);
+  if (!(facing > 0) && !(two_sided && facing < 0)) return 0;
+  const float density = 2 * distance * distance / std::abs(facing);
   return std::isfinite(density) ? density : 0.0f;
 }
 
 LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 position, Vec2 u) {
   LightSample out;
-  const TrianglePoint point = triangle_point(scene.geometry(), triangle, square_to_triangle(u));
+  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
+  const Vec2 w = square_to_triangle(u);
   const Emission& emission = emission_of(scene, triangle);
-  const Vec3 offset = point.position - position;
-  out.pdf = triangle_solid_angle_pdf(point.scaled_normal, emission.two_sided, offset);
-  if (out.pdf == 0) return out;
+  out.position = placed.corner + placed.edge[0] * w.x + placed.edge[1] * w.y;
+  const Vec3 offset = out.position - position;
   out.distance = length(offset);
   out.direction = offset / out.distance;
-  out.radiance = evaluate(scene.textures(), emission.radiance, point.uv);
+  out.pdf =
+      triangle_solid_angle_pdf(cross(placed.edge[0], placed.edge[1]), emission.two_sided, out.direction, out.distance);
+  if (out.pdf == 0) return {};
+  out.normal = face_forward(placed.normal, -out.direction);
+  out.offset = placed.offset();
+  out.radiance = evaluate(scene.textures(), emission.radiance, uv_at(scene.geometry(), triangle, w));
   return out;
 }
 
@@ -88,6 +85,7 @@ LightSample sample_delta(const Light& light, Vec3 position) {
   if (!(squared > 0)) return {};
   out.distance = std::sqrt(squared);
   out.direction = offset / out.distance;
+  out.position = light.position;
   const float share = light.kind == LightKind::spot ? spot_falloff(light, -dot(out.direction, light.direction)) : 1.0f;
   if (share == 0) return {};
   out.radiance = light.intensity * (share / squared);
@@ -105,10 +103,11 @@ EnvironmentDirection sample_environment(const Scene& scene, Vec2 u) {
 }
 
 EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
-  const TrianglePoint point = triangle_point(scene.geometry(), triangle, square_to_triangle(u_position));
+  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
+  const Vec2 w = square_to_triangle(u_position);
   const Emission& emission = emission_of(scene, triangle);
-  const float doubled_area = length(point.scaled_normal);
-  Vec3 n = point.scaled_normal / doubled_area;
+  const float doubled_area = dot(cross(placed.edge[0], placed.edge[1]), placed.normal);
+  Vec3 n = placed.normal;
   float sides = 1;
   if (emission.two_sided) {
     sides = 2;
@@ -117,9 +116,10 @@ EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec
     u_direction.x = 2 * u_direction.x - (back ? 1.0f : 0.0f);
   }
   EmittedPhoton out;
-  out.origin = offset_origin(point.position, n);
+  out.origin = offset_origin(placed.corner + placed.edge[0] * w.x + placed.edge[1] * w.y, n, placed.offset());
   out.direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(u_direction));
-  out.flux = evaluate(scene.textures(), emission.radiance, point.uv) * (kPi * 0.5f * doubled_area * sides);
+  out.flux = evaluate(scene.textures(), emission.radiance, uv_at(scene.geometry(), triangle, w)) *
+             (kPi * 0.5f * doubled_area * sides);
   return out;
 }
 
@@ -202,8 +202,10 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
   if (source == kNone) return 0;
   const Vec3 offset = on_light.position - position;
   if (behind(normal, offset)) return 0;
-  const float density = triangle_solid_angle_pdf(scene.geometry().scaled_normal(on_light.triangle),
-                                                 emission_of(scene, on_light.triangle).two_sided, offset);
+  const float distance = length(offset);
+  const float density =
+      triangle_solid_angle_pdf(scene.geometry().scaled_normal(on_light.triangle),
+                               emission_of(scene, on_light.triangle).two_sided, offset / distance, distance);
   return density > 0 ? scene.light_selector().probability(position, source) * density : 0.0f;
 }
 

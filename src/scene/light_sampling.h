@@ -14,6 +14,9 @@ struct LightSample {
   RGB radiance;        ///< what arrives along it if nothing is between: radiance; for deltas, irradiance across it
   float pdf = 0;       ///< per steradian, with the choice of the light in it; for deltas, the probability of the choice
   bool delta = false;
+  Vec3 position;     ///< of the place on the light where `distance` is finite, metres
+  Vec3 normal;       ///< of the light there, unit, towards the point; (0,0,0) for a delta
+  float offset = 0;  ///< how far before the light rays must end or begin (offset_origin()), metres
 };
 
 /// Chooses a light for the point (position, and normal on the side that is lit; a zero normal: any side), and a

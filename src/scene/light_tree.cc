@@ -17,6 +17,10 @@ constexpr int kDepthOfHalving = 24;
 constexpr std::uint8_t kNotThere = 255;
 /// Levels that irradiance() looks down where the point is among the lights.
 constexpr int kIrradianceLevels = 5;
+/// Two to the power of those levels of it are finite.
+constexpr float kMostImportance = std::numeric_limits<float>::max() / (1 << (kIrradianceLevels + 1));
+/// Share of the area of the box around all lights that a cluster's counts for at least: point lights have none.
+constexpr double kLeastArea = 1e-12;
 
 float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 
@@ -76,16 +80,19 @@ LightBounds merge(const LightBounds& a, const LightBounds& b) {
 float light_importance(const LightBounds& lights, Vec3 position) {
   const Vec3 offset = position - lights.box.center();
   const float squared = length_squared(offset), radius_squared = length_squared(lights.box.diagonal()) / 4;
-  const float bounded = std::max(squared, std::max(radius_squared, 1e-12f));
+  // At a point light itself, as much as float can hold of many lights.
+  const auto over_squares = [&](float intensity) {
+    return std::min(intensity / std::max(squared, radius_squared), kMostImportance);
+  };
   // Inside of the sphere around the lights they may shine from anywhere.
-  if (squared <= radius_squared || lights.cos_normals <= -1) return lights.intensity / bounded;
+  if (squared <= radius_squared || lights.cos_normals <= -1) return over_squares(lights.intensity);
   float cos_axis = dot(lights.axis, offset) / std::sqrt(squared);
   if (lights.two_sided) cos_axis = std::abs(cos_axis);
   const float subtended = std::asin(std::sqrt(std::min(1.0f, radius_squared / squared)));
   // A little wider than it is, since what rounding calls dark would never be found.
   const float off = safe_acos(cos_axis) - safe_acos(lights.cos_normals) - subtended - 1e-3f;
   const float cosine = off <= 0 ? 1.0f : std::cos(off);
-  return cosine <= lights.cos_emission ? 0.0f : lights.intensity * cosine / bounded;
+  return cosine <= lights.cos_emission ? 0.0f : over_squares(lights.intensity * cosine);
 }
 
 class LightTree::Builder {
@@ -96,6 +103,9 @@ class LightTree::Builder {
     for (std::uint32_t i = 0; i < lights.size(); ++i)
       if (lights[i].intensity > 0) order_.push_back(i);
     if (order_.empty()) return;
+    Box3 all;
+    for (const std::uint32_t light : order_) all.grow(lights[light].box);
+    least_area_ = kLeastArea * length_squared(all.diagonal());
     tree_.nodes_.emplace_back();
     build(0, 0, order_.size(), 0, 0);
   }
@@ -147,8 +157,7 @@ class LightTree::Builder {
       LightBounds left;
       for (int b = 1; b < kBuckets; ++b) {
         left = merge(left, buckets[static_cast<std::size_t>(b - 1)]);
-        const double both =
-            (cost(left) + right_cost[static_cast<std::size_t>(b)]) * (longest / std::max(extent[axis], 1e-12f));
+        const double both = (cost(left) + right_cost[static_cast<std::size_t>(b)]) * (longest / extent[axis]);
         if (both >= best || !(left.intensity > 0) || !(right_cost[static_cast<std::size_t>(b)] > 0)) continue;
         best = both;
         best_axis = axis;
@@ -184,14 +193,15 @@ class LightTree::Builder {
   }
 
   /// Conty Estevez and Kulla 2018, equation 2, without the node's own measures, which are alike for all splits.
-  static double cost(const LightBounds& b) {
+  double cost(const LightBounds& b) const {
     if (!(b.intensity > 0)) return 0;
-    return b.intensity * orientation_measure(b) * std::max(surface_area(b.box), 1e-12);
+    return b.intensity * orientation_measure(b) * std::max(surface_area(b.box), least_area_);
   }
 
   LightTree& tree_;
   std::span<const LightBounds> lights_;
   std::vector<std::uint32_t> order_;
+  double least_area_ = 0;
 };
 
 LightTree::LightTree(std::span<const LightBounds> lights) { const Builder builder(*this, lights); }

@@ -59,8 +59,10 @@ void normalize_lights(SceneDescription& d) {
 }
 
 float power_weight(RGB power) {
-  const float weight = luminance(power);
-  return std::isfinite(weight) ? std::max(weight, 0.0f) : 0.0f;
+  if (!is_finite(power))
+    throw Error(fmt::format("a light has a power of ({:g}, {:g}, {:g}) W", power.r, power.g, power.b),
+                "Give it a smaller value, or scale the scene down.");
+  return std::max(luminance(power), 0.0f);
 }
 
 }  // namespace
@@ -101,6 +103,8 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
   d_.environment = std::move(edit.environment);
   d_.cameras.insert(d_.cameras.end(), edit.more_cameras.begin(), edit.more_cameras.end());
   if (!edit.name.empty()) d_.name = std::move(edit.name);
+  check_lights(d_);
+  check_cameras(d_);
   normalize_lights(d_);
   if (edit.geometry) {
     geometry_ = std::move(edit.geometry);

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "core/error.h"
 
 namespace glowworm {
@@ -12,6 +16,8 @@ constexpr const char* kImporterRemedy = "The scene file is inconsistent; export 
 /// What evaluating one texture may cost, in nodes; far above what any picture needs, far below what hangs.
 constexpr double kMaximalTextureCost = 4096;
 constexpr int kMaximalTextureDepth = 256;
+/// Of kLargestLight it leaves a finite number.
+constexpr float kLargestFilmScale = 1e8f;
 
 void check_size(std::size_t size, std::size_t wanted, const char* what) {
   if (size != wanted) throw Error(fmt::format("the scene has {} {}, but {} were expected", size, what, wanted));
@@ -27,7 +33,7 @@ void check_geometry(const SceneDescription& d) {
   check_size(g.material.size(), g.triangles.size(), "material indices");
   check_size(g.emission.size(), g.triangles.size(), "emission indices");
   for (std::size_t v = 0; v < g.positions.size(); ++v)
-    if (!is_finite(g.positions[v])) throw Error(fmt::format("vertex {} is not finite", v), kImporterRemedy);
+    if (!is_within_bounds(g.positions[v])) check_within_bounds(g.positions[v], fmt::format("vertex {}", v));
   for (std::size_t t = 0; t < g.triangles.size(); ++t) {
     for (const std::uint32_t vertex : g.triangles[t])
       if (vertex >= g.positions.size())
@@ -100,34 +106,76 @@ void check_materials(const SceneDescription& d) {
     check_texture_index(d, e.radiance.texture, fmt::format("emission \"{}\"", e.name));
 }
 
+/// @param what names the light
+void check_brightness(RGB value, const std::string& what) {
+  const auto numbers = [&] { return fmt::format("({:g}, {:g}, {:g})", value.r, value.g, value.b); };
+  if (!is_finite(value))
+    throw Error(fmt::format("{} has values that are not finite: {}", what, numbers()), kImporterRemedy);
+  // A component may be negative: the colour of a spectral line is outside of the triangle of red, green and blue.
+  if (luminance(value) < 0)
+    throw Error(fmt::format("{} is negative: {}", what, numbers()), "Give it a positive value.");
+  if (std::max({std::abs(value.r), std::abs(value.g), std::abs(value.b)}) > kLargestLight)
+    throw Error(fmt::format("{} is brighter than {:g}: {}", what, kLargestLight, numbers()),
+                "Give it a smaller value.");
+}
+
+}  // namespace
+
+bool is_within_bounds(Vec3 p) {
+  // NaN compares as false.
+  return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
+         std::abs(p.z) <= kLargestCoordinate;
+}
+
+void check_within_bounds(Vec3 p, const std::string& what) {
+  if (is_within_bounds(p)) return;
+  throw Error(fmt::format("{} is at ({:g}, {:g}, {:g}), but a scene may reach to {:g} m only", what, p.x, p.y, p.z,
+                          kLargestCoordinate),
+              is_finite(p) ? "Scale the scene down." : kImporterRemedy);
+}
+
 void check_lights(const SceneDescription& d) {
   for (const Light& light : d.lights) {
-    if (!is_finite(light.intensity) || !is_finite(light.position) || !is_finite(light.direction))
-      throw Error(fmt::format("light \"{}\" has values that are not finite", light.name), kImporterRemedy);
+    const std::string what = fmt::format("light \"{}\"", light.name);
+    check_brightness(light.intensity, what);
+    check_within_bounds(light.position, what);
+    if (!is_finite(light.direction))
+      throw Error(fmt::format("{} has values that are not finite", what), kImporterRemedy);
     if (light.kind != LightKind::point && length_squared(light.direction) == 0)
-      throw Error(fmt::format("light \"{}\" has no direction", light.name), kImporterRemedy);
+      throw Error(fmt::format("{} has no direction", what), kImporterRemedy);
   }
+  for (const Emission& e : d.emissions) check_brightness(e.radiance.value, fmt::format("emission \"{}\"", e.name));
   if (!d.environment) return;
   const Environment& e = *d.environment;
+  const std::string what = fmt::format("environment \"{}\"", e.name);
+  check_brightness(e.scale, what);
   if (e.width < 0 || e.height < 0 ||
       e.pixels.size() != static_cast<std::size_t>(e.width) * static_cast<std::size_t>(e.height))
-    throw Error(fmt::format("environment \"{}\" has {} pixels, but {} x {} were expected", e.name, e.pixels.size(),
-                            e.width, e.height));
+    throw Error(fmt::format("{} has {} pixels, but {} x {} were expected", what, e.pixels.size(), e.width, e.height));
   if (!(std::abs(e.to_world.determinant()) > 0) || !std::isfinite(e.to_world.determinant()))
-    throw Error(fmt::format("environment \"{}\" has a transform without an inverse", e.name), kImporterRemedy);
+    throw Error(fmt::format("{} has a transform without an inverse", what), kImporterRemedy);
 }
 
 void check_cameras(const SceneDescription& d) {
   for (const Camera& camera : d.cameras) {
+    const std::string what = fmt::format("camera \"{}\"", camera.name);
     const float determinant = camera.to_world.determinant();
-    if (!(std::abs(determinant) > 0) || !std::isfinite(determinant) || !is_finite(camera.to_world.translation))
-      throw Error(fmt::format("camera \"{}\" has a transform without an inverse", camera.name), kImporterRemedy);
+    if (!(std::abs(determinant) > 0) || !std::isfinite(determinant))
+      throw Error(fmt::format("{} has a transform without an inverse", what), kImporterRemedy);
+    check_within_bounds(camera.to_world.translation, what);
     if (!(camera.half_extent > 0) || !std::isfinite(camera.half_extent))
-      throw Error(fmt::format("camera \"{}\" has no field of view", camera.name), kImporterRemedy);
+      throw Error(fmt::format("{} has no field of view", what), kImporterRemedy);
+    float widest = 1;
+    for (const float side : camera.window) widest = std::max(widest, std::isfinite(side) ? std::abs(side) : HUGE_VALF);
+    const std::pair<const char*, float> lengths[] = {{"lens", camera.lens_radius},
+                                                     {"focal distance", camera.focal_distance},
+                                                     {"picture plane", widest * camera.half_extent}};
+    for (const auto& [name, length] : lengths)
+      if (!(std::abs(length) <= kLargestCoordinate))
+        throw Error(fmt::format("{} has a {} of {:g} m; at most {:g} m can be", what, name, length, kLargestCoordinate),
+                    "Scale the scene down.");
   }
 }
-
-}  // namespace
 
 void check_description(const SceneDescription& description) {
   check_geometry(description);
@@ -135,6 +183,9 @@ void check_description(const SceneDescription& description) {
   check_materials(description);
   check_lights(description);
   check_cameras(description);
+  if (!(std::abs(description.film.scale) <= kLargestFilmScale))
+    throw Error(fmt::format("the film multiplies radiance by {:g}", description.film.scale),
+                "Give its sensor another exposure time or ISO.");
 }
 
 }  // namespace glowworm

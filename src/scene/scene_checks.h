@@ -4,8 +4,23 @@
 
 namespace glowworm {
 
-/// Throws Error where a description holds an index out of range, arrays of unequal length, a vertex that is not finite,
-/// textures or mixed materials that refer to themselves, or no triangle.
+/// Largest coordinate and length of a scene in metres. Embree takes coordinates below 1.844e18 alone, whose squares
+/// stay far from the largest float, and aborts on some that lie beyond.
+inline constexpr float kLargestCoordinate = 1e18f;
+/// Largest radiance, intensity or irradiance of a light: sums over lights and samples stay finite.
+inline constexpr float kLargestLight = 1e30f;
+
+/// Whether a point is finite and within kLargestCoordinate.
+bool is_within_bounds(Vec3 p);
+/// Throws Error, naming `what` and the value, where a point is not within bounds.
+void check_within_bounds(Vec3 p, const std::string& what);
+
+/// Throws Error where a description holds an index out of range, arrays of unequal length, a vertex, camera or lens
+/// that is not finite or too far out, a light that is negative or too bright, textures or mixed materials that refer to
+/// themselves, or no triangle.
 void check_description(const SceneDescription& description);
+/// The same of lights and cameras alone, for those of a SceneEdit.
+void check_lights(const SceneDescription& description);
+void check_cameras(const SceneDescription& description);
 
 }  // namespace glowworm

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/random.h"
-#include "core/shading_light.h"
 
 namespace glowworm {
 
@@ -80,18 +79,6 @@ Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycen
   const Vec3 n = g.normals[a] * w + g.normals[b] * u + g.normals[c] * v;
   const float squared = length_squared(n);
   return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
-}
-
-/// Turns the shading normal so that wo sees the side of it that it sees of the surface.
-void keep_side(SurfacePoint& point, Vec3 wo) {
-  const Vec3 seen = dot(point.geometric_normal, wo) < 0 ? -wo : wo;
-  const float cosine = dot(point.frame.n, seen);
-  if (cosine >= kLeastShadingCosine || dot(point.geometric_normal, seen) < kLeastShadingCosine) {
-    if (cosine <= 0) point.frame = frame_along(point.geometric_normal, point.frame.s);
-    return;
-  }
-  // Adding some of `seen` cannot leave the geometric side, since both vectors lie on it.
-  turn_to(point, point.frame.n + seen * (2 * kLeastShadingCosine - cosine));
 }
 
 /// Follows mixed materials to one that is not mixed, by a number that belongs to the place.
@@ -176,12 +163,11 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
   const Geometry& g = scene.geometry();
   const auto& [a, b, c] = g.triangles[triangle];
   const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
-  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
+  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
   SurfacePoint point;
-  point.position = g.positions[a] + e1 * u + e2 * v;
-  const Vec3 scaled = cross(e1, e2);
-  const float doubled_area = length(scaled);
-  point.geometric_normal = doubled_area > 0 ? scaled / doubled_area : Vec3{0, 0, 1};
+  point.position = placed.corner + placed.edge[0] * u + placed.edge[1] * v;
+  point.geometric_normal = placed.normal;
+  point.offset = placed.offset();
   point.uv = g.uvs[a] * w + g.uvs[b] * u + g.uvs[c] * v;
   point.triangle = triangle;
   point.material = g.material[triangle];
@@ -189,7 +175,7 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
   const Vec3 n = interpolated_normal(g, triangle, barycentric, point.geometric_normal);
   const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
   const float determinant = ab.x * ac.y - ab.y * ac.x;
-  const Vec3 along_u = (e1 * ac.y - e2 * ab.y) * std::copysign(1.0f, determinant);
+  const Vec3 along_u = (placed.edge[0] * ac.y - placed.edge[1] * ab.y) * std::copysign(1.0f, determinant);
   point.frame = determinant == 0 ? Frame::from_normal(n) : frame_along(n, along_u);
   return point;
 }
@@ -204,21 +190,19 @@ RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycen
 }
 
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
-                            Vec3 wo, Vec3& normal) {
+                            Vec3& normal) {
   const Material& m = scene.materials()[scene.geometry().material[triangle]];
   if (m.normal_map.texture != kNone || m.bump.texture != kNone) return false;
   normal = interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal);
-  const float side = dot(point.geometric_normal, wo) < 0 ? -1.0f : 1.0f;
-  return side * dot(normal, wo) >= kLeastShadingCosine;
+  return true;
 }
 
-Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo) {
+Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
   if (scene.materials()[point.material].kind == MaterialKind::mix)
     point.material = unmixed(scene, point.material, point);
   const Material& m = scene.materials()[point.material];
   if (m.normal_map.texture != kNone) apply_normal_map(scene, m, point);
   if (m.bump.texture != kNone) apply_bump(scene, m, point);
-  keep_side(point, wo);
   return bsdf_of(scene.textures(), m, point.uv);
 }
 

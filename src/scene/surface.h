@@ -1,6 +1,7 @@
 // From a triangle and barycentric coordinates to everything that shading needs.
 #pragma once
 #include "bsdf/bsdf.h"
+#include "bsdf/shaded_surface.h"
 #include "core/frame.h"
 #include "scene/scene.h"
 
@@ -10,6 +11,7 @@ namespace glowworm {
 struct SurfacePoint {
   Vec3 position;          ///< metres
   Vec3 geometric_normal;  ///< unit, by the winding
+  float offset = 0;       ///< how far along it, or against it, rays begin that leave (offset_origin()), metres
   Frame frame;            ///< shading frame: its n on the side of geometric_normal, s along the texture's u
   Vec2 uv;
   std::uint32_t triangle = kNone;
@@ -19,10 +21,19 @@ struct SurfacePoint {
 /// @param barycentric weights of the second and third vertex
 SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// The material at a point, its textures evaluated. Applies normal and bump maps to point.frame, turned back so that a
-/// viewer at direction `wo` (world space, away from the surface) stays on the side of the geometric normal he is on.
-/// Mixed materials are chosen by a hash of the position.
-Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point, Vec3 wo);
+/// The material at a point, its textures evaluated. Applies normal and bump maps to point.frame, but for normals that
+/// leave the side of the geometric one. Mixed materials are chosen by a hash of the position.
+Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point);
+
+/// The BSDF of a point, as viewers and lights in world space see it.
+inline ShadedSurface shaded(const SurfacePoint& point, const Bsdf& bsdf) {
+  return {bsdf, point.frame, point.geometric_normal};
+}
+
+/// The shading normal, or its opposite, on the side of the surface that wo (unit, world space) is on.
+inline Vec3 shading_normal_towards(Vec3 shading_normal, Vec3 geometric_normal, Vec3 wo) {
+  return dot(geometric_normal, wo) < 0 ? -shading_normal : shading_normal;
+}
 
 /// What a density estimate asks of a surface that only reflects diffusely.
 struct DiffusePoint {
@@ -46,11 +57,11 @@ inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 baryc
   return true;
 }
 
-/// The shading normal that surface_point() and resolve_bsdf() would give where neither a map nor a grazing view turns
-/// it, at a fraction of their cost: unit, on the side of point.geometric_normal. Returns false where it may be turned.
-/// @param point diffuse_point() of the same place; @param wo unit, world space, away from the surface
+/// The shading normal that surface_point() and resolve_bsdf() would give where no map turns it, at a fraction of their
+/// cost: unit, on the side of point.geometric_normal. Returns false where there is a map.
+/// @param point diffuse_point() of the same place
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
-                            Vec3 wo, Vec3& normal);
+                            Vec3& normal);
 
 /// Asks the processor for what surface_point() and diffuse_point() read, since hits of incoherent rays lie all over the
 /// scene: each hit is fetched in three steps, kFetchAhead hits apart, that read what the one before has fetched; the

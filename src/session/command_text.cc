@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 
 namespace glowworm {

@@ -32,7 +32,7 @@ RGB light_of(const SlotRadiance& r, LightPart part, std::size_t i) {
 
 }  // namespace
 
-void FrameSums::add(FramePass&& pass) {
+void FrameSums::add(PassResult&& pass) {
   const std::size_t pixels = pass.first_hit.depth.size();
   if (count_ == 0) {
     sum_ = std::move(pass);

@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "session/frame_pass.h"
+#include "render/pass.h"
 #include "session/view_image.h"
+#include "session/view_state.h"
 
 namespace glowworm {
 
@@ -12,7 +13,7 @@ namespace glowworm {
 class FrameSums {
  public:
   void clear() { count_ = 0; }
-  void add(FramePass&& pass);
+  void add(PassResult&& pass);
   std::uint32_t count() const { return count_; }
 
   /// Means as a picture: light of the part asked for times `factor`, and the surfaces. Positions are not set.
@@ -22,7 +23,7 @@ class FrameSums {
 
  private:
   std::uint32_t count_ = 0;
-  FramePass sum_;  // depth: the sum of those that hit something
+  PassResult sum_;  // depth: the sum of those that hit something
   std::vector<std::uint32_t> hits_;
 };
 

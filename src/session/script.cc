@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "density/kernel.h"
+#include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 
 namespace glowworm {
@@ -30,7 +30,7 @@ void play_settings(const ScriptMove& move, const Scene& scene, ViewState& state)
   if (move.part) set_part(state, *move.part);
   if (move.kernel) set_kernel(state, *move.kernel);
   if (move.engine) {
-    if (*move.engine != "auto") place_of(engine_names(), *move.engine, "engine");
+    engine_traits(*move.engine);  // throws where there is no such engine
     state.engine = *move.engine;
   }
   state.gather = move.gather.value_or(state.gather);

@@ -1,4 +1,4 @@
-// Scripts: what a person would do in a session, frame by frame, from a JSON file. docs/viewer.md has the keys.
+// Scripts: what a person would do in a session, frame by frame, from a JSON file. docs/guide.md has the keys.
 #pragma once
 #include <cstdint>
 #include <optional>

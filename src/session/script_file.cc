@@ -162,7 +162,7 @@ Script parse_script(const std::string& text, const std::string& name) {
   try {
     root = json::parse(text);
   } catch (const json::parse_error& error) {
-    throw Error(FilePlace{name}, error.what(), "A script is a JSON object; docs/viewer.md has an example.");
+    throw Error(FilePlace{name}, error.what(), "A script is a JSON object; docs/guide.md has an example.");
   }
   const Entry entry(root, name, {"frames", "fps", "size", "moves"});
   Script script;

@@ -8,8 +8,10 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "density/engine_choice.h"
+#include "gather/direct_light.h"
+#include "points/finite_light.h"
 #include "render/photon_guiding.h"
+#include "render/scheduler.h"
 #include "session/preview_filter.h"
 
 namespace glowworm {
@@ -25,15 +27,6 @@ constexpr int kLargestSide = 16384;
 constexpr std::uint64_t kMostSpareBytes = std::uint64_t{128} << 20;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// Factor on the radii of pass i of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) with alpha =
-/// 2/3 (Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20).
-float refined_radius_scale(std::uint32_t pass) {
-  constexpr double alpha = 2.0 / 3.0;
-  double squared = 1;
-  for (std::uint32_t i = 1; i <= pass; ++i) squared *= (i + alpha) / (i + 1);
-  return static_cast<float>(std::sqrt(squared));
-}
 
 /// Takes the difference of two readings of the statistics.
 class CostMeter {
@@ -67,23 +60,18 @@ void check_state(const ViewState& s) {
   if (s.photons == 0) throw Error("a view needs at least one photon");
 }
 
-/// Bytes of a photon map, with an index over it.
-std::uint64_t map_bytes(std::uint64_t photons) { return photons * (2 * PhotonBatch::kBytesEach + sizeof(float)); }
+/// Keeps what a pass worked in for the next, also where it was cancelled.
+class PassMemoryKeeper {
+ public:
+  PassMemoryKeeper(PassMemory& memory, MemoryBudget& budget) : memory_(memory), budget_(budget) {}
+  ~PassMemoryKeeper() { memory_.keep(budget_); }
+  PassMemoryKeeper(const PassMemoryKeeper&) = delete;
+  PassMemoryKeeper& operator=(const PassMemoryKeeper&) = delete;
 
-/// The engine that a view is looked up with. It hangs on the view alone, so that no index is built for a change of
-/// pace.
-std::string engine_of(const ViewState& state) {
-  if (state.engine != "auto") return state.engine;
-  const double pixels = static_cast<double>(state.width) * state.height;
-  const bool gathers = state.mode == ViewMode::gather || state.mode == ViewMode::cost;
-  EngineWorkload workload;
-  workload.photons = static_cast<double>(state.photons);
-  // A map serves the passes of a view at rest, and as many frames in motion where light stays.
-  workload.queries = pixels * (gathers ? state.gather : 1) * kPassesOfMaps;
-  workload.queries_at_once = std::min(workload.queries / kPassesOfMaps, static_cast<double>(kQueriesAtOnce));
-  workload.nearest = state.nearest;
-  return choose_engine(workload);
-}
+ private:
+  PassMemory& memory_;
+  MemoryBudget& budget_;
+};
 
 int scaled(int side, float scale) {
   return std::max(1, static_cast<int>(std::lround(static_cast<float>(side) * scale)));
@@ -125,7 +113,7 @@ ViewState Session::initial_state() const {
   // Orbiting goes around what is in the middle of the picture.
   const CameraRay ray = generate_ray(state.camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
   const Hit hit = tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-  state.pivot_distance = hit.triangle != kNone ? hit.distance : std::max(base_->radius(), 1e-3f);
+  state.pivot_distance = hit.triangle != kNone ? hit.distance : base_->radius();
   return state;
 }
 
@@ -167,52 +155,50 @@ void Session::forget_frames() {
   history_.clear();
 }
 
-std::unique_ptr<Reservation> Session::reserved(std::uint64_t photons) {
-  return std::make_unique<Reservation>(budget_, "photon map", map_bytes(photons));
-}
-
-PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t photons, bool corners) const {
+PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t photons, bool moving) const {
+  const bool gathers = state.mode == ViewMode::gather || state.mode == ViewMode::cost;
   PhotonMapSettings wanted;
   wanted.photons = photons;
   wanted.nearest = state.nearest;
-  wanted.engine = engine_of(state);
+  wanted.engine = engine_traits(state.engine).name;
   wanted.kernel = state.kernel;
   wanted.seed = settings_.seed;
-  wanted.corners = corners && (state.mode == ViewMode::gather || state.mode == ViewMode::cost);
+  wanted.max_bounces = photon_bounces(RenderSettings().max_bounces);
+  wanted.corners = gathers && state.corners && !(moving && settings_.adapt);
+  wanted.diagnosed = needs_diagnosis(state.mode);
+  if (moving || !shows_light(state.mode)) return wanted;
+  wanted.corrected = true;
+  wanted.patches = gathers;
+  wanted.more_caustic_photons =
+      affordable_caustic_photons(static_cast<double>(state.width) * state.height * state.gather);
   return wanted;
 }
 
-void Session::update_maps(const ViewState& state, std::uint64_t photons, bool hasty, const Interrupt& interrupt) {
+void Session::update_maps(const ViewState& state, std::uint64_t photons, bool moving) {
   if (!needs_photons(state.mode)) return;
-  if (!hasty && !guided_) guide_ = make_guide(state, interrupt);
+  const bool hasty = moving && settings_.adapt;
+  if (!hasty && !guided_) guide_ = make_guide(state);
   guided_ = guided_ || !hasty;
-  PhotonMapSettings wanted = map_settings(state, photons, state.corners && !hasty);
+  PhotonMapSettings wanted = map_settings(state, photons, moving);
   wanted.guide = hasty ? map_guide_ : guide_;
-  wanted.diagnosed = needs_diagnosis(state.mode);
   const bool others = photons != map_photons_ || wanted.guide != map_guide_;
   // Photons come first.
-  if (others) pass_memory_ = FramePassMemory();
-  if (others && has_maps_ && settings_.adapt && budget_.available() >= map_bytes(photons)) {
+  if (others) pass_memory_.clear();
+  if (others && has_maps_ && settings_.adapt && budget_.available() >= photons * kBytesPerPhoton) {
     // Until better photons are there, those that are stay: should this be interrupted, the next frame has a map.
-    std::unique_ptr<Reservation> reservation = reserved(photons);
-    PhotonMaps better;
-    better.update(*tracer_, wanted, interrupt, statistics_);
+    PhotonMaps better(budget_);
+    better.update(*tracer_, wanted, statistics_);
     maps_ = std::move(better);
-    photon_reservation_ = std::move(reservation);
   } else {
     has_maps_ = has_maps_ && !others;
-    if (photons != map_photons_) {
-      photon_reservation_.reset();
-      photon_reservation_ = reserved(photons);
-    }
-    maps_.update(*tracer_, wanted, interrupt, statistics_);
+    maps_.update(*tracer_, wanted, statistics_);
   }
   map_photons_ = photons;
   map_guide_ = wanted.guide;
   has_maps_ = true;
 }
 
-std::shared_ptr<const EmissionGuide> Session::make_guide(const ViewState& state, const Interrupt& interrupt) {
+std::shared_ptr<const EmissionGuide> Session::make_guide(const ViewState& state) {
   const PhaseTimer timer(statistics_, Phase::trace_photons);
   RenderSettings settings;
   settings.width = state.width;
@@ -220,29 +206,26 @@ std::shared_ptr<const EmissionGuide> Session::make_guide(const ViewState& state,
   settings.photons = state.photons;
   settings.seed = settings_.seed;
   settings.integrator = state.mode == ViewMode::photons ? Integrator::photons : Integrator::photon;
-  const CancellationScope scope(interrupt.flag());
   auto guide = std::make_shared<const EmissionGuide>(guide_photons(*tracer_, state.camera, settings).guide);
   // Without gain it is the uniform one, with which photons are those that there were.
   return guide->gain() > 1 ? guide : nullptr;
 }
 
-const PhotonMaps& Session::resting_maps(const ViewState& state, const Interrupt& interrupt) {
+const PhotonMaps& Session::resting_maps(const ViewState& state) {
   const std::uint32_t pass = sums_.count() / kPassesOfMaps;
   if (pass == 0 || !shows_light(state.mode)) {
-    update_maps(state, state.photons, false, interrupt);
+    update_maps(state, state.photons, false);
     return maps_;
   }
-  if (!refined_guide_) refined_guide_ = make_guide(state, interrupt);
-  if (!refined_reservation_) {
-    pass_memory_ = FramePassMemory();
-    refined_reservation_ = reserved(state.photons);
-  }
-  PhotonMapSettings wanted = map_settings(state, state.photons, state.corners);
+  if (!refined_guide_) refined_guide_ = make_guide(state);
+  PhotonMapSettings wanted = map_settings(state, state.photons, false);
   wanted.guide = *refined_guide_;
   wanted.pass = pass;
-  wanted.radius_scale = refined_radius_scale(pass);
-  wanted.corrected = true;
-  refined_.update(*tracer_, wanted, interrupt, statistics_);
+  wanted.radius_scale = progressive_radius_scale(pass);
+  wanted.more_caustic_photons = 0;
+  wanted.kept = false;
+  if (sums_.count() % kPassesOfMaps == 0) pass_memory_.clear();  // photons come first
+  refined_.update(*tracer_, wanted, statistics_);
   return refined_;
 }
 
@@ -260,7 +243,6 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
     sums_.clear();
     refined_.forget();
     refined_guide_.reset();
-    refined_reservation_.reset();
   }
   if (!first && change.lights) set_lights(state);
   if (first && !state.lights.empty()) set_lights(state);
@@ -272,7 +254,12 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   if (moving) first_sample_ = state.reuse && shows_light(state.mode) ? first_sample_ + 1 : 0;
   // A frame that must come in time comes: were it left for the next state, a moving view would show nothing at all.
   const Interrupt none;
-  ViewFrame frame = render(state, moving, moving && settings_.adapt ? none : interrupt);
+  ViewFrame frame;
+  {
+    const CancellationScope scope(moving && settings_.adapt ? none : interrupt);
+    check_cancelled();
+    frame = render(state, moving);
+  }
   const bool light = shows_light(state.mode);
   if (light && (state.reuse || state.filter)) frame.image.find_positions();
   if (light && state.reuse) reuse(frame, seconds);
@@ -303,28 +290,44 @@ FrameEffort Session::plan(const ViewState& state, bool moving) const {
   return effort;
 }
 
-ViewFrame Session::render(const ViewState& state, bool moving, const Interrupt& interrupt) {
-  const FrameEffort effort = plan(state, moving);
-  const bool hasty = moving && settings_.adapt;
-  if (moving) update_maps(state, effort.photons, hasty, interrupt);
-  const PhotonMaps& maps = moving ? maps_ : resting_maps(state, interrupt);
-  // What a frame in motion saw counts for the rest too, where it is whole.
-  FrameSums own;
-  FrameSums& sums = hasty ? own : sums_;
-  FramePassSettings pass;
+PassSettings Session::pass_settings(const ViewState& state, const FrameEffort& effort, bool moving) const {
+  PassSettings pass;
+  pass.kind = state.mode == ViewMode::gather    ? PassKind::gather
+              : state.mode == ViewMode::photons ? PassKind::photons
+              : !needs_photons(state.mode)      ? PassKind::surfaces
+              : state.mode == ViewMode::cost    ? PassKind::count_gathered
+                                                : PassKind::count_seen;
   pass.width = scaled(state.width, effort.scale);
   pass.height = scaled(state.height, effort.scale);
-  pass.sample = first_sample_ + sums.count();
   pass.gather = effort.gather;
+  pass.light_samples = usual_light_samples(effort.gather);
   pass.seed = settings_.seed;
-  pass.mode = state.mode;
-  pass.part = state.part;
-  pass.corners = state.corners && !hasty;
-  sums.add(render_frame_pass(*tracer_, maps, state.camera, pass, budget_, interrupt, statistics_, pass_memory_));
+  const auto wants = [&](LightPart part) { return state.part == LightPart::all || state.part == part; };
+  pass.direct = wants(LightPart::direct);
+  pass.indirect = wants(LightPart::indirect);
+  pass.caustic = wants(LightPart::caustic);
+  pass.corners = state.corners && !(moving && settings_.adapt);
+  pass.patches = !moving && state.mode == ViewMode::gather;
+  return pass;
+}
+
+ViewFrame Session::render(const ViewState& state, bool moving) {
+  const FrameEffort effort = plan(state, moving);
+  if (moving) update_maps(state, effort.photons, true);
+  const PhotonMaps& maps = moving ? maps_ : resting_maps(state);
+  // A view at rest begins anew, with better maps.
+  FrameSums own;
+  FrameSums& sums = moving ? own : sums_;
+  const PassSettings pass = pass_settings(state, effort, moving);
+  const CameraTask task{0, 0, pass.width, pass.height, first_sample_ + sums.count(), 1};
+  const PassMemoryKeeper keeper(pass_memory_, budget_);
+  PassResult result = render_pass(*tracer_, maps, state.camera, task, pass, budget_, pass_memory_, statistics_);
+  drop_infinite_samples(result.radiance);
+  sums.add(std::move(result));
   ViewFrame frame = finish(state, sums, pass.width, pass.height);
   frame.moving = moving;
   frame.effort = effort;
-  frame.photons = needs_photons(state.mode) ? maps.photons().global.size() : 0;
+  frame.photons = needs_photons(state.mode) ? maps.global_count() : 0;
   if (needs_photons(state.mode)) frame.engine = maps.engine().name();
   return frame;
 }

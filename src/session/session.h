@@ -4,16 +4,16 @@
 #include <memory>
 #include <optional>
 
+#include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "core/spare_memory.h"
 #include "core/statistics.h"
-#include "session/frame_pass.h"
+#include "render/pass.h"
+#include "render/photon_maps.h"
 #include "session/frame_sums.h"
 #include "session/history.h"
-#include "session/interrupt.h"
 #include "session/light_rig.h"
 #include "session/pace.h"
-#include "session/photon_maps.h"
 #include "session/view_frame.h"
 #include "session/view_state.h"
 #include "trace/tracer.h"
@@ -31,8 +31,10 @@ struct SessionSettings {
 
 /// Renders frame after frame of one scene, and redoes only what changed from state to state: the photon map outlives a
 /// moved camera, radii and indices outlive a changed mode, light edits build no structure anew but that of the moved
-/// lights. While the state stays, passes add up without end; after some, with photons of their own and smaller radii,
-/// as Job's progressive passes. Where frames do not adapt, they depend on states and times alone, not on the machine.
+/// lights. Frames of a changed view are quick: their maps lack boundary correction and bright patches unless these are
+/// there. While the state stays, passes add up without end, with the maps of a Job; after some, with photons of their
+/// own and smaller radii, as in progressive renders. Where frames do not adapt, they depend on states and times alone,
+/// not on the machine.
 class Session {
  public:
   /// Builds the acceleration structure, on all threads.
@@ -66,13 +68,13 @@ class Session {
   struct Change;
   Change compare(const ViewState& state) const;
   void set_lights(const ViewState& state);
-  std::unique_ptr<Reservation> reserved(std::uint64_t photons);
-  PhotonMapSettings map_settings(const ViewState& state, std::uint64_t photons, bool corners) const;
-  void update_maps(const ViewState& state, std::uint64_t photons, bool hasty, const Interrupt& interrupt);
-  std::shared_ptr<const EmissionGuide> make_guide(const ViewState& state, const Interrupt& interrupt);
-  const PhotonMaps& resting_maps(const ViewState& state, const Interrupt& interrupt);
+  PhotonMapSettings map_settings(const ViewState& state, std::uint64_t photons, bool moving) const;
+  PassSettings pass_settings(const ViewState& state, const FrameEffort& effort, bool moving) const;
+  void update_maps(const ViewState& state, std::uint64_t photons, bool moving);
+  std::shared_ptr<const EmissionGuide> make_guide(const ViewState& state);
+  const PhotonMaps& resting_maps(const ViewState& state);
   FrameEffort plan(const ViewState& state, bool moving) const;
-  ViewFrame render(const ViewState& state, bool moving, const Interrupt& interrupt);
+  ViewFrame render(const ViewState& state, bool moving);
   void reuse(ViewFrame& frame, double seconds);
   ViewFrame finish(const ViewState& state, const FrameSums& sums, int width, int height) const;
   void show_false_colors(const ViewState& state, const FrameSums& sums, ViewFrame& frame) const;
@@ -88,16 +90,15 @@ class Session {
   MemoryBudget budget_;
   std::unique_ptr<Reservation> spare_reservation_;
   std::unique_ptr<FreedMemoryKeeper> spare_memory_;
-  std::unique_ptr<Reservation> photon_reservation_, refined_reservation_;
   Statistics statistics_;
-  PhotonMaps maps_, refined_;
+  PhotonMaps maps_{budget_}, refined_{budget_};
   bool has_maps_ = false;  // maps_ are of this light
   std::uint64_t map_photons_ = 0;
   std::shared_ptr<const EmissionGuide> map_guide_;                     // of maps_; null: by power alone
   std::shared_ptr<const EmissionGuide> guide_;                         // that maps_ shall have at rest
   bool guided_ = false;                                                // guide_ was asked for in this light
   std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
-  FramePassMemory pass_memory_;
+  PassMemory pass_memory_;
   FrameSums sums_;
   History history_;
   Pace pace_;

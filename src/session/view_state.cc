@@ -5,6 +5,14 @@
 
 namespace glowworm {
 
+bool shows_light(ViewMode mode) { return mode == ViewMode::gather || mode == ViewMode::photons; }
+
+bool needs_photons(ViewMode mode) { return mode != ViewMode::albedo && mode != ViewMode::normal; }
+
+bool needs_diagnosis(ViewMode mode) {
+  return mode == ViewMode::density || mode == ViewMode::radius || mode == ViewMode::cost;
+}
+
 bool same_view(const Camera& a, const Camera& b) {
   const Transform &m = a.to_world, &n = b.to_world;
   return a.kind == b.kind && m.x == n.x && m.y == n.y && m.z == n.z && m.translation == n.translation &&

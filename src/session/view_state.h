@@ -41,7 +41,7 @@ struct ViewState {
   ViewMode mode = ViewMode::gather;
   LightPart part = LightPart::all;
   std::uint32_t gather = 16;    ///< final gather rays of each camera sample
-  std::string engine = "auto";  ///< density engine; auto: the one expected to be the fastest for the view
+  std::string engine = "auto";  ///< density engine; auto: kAutomaticEngine
   KernelShape kernel = KernelShape::epanechnikov;
   std::uint64_t photons = 500'000;  ///< in the global map
   std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch
@@ -50,6 +50,13 @@ struct ViewState {
   bool filter = false;              ///< the edge-aware filter of the preview
   bool reuse = true;                ///< take earlier frames over where they show the same surface
 };
+
+/// Whether a mode shows light, or else surfaces and counts.
+bool shows_light(ViewMode mode);
+/// Whether a mode needs photons.
+bool needs_photons(ViewMode mode);
+/// Whether a mode needs PhotonMapSettings::diagnosed.
+bool needs_diagnosis(ViewMode mode);
 
 /// Whether all rays of two cameras are the same.
 bool same_view(const Camera& a, const Camera& b);

@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 
@@ -113,7 +114,7 @@ void SessionWorker::run() {
 }
 
 void SessionWorker::load_scene(const std::string& path) {
-  const CancellationScope scope(loading_interrupt_.flag());
+  const CancellationScope scope(loading_interrupt_);
   const std::shared_ptr<const Scene> scene = load_(path);
   auto session = std::make_unique<Session>(scene, settings_);
   LoadedScene loaded{path, scene, session->rig().lights(), session->initial_state()};

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "core/interrupt.h"
 #include "session/session.h"
 
 namespace glowworm {

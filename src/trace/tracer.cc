@@ -26,11 +26,22 @@ using TriangleList = std::vector<std::uint32_t>;
 /// of triangles that follow() may move.
 constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4;
 
+[[noreturn]] void fail(RTCError code, const char* doing) {
+  const auto message = [&](const char* why) { return fmt::format("Embree could not {}: {}", doing, why); };
+  switch (code) {
+    case RTC_ERROR_OUT_OF_MEMORY:
+      throw Error(message("out of memory"), "Use a smaller scene, or leave the program more memory (ulimit -v).");
+    case RTC_ERROR_UNSUPPORTED_CPU:
+      throw Error(message("this processor is not supported"), "It needs at least SSE2.");
+    case RTC_ERROR_UNKNOWN:
+      throw Error(message("an unknown error"), "The machine may be short of memory or threads.");
+    default:
+      throw Error(message(fmt::format("error {}", static_cast<int>(code)).c_str()));
+  }
+}
+
 void throw_on_error(RTCDevice device, const char* doing) {
-  const RTCError code = rtcGetDeviceError(device);
-  if (code != RTC_ERROR_NONE)
-    throw Error(fmt::format("Embree could not {} (error {})", doing, static_cast<int>(code)),
-                code == RTC_ERROR_OUT_OF_MEMORY ? "The scene is too large for this machine's memory." : "");
+  if (const RTCError code = rtcGetDeviceError(device); code != RTC_ERROR_NONE) fail(code, doing);
 }
 
 }  // namespace
@@ -42,12 +53,23 @@ struct Tracer::Implementation {
   RTCScene world = nullptr;
   TriangleList lists[kGeometries];
   bool one_list = false;
+  bool whole = true;  ///< no build of `world` has failed
   std::atomic<std::int64_t> bytes{0};
 
   explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {}
   ~Implementation() {
+    // Embree 3.13 ends the program where a scene is released whose build ran out of memory; such a scene is left.
+    if (!whole) return;
     if (world) rtcReleaseScene(world);
     if (device) rtcReleaseDevice(device);
+  }
+
+  /// Builds what has changed; throws Error where that fails.
+  void commit() {
+    whole = false;
+    rtcCommitScene(world);
+    throw_on_error(device, "build its acceleration structure");
+    whole = true;
   }
 
   /// Where all triangles are in one geometry, its list says nothing, and is not looked up.
@@ -165,6 +187,7 @@ void Tracer::Implementation::add_geometry(unsigned id) {
   const TriangleList& list = lists[id];
   if (list.empty()) return;
   RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  throw_on_error(device, "take the triangles");
   // A movable triangle has vertices of its own here, so that as few as possible are written anew.
   const bool own_vertices = id >= kMovable;
   const std::size_t vertex_count = own_vertices ? 3 * list.size() : geometry->positions.size();
@@ -203,9 +226,11 @@ Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
     : implementation_(std::make_unique<Implementation>(scene)) {
   Implementation& self = *implementation_;
   self.device = rtcNewDevice(nullptr);
-  if (!self.device) throw Error("Embree cannot start on this machine", "Its library needs at least SSE2.");
+  // The error of a device that was not made is that of the calling thread.
+  if (!self.device) fail(rtcGetDeviceError(nullptr), "start");
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
   self.world = rtcNewScene(self.device);
+  throw_on_error(self.device, "start");
   // Only a dynamic scene has a structure for each of its geometries, and builds those anew that changed; others are
   // built once, so that more time for it pays.
   if (movable.empty())
@@ -214,8 +239,7 @@ Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
     rtcSetSceneFlags(self.world, RTC_SCENE_FLAG_DYNAMIC);
   self.sort_triangles(movable);
   for (unsigned id = 0; id < kGeometries; ++id) self.add_geometry(id);
-  rtcCommitScene(self.world);
-  throw_on_error(self.device, "build its acceleration structure");
+  self.commit();
 }
 
 void Tracer::follow(const Scene& scene) {
@@ -230,8 +254,7 @@ void Tracer::follow(const Scene& scene) {
     rtcUpdateGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(shape);
   }
-  rtcCommitScene(self.world);
-  throw_on_error(self.device, "build its acceleration structure");
+  self.commit();
 }
 
 Tracer::~Tracer() = default;

@@ -3,6 +3,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cmath>
+
+#include "image/image.h"
 #include "program.h"
 
 namespace glowworm {
@@ -11,6 +14,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 constexpr const char* kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 constexpr const char* kSquare = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3\nf 1 3 4\n";
@@ -175,6 +179,61 @@ TEST_F(BadInputTest, FullDisk) {
 TEST_F(BadInputTest, TooLittleMemory) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "--memory", "1M", "--photons", "500k"}), {"memory"}));
   EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(BadInputTest, FilmsLargerThanTheBudgetAreNeverMade) {
+  const auto limit = [] {
+    const rlimit bytes = {rlim_t{4} << 30, rlim_t{4} << 30};
+    setrlimit(RLIMIT_AS, &bytes);
+  };
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "--memory", "64M", "--size", "65536x65536"}, limit),
+                      {"budget of 64.0 MB", "of film", "--memory"}));
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(BadInputTest, ScenesLargerThanTheBudgetSayWhatTakesHowMuch) {
+  std::string scene = "WorldBegin ObjectBegin \"o\" Shape \"sphere\" ObjectEnd\n";
+  for (int i = 0; i < 1000; ++i) scene += "ObjectInstance \"o\"\n";
+  EXPECT_TRUE(refused(render(write("a.pbrt", scene), {"-o", "a.exr", "--memory", "64M"}),
+                      {"a.pbrt:", "budget of 64.0 MB", "of triangles (held: ", "object meshes", "--memory"}));
+}
+
+TEST_F(BadInputTest, InfoReadsNoTexelsThatItDoesNotNeed) {
+  // Only reading its pixels shows that the picture is damaged.
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.png", "-q"}).status, 0);
+  std::string picture = read(path("a.png"));
+  picture.resize(picture.size() / 2);
+  write("a.png", picture);
+  const std::string scene = write("a.pbrt",
+                                  "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n"
+                                  "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"\n");
+  const Outcome info = run({"info", scene});
+  EXPECT_EQ(info.status, 0) << info.err;
+  EXPECT_THAT(info.out + info.err, Not(HasSubstr("magenta")));
+  EXPECT_THAT(render(scene, {"-o", "b.exr"}).err, HasSubstr("magenta"));
+  // A light's picture is needed.
+  const std::string light =
+      write("b.pbrt", "WorldBegin AreaLightSource \"diffuse\" \"string filename\" \"a.png\" Shape \"sphere\"\n");
+  EXPECT_THAT(run({"info", light}).err, HasSubstr("magenta"));
+}
+
+TEST_F(BadInputTest, NoPixelIsEverInfinite) {
+  // A light as bright as can be, close above the floor and within the camera's view.
+  const std::string scene = write("a.pbrt",
+                                  "LookAt 0 -3 2  0 0 0  0 0 1 Camera \"perspective\" \"float fov\" 10 WorldBegin\n"
+                                  "LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"point3 from\" [0 0 0.2]\n"
+                                  "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n");
+  for (const char* integrator : {"photon", "path", "photons"}) {
+    const Outcome outcome = render(scene, {"-o", "a.exr", "-o", "a.png", "--precision", "float", "--integrator",
+                                           integrator, "--aov", "direct,indirect"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    if (integrator != std::string("photons")) {
+      EXPECT_THAT(outcome.err, HasSubstr("camera samples are black, since their light was not finite"));
+    }
+    for (const ImageChannel& channel : read_image(path("a.exr")).channels())
+      for (const float sample : channel.samples)
+        ASSERT_TRUE(std::isfinite(sample)) << integrator << ' ' << channel.name;
+  }
 }
 
 TEST_F(BadInputTest, ComparisonsThatCannotBe) {

@@ -13,21 +13,25 @@ class SlowMemoryTest : public ProgramTest {};
 
 TEST_F(SlowMemoryTest, BudgetIsKept) {
   struct Case {
-    const char *scene, *engine, *memory, *size;
+    const char *scene, *engine, *memory, *size, *photons;
     bool progressive = false;
   };
   // Progressive renders shoot photons again while memory still holds what the pass before left.
-  const Case cases[] = {
-      {"builtin:cornell", "reverse", "64M", "300x300"},       {"builtin:atrium", "blocked", "64M", "300x300"},
-      {"builtin:atrium", "reverse", "256M", "400x400"},       {"builtin:cornell", "forward", "256M", "400x400"},
-      {"builtin:atrium", "blocked", "1G", "512x512"},         {"builtin:atrium", "reverse", "1G", "512x512"},
-      {"builtin:cornell", "blocked", "64M", "300x300", true}, {"builtin:cornell", "reverse", "64M", "200x200", true},
-      {"builtin:atrium", "blocked", "256M", "400x400", true}, {"builtin:atrium", "blocked", "1G", "400x400", true}};
+  const Case cases[] = {{"builtin:cornell", "reverse", "64M", "300x300", "90k"},
+                        {"builtin:atrium", "blocked", "64M", "300x300", "90k"},
+                        {"builtin:atrium", "reverse", "256M", "400x400", "400k"},
+                        {"builtin:cornell", "forward", "256M", "400x400", "400k"},
+                        {"builtin:atrium", "blocked", "1G", "512x512", "1M"},
+                        {"builtin:atrium", "reverse", "1G", "512x512", "1M"},
+                        {"builtin:cornell", "blocked", "64M", "300x300", "90k", true},
+                        {"builtin:cornell", "reverse", "64M", "200x200", "90k", true},
+                        {"builtin:atrium", "blocked", "256M", "400x400", "400k", true},
+                        {"builtin:atrium", "blocked", "1G", "400x400", "1M", true}};
   for (const Case& c : cases) {
-    std::vector<std::string> arguments = {"render",   c.scene,  "--engine", c.engine,    "--memory",
-                                          c.memory,   "--size", c.size,     "--samples", c.progressive ? "3" : "1",
-                                          "--stats",  "s.json", "-o",       "a.exr",     "-q",
-                                          "--preview"};
+    std::vector<std::string> arguments = {"render",    c.scene,     "--engine", c.engine,    "--memory",
+                                          c.memory,    "--size",    c.size,     "--samples", c.progressive ? "3" : "1",
+                                          "--stats",   "s.json",    "-o",       "a.exr",     "-q",
+                                          "--preview", "--photons", c.photons};
     if (c.progressive) arguments.push_back("--progressive");
     const Outcome outcome = run(arguments);
     ASSERT_EQ(outcome.status, 0) << outcome.err;

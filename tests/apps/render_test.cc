@@ -166,12 +166,17 @@ TEST_F(RenderTest, NoiseTargetEndsIt) {
 }
 
 TEST_F(RenderTest, InterruptWritesTheImageSoFar) {
-  for (const int signal_number : {SIGINT, SIGTERM}) {
+  for (const int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
     Running program(folder_, {"render", "builtin:cornell", "--size", "64x64", "--samples", "1M", "--gather", "4",
                               "--photons", "2k", "-o", "a.exr", "-o", "a.png", "--stats", "a.json"});
     ASSERT_TRUE(program.wait_for_text("64x64", 60));
     std::this_thread::sleep_for(std::chrono::seconds(1));
     program.send(signal_number);
+    // A terminal that closes may send two.
+    if (signal_number == SIGHUP) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      program.send(SIGHUP);
+    }
     const Outcome outcome = program.wait();
     EXPECT_EQ(outcome.status, 128 + signal_number) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("interrupted"));

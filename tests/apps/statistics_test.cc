@@ -110,7 +110,7 @@ TEST_F(StatisticsTest, EveryKeyIsThere) {
                                              "/memory_bytes/acceleration_structure",
                                              "/memory_bytes/reserved"};
   for (const std::string& pointer : pointers) EXPECT_TRUE(s.contains(json::json_pointer(pointer))) << pointer;
-  // None that this list, and with it docs/statistics.md, does not know.
+  // The list, and docs/guide.md, name every key.
   const json flat = s.flatten();
   for (const auto& [path, value] : flat.items()) {
     if (path.starts_with("/memory_bytes/reserved") || path.starts_with("/settings/aovs")) continue;

@@ -47,14 +47,14 @@ inline FloorLight trace_caustic_paths(const Tracer& tracer, const FloorSquare& s
     const RGB emitted = scene.emissions()[scene.geometry().emission[lamp]].radiance.value;
     double flux =
         luminance(emitted) * M_PI * scene.geometry().area(lamp) * static_cast<double>(emitters.size()) / paths;
-    Ray ray{offset_origin(start.position, n), 0,
+    Ray ray{offset_origin(start.position, n, start.offset), 0,
             Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2())),
             std::numeric_limits<float>::infinity()};
     for (int bounce = 0; bounce < 64; ++bounce) {
       const Hit hit = tracer.intersect(ray);
       if (hit.triangle == kNone) break;
       SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
-      const Bsdf bsdf = resolve_bsdf(scene, point, -ray.direction);
+      const Bsdf bsdf = resolve_bsdf(scene, point);
       if (lobes(bsdf) & kBroad) {
         const double u = (point.position.x - square.x) / square.side + 0.5;
         const double v = (point.position.z - square.z) / square.side + 0.5;
@@ -74,7 +74,7 @@ inline FloorLight trace_caustic_paths(const Tracer& tracer, const FloorSquare& s
       flux *= luminance(s.weight);
       const Vec3 direction = point.frame.to_world(s.wi);
       const Vec3 side = dot(direction, point.geometric_normal) > 0 ? point.geometric_normal : -point.geometric_normal;
-      ray = {offset_origin(point.position, side), 0, direction, std::numeric_limits<float>::infinity()};
+      ray = {offset_origin(point.position, side, point.offset), 0, direction, std::numeric_limits<float>::infinity()};
     }
   }
   out.standard_error = squares;

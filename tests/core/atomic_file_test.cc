@@ -101,6 +101,68 @@ TEST_F(AtomicFileTest, FollowsASymbolicLink) {
   EXPECT_EQ(content(path("real")), "new");
 }
 
+TEST_F(AtomicFileTest, FollowsLinksToAFileThatDoesNotExistYet) {
+  fs::create_directory(path("far"));
+  fs::create_symlink("far/second", path("first"));
+  fs::create_symlink("../real", path("far/second"));
+  write_file(path("first"), "new");
+  EXPECT_TRUE(fs::is_symlink(path("first")));
+  EXPECT_TRUE(fs::is_symlink(path("far/second")));
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(path("real"))));
+  EXPECT_EQ(content(path("real")), "new");
+  fs::create_symlink(folder_ / "absolute", path("third"));
+  write_file(path("third"), "whole path");
+  EXPECT_EQ(content(path("absolute")), "whole path");
+}
+
+TEST_F(AtomicFileTest, LinksThatLeadNowhereAreErrors) {
+  fs::create_symlink("missing/file", path("away"));
+  EXPECT_THAT(message_of([&] { write_file(path("away"), "x"); }), testing::HasSubstr(path("missing")));
+  fs::create_symlink("b", path("a"));
+  fs::create_symlink("a", path("b"));
+  EXPECT_THAT(message_of([&] { write_file(path("a"), "x"); }), testing::HasSubstr("circle"));
+  EXPECT_TRUE(fs::is_symlink(path("a")) && fs::is_symlink(path("b")));
+}
+
+TEST_F(AtomicFileTest, DropsSpecialBitsOfTheModeThatItKeeps) {
+  write_file(path("a"), "old");
+  ASSERT_EQ(chmod(path("a").c_str(), 06751), 0);
+  write_file(path("a"), "new");
+  struct stat info {};
+  ASSERT_EQ(stat(path("a").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 07777, 0751u);
+}
+
+TEST_F(AtomicFileTest, KnowsOneFileByAllItsNames) {
+  const auto same = [&](const std::string& a, const std::string& b) {
+    return output_identity(path(a)) == output_identity(path(b));
+  };
+  fs::create_directory(path("folder"));
+  fs::create_directory_symlink("folder", path("other"));
+  EXPECT_TRUE(same("folder/new", "other/../folder/./new"));
+  EXPECT_FALSE(same("folder/new", "folder/newer"));
+  fs::create_symlink("folder/new", path("link"));
+  EXPECT_TRUE(same("link", "other/new"));
+  EXPECT_TRUE(same("none/new", "./none/new"));
+  EXPECT_EQ(output_identity("none/new"), output_identity("./none/new"));
+  write_file(path("folder/new"), "x");
+  EXPECT_TRUE(same("link", "other/new"));
+  fs::create_hard_link(path("folder/new"), path("hard"));
+  EXPECT_TRUE(same("link", "hard"));
+  EXPECT_EQ(output_identity("/dev/null"), "");
+}
+
+TEST_F(AtomicFileTest, TellsAFullDiskFromAMistake) {
+  EXPECT_THROW(write_file("/dev/full", "x"), DiskError);
+  try {
+    write_file(path("none/a"), "x");
+    FAIL();
+  } catch (const DiskError&) {
+    FAIL() << "a folder that is missing is no fault of the disk";
+  } catch (const Error&) {
+  }
+}
+
 TEST_F(AtomicFileTest, TakesTheLongestName) {
   const std::string name(255, 'n');
   write_file(path(name), "x");

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
+#include <cmath>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -29,7 +29,9 @@ QueryPoints some_points(std::uint32_t first, std::uint32_t count) {
   return points;
 }
 
-TEST(QueryStore, GivesEveryPointBackOnceAsItWas) {
+RGB radiance_of(std::uint32_t number) { return RGB(static_cast<float>(number % 97) * 0.37f); }
+
+TEST(QueryStore, LooksEveryPointUpOnceAsItWas) {
   constexpr std::uint32_t kCount = 50'000, kPortion = 3000;
   for (const std::uint64_t cache : {std::uint64_t{1}, std::uint64_t{1} << 18, std::uint64_t{1} << 24}) {
     QueryStore store({{0, 0, 0}, {2, 2, 2}}, kCount, cache);
@@ -40,13 +42,15 @@ TEST(QueryStore, GivesEveryPointBackOnceAsItWas) {
     std::vector<int> seen(kCount, 0);
     std::size_t runs = 0;
     double volume = 0;
-    store.visit(kPortion, [&](const QueryPoints& run) {
+    std::vector<RGB> light(kCount);
+    const auto look_up = [&](const QueryPoints& run, std::span<RGB> radiance) {
       EXPECT_LE(run.size(), kPortion);
       ++runs;
       Box3 box;
       for (std::size_t i = 0; i < run.size(); ++i) {
         const std::uint32_t n = run.gather_point[i];
         ++seen[n];
+        radiance[i] = radiance_of(n);
         box.grow(run.position[i]);
         EXPECT_TRUE(run.position[i] == all.position[n] && run.normal[i] == all.normal[n] &&
                     run.weight[i] == all.weight[n] && run.reflectance[i] == all.reflectance[n]);
@@ -57,7 +61,9 @@ TEST(QueryStore, GivesEveryPointBackOnceAsItWas) {
       }
       const Vec3 side = box.diagonal();
       volume += side.x * side.y * side.z;
-    });
+    };
+    store.complete(kPortion, look_up, light);
+    for (std::uint32_t n = 0; n < kCount; ++n) ASSERT_EQ(light[n], all.weight[n] * radiance_of(n)) << n;
     EXPECT_TRUE(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
     EXPECT_GE(runs, kCount / kPortion);
     // Boxes of runs in any order would be the whole cube each, of 8 m^3.
@@ -78,11 +84,13 @@ TEST(QueryStore, KeepsPointsOutsideAndPointsInOnePlace) {
   store.append(points);
   store.append(points);
   std::size_t count = 0;
-  store.visit(100, [&](const QueryPoints& run) { count += run.size(); });
+  std::vector<RGB> light(100);
+  const auto look_up = [&](const QueryPoints& run, std::span<RGB>) { count += run.size(); };
+  store.complete(100, look_up, light);
   EXPECT_EQ(count, 200u);
   // Forgotten: the file is used anew.
   store.append(points);
-  store.visit(100, [&](const QueryPoints& run) { count += run.size(); });
+  store.complete(100, look_up, light);
   EXPECT_EQ(count, 300u);
   store.append(points);
   store.append(points);
@@ -93,7 +101,45 @@ TEST(QueryStore, KeepsPointsOutsideAndPointsInOnePlace) {
 TEST(QueryStore, OfNothingGivesNothing) {
   QueryStore store(Box3(), 0, 1 << 20);
   store.append(QueryPoints());
-  store.visit(10, [](const QueryPoints&) { FAIL(); });
+  store.complete(10, [](const QueryPoints&, std::span<RGB>) { FAIL(); }, {});
+}
+
+TEST(QueryStore, AddsUpInTheOrderInWhichPointsCame) {
+  // Summands of all sizes: another order would round otherwise.
+  constexpr std::uint32_t kCount = 20'000, kTargets = 7;
+  QueryPoints points = some_points(0, kCount);
+  std::vector<RGB> expected(kTargets), light(kTargets);
+  const auto value = [](const QueryPoints& from, std::size_t i) {
+    return RGB(std::exp(20 * from.weight[i].r), from.position[i].x, 1);
+  };
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    points.gather_point[i] = i % kTargets;
+    expected[i % kTargets] += points.weight[i] * value(points, i);
+  }
+  for (const std::size_t run : {std::size_t{100}, std::size_t{3000}, std::size_t{kCount}}) {
+    QueryStore store({{0, 0, 0}, {2, 2, 2}}, kCount, 1 << 18);
+    for (std::uint32_t first = 0; first < kCount;) {
+      const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(run, kCount - first));
+      QueryPoints portion;
+      for (std::uint32_t i = first; i < first + count; ++i)
+        if (points.bsdf[i] == kLambertianQuery)
+          portion.push_back(points.position[i], points.normal[i], points.reflectance[i], points.weight[i],
+                            i % kTargets);
+        else
+          portion.push_back(points.position[i], points.normal[i], points.bsdfs[points.bsdf[i]], points.weight[i],
+                            i % kTargets);
+      store.append(portion);
+      first += count;
+    }
+    light.assign(kTargets, RGB());
+    store.complete(
+        run,
+        [&](const QueryPoints& found, std::span<RGB> radiance) {
+          for (std::size_t i = 0; i < found.size(); ++i) radiance[i] = value(found, i);
+        },
+        light);
+    EXPECT_EQ(light, expected) << run;
+  }
 }
 
 }  // namespace

@@ -357,10 +357,6 @@ TEST(ReverseKernels, CollectThePairsThatTheyAddUp) {
     EXPECT_EQ(pairs.size(), expected.counts.operations);
     EXPECT_EQ(collected.counts.operations, expected.counts.operations);
     EXPECT_EQ(collected.counts.tested, expected.counts.tested);
-    const Answer counted = ask(reverse_count, tree, array);
-    EXPECT_EQ(counted.counts.operations, expected.counts.operations);
-    EXPECT_EQ(counted.counts.tested, expected.counts.tested);
-    EXPECT_EQ(counted.counts.steps, expected.counts.steps);
     double green = 0, expected_green = 0;
     for (const ReversePair& pair : pairs) green += double(pair.profile) * view.g[pair.photon];
     for (const ReverseNode& node : tree.nodes()) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string>
 
+#include "core/log.h"
 #include "fuzz/parse_once.h"
 
 namespace glowworm {
@@ -40,6 +41,14 @@ TEST(FuzzSeeds, MeshesAndSpectra) {
                             fuzz::parse_spectrum(bytes);
                           }),
             3u);
+}
+
+TEST(FuzzSeeds, Textures) {
+  set_log_level(LogLevel::quiet);
+  for (const char* format : {"png", "jpeg", "exr", "hdr", "tiff", "tga", "bmp", "webp", "gif"}) {
+    const std::string folder = std::string("texture/") + format;
+    EXPECT_GT(for_each_seed(folder, fuzz::parse_texture), 1u) << format;
+  }
 }
 
 TEST(FuzzSeeds, GltfFiles) { EXPECT_GT(for_each_seed("gltf", fuzz::parse_gltf), 10u); }

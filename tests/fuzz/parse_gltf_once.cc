@@ -11,7 +11,9 @@ namespace glowworm::fuzz {
 void parse_gltf(std::string_view bytes) {
   try {
     const std::span file(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-    check_description(build_gltf_scene(read_gltf_document(file, "/nonexistent/fuzz.glb"), {}));
+    ImportOptions options;
+    options.budget = loading_budget(kBudget);
+    check_description(build_gltf_scene(read_gltf_document(file, "/nonexistent/fuzz.glb", options), options));
   } catch (const Error&) {
   }
 }

@@ -72,16 +72,17 @@ void check_description(const SceneDescription& scene) {
 void parse_scene(std::string_view text) {
   PbrtContext context;
   context.main_file = "/nonexistent/fuzz.pbrt";
-  context.max_triangles = 100000;
+  context.budget = std::make_shared<MemoryBudget>(kBudget);
   context.load_image = [](const std::string&, const TextureOptions&) -> std::shared_ptr<const TextureImage> {
     return std::make_shared<GreyImage>();
   };
   context.v3 = is_pbrt_v3(text);
   PbrtBuilder builder(context);
-  parse_pbrt_text(text, context.main_file, context.diagnostics, [&](PbrtDirective& d) { builder.take(d); });
-  builder.finish();
-  static_cast<void>(context.diagnostics.notes());
   try {
+    parse_pbrt_text(text, context.main_file, context.diagnostics, *context.budget,
+                    [&](PbrtDirective& d) { builder.take(d); });
+    builder.finish();
+    static_cast<void>(context.diagnostics.notes());
     context.diagnostics.throw_if_errors();
   } catch (const Error&) {
     return;
@@ -90,8 +91,9 @@ void parse_scene(std::string_view text) {
 }
 
 void parse_mesh(std::string_view bytes) {
+  MemoryBudget budget(kBudget);
   try {
-    const PlyMesh mesh = parse_ply(bytes, "fuzz.ply");
+    const PlyMesh mesh = parse_ply(bytes, "fuzz.ply", budget);
     require(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
     require(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size());
     for (const auto& corners : mesh.triangles) {
@@ -102,19 +104,21 @@ void parse_mesh(std::string_view bytes) {
 }
 
 void parse_obj_and_mtl(std::string_view text) {
+  MemoryBudget budget(kBudget);
   ObjFiles files;
   files.library = [&](const std::string&) { return std::string(text); };
   files.texture = [](const PhongTexture&, const TextureOptions&) { return std::make_shared<GreyImage>(); };
   NoteCounter notes;
   try {
-    check_description(parse_obj(text, "fuzz.obj", files, notes));
+    check_description(parse_obj(text, "fuzz.obj", files, notes, budget));
   } catch (const Error&) {
   }
 }
 
 void parse_stl_mesh(std::string_view bytes) {
+  MemoryBudget budget(kBudget);
   try {
-    const Geometry mesh = parse_stl(bytes, "fuzz.stl");
+    const Geometry mesh = parse_stl(bytes, "fuzz.stl", budget);
     require(mesh.normals.size() == mesh.positions.size() && mesh.uvs.size() == mesh.positions.size());
     require(mesh.positions.size() == 3 * mesh.triangles.size());
   } catch (const Error&) {
@@ -122,8 +126,10 @@ void parse_stl_mesh(std::string_view bytes) {
 }
 
 void parse_hand_over(std::string_view bytes) {
+  ImportOptions options;
+  options.budget = loading_budget(kBudget);
   try {
-    check_description(build_assimp_scene(bytes, "fuzz.dae", {}, 1'000'000));
+    check_description(build_assimp_scene(bytes, "fuzz.dae", options));
   } catch (const Error&) {
   }
 }

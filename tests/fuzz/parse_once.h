@@ -1,10 +1,14 @@
 // What the fuzz targets do with one input. The tests run the seeds through the same.
 #pragma once
+#include <cstdint>
 #include <string_view>
 
 #include "scene/scene.h"
 
 namespace glowworm::fuzz {
+
+/// Bytes that loading may hold, so that no input takes long.
+inline constexpr std::uint64_t kBudget = std::uint64_t{32} << 20;
 
 /// Builds a scene from `text` as the importer does, but opens no images. Mistakes in the text are expected and not
 /// told; a scene that contradicts itself aborts.
@@ -26,6 +30,10 @@ void parse_stl_mesh(std::string_view bytes);
 
 /// Builds a scene from `bytes` as if glowworm-assimp had handed them over; one that contradicts itself aborts.
 void parse_hand_over(std::string_view bytes);
+
+/// Reads `bytes` as an image file, held in memory and by way of a temporary file; aborts where the two disagree or a
+/// look-up is not finite. The format is told by the content, and is TGA where there is no other.
+void parse_texture(std::string_view bytes);
 
 /// Aborts where a description contradicts itself.
 void check_description(const SceneDescription& scene);

@@ -27,7 +27,7 @@ TEST(FinalGather, RaysBringNoMoreForComingThroughGlass) {
       camera_pass(tracer, scene.camera(""), task, camera_settings, radiance, first_hit, statistics);
   FinalGatherSettings settings;
   QueryPoints queries;
-  final_gather(tracer, points, 0, points.size(), settings, radiance, queries, statistics);
+  final_gather(tracer, points, 0, points.size(), settings, radiance, {queries}, statistics);
   float most = 0;
   for (std::size_t i = 0; i < points.size(); ++i)
     most = std::max(most, max_component(points.throughput[i] * points.bsdf[i].diffuse));
@@ -57,6 +57,7 @@ GatherPoints points_beside_the_wall() {
     points.sample.push_back(0);
     points.position.push_back({0.1f, 0.01f * static_cast<float>(i) - 0.5f, 0});
     points.normal.push_back({0, 0, 1});
+    points.offset.push_back(1e-6f);
     points.frame.push_back(Frame::from_normal({0, 0, 1}));
     points.wo.push_back({0, 0, 1});
     Bsdf bsdf;
@@ -85,8 +86,8 @@ TEST(FinalGather, LightThroughGlassIsTheCausticMapsInCornersToo) {
   SlotRadiance by_chance, by_map;
   by_chance.resize(points.size());
   by_map.resize(points.size());
-  final_gather(tracer, points, 0, points.size(), settings, by_chance, queries, statistics);
-  final_gather(tracer, points, 0, points.size(), settings, by_map, queries, statistics, &caustic_queries);
+  final_gather(tracer, points, 0, points.size(), settings, by_chance, {queries}, statistics);
+  final_gather(tracer, points, 0, points.size(), settings, by_map, {queries, &caustic_queries}, statistics);
   float found = 0;
   for (const RGB& value : by_chance.indirect) found += value.g;
   EXPECT_GT(found, 0);

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <fstream>
@@ -13,10 +14,12 @@
 #include "core/random.h"
 #include "image/image.h"
 #include "image/temporary_folder.h"
+#include "image/texture_file.h"
 
 namespace glowworm {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 class ImageIo : public TemporaryFolder {
@@ -202,13 +205,99 @@ TEST_F(ImageIo, DamagedFilesNeverCrash) {
   }
 }
 
+/// A BMP of 24 bits, with its pixels or without.
+std::string bmp_header(std::int32_t width, std::int32_t height) {
+  std::string bytes = "BM";
+  const auto add = [&](std::int32_t value, int size) {
+    for (int i = 0; i < size; ++i) bytes.push_back(static_cast<char>(value >> (8 * i)));
+  };
+  for (const std::int32_t value : {54, 0, 54, 40, width, height}) add(value, 4);
+  add(1, 2);
+  add(24, 2);
+  for (const std::int32_t value : {0, 0, 2835, 2835, 0, 0}) add(value, 4);
+  return bytes;
+}
+
+void add_chunk(std::string& png, const std::string& type, const std::string& data) {
+  const auto big_endian = [](std::uint32_t value) {
+    std::string out;
+    for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>(value >> shift));
+    return out;
+  };
+  const std::string body = type + data;
+  png += big_endian(static_cast<std::uint32_t>(data.size())) + body;
+  png += big_endian(static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
+}
+
+/// A PNG of one bit a pixel with a palette of red and blue, all red.
+std::string one_bit_png(std::uint32_t side) {
+  std::string header, rows((side / 8 + 1) * std::size_t{side}, '\0');
+  for (int i = 0; i < 2; ++i)
+    for (int shift = 24; shift >= 0; shift -= 8) header.push_back(static_cast<char>(side >> shift));
+  header += std::string("\1\3\0\0\0", 5);
+  std::string packed(compressBound(rows.size()), '\0');
+  uLongf size = packed.size();
+  compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()), rows.size(),
+            9);
+  packed.resize(size);
+  std::string png = "\x89PNG\r\n\x1a\n";
+  add_chunk(png, "IHDR", header);
+  add_chunk(png, "PLTE", std::string("\xff\0\0\0\0\xff", 6));
+  add_chunk(png, "IDAT", packed);
+  add_chunk(png, "IEND", "");
+  return png;
+}
+
 TEST_F(ImageIo, HeadersThatClaimTooMuchOrNothingAreErrors) {
-  write_bytes("huge.ppm", "P6\n100000 100000\n255\nabc");
-  EXPECT_THAT(message_of([&] { read_image(path("huge.ppm")); }), HasSubstr("100000 x 100000"));
-  write_bytes("none.ppm", "P6\n0 0\n255\n");
-  EXPECT_THAT(message_of([&] { read_image(path("none.ppm")); }), HasSubstr("none.ppm"));
+  write_bytes("huge.bmp", bmp_header(200000, 200000));
+  EXPECT_THAT(message_of([&] { read_image(path("huge.bmp")); }), HasSubstr("200000 x 200000"));
+  write_bytes("none.bmp", bmp_header(0, 0));
+  EXPECT_THAT(message_of([&] { read_image(path("none.bmp")); }), HasSubstr("none.bmp"));
   EXPECT_THAT(message_of([] { Image(0, 0); }), HasSubstr("0 x 0"));
   EXPECT_THAT(message_of([] { Image(5, -1); }), HasSubstr("5 x -1"));
+}
+
+TEST_F(ImageIo, FilesMayBeAsSmallAsTheirFormatAllows) {
+  const std::string png = one_bit_png(1024);
+  EXPECT_LT(png.size(), 800u);
+  write_bytes("small.png", png);
+  const Image image = read_image(path("small.png"));
+  EXPECT_EQ(image.width(), 1024);
+  EXPECT_EQ(image.rgb()[1024 * 1024 - 1], RGB(1, 0, 0));
+  // The same header says too much where a file is shorter than its pixels can be.
+  std::string cut = one_bit_png(4096).substr(0, 400);
+  write_bytes("cut.png", cut);
+  EXPECT_THAT(message_of([&] { read_image(path("cut.png")); }), HasSubstr("cannot come out of a file of 400 bytes"));
+}
+
+TEST_F(ImageIo, OtherFormatsAreNamedAndNotRead) {
+  write_bytes("a.ppm", "P6\n1 1\n255\nabc");
+  write_bytes("a.png", "FOR4\0\0\0\x10IMAG");
+  write_bytes("b.png", "no picture");
+  const std::string read = "PNG, JPEG, EXR, HDR, TIFF, TGA, BMP, WebP and GIF are read";
+  EXPECT_THAT(message_of([&] { read_image(path("a.ppm")); }), AllOf(HasSubstr("a PPM picture"), HasSubstr(read)));
+  // By what is in them, not by their names.
+  EXPECT_THAT(message_of([&] { read_image(path("a.png")); }), AllOf(HasSubstr("an IFF picture"), HasSubstr(read)));
+  EXPECT_THAT(message_of([&] { read_image(path("b.png")); }), HasSubstr("not a picture of a format that is read"));
+  write_foreign("c.png", 1, 1, 3, {255, 0, 0});
+  write_bytes("c.tga", read_bytes("c.png"));
+  EXPECT_EQ(read_image(path("c.tga")).rgb()[0], RGB(1, 0, 0));
+}
+
+TEST_F(ImageIo, GifsHaveTheirAlphaLast) {
+  // Two pixels: red, and the palette's second colour, which is transparent.
+  write_bytes("alpha.gif", std::string("GIF89a\2\0\1\0\x80\0\0\xff\0\0\0\0\xff"
+                                       "\x21\xf9\4\1\0\0\1\0"
+                                       "\x2c\0\0\0\0\2\0\1\0\0\2\2\x44\x0a\0\x3b",
+                                       43));
+  const ImageFileHeader header = read_image_header(path("alpha.gif"));
+  ASSERT_EQ(header.channels, 4);
+  EXPECT_EQ(header.alpha_channel, 3);
+  const auto texture = open_texture(path("alpha.gif"));
+  EXPECT_EQ(texture->color({0.25f, 0.5f}), RGB(1, 0, 0));
+  EXPECT_EQ(texture->alpha({0.25f, 0.5f}), 1);
+  EXPECT_EQ(texture->alpha({0.75f, 0.5f}), 0);
 }
 
 TEST_F(ImageIo, UnwritableOutputLeavesNothing) {

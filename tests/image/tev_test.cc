@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -123,8 +125,10 @@ class Listener {
   ~Listener() { close(socket_); }
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
 
+  int take() const { return accept(socket_, nullptr, nullptr); }
+
   void serve(FakeTev& tev) const {
-    const int client = accept(socket_, nullptr, nullptr);
+    const int client = take();
     std::vector<char> bytes;
     char buffer[65536];
     for (ssize_t n; (n = recv(client, buffer, sizeof(buffer), 0)) > 0;) {
@@ -177,6 +181,31 @@ TEST(TevConnection, SaysWhatIsWrong) {
     } catch (const Error& error) {
       EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(address), testing::HasSubstr("--tev")));
     }
+}
+
+/// A tev that takes a little now and then, so that no single send() waits for long.
+TEST(TevConnection, GivesUpATevThatIsTooSlow) {
+  const Listener listener;
+  std::atomic<bool> done{false};
+  std::thread slow([&] {
+    const int client = listener.take();
+    std::vector<char> buffer(1 << 16);
+    while (!done) {
+      if (recv(client, buffer.data(), buffer.size(), 0) <= 0) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    close(client);
+  });
+  Image image(4096, 2048);
+  image.add_rgb("", std::vector<RGB>(image.pixel_count()));
+  const auto start = std::chrono::steady_clock::now();
+  {
+    TevConnection connection(listener.address(), 0.3);
+    EXPECT_THROW(connection.show("x", image), Error);
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  done = true;
+  slow.join();
 }
 
 TEST(TevConnection, ThrowsWhereTevGoesAway) {

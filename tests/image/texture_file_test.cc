@@ -155,11 +155,7 @@ TEST_F(TextureFiles, EveryHalfIsDecodedExactly) {
   for (std::size_t i = 0; i < codes.size(); ++i) {
     const Vec2 uv{(static_cast<float>(i % 256) + 0.5f) / 256, 1 - (static_cast<float>(i / 256) + 0.5f) / 256};
     const float value = texture->color(uv).r;
-    if (std::isnan(expected[i])) {
-      ASSERT_TRUE(std::isnan(value)) << i;
-    } else {
-      ASSERT_EQ(value, expected[i]) << i;
-    }
+    ASSERT_EQ(value, std::isfinite(expected[i]) ? expected[i] : 0) << i;
   }
 }
 

@@ -147,6 +147,17 @@ TEST_F(AssimpTest, MemoryIsLimited) {
                         "300 MB"));
 }
 
+TEST_F(AssimpTest, TheBudgetBoundsProcessAndScene) {
+  const std::string file = write("a.off", kTetrahedron);
+  ImportOptions endless = with_reader("exec cat /dev/zero >&3\n"), options;
+  endless.budget = loading_budget(10'000'000);
+  EXPECT_THAT(message(file, {}, endless), HasSubstr("hands over more than 10 MB"));
+  options.budget = loading_budget(1'000);
+  AssimpLimits limits;
+  limits.memory_bytes = 1'000'000'000;
+  EXPECT_THAT(message(file, limits, options), HasSubstr("the memory budget"));
+}
+
 TEST_F(AssimpTest, ProcessorTimeIsLimited) {
   constexpr int kCorners = 60'000;  // its triangulation takes time in proportion to the square of these
   std::string places, corners;
@@ -204,14 +215,14 @@ TEST_F(AssimpTest, PipesThatAFileNamesAreNotOpened) {
 TEST_F(AssimpTest, IsCancelledWithItsProcess) {
   const ImportOptions options = with_reader("echo $$ > " + path("id") + "\nexec sleep 1000\n");
   const std::string file = write("a.off", kTetrahedron);
-  std::atomic<bool> flag{false};
+  Interrupt interrupt;
   std::thread canceller([&] {
     while (!std::filesystem::exists(path("id")) || std::filesystem::file_size(path("id")) == 0)
       std::this_thread::yield();
-    flag = true;
+    interrupt.request();
   });
   {
-    const CancellationScope scope(flag);
+    const CancellationScope scope(interrupt);
     EXPECT_THROW(load_assimp(file, options), Cancelled);
   }
   canceller.join();

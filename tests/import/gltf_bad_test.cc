@@ -139,6 +139,78 @@ TEST_F(GltfBadTest, VerticesThatAreNoNumbersAreLeftOut) {
   EXPECT_THAT(d.notes, HasNote("without area, left out"));
 }
 
+TEST_F(GltfBadTest, InstancesAreWithinTheBudget) {
+  // A million instances of two triangles, whose places are all zero but the first, in less than a kilobyte.
+  GltfFile file;
+  const int indices = file.add_view(std::vector<std::uint16_t>{0, 0}),
+            values = file.add_view(std::vector<float>{1, 2, 3});
+  file.add("accessors", {{"componentType", 5126},
+                         {"type", "VEC3"},
+                         {"count", 1000000},
+                         {"sparse",
+                          {{"count", 1},
+                           {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                           {"values", {{"bufferView", values}}}}}});
+  const json instancing = {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", 0}}}}}};
+  file.add("nodes", {{"mesh", file.add_triangle()}, {"extensions", instancing}});
+  EXPECT_LT(file.glb().size(), 1600u);
+  ImportOptions options;
+  options.budget = loading_budget(std::uint64_t{64} << 20);
+  const std::string path = write("a.glb", file.glb());
+  const auto refusal_of = [&] {
+    try {
+      load_scene(path, options);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refusal_of(), AllOf(HasSubstr("a.glb: the memory budget of 67.1 MB has no room for"),
+                                  HasSubstr("of triangles of instances (held: "),
+                                  HasSubstr("places of instances 12.0 MB"), HasSubstr("--memory")));
+  // Their numbers alone do not fit.
+  options.budget = loading_budget(8 << 20);
+  EXPECT_THAT(refusal_of(), HasSubstr("no room for 12.0 MB of places of instances"));
+  EXPECT_EQ(options.budget->available(), options.budget->limit()) << "all is given back";
+}
+
+TEST_F(GltfBadTest, MeshesOfManyPrimitivesAreWithinTheBudget) {
+  // Each primitive names the same accessor of a million positions that no buffer holds.
+  GltfFile file;
+  const int indices = file.add_view(std::vector<std::uint16_t>{0, 0}),
+            values = file.add_view(std::vector<float>{1, 2, 3});
+  const int zeros = file.add("accessors", {{"componentType", 5126},
+                                           {"type", "VEC3"},
+                                           {"count", 1000000},
+                                           {"sparse",
+                                            {{"count", 1},
+                                             {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                             {"values", {{"bufferView", values}}}}}});
+  json primitives = json::array();
+  for (int i = 0; i < 50; ++i) primitives.push_back({{"attributes", {{"POSITION", zeros}}}});
+  file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", primitives}})}});
+  ImportOptions options;
+  options.budget = loading_budget(std::uint64_t{256} << 20);
+  EXPECT_THROW(
+      {
+        try {
+          load_scene(write("a.glb", file.glb()), options);
+        } catch (const Error& error) {
+          EXPECT_THAT(error.what(), AllOf(HasSubstr("has no room for"), HasSubstr("meshes 72.0 MB")));
+          throw;
+        }
+      },
+      Error);
+}
+
+TEST_F(GltfBadTest, VerticesThatAreTooFarOutAreNamed) {
+  GltfFile file;
+  const int far = file.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, 2e18f, 0}, 5126, "VEC3", 3);
+  file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {{{"attributes", {{"POSITION", far}}}}}}})}});
+  EXPECT_THAT(refusal(file), AllOf(HasSubstr("a.gltf: meshes[0].primitives[0]: vertex 2 is at (0, 2e+18, 0)"),
+                                   HasSubstr("may reach to 1e+18 m only"), HasSubstr("Scale the scene down")));
+}
+
 TEST_F(GltfBadTest, TexturesThatCannotBeReadAreMagenta) {
   write("broken.png", "\x89PNG\r\n\x1a\n but no more");
   for (const json& image : {json{{"uri", "gone.png"}}, json{{"uri", "broken.png"}},

@@ -175,20 +175,25 @@ TEST_F(GltfMaterialTest, VertexColoursThatAreOneColourTintTheMaterial) {
 }
 
 TEST_F(GltfMaterialTest, ImagesInsideOfTheFile) {
-  // A 2 x 1 BMP of 24 bits: blue, then red.
+  // A BMP of 24 bits: blue to the left, red to the right.
+  constexpr std::uint32_t kSide = 640;
   std::string bmp = "BM";
-  append_bytes<std::uint32_t>(bmp, {62, 0, 54, 40, 2, 1});
+  append_bytes<std::uint32_t>(bmp, {54 + 3 * kSide * kSide, 0, 54, 40, kSide, kSide});
   append_bytes<std::uint16_t>(bmp, {1, 24});
-  append_bytes<std::uint32_t>(bmp, {0, 8, 2835, 2835, 0, 0});
-  append_bytes<std::uint8_t>(bmp, {255, 0, 0, 0, 0, 255, 0, 0});
+  append_bytes<std::uint32_t>(bmp, {0, 3 * kSide * kSide, 2835, 2835, 0, 0});
+  for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
+    const bool left = i % kSide < kSide / 2;
+    append_bytes<std::uint8_t>(
+        bmp, {static_cast<std::uint8_t>(left ? 255 : 0), 0, static_cast<std::uint8_t>(left ? 0 : 255)});
+  }
   GltfFile file;
   const int view = file.add_view(std::vector<char>(bmp.begin(), bmp.end()));
   file.add("images", {{"bufferView", view}, {"mimeType", "image/png"}});
   file.add("textures", {{"source", 0}});
   file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
   ImportOptions options;
-  for (const std::uint64_t texture_memory : {0, 1}) {  // held whole, and not
-    options.texture_memory_bytes = texture_memory;
+  for (const std::uint64_t megabytes : {0, 5}) {  // held whole, and not
+    options.budget = loading_budget(megabytes << 20);
     const auto d = load_scene(write("i.glb", file.glb()), options);
     EXPECT_EQ(d.notes.size(), 0u) << testing::PrintToString(d.notes);
     EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.25f, 0.5f}).b, 1, 1e-5);

@@ -81,5 +81,27 @@ TEST_F(MeshFileTest, BadPlyIsRefused) {
   EXPECT_THAT(message_of(write("b.ply", "")), HasSubstr("b.ply"));
 }
 
+TEST_F(MeshFileTest, TheBudgetBoundsEveryReader) {
+  const std::string triangle = "0 0 0\n1 0 0\n0 1 0\n";
+  const std::string files[] = {
+      write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+      write("a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+                triangle + "3 0 1 2\n"),
+      write("a.stl", std::string("solid\n") + kFacet), write("b.stl", binary_stl(1, 1))};
+  for (const std::string& file : files) {
+    ImportOptions options;
+    options.budget = loading_budget(100'000);
+    EXPECT_EQ(load_scene(file, options).geometry.triangle_count(), 1u) << file;
+    // A scene's triangle takes 344 bytes with its vertices, beside the mesh and the file.
+    EXPECT_GE(options.budget->peaks().at("triangles"), 344u) << file;
+    EXPECT_GT(options.budget->peaks().at("meshes"), 0u) << file;
+    EXPECT_GT(options.budget->peaks().at("scene files"), 0u) << file;
+    options.budget = loading_budget(400);
+    EXPECT_THROW(load_scene(file, options), Error) << file;
+  }
+}
+
 }  // namespace
 }  // namespace glowworm

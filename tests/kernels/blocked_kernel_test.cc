@@ -16,8 +16,6 @@ namespace glowworm {
 namespace {
 
 constexpr float kSentinel = -77.5f;
-constexpr BlockedProfile kProfiles[] = {BlockedProfile::box, BlockedProfile::cone, BlockedProfile::epanechnikov,
-                                        BlockedProfile::gaussian};
 
 float number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(i, which)); }
 
@@ -33,7 +31,7 @@ struct Photons {
   std::vector<BlockNode> nodes, root;
   BlockTree tree;
 
-  Photons(std::size_t count, BlockedProfile profile, float radius) {
+  Photons(std::size_t count, KernelShape kernel, float radius) {
     blocks.resize((count + kBlockWidth - 1) / kBlockWidth);
     for (std::size_t i = 0; i < blocks.size() * kBlockWidth; ++i) {
       PhotonBlock& block = blocks[i / kBlockWidth];
@@ -62,7 +60,7 @@ struct Photons {
     tree.level[0] = nodes.data();
     tree.level[1] = root.data();
     tree.levels = blocks.empty() ? 0 : 2;
-    tree.profile = profile;
+    tree.kernel = kernel;
     tree.min_normal_cosine = 0.2f;
   }
 
@@ -133,13 +131,13 @@ TEST(BlockedKernel, EveryInstructionSetAgreesWithPlainCode) {
   for (const std::string& name : simd_names()) {
     SCOPED_TRACE(name);
     set_simd(name);
-    for (const BlockedProfile profile : kProfiles)
+    for (const KernelShape kernel : kKernelShapes)
       for (const std::size_t photons : {0, 1, 8, 13, 512})
         for (const std::size_t points : {1, 3, 16, 17, 512}) {
           SCOPED_TRACE(testing::Message()
-                       << static_cast<int>(profile) << ": " << photons << " photons, " << points << " points");
-          expect_as_reference(Photons(photons, profile, 0.3f), points, 0.0f);
-          expect_as_reference(Photons(photons, profile, 0.3f), points, 0.8f);
+                       << static_cast<int>(kernel) << ": " << photons << " photons, " << points << " points");
+          expect_as_reference(Photons(photons, kernel, 0.3f), points, 0.0f);
+          expect_as_reference(Photons(photons, kernel, 0.3f), points, 0.8f);
         }
   }
   set_simd("auto");
@@ -147,7 +145,7 @@ TEST(BlockedKernel, EveryInstructionSetAgreesWithPlainCode) {
 
 TEST(BlockedKernel, WorksListsOffWhereAllPhotonsCount) {
   // More photons than a list holds, all in support.
-  Photons photons(512, BlockedProfile::epanechnikov, 5);
+  Photons photons(512, KernelShape::epanechnikov, 5);
   photons.tree.min_normal_cosine = -2;
   for (BlockNode& node : photons.nodes)
     for (int c = 0; c < kBlockWidth; ++c) node.radius_squared[c] = 1000;
@@ -181,8 +179,8 @@ TEST(BlockedKernel, FindsThePhotonsThatAreSummed) {
   for (const std::string& name : simd_names()) {
     SCOPED_TRACE(name);
     set_simd(name);
-    for (const BlockedProfile profile : kProfiles) {
-      const Photons photons(301, profile, 0.4f);
+    for (const KernelShape kernel : kKernelShapes) {
+      const Photons photons(301, kernel, 0.4f);
       for (std::uint32_t i = 0; i < 20; ++i) {
         PointRun run(1, 0.3f);
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -190,14 +188,14 @@ TEST(BlockedKernel, FindsThePhotonsThatAreSummed) {
         BlockedCounts counts, found_counts;
         blocked_sum_reference(photons.tree, photons.blocks.size(), run.run, counts);
         BlockedScratch scratch;
-        std::vector<FoundPhoton> found;
+        std::vector<BlockedPhoton> found;
         const float position[3] = {run.run.position[0][0], run.run.position[1][0], run.run.position[2][0]};
         const float normal[3] = {run.run.normal[0][0], run.run.normal[1][0], run.run.normal[2][0]};
         blocked_find(photons.tree, position, normal, scratch, found, found_counts);
         EXPECT_EQ(found.size(), counts.evaluated);
         EXPECT_EQ(found_counts.evaluated, counts.evaluated);
         float sum = 0;
-        for (const FoundPhoton& f : found)
+        for (const BlockedPhoton& f : found)
           sum += f.profile * photons.blocks[f.place / kBlockWidth].r[f.place % kBlockWidth];
         EXPECT_NEAR(sum, run.run.sum[0][0], 1e-5f * sum);
       }

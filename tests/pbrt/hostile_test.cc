@@ -1,4 +1,5 @@
 // Files that are broken or mean ill: an error with its place, in little time and memory.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -56,6 +57,12 @@ bool fails_within(const std::string& path, const std::string& message, std::size
   EXPECT_TRUE(WIFEXITED(status)) << "ended by signal " << WTERMSIG(status);
   EXPECT_EQ(WEXITSTATUS(status), 0) << "1: no error, 2: another error, 3: another exception";
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+ImportOptions within(std::uint64_t bytes) {
+  ImportOptions options;
+  options.budget = loading_budget(bytes);
+  return options;
 }
 
 TEST(PbrtHostile, ABillionVerticesThatAreNotThere) {
@@ -197,12 +204,60 @@ TEST(PbrtHostile, InstancesMayNotMultiplyWithoutEnd) {
   for (int i = 0; i < 20; ++i) text += "Shape \"sphere\"\n";
   text += "ObjectEnd\n";
   for (int i = 0; i < 20; ++i) text += "ObjectInstance \"o\"\n";
-  PbrtLimits limits;
-  limits.max_triangles = 1000000;
-  EXPECT_NE(
-      error_of(text, limits).find("scene.pbrt:26:1: the scene has more than 1000000 triangles with its instances"),
-      std::string::npos)
-      << error_of(text, limits);
+  EXPECT_EQ(error_of(text), "");
+  // 20 times 20 spheres of some 4,000 triangles; each takes 200 bytes and more.
+  const std::string error = error_of(text, within(std::uint64_t{64} << 20));
+  EXPECT_THAT(error, testing::StartsWith("scene.pbrt:2"));
+  EXPECT_THAT(error, testing::HasSubstr("of triangles (held: "));
+  EXPECT_THAT(error, testing::HasSubstr("--memory"));
+}
+
+TEST(PbrtHostile, AttributesThatPileUp) {
+  const TemporaryFolder folder;
+  std::string other_names, other_values;
+  std::string values = "Attribute \"shape\" \"float list\" [";
+  for (int i = 0; i < 100000; ++i) values += "1 ";
+  other_values = values + "]\n";
+  for (int i = 0; i < 9000; ++i) {
+    const std::string number = std::to_string(i);
+    other_names += "AttributeBegin Attribute \"shape\" \"float p" + number + "\" 1\n";
+    other_values += "AttributeBegin Attribute \"shape\" \"float radius\" " + number + "\n";
+  }
+  EXPECT_TRUE(fails_within(folder.write("names.pbrt", other_names),
+                           "names.pbrt:257:16: more than 256 Attribute directives are in force", 64));
+  // What an inner Attribute hides is not kept for it.
+  EXPECT_TRUE(
+      fails_within(folder.write("values.pbrt", other_values), "values.pbrt:9001:1: AttributeBegin is never", 64));
+}
+
+TEST(PbrtHostile, InnerAttributesHideOuterOnes) {
+  const SceneDescription scene = load_text(
+      "WorldBegin Attribute \"shape\" \"float radius\" 3 \"float zmin\" 0\n"
+      "AttributeBegin Attribute \"shape\" \"float radius\" 2 Shape \"sphere\" AttributeEnd\n"
+      "AttributeBegin Translate 100 0 0 Shape \"sphere\" AttributeEnd\n"
+      "AttributeBegin Attribute \"light\" \"rgb L\" [1 1 1] Translate 200 0 0 Shape \"sphere\" \"float radius\" 1 "
+      "AttributeEnd\n");
+  float highest[3] = {}, lowest[3] = {};
+  for (const Vec3& p : scene.geometry.positions) {
+    const int which = static_cast<int>((p.x + 50) / 100);
+    highest[which] = std::max(highest[which], p.z);
+    lowest[which] = std::min(lowest[which], p.z);
+  }
+  EXPECT_NEAR(highest[0], 2, 0.1);
+  EXPECT_NEAR(highest[1], 3, 0.1);
+  EXPECT_NEAR(highest[2], 1, 0.1);
+  for (const float z : lowest) EXPECT_NEAR(z, 0, 0.1);
+}
+
+TEST(PbrtHostile, ObjectsAndSubdivisionsAreWithinTheBudget) {
+  std::string objects = "WorldBegin ObjectBegin \"o\"\n";
+  for (int i = 0; i < 1000; ++i) objects += "Shape \"sphere\"\n";
+  EXPECT_THAT(error_of(objects + "ObjectEnd", within(std::uint64_t{16} << 20)),
+              testing::HasSubstr("of object meshes (held: "));
+  const std::string subdivided =
+      "WorldBegin Shape \"loopsubdiv\" \"integer levels\" 10 \"integer indices\" [0 1 2] "
+      "\"point3 P\" [0 0 0  1 0 0  0 1 0]";
+  EXPECT_THAT(error_of(subdivided, within(std::uint64_t{16} << 20)), testing::HasSubstr("of subdivision"));
 }
 
 TEST(PbrtHostile, NumbersBeyondAllMeasure) {
@@ -213,6 +268,15 @@ TEST(PbrtHostile, NumbersBeyondAllMeasure) {
   for (const Vec3& p : scene.geometry.positions) EXPECT_TRUE(is_finite(p));
   EXPECT_EQ(scene.geometry.triangle_count(), 0u);
   EXPECT_EQ(scene.notes.size(), 2u);
+}
+
+TEST(PbrtHostile, VerticesThatAreTooFarOutAndNegativeLightsHaveAPlace) {
+  EXPECT_THAT(error_of("WorldBegin\nScale 1e19 1 1 Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]"),
+              testing::HasSubstr("scene.pbrt:2:16: trianglemesh: vertex 1 is at (1e+19, 0, 0)"));
+  EXPECT_THAT(error_of("WorldBegin\n LightSource \"point\" \"rgb I\" [-1 -2 -3]"),
+              testing::HasSubstr("scene.pbrt:2:2: the light is negative: (-1, -2, -3)"));
+  EXPECT_THAT(error_of("WorldBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"float scale\" -2"),
+              testing::HasSubstr("scene.pbrt:1:12: the light is negative: (-2, -2, -2)"));
 }
 
 TEST(PbrtHostile, EveryTruncationOfASceneIsAnErrorOrAScene) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "image/image.h"
 #include "import/pbrt/lights.h"
 #include "pbrt/pbrt_testing.h"
 #include "scene/environment.h"
@@ -111,18 +112,11 @@ TEST(PbrtLight, Version3ScalesByColourAndReadsAbsoluteSpectra) {
   EXPECT_NEAR(luminance(scene.lights[1].intensity), 9, 1e-2);
 }
 
-/// A picture of floats in PFM, rows from top to bottom.
-std::string pfm(int width, int height, const std::vector<RGB>& pixels) {
-  std::string bytes = "PF\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
-  for (int y = height - 1; y >= 0; --y) {
-    for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const float value = pixels[static_cast<std::size_t>(y * width + x)][c];
-        bytes.append(reinterpret_cast<const char*>(&value), sizeof(float));
-      }
-    }
-  }
-  return bytes;
+/// Writes a picture of floats, rows from top to bottom.
+void write_sky(const TemporaryFolder& folder, int width, int height, const std::vector<RGB>& pixels) {
+  Image image(width, height);
+  image.add_rgb("", pixels);
+  write_exr(folder.path("sky.exr"), image, ExrPrecision::single);
 }
 
 TEST(PbrtLight, EqualAreaImage) {
@@ -133,10 +127,10 @@ TEST(PbrtLight, EqualAreaImage) {
   pixels[14] = {0, 1, 0};
   pixels[22] = {0, 0, 1};
   pixels[0] = RGB(5.0f);
-  folder.write("sky.pfm", pfm(5, 5, pixels));
+  write_sky(folder, 5, 5, pixels);
   const SceneDescription scene = load_pbrt(folder.write(
       "s.pbrt",
-      "WorldBegin Rotate -90 1 0 0 LightSource \"infinite\" \"string filename\" \"sky.pfm\" \"float scale\" 2"));
+      "WorldBegin Rotate -90 1 0 0 LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float scale\" 2"));
   const Environment& e = *scene.environment;
   EXPECT_EQ(e.mapping, EnvironmentMapping::equal_area);
   // The rotation takes z to y and y to -z.
@@ -153,9 +147,9 @@ TEST(PbrtLight, LatLongImage) {
   for (int x = 0; x < 6; ++x) pixels[x] = RGB(7.0f);
   pixels[6] = {1, 0, 0};
   pixels[7] = {0, 1, 0};
-  folder.write("sky.pfm", pfm(6, 3, pixels));
+  write_sky(folder, 6, 3, pixels);
   const SceneDescription scene =
-      load_pbrt(folder.write("s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.pfm\""));
+      load_pbrt(folder.write("s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\""));
   const Environment& e = *scene.environment;
   EXPECT_EQ(e.mapping, EnvironmentMapping::lat_long);
   const auto horizontal = [](double degrees) {
@@ -170,9 +164,9 @@ TEST(PbrtLight, LatLongImage) {
 
 TEST(PbrtLight, IlluminanceOfAnImage) {
   const TemporaryFolder folder;
-  folder.write("sky.pfm", pfm(8, 8, std::vector<RGB>(64, RGB(3.0f))));
+  write_sky(folder, 8, 8, std::vector<RGB>(64, RGB(3.0f)));
   const SceneDescription scene = load_pbrt(folder.write(
-      "s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.pfm\" \"float illuminance\" " +
+      "s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float illuminance\" " +
                     std::to_string(2 * M_PI)));
   expect_near(radiance(*scene.environment, {0, 0, 1}), RGB(2.0f), 1e-4f);
 }

@@ -189,12 +189,11 @@ TEST(PbrtMaterial, ConstantTexturesNeedNoNode) {
 TEST(PbrtMaterial, ImageTextures) {
   const TemporaryFolder folder;
   // Two pixels: sRGB 188 is 0.5 linear, to a part in 256.
-  const std::string ppm = std::string("P6\n2 1\n255\n") + "\xbc\xbc\xbc" + std::string("\xff\x00\x00", 3);
-  folder.write("tex/a.ppm", ppm);
+  folder.write("tex/a.tga", pbrt_testing::tga_row(2, std::string_view("\xbc\xbc\xbc\x00\x00\xff", 6)));
   const auto load = [&](const std::string& parameters) {
     return load_pbrt(folder.write("s.pbrt",
                                   "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" "
-                                  "\"tex/a.ppm\" " +
+                                  "\"tex/a.tga\" " +
                                       parameters + " Material \"diffuse\" \"texture reflectance\" \"t\"\n" +
                                       kTriangle));
   };
@@ -246,10 +245,10 @@ TEST(PbrtMaterial, AlphaBelongsToTheShape) {
 
 TEST(PbrtMaterial, BumpAndNormalMaps) {
   const TemporaryFolder folder;
-  folder.write("n.ppm", std::string("P6\n1 1\n255\n") + "\x80\x80\xff");
+  folder.write("n.tga", pbrt_testing::tga_row(1, "\xff\x80\x80"));
   const SceneDescription scene = load_pbrt(folder.write(
       "s.pbrt", std::string("WorldBegin Texture \"d\" \"float\" \"checkerboard\" \"float tex1\" .1\n"
-                            "Material \"diffuse\" \"texture displacement\" \"d\" \"string normalmap\" \"n.ppm\"\n") +
+                            "Material \"diffuse\" \"texture displacement\" \"d\" \"string normalmap\" \"n.tga\"\n") +
                     kTriangle));
   const Material& m = scene.materials.at(scene.geometry.material.at(0));
   ASSERT_NE(m.bump.texture, kNone);

@@ -22,7 +22,8 @@ struct Parsed {
 
 Parsed parse(std::string_view text, PbrtDiagnostics& diagnostics) {
   Parsed out;
-  parse_pbrt_text(text, "f.pbrt", diagnostics, [&](PbrtDirective& d) { out.directives.push_back(d); });
+  MemoryBudget budget;
+  parse_pbrt_text(text, "f.pbrt", diagnostics, budget, [&](PbrtDirective& d) { out.directives.push_back(d); });
   try {
     diagnostics.throw_if_errors();
   } catch (const Error& error) {
@@ -214,8 +215,9 @@ TEST(PbrtParser, IncludesFilesWithPlacesOfTheirOwn) {
   folder.write("main-relative.pbrt", "ReverseOrientation");
   const std::string main = folder.write("main.pbrt", "Include \"parts/a.pbrt\"\nWorldBegin");
   PbrtDiagnostics diagnostics;
+  MemoryBudget budget;
   std::vector<std::string> seen;
-  parse_pbrt_file(main, diagnostics, [&](PbrtDirective& d) {
+  parse_pbrt_file(main, diagnostics, budget, [&](PbrtDirective& d) {
     seen.push_back(std::string(d.name) + "@" + std::filesystem::path(*d.place.file).filename().string() + ":" +
                    std::to_string(d.place.line));
   });
@@ -229,8 +231,9 @@ TEST(PbrtParser, ImportIsIsolated) {
   folder.write("a.pbrt", "Translate 1 2 3");
   const std::string main = folder.write("main.pbrt", "Import \"a.pbrt\"");
   PbrtDiagnostics diagnostics;
+  MemoryBudget budget;
   std::vector<std::string_view> seen;
-  parse_pbrt_file(main, diagnostics, [&](PbrtDirective& d) { seen.push_back(d.name); });
+  parse_pbrt_file(main, diagnostics, budget, [&](PbrtDirective& d) { seen.push_back(d.name); });
   EXPECT_EQ(seen, (std::vector<std::string_view>{"AttributeBegin", "Translate", "AttributeEnd"}));
 }
 

@@ -38,18 +38,29 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// A TGA picture of one row; pixels are blue, green, red.
+inline std::string tga_row(int width, std::string_view pixels) {
+  std::string bytes(18, '\0');
+  bytes[2] = 2;
+  bytes[12] = static_cast<char>(width);
+  bytes[14] = 1;
+  bytes[16] = 24;
+  bytes[17] = 0x20;  // first row on top
+  return bytes.append(pixels);
+}
+
 /// Loads a scene from text.
-inline SceneDescription load_text(std::string_view text, const PbrtLimits& limits = {}) {
+inline SceneDescription load_text(std::string_view text, const ImportOptions& options = {}) {
   const TemporaryFolder folder;
-  return load_pbrt(folder.write("scene.pbrt", text), {}, limits);
+  return load_pbrt(folder.write("scene.pbrt", text), options);
 }
 
 /// The message with which loading a text fails, paths of the folder taken out; empty where it succeeds.
-inline std::string error_of(std::string_view text, const PbrtLimits& limits = {}) {
+inline std::string error_of(std::string_view text, const ImportOptions& options = {}) {
   const TemporaryFolder folder;
   const std::string path = folder.write("scene.pbrt", text);
   try {
-    load_pbrt(path, {}, limits);
+    load_pbrt(path, options);
   } catch (const Error& error) {
     std::string message = error.what();
     const std::string prefix = folder.path("");

@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -105,23 +106,33 @@ std::string gzip(const std::string& bytes) {
   return out;
 }
 
+PlyMesh parse(std::string_view bytes, const std::string& file) {
+  MemoryBudget budget;
+  return parse_ply(bytes, file, budget);
+}
+
+PlyMesh read(const std::string& path) {
+  MemoryBudget budget;
+  return read_ply(path, budget);
+}
+
 std::string error_of(std::string_view bytes) {
   try {
-    parse_ply(bytes, "f.ply");
+    parse(bytes, "f.ply");
   } catch (const Error& error) {
     return error.what();
   }
   return {};
 }
 
-TEST(Ply, Ascii) { expect_quad_and_triangle(parse_ply(kAscii, "f.ply")); }
-TEST(Ply, LittleEndian) { expect_quad_and_triangle(parse_ply(binary(false), "f.ply")); }
-TEST(Ply, BigEndian) { expect_quad_and_triangle(parse_ply(binary(true), "f.ply")); }
+TEST(Ply, Ascii) { expect_quad_and_triangle(parse(kAscii, "f.ply")); }
+TEST(Ply, LittleEndian) { expect_quad_and_triangle(parse(binary(false), "f.ply")); }
+TEST(Ply, BigEndian) { expect_quad_and_triangle(parse(binary(true), "f.ply")); }
 
 TEST(Ply, Gzipped) {
   const TemporaryFolder folder;
-  expect_quad_and_triangle(read_ply(folder.write("a.ply.gz", gzip(kAscii))));
-  expect_quad_and_triangle(read_ply(folder.write("b.ply", gzip(binary(true)))));
+  expect_quad_and_triangle(read(folder.write("a.ply.gz", gzip(kAscii))));
+  expect_quad_and_triangle(read(folder.write("b.ply", gzip(binary(true)))));
 }
 
 TEST(Ply, InAScene) {
@@ -134,7 +145,7 @@ TEST(Ply, InAScene) {
 }
 
 TEST(Ply, LargeFacesBecomeFans) {
-  const PlyMesh mesh = parse_ply(
+  const PlyMesh mesh = parse(
       "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0 1 0 0 2 1 0 1 2 0 0 2 0 -1 1 0 6 0 1 2 3 4 5 2 0 1 5 0 1 2 3 4",
@@ -147,7 +158,7 @@ TEST(Ply, LargeFacesBecomeFans) {
 }
 
 TEST(Ply, QuadsAreCutAlongTheShorterDiagonal) {
-  const PlyMesh mesh = parse_ply(
+  const PlyMesh mesh = parse(
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 -.1 0 5 0 0 1 .1 0 4 0 1 2 3",
       "f.ply");
@@ -204,20 +215,40 @@ TEST(Ply, EveryTruncationIsAnErrorNotACrash) {
   const std::string packed = gzip(kAscii);
   for (std::size_t size = 2; size < packed.size(); size += 7) {
     const std::string path = folder.write("cut.ply.gz", std::string_view(packed).substr(0, size));
-    EXPECT_THROW(read_ply(path), Error) << size;
+    EXPECT_THROW(read(path), Error) << size;
   }
 }
 
 TEST(Ply, InflatingIsBounded) {
   const TemporaryFolder folder;
-  const std::string path = folder.write("bomb.ply.gz", gzip(std::string(8 << 20, '0')));
-  EXPECT_EQ(read_pbrt_file(path).size(), std::size_t{8} << 20);
-  try {
-    read_pbrt_file(path, 1 << 20);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("inflates to more than 1 MiB"), std::string::npos) << error.what();
-  }
+  const auto inflated = [&](const std::string& path, std::uint64_t budget_bytes) -> std::string {
+    MemoryBudget budget(budget_bytes);
+    Reservation held(budget, "scene files", 0);
+    try {
+      return std::to_string(read_pbrt_file(path, held).size());
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  const std::string small = folder.write("small.ply.gz", gzip(std::string(8 << 20, '0')));
+  EXPECT_EQ(inflated(small, 0), "8388608");
+  EXPECT_THAT(inflated(small, 4 << 20), testing::HasSubstr("of scene files"));
+  // 32 MiB of 32 KiB.
+  const std::string bomb = folder.write("bomb.ply.gz", gzip(std::string(32 << 20, '0')));
+  EXPECT_THAT(inflated(bomb, 0), testing::HasSubstr("inflates to more than 16 MiB"));
+}
+
+TEST(Ply, AMeshIsWithinTheBudget) {
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\n"
+      "element face 4\nproperty list uint uchar vertex_indices\nend_header\n";
+  std::string file = header + std::string("\0\0\0\1\0\0\0\1\0", 9);
+  // A corner of a polygon takes a byte of the file, and a triangle of the mesh.
+  for (int face = 0; face < 4; ++face) file += std::string("\0\0\2\0", 4) + std::string(1 << 17, '\1');
+  MemoryBudget ample, tight(2 << 20);
+  EXPECT_EQ(parse_ply(file, "f.ply", ample).triangles.size(), 4u * ((1 << 17) - 2));
+  EXPECT_THROW(parse_ply(file, "f.ply", tight), MemoryError);
+  EXPECT_EQ(tight.available(), tight.limit()) << "all is given back";
 }
 
 }  // namespace

@@ -34,8 +34,9 @@ EmissionGuide learnt(int paths) {
 }
 
 TEST(EmissionGuide, StopsLearningWhereItIsCancelled) {
-  const std::atomic<bool> cancelled{true};
-  const CancellationScope scope(cancelled);
+  Interrupt interrupt;
+  interrupt.request();
+  const CancellationScope scope(interrupt);
   EXPECT_THROW(learnt(1000), Cancelled);
 }
 

@@ -112,7 +112,7 @@ class SheetInTheSky : public testing::TestWithParam<MaterialCase> {
   void expect_albedo(const RenderSettings& settings) {
     const Stage stage(sheet_in_the_sky(GetParam().material));
     SurfacePoint point = surface_point(*stage.scene, 0, {0.3f, 0.3f});
-    const Bsdf bsdf = resolve_bsdf(*stage.scene, point, viewer());
+    const Bsdf bsdf = resolve_bsdf(*stage.scene, point);
     const Mean expected = directional_albedo(bsdf, point.frame.to_local(viewer()));
     const Mean found = mean(stage.render(settings));
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.value[c] / expected.value[c], 1, kTolerance) << "channel " << c;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -54,37 +55,119 @@ TEST_F(CheckpointTest, ResumedRenderHasTheBitsOfAnUninterruptedOne) {
   }
 }
 
-TEST_F(CheckpointTest, OtherRendersAreRefused) {
+TEST_F(CheckpointTest, OtherMemoryAndThreadsGoOnToTheSameBits) {
+  RenderSettings settings = small_render(2, false);
+  settings.memory_bytes = std::uint64_t{512} << 20;
+  Job begun(scene, tracer, settings);
+  begun.wait();
+  const Checkpoint checkpoint = begun.checkpoint();
+  settings.samples = 4;
+  settings.memory_bytes /= 4;
+  settings.disk = DiskUse::always;
+  settings.preference = Preference::quality;
+  Job resumed(scene, tracer, settings, &checkpoint);
+  resumed.wait();
+  Job whole(scene, tracer, small_render(4, false));
+  whole.wait();
+  EXPECT_EQ(resumed.snapshot().save(), whole.snapshot().save());
+}
+
+/// What the error says that going on from the checkpoint is; fails where there is none.
+std::string refusal(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer,
+                    const RenderSettings& settings, const Checkpoint& checkpoint) {
+  try {
+    const Job job(std::move(scene), std::move(tracer), settings, &checkpoint);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "the checkpoint was taken";
+  return "";
+}
+
+TEST_F(CheckpointTest, OtherSettingsAreRefusedByNameWithARemedy) {
   Job begun(scene, tracer, small_render(1, false));
   begun.wait();
   const Checkpoint checkpoint = begun.checkpoint();
-  RenderSettings other = small_render(2, false);
-  other.seed = 7;
-  EXPECT_THROW(Job(scene, tracer, other, &checkpoint), Error);
+  const auto refused = [&](auto&& change, const std::vector<std::string>& parts) {
+    RenderSettings other = small_render(2, false);
+    change(other);
+    const std::string text = refusal(scene, tracer, other, checkpoint);
+    for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+  };
+  refused([](RenderSettings& s) { s.seed = 7; }, {"--seed is 0 there and 7 here", "Give --seed 0"});
+  refused([](RenderSettings& s) { s.gather = 9; }, {"--gather is 4 there and 9 here", "Give --gather 4"});
+  refused([](RenderSettings& s) { s.height = 21; }, {"--size is 24x20 there and 24x21 here"});
+  refused([](RenderSettings& s) { s.engine = "knn"; }, {"--engine is ", " there and knn here"});
+  refused([](RenderSettings& s) { s.progressive = true; }, {"--progressive", "Give no --progressive"});
+  refused([](RenderSettings& s) { s.separate_layers = false; }, {"with --aov", "Give --aov"});
+  refused([](RenderSettings& s) { s.integrator = Integrator::path; }, {"--integrator is photon there and path here"});
 }
 
-TEST_F(CheckpointTest, OtherMemoryIsRefusedWhereItWouldShowInTheBits) {
-  for (const char* engine : {"blocked", "knn", "reverse"}) {
-    RenderSettings settings = small_render(2, false);
-    settings.engine = engine;
-    settings.memory_bytes = std::uint64_t{512} << 20;
-    Job begun(scene, tracer, settings);
-    begun.wait();
-    const Checkpoint checkpoint = begun.checkpoint();
-    settings.samples = 3;
-    EXPECT_NO_THROW(Job(scene, tracer, settings, &checkpoint).wait()) << engine;
-    settings.memory_bytes /= 2;
-    if (std::string(engine) == "knn") {
-      EXPECT_NO_THROW(Job(scene, tracer, settings, &checkpoint).wait());
-      continue;
-    }
-    try {
-      const Job job(scene, tracer, settings, &checkpoint);
-      ADD_FAILURE() << engine;
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find("--memory 536870912"), std::string::npos) << error.what();
-    }
+TEST_F(CheckpointTest, OtherScenesAreRefusedByWhatDiffers) {
+  Job begun(scene, tracer, small_render(1, false));
+  begun.wait();
+  const Checkpoint checkpoint = begun.checkpoint();
+  const auto refused = [&](auto&& change, const char* part) {
+    SceneDescription description = builtin_scene("cornell");
+    change(description);
+    const auto other = std::make_shared<const Scene>(std::move(description));
+    const std::string text = refusal(other, std::make_shared<const Tracer>(*other), small_render(2, false), checkpoint);
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+  };
+  refused([](SceneDescription& d) { d.materials.back().reflectance.value.r *= 0.5f; }, "its materials or textures");
+  refused([](SceneDescription& d) { d.geometry.positions.front().x += 1e-6f; }, "its geometry");
+  refused([](SceneDescription& d) { d.emissions.front().radiance.value *= 2; }, "its lights");
+  refused([](SceneDescription& d) { d.cameras.front().half_extent *= 1.01f; }, "its camera");
+  // The same scene under another name is the same scene.
+  SceneDescription renamed = builtin_scene("cornell");
+  renamed.name = "box";
+  const auto same = std::make_shared<const Scene>(std::move(renamed));
+  EXPECT_NO_THROW(Job(same, std::make_shared<const Tracer>(*same), small_render(2, false), &checkpoint).wait());
+}
+
+TEST_F(CheckpointTest, OtherVersionsAndInstructionSetsAreRefusedByName) {
+  Job begun(scene, tracer, small_render(1, false));
+  begun.wait();
+  Checkpoint checkpoint = begun.checkpoint();
+  for (const char* name : {"version", "instruction set of the kernels", "instruction set of the rays"}) {
+    RenderKey key = parse_key(begun.checkpoint().key);
+    const auto part = std::find_if(key.begin(), key.end(), [&](const KeyPart& p) { return p.name == name; });
+    ASSERT_NE(part, key.end()) << name;
+    EXPECT_FALSE(part->value.empty());
+    part->value = "another";
+    checkpoint.key = key_text(key);
+    const std::string text = refusal(scene, tracer, small_render(2, false), checkpoint);
+    EXPECT_NE(text.find(std::string("its ") + name + " is another"), std::string::npos) << text;
   }
+  for (const char* key : {"", "{}", "[1]", "[[]]", "[[\"version\",1]]", "\xff"}) {
+    checkpoint.key = key;
+    EXPECT_FALSE(refusal(scene, tracer, small_render(2, false), checkpoint).empty()) << key;
+  }
+}
+
+TEST_F(CheckpointTest, ForgedCountsAndSumsAreRefused) {
+  Job begun(scene, tracer, small_render(1, false));
+  begun.wait();
+  const Checkpoint good = begun.checkpoint();
+  const auto refused = [&](const Checkpoint& forged) {
+    const std::string text = refusal(scene, tracer, small_render(2, false), forged);
+    EXPECT_NE(text.find("no render can give"), std::string::npos) << text;
+  };
+  for (const std::uint32_t count : {0u, 2u, 1u << 25, 0xffffffffu, 0x7fc00000u}) {
+    // The last words are the counts of samples.
+    Checkpoint forged = good;
+    for (std::size_t i = forged.film.size() - 24 * 20; i < forged.film.size(); ++i) forged.film[i] = count;
+    refused(forged);
+  }
+  Checkpoint forged = good;
+  for (std::size_t i = 2; i < forged.film.size() - 24 * 20; ++i) forged.film[i] = 0x7f7fffffu;
+  refused(forged);
+  forged = good;
+  forged.passes = 5;
+  refused(forged);
+  forged = good;
+  forged.film.pop_back();
+  refused(forged);
 }
 
 TEST_F(CheckpointTest, DamagedFilesAreRefusedAndMissingOnesAreNone) {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "builtin/builtin.h"
+#include "core/offset_origin.h"
 #include "scene/scene.h"
 #include "scene/scene_parts.h"
 #include "scene/surface.h"
@@ -24,8 +25,11 @@ TEST_P(DiffuseTrianglesOf, SayWhatSurfacesAre) {
   std::size_t diffuse = 0;
   for (std::uint32_t t = 0; t < g.triangle_count(); t += 7) {
     const Vec2 barycentric{0.25f, 0.125f};
+    const DiffuseTriangle& placed = scene.diffuse_triangle(t);
+    const double offset = rounding_offset(placed.corner, placed.edge[0], placed.edge[1]);
+    EXPECT_GE(placed.offset(), static_cast<float>(offset));
+    EXPECT_LE(placed.offset(), offset * 1.008);
     SurfacePoint surface = surface_point(scene, t, barycentric);
-    const Vec3 wo = surface.geometric_normal;
     DiffusePoint point;
     const bool found = diffuse_point(scene, t, barycentric, point);
     ASSERT_EQ(found, has(scene.diffuse_triangle(t), DiffuseTriangle::kDiffuse));
@@ -34,7 +38,7 @@ TEST_P(DiffuseTrianglesOf, SayWhatSurfacesAre) {
     EXPECT_EQ(has(scene.diffuse_triangle(t), DiffuseTriangle::kEmits), g.emission[t] != kNone);
     EXPECT_EQ(point.position, surface.position);
     EXPECT_EQ(point.geometric_normal, surface.geometric_normal);
-    const Bsdf bsdf = resolve_bsdf(scene, surface, wo);
+    const Bsdf bsdf = resolve_bsdf(scene, surface);
     ASSERT_EQ(bsdf.kind, BsdfKind::lambertian);
     EXPECT_EQ(point.reflectance, bsdf.diffuse);
   }

@@ -1,7 +1,11 @@
 // Scenes as they are made, and surfaces as they are shaded.
 #include "scene/scene.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
 
 #include "core/error.h"
 #include "core/offset_origin.h"
@@ -14,6 +18,8 @@
 
 namespace glowworm {
 namespace {
+
+using testing::HasSubstr;
 
 void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tolerance); }
 
@@ -162,18 +168,17 @@ TEST(ResolveBsdf, NormalMapTiltsAlongTheTextureAxes) {
   for (const bool mirrored : {false, true}) {
     const Scene scene = with_normal_map(stored, mirrored);
     SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
-    resolve_bsdf(scene, p, {0, 0, 1});
+    resolve_bsdf(scene, p);
     expect_near(p.frame.n, {tilted.x, mirrored ? -tilted.y : tilted.y, tilted.z}, 1e-4f);
   }
 }
 
-TEST(ResolveBsdf, NormalStaysOnTheSideOfTheViewer) {
-  const Scene scene = with_normal_map(RGB(1, 0.5f, 0.55f), false);  // leans far over along x
-  for (std::uint32_t i = 0; i < 1000; ++i) {
-    const Vec3 wo = square_to_sphere(Sampler(SamplerKind::sobol, 1, 1, i).next2());
-    SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
-    resolve_bsdf(scene, p, wo);
-    EXPECT_GT(dot(p.frame.n, wo) * dot(p.geometric_normal, wo), 0);
+TEST(ResolveBsdf, NormalStaysOnTheSideOfTheSurface) {
+  const Scene leaning = with_normal_map(RGB(1, 0.5f, 0.55f), false),
+              behind = with_normal_map(RGB(1, 0.5f, 0.4f), false);
+  for (const Scene* scene : {&leaning, &behind}) {
+    SurfacePoint p = surface_point(*scene, 0, {0.2f, 0.3f});
+    resolve_bsdf(*scene, p);
     EXPECT_GT(dot(p.frame.n, p.geometric_normal), 0);
     EXPECT_NEAR(length(p.frame.n), 1, 1e-5f);
     expect_near(cross(p.frame.s, p.frame.t), p.frame.n, 1e-5f);
@@ -186,7 +191,7 @@ TEST(ResolveBsdf, BumpLeansAgainstTheSlope) {
   d.materials[0].bump = {1, 0, Channel::red};
   const Scene scene(std::move(d));
   SurfacePoint p = surface_point(scene, 0, {0.2f, 0.3f});
-  resolve_bsdf(scene, p, {0, 0, 1});
+  resolve_bsdf(scene, p);
   expect_near(p.frame.n, normalize({-0.5f, 0, 1}), 1e-3f);
 }
 
@@ -202,8 +207,8 @@ TEST(ResolveBsdf, MixChoosesByAmountAndByPlaceAlone) {
   for (std::uint32_t i = 0; i < 20000; ++i) {
     const Vec2 where = square_to_triangle(Sampler(SamplerKind::independent, 1, 1, i).next2());
     SurfacePoint p = surface_point(scene, 0, where), again = p;
-    resolve_bsdf(scene, p, {0, 0, 1});
-    resolve_bsdf(scene, again, {0, 1, 0});
+    resolve_bsdf(scene, p);
+    resolve_bsdf(scene, again);
     EXPECT_EQ(p.material, again.material);
     ++observed[p.material - 1];
   }
@@ -249,17 +254,165 @@ TEST(Alpha, ChanceHasItsProbabilityAndBelongsToTheRay) {
   expect_fit(chi_squared_counts(observed, expected).p_value, 2, "alpha");
 }
 
-TEST(OffsetOrigin, StepsToTheSideOfTheNormal) {
-  for (std::uint32_t i = 0; i < 2000; ++i) {
-    Sampler sampler(SamplerKind::sobol, 8, 0, i);
-    const Vec3 n = square_to_sphere(sampler.next2()), p = square_to_sphere(sampler.next2()) * (i % 2 ? 1e-3f : 1e3f);
-    const Vec3 moved = offset_origin(p, n);
-    EXPECT_GT(dot(moved - p, n), 0);
-    EXPECT_LT(length(moved - p), i % 2 ? 1e-4f : 0.05f);
-    // Farther than the rounding of the coordinates of p can have moved the surface along n.
-    const Vec3 rounding = Vec3{std::abs(p.x * n.x), std::abs(p.y * n.y), std::abs(p.z * n.z)} * 0x1p-24f;
-    EXPECT_GT(dot(moved - p, n), rounding.x + rounding.y + rounding.z);
+TEST(Geometry, KeepsTrianglesOfEverySize) {
+  for (const float scale : {1e-12f, 1e-6f, 1.0f, 1e6f, 1e12f}) {
+    SceneDescription d;
+    d.materials.emplace_back();
+    add_quad(d, {0, 0, 0}, {3 * scale, 0, 0}, {0, 4 * scale, 0}, 0, add_emission(d, RGB(1.0f)));
+    ASSERT_EQ(d.geometry.triangle_count(), 2u) << scale;
+    EXPECT_FLOAT_EQ(d.geometry.area(0) / scale / scale, 6);
+    EXPECT_EQ(d.geometry.normal(0), (Vec3{0, 0, 1}));
+    const Scene scene(d);
+    EXPECT_FLOAT_EQ(surface_point(scene, 0, {0.25f, 0.25f}).geometric_normal.z, 1);
+    // Half the solid angle of a hemisphere or less, from above: a density of 1 / (2 pi) or more, and finite.
+    const LightSample light = sample_light(scene, {scale, scale, scale}, {0, 0, 0}, 0.25f, {0.5f, 0.5f});
+    EXPECT_GT(light.pdf, 0.1f) << scale;
+    EXPECT_LT(light.pdf, 10) << scale;
   }
+}
+
+/// Random triangles: anywhere, of any size and slenderness, some of them upright.
+struct AnyTriangle {
+  Vec3 corner, e1, e2, normal;
+
+  explicit AnyTriangle(std::uint32_t i) {
+    Sampler sampler(SamplerKind::independent, 8, 0, i);
+    const float away = std::pow(10.0f, 8 * sampler.next1() - 4), size = std::pow(10.0f, 8 * sampler.next1() - 4);
+    corner = square_to_sphere(sampler.next2()) * away;
+    e1 = square_to_sphere(sampler.next2()) * size;
+    e2 = square_to_sphere(sampler.next2()) * size;
+    if (i % 3 == 0) e2 = e1 + e2 * 0.01f;
+    if (i % 4 == 0) corner.z = i % 8 ? away : 0, e1.z = e2.z = 0;
+    Geometry geometry;
+    geometry.positions = {corner, corner + e1, corner + e2};
+    geometry.triangles = {{0, 1, 2}};
+    normal = geometry.normal(0);
+    e1 = geometry.positions[1] - corner;
+    e2 = geometry.positions[2] - corner;
+  }
+  bool has_area() const { return !(normal == Vec3{0, 0, 0}); }
+};
+
+TEST(OffsetOrigin, IsOutsideOfItsTriangleForTheTestOfRays) {
+  std::size_t tried = 0;
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const AnyTriangle t(i);
+    if (!t.has_area()) continue;
+    const auto offset = static_cast<float>(rounding_offset(t.corner, t.e1, t.e2));
+    Sampler sampler(SamplerKind::independent, 9, 0, i);
+    for (int k = 0; k < 20; ++k, ++tried) {
+      const Vec2 w = square_to_triangle(sampler.next2());
+      const Vec3 p = t.corner + t.e1 * w.x + t.e2 * w.y;
+      const Vec3 above = offset_origin(p, t.normal, offset), below = offset_origin(p, -t.normal, offset);
+      // The height in the plane by which Embree tells the sides, rounded as Embree rounds it.
+      const Vec3 scaled = cross(t.e1, t.e2);
+      ASSERT_LT(dot(scaled, t.corner - above), 0) << i;
+      ASSERT_GT(dot(scaled, t.corner - below), 0) << i;
+    }
+  }
+  EXPECT_GT(tried, 300000u);
+}
+
+TEST(OffsetOrigin, IsOfTheRoundingErrorOfTheTriangle) {
+  // Upright: a unit in the last place or two, and next to nothing where the plane goes through the origin.
+  EXPECT_GE(rounding_offset({3, 4, 100}, {1, 0, 0}, {0, 1, 0}), 0x1p-17);
+  EXPECT_LT(rounding_offset({3, 4, 100}, {1, 0, 0}, {0, 1, 0}), 0x1p-16);
+  EXPECT_GT(rounding_offset({3, 4, 0}, {1, 0, 0}, {0, 1, 0}), 0);
+  EXPECT_LT(rounding_offset({3, 4, 0}, {1, 0, 0}, {0, 1, 0}), 0x1p-23);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const AnyTriangle t(i);
+    const double offset = rounding_offset(t.corner, t.e1, t.e2);
+    if (!t.has_area()) continue;
+    // It scales with the scene, by powers of two to the bit.
+    EXPECT_EQ(rounding_offset(t.corner * 0x1p-20f, t.e1 * 0x1p-20f, t.e2 * 0x1p-20f), offset * 0x1p-20);
+    EXPECT_EQ(rounding_offset(t.corner * 0x1p+40f, t.e1 * 0x1p+40f, t.e2 * 0x1p+40f), offset * 0x1p+40);
+  }
+}
+
+std::string refusal_of(const std::function<void(SceneDescription&)>& change) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  Light light;
+  light.name = "lamp";
+  light.position = {0, 0, 1};
+  d.lights.push_back(light);
+  d.cameras.push_back(look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40));
+  d.cameras[0].name = "desk";
+  change(d);
+  try {
+    const Scene scene(std::move(d));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(SceneChecks, WhatEmbreeCannotHoldIsRefusedWithPlaceAndValue) {
+  using D = SceneDescription;
+  EXPECT_EQ(refusal_of([](D&) {}), "");
+  EXPECT_EQ(refusal_of([](D& d) { d.geometry.positions[2] = {1e17f, 1, 0}; }), "");
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.geometry.positions[2] = {2e18f, 1, 0};
+              }),
+              HasSubstr("vertex 2 is at (2e+18, 1, 0), but a scene may reach to 1e+18 m only"));
+  EXPECT_THAT(refusal_of([](D& d) { d.geometry.positions[2].y = NAN; }), HasSubstr("vertex 2 is at (1, nan, 0)"));
+  EXPECT_THAT(refusal_of([](D& d) { d.cameras[0].to_world.translation.z = -3e18f; }),
+              HasSubstr("camera \"desk\" is at (0, 0, -3e+18)"));
+  EXPECT_THAT(refusal_of([](D& d) { d.cameras[0].lens_radius = 1e30f; }),
+              HasSubstr("camera \"desk\" has a lens of 1e+30 m"));
+  EXPECT_THAT(refusal_of([](D& d) { d.cameras[0].focal_distance = NAN; }), HasSubstr("a focal distance of nan m"));
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.cameras[0].half_extent = 1e10f;
+                d.cameras[0].window[1] = 1e10f;
+              }),
+              HasSubstr("a picture plane of 1e+20 m"));
+  EXPECT_THAT(refusal_of([](D& d) { d.lights[0].position.x = 1e20f; }),
+              HasSubstr("light \"lamp\" is at (1e+20, 0, 1)"));
+}
+
+TEST(SceneChecks, LightsAreNeitherNegativeNorInfinite) {
+  using D = SceneDescription;
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.lights[0].intensity = {-1, -2, -3};
+              }),
+              HasSubstr("light \"lamp\" is negative: (-1, -2, -3)"));
+  // The colour of a spectral line.
+  EXPECT_EQ(refusal_of([](D& d) { d.lights[0].intensity = {-0.2f, 1, 0}; }), "");
+  EXPECT_THAT(refusal_of([](D& d) { d.lights[0].intensity = RGB(1e31f); }), HasSubstr("is brighter than 1e+30"));
+  EXPECT_THAT(refusal_of([](D& d) { d.lights[0].intensity.g = INFINITY; }), HasSubstr("not finite: (1, inf, 1)"));
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.emissions.push_back({"tube", {RGB(-1.0f)}, false});
+              }),
+              HasSubstr("emission \"tube\" is negative"));
+  EXPECT_THAT(refusal_of([](D& d) {
+                d.environment.emplace();
+                d.environment->name = "sky";
+                d.environment->scale = RGB(-1.0f);
+              }),
+              HasSubstr("environment \"sky\" is negative"));
+  EXPECT_THAT(refusal_of([](D& d) { d.film.scale = 1e20f; }), HasSubstr("the film multiplies radiance by 1e+20"));
+  // Within bounds by themselves, but not over the area.
+  EXPECT_THAT(refusal_of([](D& d) {
+                for (Vec3& p : d.geometry.positions) p = p * 1e9f;
+                d.emissions.push_back({"tube", {RGB(1e30f)}, false});
+                d.geometry.emission.assign(d.geometry.triangles.size(), 0);
+              }),
+              HasSubstr("a light has a power of"));
+}
+
+TEST(SceneChecks, EditsAreCheckedToo) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  d.lights.emplace_back();
+  const Scene scene(std::move(d));
+  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), nullptr, {}, ""};
+  edit.lights[0].intensity = RGB(-1.0f);
+  EXPECT_THROW(Scene(scene, edit), Error);
+  edit.lights = scene.lights();
+  edit.more_cameras.push_back(look_at({1e19f, 0, 0}, {0, 0, 0}, {0, 1, 0}, 40));
+  EXPECT_THROW(Scene(scene, edit), Error);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tol
 
 Geometry small_mesh() {
   Geometry mesh;
-  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {kNaN, 0, 0}, {2, 0, 0}, {1e30f, 0, 0}, {0, 1e30f, 0}};
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {kNaN, 0, 0}, {2, 0, 0}, {9e17f, 0, 0}, {0, 9e17f, 0}};
   mesh.triangles = {{0, 1, 2}};
   return mesh;
 }

@@ -257,7 +257,7 @@ TEST(Tracer, RaysThatLeaveASurfaceDoNotHitItAgain) {
       const Vec3 n = point.geometric_normal * sign;
       Sampler sampler(SamplerKind::independent, 2, 3, static_cast<std::uint32_t>(tried++));
       const Vec3 direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(sampler.next2()));
-      const Hit next = tracer.intersect({offset_origin(point.position, n), 0, direction, kInfinity});
+      const Hit next = tracer.intersect({offset_origin(point.position, n, point.offset), 0, direction, kInfinity});
       EXPECT_NE(next.triangle, hit.triangle);
     }
   }

@@ -1,7 +1,10 @@
 // The shared library of image/image_reader.h: the one place where pixels come out of OpenImageIO.
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
+#include <exception>
 #include <mutex>
+#include <utility>
 
 #include "image/image_reader.h"
 
@@ -47,12 +50,18 @@ TransferFunction transfer_function(const OIIO::ImageSpec& spec) {
   return {};
 }
 
+/// The alpha channel, or -1. The reader of GIF names one beyond the last.
+int alpha_channel(const OIIO::ImageSpec& spec) {
+  if (spec.alpha_channel < spec.nchannels) return std::max(spec.alpha_channel, -1);
+  return spec.nchannels == 2 || spec.nchannels == 4 ? spec.nchannels - 1 : -1;
+}
+
 ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   ImageFileHeader header;
   header.width = spec.width;
   header.height = spec.height;
   header.channels = spec.nchannels;
-  header.alpha_channel = spec.alpha_channel;
+  header.alpha_channel = alpha_channel(spec);
   header.type = sample_type(spec);
   header.transfer = transfer_function(spec);
   header.channel_names = spec.channelnames;
@@ -69,10 +78,9 @@ class OpenImageIoReader : public ImageReader {
     header_ = header_of(spec);
     depth_ = spec.depth;
     tile_height_ = spec.tile_width > 0 ? spec.tile_height : 0;
-    is_jpeg_ = std::string_view(input_->format_name()) == "jpeg";
   }
 
-  bool read_rows(int first, int last, SampleType type, void* samples) override {
+  bool read_rows(int first, int last, SampleType type, void* samples) override try {
     const OIIO::ImageSpec& spec = input_->spec();
     const OIIO::TypeDesc format = type_desc(type);
     if (first == 0 && last == spec.height) return input_->read_image(0, 0, 0, spec.nchannels, format, samples);
@@ -80,12 +88,18 @@ class OpenImageIoReader : public ImageReader {
       return input_->read_tiles(0, 0, spec.x, spec.x + spec.width, spec.y + first, spec.y + last, spec.z, spec.z + 1, 0,
                                 spec.nchannels, format, samples);
     return input_->read_scanlines(0, 0, spec.y + first, spec.y + last, 0, 0, spec.nchannels, format, samples);
+  } catch (const std::exception& e) {
+    exception_ = e.what();
+    return false;
   }
 
-  std::string report() override { return input_->geterror(); }
+  std::string report() override {
+    return exception_.empty() ? input_->geterror() : std::exchange(exception_, std::string());
+  }
 
  private:
   std::unique_ptr<OIIO::ImageInput> input_;
+  std::string exception_;  // with which the last reading ended
 };
 
 /// Fixes OpenImageIO's own threads at none: pictures are decoded by the thread that asks.
@@ -100,14 +114,21 @@ void configure_openimageio() {
 }  // namespace
 }  // namespace glowworm
 
-extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, std::string& failure) {
+extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const char* plugin, std::string& failure) try {
   glowworm::configure_openimageio();
-  OIIO::ImageSpec config;
+  OIIO::ImageSpec config, spec;
   config.attribute("oiio:UnassociatedAlpha", 1);
-  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(plugin);
   if (!input) {
     failure = OIIO::geterror();
     return nullptr;
   }
+  if (!input->open(path, spec, config)) {
+    failure = input->geterror();
+    return nullptr;
+  }
   return new glowworm::OpenImageIoReader(std::move(input));
+} catch (const std::exception& e) {
+  failure = e.what();
+  return nullptr;
 }

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <new>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -27,8 +26,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint64_t kBytesPerTriangle = 200;  ///< of a scene's tables and the tracer's structures
-
 Vec3 unit_or_zero(Vec3 n) {
   const float l = length(n);
   return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
@@ -38,7 +35,11 @@ Vec3 unit_or_zero(Vec3 n) {
 class ForeignBuilder {
  public:
   ForeignBuilder(const ForeignScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes)
-      : scene_(scene), path_(path), notes_(notes), textures_(options, notes) {}
+      : scene_(scene),
+        path_(path),
+        notes_(notes),
+        triangles_(*options.budget, "triangles", 0),
+        textures_(options, notes) {}
 
   SceneDescription build() {
     const std::filesystem::path path(path_);
@@ -83,6 +84,7 @@ class ForeignBuilder {
     merge_identical_vertices(mesh);
     notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
     transform_mesh(mesh, to_world);
+    triangles_.grow(scene_bytes(mesh));
     append_counted(description_.geometry, mesh, path_ + ": " + source.name, source.material,
                    emissions_[source.material], notes_);
   }
@@ -143,24 +145,23 @@ class ForeignBuilder {
   const ForeignScene& scene_;
   const std::string& path_;
   NoteCounter& notes_;
+  Reservation triangles_;
   TextureCache textures_;
   SceneDescription description_;
   std::vector<std::uint32_t> emissions_;  ///< of each material
 };
 
-/// Throws Error where meshes are used so often that their triangles would not fit into memory.
-void check_size(const ForeignScene& scene, std::uint64_t memory_bytes, const std::string& path) {
+/// Throws MemoryError where meshes are used so often that their triangles do not fit, before the first is placed.
+void check_room(const ForeignScene& scene, MemoryBudget& budget) {
   std::uint64_t triangles = 0;
-  for (const ForeignInstance& instance : scene.instances) {
-    triangles += scene.meshes[instance.mesh].triangles.size();
-    if (triangles > memory_bytes / kBytesPerTriangle) {
-      throw Error({path},
-                  fmt::format("places its meshes so often that they make more than {} triangles, which is what "
-                              "memory holds",
-                              memory_bytes / kBytesPerTriangle),
-                  "Leave some of the instances out, or use a machine with more memory.");
-    }
-  }
+  for (const ForeignInstance& instance : scene.instances) triangles += scene.meshes[instance.mesh].triangles.size();
+  const Reservation room(budget, "triangles of instances", scene_bytes(triangles, 0));
+}
+
+/// Bytes that the process may take.
+std::uint64_t memory_limit(const MemoryBudget& budget) {
+  const std::uint64_t most = physical_memory_bytes() / 2;
+  return budget.limit() > 0 ? std::min(budget.limit(), most) : most;
 }
 
 }  // namespace
@@ -169,21 +170,18 @@ SceneDescription load_assimp(const std::string& path, const ImportOptions& optio
   std::error_code error;
   ReaderProcess process;
   process.program = options.assimp_program.empty() ? find_reader() : options.assimp_program;
-  process.memory_bytes = limits.memory_bytes > 0 ? limits.memory_bytes : physical_memory_bytes() / 2;
+  process.memory_bytes = limits.memory_bytes > 0 ? limits.memory_bytes : memory_limit(*options.budget);
   const std::uintmax_t mebibytes = std::min<std::uintmax_t>(std::filesystem::file_size(path, error) >> 20, 100000);
   process.cpu_seconds = limits.cpu_seconds > 0 ? limits.cpu_seconds : 60 + 2 * static_cast<unsigned>(mebibytes);
   process.clock_seconds = limits.clock_seconds > 0 ? limits.clock_seconds : 10 * process.cpu_seconds;
-  try {
-    return build_assimp_scene(run_reader(path, process), path, options, process.memory_bytes);
-  } catch (const std::bad_alloc&) {
-    throw Error({path}, "does not fit into memory", "Use simpler meshes or a machine with more memory.");
-  }
+  Reservation held(*options.budget, "scene files", 0);
+  return build_assimp_scene(run_reader(path, process, held), path, options);
 }
 
-SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options,
-                                    std::uint64_t memory_bytes) {
+SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options) {
+  const Reservation meshes(*options.budget, "meshes", bytes.size());  // which take as much in both forms
   const ForeignScene scene = read_foreign_scene(bytes, path);
-  check_size(scene, memory_bytes, path);
+  check_room(scene, *options.budget);
   NoteCounter notes;
   SceneDescription description = ForeignBuilder(scene, path, options, notes).build();
   if (description.geometry.triangles.empty()) {

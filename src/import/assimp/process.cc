@@ -96,7 +96,8 @@ class Child {
 
 class Reading {
  public:
-  Reading(const std::string& path, const ReaderProcess& process) : path_(path), process_(process) {}
+  Reading(const std::string& path, const ReaderProcess& process, Reservation& held)
+      : path_(path), process_(process), held_(held) {}
 
   std::string run() {
     Pipe pipe(path_);
@@ -153,17 +154,21 @@ class Reading {
       if (bytes.size() + static_cast<std::size_t>(got) > process_.memory_bytes) {
         fail(fmt::format("hands over more than {} MB", process_.memory_bytes / 1'000'000));
       }
+      held_.grow(static_cast<std::uint64_t>(got));
       bytes.append(piece.data(), static_cast<std::size_t>(got));
     }
   }
 
   const std::string& path_;
   const ReaderProcess& process_;
+  Reservation& held_;
 };
 
 }  // namespace
 
-std::string run_reader(const std::string& path, const ReaderProcess& process) { return Reading(path, process).run(); }
+std::string run_reader(const std::string& path, const ReaderProcess& process, Reservation& held) {
+  return Reading(path, process, held).run();
+}
 
 std::string find_reader() {
   std::error_code error;

@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr int kDeepestNesting = 200;
 /// Elements of an accessor that no buffer holds (all zero, or sparse): bounds what a short file can make us allocate.
-constexpr std::size_t kMostImplicitElements = std::size_t{1} << 24;
+constexpr std::size_t kMostImplicitElements = std::size_t{1} << 20;
 constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
 
 class Checker {

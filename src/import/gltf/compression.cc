@@ -126,6 +126,7 @@ void decode_meshopt_views(GltfDocument& document) {
     if (extension == view.extensions.end()) continue;
     const std::string where = fmt::format("the compressed bufferViews[{}]", i);
     const CompressedView source = compressed_view(document, extension->second, view.byteLength, where);
+    document.held->grow(view.byteLength);
     std::vector<std::uint8_t> decoded(view.byteLength);
     if (!decode_elements(source, decoded) || !apply_filter(source, decoded)) {
       throw Error({document.path},

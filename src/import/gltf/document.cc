@@ -22,11 +22,6 @@ using nlohmann::json;
 constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it anew.";
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
-std::vector<std::uint8_t> read_bytes(const std::string& path) {
-  const std::string bytes = read_input_file(path);
-  return {bytes.begin(), bytes.end()};
-}
-
 std::uint32_t little_endian_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
   return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | static_cast<std::uint32_t>(bytes[at + 3]) << 24;
 }
@@ -96,12 +91,14 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
     if (index > 0 || binary.empty()) {
       throw Error({document.path}, where + " has neither a uri nor a BIN chunk", kTruncatedRemedy);
     }
+    document.held->grow(binary.size());
     bytes.assign(binary.begin(), binary.end());
   } else {
     if (!buffer["uri"].is_string()) throw Error({document.path}, where + ".uri is not text", "Export the file anew.");
     const std::string& uri = buffer["uri"].get_ref<const std::string&>();
     if (uri.starts_with("data:")) {
       source = "its data URI";
+      document.held->grow(uri.size());
       bytes = decode_data_uri(uri);
     } else {
       source = "'" + decode_uri(uri) + "'";
@@ -111,7 +108,7 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
         throw Error({document.path}, fmt::format("{}: no such file {}", where, source),
                     "Put the .bin file beside the .gltf file, or export as .glb.");
       }
-      bytes = read_bytes(file.string());
+      bytes = read_input_bytes(file.string(), *document.held);
     }
   }
   if (bytes.size() < length) {
@@ -186,10 +183,16 @@ std::span<const std::uint8_t> GltfDocument::view(int index) const {
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
-GltfDocument read_gltf_document(const std::string& path) { return read_gltf_document(read_bytes(path), path); }
+GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options) {
+  Reservation held(*options.budget, "files", 0);
+  return read_gltf_document(read_input_bytes(path, held), path, options);
+}
 
-GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path) {
+GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,
+                                const ImportOptions& options) {
   GltfDocument document;
+  document.budget = options.budget;
+  document.held = std::make_unique<Reservation>(*options.budget, "buffers", 0);
   document.path = path;
   document.folder = std::filesystem::path(path).parent_path().string();
   if (file.empty()) throw Error({path}, "is empty", kTruncatedRemedy);

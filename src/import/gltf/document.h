@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "import/import.h"
+
 namespace tinygltf {
 class Model;
 }
@@ -27,6 +29,8 @@ struct GltfDocument {
   std::vector<std::vector<std::uint8_t>> buffers;
   std::vector<std::vector<std::uint8_t>> decoded_views;  ///< buffer views that were compressed, by index; else empty
   std::vector<GltfImage> images;
+  std::shared_ptr<MemoryBudget> budget;
+  std::unique_ptr<Reservation> held;  ///< of the buffers
 
   GltfDocument();
   GltfDocument(GltfDocument&&) noexcept;
@@ -38,11 +42,12 @@ struct GltfDocument {
 };
 
 /// Reads a .gltf or .glb file with its buffers and checks that every index and every range lies inside of what it
-/// refers to. Throws Error, naming the object ("accessors[3]"), for what is not so.
-GltfDocument read_gltf_document(const std::string& path);
+/// refers to. Throws Error, naming the object ("accessors[3]"), for what is not so, and MemoryError.
+GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options);
 
 /// The same of a file that stands in memory. @param path names it in messages; buffers are looked for beside it
-GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path);
+GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,
+                                const ImportOptions& options);
 
 /// A URI with its %XX turned into bytes (RFC 3986, section 2.1).
 std::string decode_uri(const std::string& uri);

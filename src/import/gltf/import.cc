@@ -80,6 +80,8 @@ class GltfBuilder {
   GltfBuilder(const GltfDocument& document, const ImportOptions& options)
       : document_(document),
         model_(*document.model),
+        meshes_(*options.budget, "meshes", 0),
+        triangles_(*options.budget, "triangles", 0),
         textures_(options, notes_),
         materials_(document, textures_, notes_, description_) {}
 
@@ -153,13 +155,17 @@ class GltfBuilder {
       return;
     }
     const tinygltf::Value& attributes = instancing->Get("attributes");
+    Reservation places(*document_.budget, "places of instances", 0);
     const auto read = [&](const char* name, int components) {
       const int accessor = static_cast<int>(number_member(attributes, name, -1));
       if (accessor < 0 || accessor >= static_cast<int>(model_.accessors.size())) return std::vector<float>();
+      places.grow(model_.accessors[static_cast<std::size_t>(accessor)].count * static_cast<std::size_t>(components) *
+                  sizeof(float));
       return read_floats(document_, accessor, components);
     };
     const std::vector<float> t = read("TRANSLATION", 3), r = read("ROTATION", 4), s = read("SCALE", 3);
     const std::size_t count = std::max({t.size() / 3, r.size() / 4, s.size() / 3});
+    check_room(node.mesh, count);
     for (std::size_t i = 0; i < count; ++i) {
       double q[4] = {0, 0, 0, 1};
       if (4 * i + 3 < r.size()) std::copy_n(r.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, q);
@@ -170,27 +176,50 @@ class GltfBuilder {
     }
   }
 
-  void add_mesh(int index, const Transform& to_world) {
-    check_cancelled();
+  /// A primitive of a mesh, read when it is first asked for.
+  const GltfPrimitive& primitive(int mesh, std::size_t index, const GltfMaterialInfo& info, const std::string& where) {
+    const auto key = std::pair(mesh, index);
+    const auto found = primitives_.find(key);
+    if (found != primitives_.end()) return found->second;
+    const tinygltf::Primitive& source = model_.meshes[static_cast<std::size_t>(mesh)].primitives[index];
+    GltfPrimitive fresh = read_gltf_primitive(document_, source, info.uv_set, where, notes_);
+    meshes_.grow(mesh_bytes(fresh.mesh));
+    return primitives_.emplace(key, std::move(fresh)).first->second;
+  }
+
+  /// Calls `use` with each primitive of a mesh, its material and its name.
+  template <typename Use>
+  void for_each_primitive(int index, const Use& use) {
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
       const std::string where = fmt::format("meshes[{}].primitives[{}]", index, i);
       const int own = mesh.primitives[i].material;
-      std::uint32_t material = static_cast<std::uint32_t>(own >= 0 ? own : static_cast<int>(model_.materials.size()));
-      const GltfMaterialInfo& info = material_info_.at(material);
-      const auto key = std::pair(index, i);
-      auto found = primitives_.find(key);
-      if (found == primitives_.end()) {
-        GltfPrimitive fresh = read_gltf_primitive(document_, mesh.primitives[i], info.uv_set, where, notes_);
-        found = primitives_.emplace(key, std::move(fresh)).first;
-      }
-      const GltfPrimitive& primitive = found->second;
-      if (primitive.mesh.triangles.empty()) continue;
-      if (primitive.vertex_color) material = tinted(material, *primitive.vertex_color);
-      Geometry instance = primitive.mesh;
-      transform_mesh(instance, to_world);
-      append_counted(description_.geometry, instance, document_.path + ": " + where, material, info.emission, notes_);
+      const auto material = static_cast<std::uint32_t>(own >= 0 ? own : static_cast<int>(model_.materials.size()));
+      use(primitive(index, i, material_info_.at(material), where), material, where);
     }
+  }
+
+  /// Throws MemoryError where so many instances of a mesh do not fit, before the first of them is made.
+  void check_room(int index, std::size_t instances) {
+    double bytes = 0;
+    for_each_primitive(index, [&](const GltfPrimitive& p, std::uint32_t, const std::string&) {
+      bytes += static_cast<double>(instances) * static_cast<double>(scene_bytes(p.mesh));
+    });
+    const Reservation room(*document_.budget, "triangles of instances",
+                           static_cast<std::uint64_t>(std::min(bytes, 1e18)));
+  }
+
+  void add_mesh(int index, const Transform& to_world) {
+    check_cancelled();
+    for_each_primitive(index, [&](const GltfPrimitive& p, std::uint32_t material, const std::string& where) {
+      if (p.mesh.triangles.empty()) return;
+      const std::uint32_t emission = material_info_.at(material).emission;
+      if (p.vertex_color) material = tinted(material, *p.vertex_color);
+      triangles_.grow(scene_bytes(p.mesh));
+      Geometry instance = p.mesh;
+      transform_mesh(instance, to_world);
+      append_counted(description_.geometry, instance, document_.path + ": " + where, material, emission, notes_);
+    });
   }
 
   std::uint32_t tinted(std::uint32_t material, RGB tint) {
@@ -258,23 +287,14 @@ class GltfBuilder {
   }
 
   void note_extensions() {
-    static const std::set<std::string> kKnown = {"KHR_lights_punctual",
-                                                 "KHR_materials_emissive_strength",
-                                                 "KHR_texture_transform",
-                                                 "KHR_materials_transmission",
-                                                 "KHR_materials_ior",
-                                                 "KHR_materials_specular",
-                                                 "KHR_materials_clearcoat",
-                                                 "KHR_materials_unlit",
-                                                 "KHR_materials_volume",
-                                                 "KHR_materials_pbrSpecularGlossiness",
-                                                 "KHR_draco_mesh_compression",
-                                                 "EXT_meshopt_compression",
-                                                 "KHR_meshopt_compression",
-                                                 "KHR_mesh_quantization",
-                                                 "EXT_mesh_gpu_instancing",
-                                                 "EXT_texture_webp",
-                                                 "MSFT_texture_dds"};
+    static const std::set<std::string> kKnown = {"KHR_lights_punctual",        "KHR_materials_emissive_strength",
+                                                 "KHR_texture_transform",      "KHR_materials_transmission",
+                                                 "KHR_materials_ior",          "KHR_materials_specular",
+                                                 "KHR_materials_clearcoat",    "KHR_materials_unlit",
+                                                 "KHR_materials_volume",       "KHR_materials_pbrSpecularGlossiness",
+                                                 "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                                 "KHR_meshopt_compression",    "KHR_mesh_quantization",
+                                                 "EXT_mesh_gpu_instancing",    "EXT_texture_webp"};
     for (const std::string& name : model_.extensionsUsed) {
       if (!kKnown.contains(name)) notes_.add("extension " + name + " is not supported, left out");
     }
@@ -284,6 +304,7 @@ class GltfBuilder {
   const tinygltf::Model& model_;
   NoteCounter notes_;
   SceneDescription description_;
+  Reservation meshes_, triangles_;
   TextureCache textures_;
   GltfMaterials materials_;
   std::vector<GltfMaterialInfo> material_info_;  ///< of each material of the file, and of the default one
@@ -295,7 +316,7 @@ class GltfBuilder {
 }  // namespace
 
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options) {
-  return build_gltf_scene(read_gltf_document(path), options);
+  return build_gltf_scene(read_gltf_document(path, options), options);
 }
 
 SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options) {

@@ -47,6 +47,7 @@ class AttributeReader {
       if (vertex_count_ && count != *vertex_count_) {
         fail(name, fmt::format("has {} elements, POSITION has {}", count, *vertex_count_));
       }
+      held_.grow(count * components * sizeof(float));
       values = read_floats(document_, accessor, static_cast<int>(components));
     }
     const std::size_t count = values.size() / components;
@@ -60,6 +61,8 @@ class AttributeReader {
     if (draco_) {
       out = draco_->indices;
     } else if (primitive_.indices >= 0) {
+      held_.grow(document_.model->accessors[static_cast<std::size_t>(primitive_.indices)].count *
+                 (sizeof(std::uint32_t) + sizeof(std::array<std::uint32_t, 3>)));
       out = read_indices(document_, primitive_.indices);
     } else {
       out.resize(vertex_count_.value_or(0));
@@ -86,6 +89,7 @@ class AttributeReader {
   const GltfDocument& document_;
   const tinygltf::Primitive& primitive_;
   const std::string& where_;
+  Reservation held_{*document_.budget, "meshes", 0};  // of what is read
   std::optional<DracoPrimitive> draco_;
   std::optional<std::size_t> vertex_count_;
 };

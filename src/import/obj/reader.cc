@@ -26,12 +26,19 @@ namespace glowworm {
 
 namespace {
 
+/// Bytes of a mesh for each triangle while no vertex is shared.
+constexpr std::size_t kMeshBytes = 3 * (2 * sizeof(Vec3) + sizeof(Vec2)) + 3 * sizeof(std::uint32_t);
 constexpr std::size_t kNamedMaterials = 8;  ///< that notes name, of those that are used but not defined
 
 class ObjParser {
  public:
-  ObjParser(const std::string& file, const ObjFiles& files, NoteCounter& notes)
-      : file_(file), files_(files), notes_(notes) {}
+  ObjParser(const std::string& file, const ObjFiles& files, NoteCounter& notes, MemoryBudget& budget)
+      : file_(file),
+        files_(files),
+        notes_(notes),
+        lists_(budget, "meshes", 0),
+        faces_held_(budget, "meshes", 0),
+        triangles_(budget, "triangles", 0) {}
 
   SceneDescription run(std::string_view text) {
     material_ = material_index("");
@@ -40,6 +47,7 @@ class ObjParser {
       line_ = lines.number();
       if (line_ % 1024 == 0) check_cancelled();
       visit(lines.line());
+      lists_.cover((positions_.capacity() + normals_.capacity()) * sizeof(Vec3) + uvs_.capacity() * sizeof(Vec2));
     }
     end_mesh();
     if (faces_ == 0) {
@@ -135,6 +143,7 @@ class ObjParser {
       }
       mesh_.triangles.push_back(vertices);
     }
+    faces_held_.cover(mesh_.triangles.capacity() * kMeshBytes + corners_.capacity() * sizeof(Corner));
   }
 
   /// One corner: v, v/vt, v//vn or v/vt/vn.
@@ -197,6 +206,7 @@ class ObjParser {
     smoothed_ = smoothed_ || !smooth_triangles_.empty();
     merge_identical_vertices(mesh_);
     notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh_));
+    triangles_.grow(scene_bytes(mesh_));
     append_counted(description_.geometry, mesh_, file_, material_, kNone, notes_);
     mesh_ = {};
     smooth_triangles_.clear();
@@ -251,6 +261,7 @@ class ObjParser {
   const std::string& file_;
   const ObjFiles& files_;
   NoteCounter& notes_;
+  Reservation lists_, faces_held_, triangles_;  ///< of the file's lists, mesh_, and the scene's triangles
   SceneDescription description_;
   int line_ = 0;
   std::size_t faces_ = 0;
@@ -271,8 +282,9 @@ class ObjParser {
 
 }  // namespace
 
-SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes) {
-  return ObjParser(file, files, notes).run(text);
+SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes,
+                           MemoryBudget& budget) {
+  return ObjParser(file, files, notes, budget).run(text);
 }
 
 SceneDescription load_obj(const std::string& path, const ImportOptions& options) {
@@ -280,10 +292,13 @@ SceneDescription load_obj(const std::string& path, const ImportOptions& options)
   TextureCache textures(options, notes);
   const std::filesystem::path full(path);
   const std::string folder = full.parent_path().string();
+  Reservation held(*options.budget, "scene files", 0);
   ObjFiles files;
   files.library = [&](const std::string& name) -> std::optional<std::string> {
     try {
-      return read_input_file(find_texture_file(folder, name));
+      return read_input_file(find_texture_file(folder, name), held);
+    } catch (const MemoryError&) {
+      throw;
     } catch (const Error&) {
       return std::nullopt;  // which becomes a note
     }
@@ -291,7 +306,7 @@ SceneDescription load_obj(const std::string& path, const ImportOptions& options)
   files.texture = [&](const PhongTexture& texture, const TextureOptions& texture_options) {
     return textures.load_file(find_texture_file(folder, texture.name), texture_options);
   };
-  SceneDescription description = parse_obj(read_input_file(path), path, files, notes);
+  SceneDescription description = parse_obj(read_input_file(path, held), path, files, notes, *options.budget);
   description.name = full.stem().string();
   if (description.geometry.triangles.empty()) {
     throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");

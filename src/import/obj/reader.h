@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/memory_budget.h"
 #include "import/import.h"
 #include "import/notes.h"
 #include "import/phong.h"
@@ -28,6 +29,8 @@ struct ObjFiles {
 };
 
 /// The same from a text in memory. @param file for messages
-SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes);
+/// @param budget that what is read is reserved in meanwhile. Throws MemoryError, too
+SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes,
+                           MemoryBudget& budget);
 
 }  // namespace glowworm

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -10,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.h"
+#include "import/mesh_tools.h"
 #include "import/pbrt/camera.h"
 #include "import/pbrt/lights.h"
 #include "import/pbrt/material_table.h"
@@ -24,7 +27,23 @@ namespace {
 
 constexpr std::size_t kMaxNesting = 10000;
 
-using Defaults = std::map<std::string, PbrtParameters, std::less<>>;
+/// What Attribute directives set: the newest, and those before it. A list, so that what every AttributeBegin saves
+/// shares it.
+struct Defaults {
+  std::string target;  ///< "shape", "light", ...
+  PbrtParameters parameters;
+  std::shared_ptr<const Defaults> before;
+  int length = 1;  ///< of the list
+};
+constexpr int kMostDefaults = 256;
+
+/// Whether every parameter of `others` is also among `parameters`.
+bool hides(const PbrtParameters& parameters, const PbrtParameters& others) {
+  return std::all_of(others.all().begin(), others.all().end(), [&](const PbrtParameter& other) {
+    return std::any_of(parameters.all().begin(), parameters.all().end(),
+                       [&](const PbrtParameter& own) { return own.name == other.name; });
+  });
+}
 
 /// What AttributeBegin saves.
 struct Attributes {
@@ -33,7 +52,7 @@ struct Attributes {
   std::uint32_t material = 0;
   bool textured_material = false;
   std::shared_ptr<PbrtAreaLight> light;
-  std::shared_ptr<const Defaults> defaults;
+  std::shared_ptr<const Defaults> defaults;  ///< null: none
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
   bool start_active = true;  ///< transforms count at the start of the motion
 };
@@ -47,7 +66,11 @@ struct Saved {
 }  // namespace
 
 struct PbrtBuilder::State {
-  explicit State(PbrtContext& context_) : context(context_), materials(context_) {}
+  explicit State(PbrtContext& context_)
+      : context(context_),
+        materials(context_),
+        object_meshes(*context_.budget, "object meshes", 0),
+        triangles(*context_.budget, "triangles", 0) {}
 
   PbrtContext& context;
   PbrtMaterialTable materials;
@@ -59,7 +82,8 @@ struct PbrtBuilder::State {
   std::vector<PbrtShape>* open_object = nullptr;
   std::optional<PbrtDirective> film;
   float exposure_seconds = 1;
-  bool too_large = false, has_world_content = false;
+  bool has_world_content = false;
+  Reservation object_meshes, triangles;
 
   using Action = void (State::*)(PbrtDirective&);
   static Action action_of(std::string_view name);
@@ -70,21 +94,23 @@ struct PbrtBuilder::State {
     diagnostics().error(d.place, message, remedy);
   }
   void add_defaults(const char* target, PbrtDirective& d) {
-    if (!now.defaults) return;
-    if (const auto found = now.defaults->find(target); found != now.defaults->end()) {
-      d.parameters.add_defaults(found->second);
+    for (const Defaults* set = now.defaults.get(); set; set = set->before.get()) {
+      if (set->target == target) d.parameters.add_defaults(set->parameters);
     }
   }
 
   void ignore(PbrtDirective&) {}
   void attribute(PbrtDirective& d) {
-    auto defaults = now.defaults ? std::make_shared<Defaults>(*now.defaults) : std::make_shared<Defaults>();
-    const auto [entry, is_new] = defaults->try_emplace(d.strings[0], d.parameters);
-    if (!is_new) {
-      d.parameters.add_defaults(entry->second);
-      entry->second = d.parameters;
+    auto set = std::make_shared<Defaults>(Defaults{d.strings[0], d.parameters, now.defaults});
+    while (set->before && set->before->target == set->target && hides(set->parameters, set->before->parameters)) {
+      set->before = set->before->before;
     }
-    now.defaults = std::move(defaults);
+    if (set->before) set->length = set->before->length + 1;
+    if (set->length > kMostDefaults) {
+      return error(d, fmt::format("more than {} Attribute directives are in force", kMostDefaults),
+                   "Join some of them.");
+    }
+    now.defaults = std::move(set);
   }
   void begin(PbrtDirective& d) {
     if (stack.size() < kMaxNesting) {
@@ -111,7 +137,7 @@ struct PbrtBuilder::State {
   void light_source(PbrtDirective& d);
   void area_light_source(PbrtDirective& d);
   void shape(PbrtDirective& d);
-  void place(const PbrtShape& shape, const Transform& to_world, const PbrtPlace& place);
+  void place(const PbrtShape& shape, const Transform& to_world);
   void object_begin(PbrtDirective& d);
   void object_instance(PbrtDirective& d);
 };
@@ -299,7 +325,6 @@ void PbrtBuilder::State::area_light_source(PbrtDirective& d) {
 
 void PbrtBuilder::State::shape(PbrtDirective& d) {
   has_world_content = true;
-  if (too_large) return;
   add_defaults("shape", d);
   PbrtShape shape;
   shape.to_outer = now.transform;
@@ -320,24 +345,20 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   if (!mesh) return;
   shape.mesh = std::move(*mesh);
   if (open_object) {
+    object_meshes.grow(sizeof shape + mesh_bytes(shape.mesh.geometry));
     open_object->push_back(std::move(shape));
   } else {
-    place(shape, Transform(), d.place);
+    place(shape, Transform());
   }
 }
 
-void PbrtBuilder::State::place(const PbrtShape& shape, const Transform& to_world, const PbrtPlace& at) {
-  const std::size_t present = context.scene.geometry.triangles.size();
-  if (shape.mesh.geometry.triangles.size() > context.max_triangles - std::min(present, context.max_triangles)) {
-    if (!too_large) {
-      diagnostics().error(at,
-                          fmt::format("the scene has more than {} triangles with its instances", context.max_triangles),
-                          "Use fewer instances or simpler meshes.");
-    }
-    too_large = true;
-    return;
+void PbrtBuilder::State::place(const PbrtShape& shape, const Transform& to_world) {
+  triangles.grow(scene_bytes(shape.mesh.geometry));
+  try {
+    place_shape(context, shape, to_world);
+  } catch (const Error& error) {
+    diagnostics().error(shape.place, error.what(), "");
   }
-  place_shape(context, shape, to_world);
 }
 
 void PbrtBuilder::State::object_begin(PbrtDirective& d) {
@@ -365,17 +386,19 @@ void PbrtBuilder::State::object_instance(PbrtDirective& d) {
     return;
   }
   for (const PbrtShape& shape : found->second) {
-    if (too_large || diagnostics().full()) return;
-    place(shape, now.transform, d.place);
+    if (diagnostics().full()) return;
+    place(shape, now.transform);
   }
 }
 
 PbrtBuilder::PbrtBuilder(PbrtContext& context) : state_(std::make_unique<State>(context)) {}
 PbrtBuilder::~PbrtBuilder() = default;
 
-void PbrtBuilder::take(PbrtDirective& directive) {
+void PbrtBuilder::take(PbrtDirective& directive) try {
   state_->context.color_space = state_->now.color_space;
   (state_.get()->*State::action_of(directive.name))(directive);
+} catch (const MemoryError& error) {
+  throw Error(to_string(directive.place) + ": " + error.what());
 }
 
 void PbrtBuilder::finish() {

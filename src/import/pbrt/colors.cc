@@ -91,7 +91,8 @@ std::optional<SampledSpectrum> read_spectrum(PbrtContext& context, const PbrtPar
     const std::string& name = parameter.strings[0];
     try {
       const std::string path = context.resolve(name, parameter.place);
-      return parse_spd(read_pbrt_file(path), path);
+      Reservation held(*context.budget, "scene files", 0);
+      return parse_spd(read_pbrt_file(path, held), path);
     } catch (const Error& error) {
       parameters.error(
           parameter,

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "core/memory_budget.h"
 #include "core/rgb.h"
 #include "image/texture_file.h"
 #include "import/pbrt/diagnostics.h"
@@ -35,8 +36,9 @@ struct PbrtContext {
   std::string main_file;
   bool v3 = false;  ///< the file is for pbrt-v3
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
-  /// Triangles that the scene may have with all instances resolved: small files can ask for any number.
-  std::size_t max_triangles = 400'000'000;
+  /// Bounds files, meshes, and triangles with all instances resolved: small files can ask for any number.
+  std::shared_ptr<MemoryBudget> budget = std::make_shared<MemoryBudget>();
+  std::unique_ptr<Reservation> sky;      ///< of the pixels of scene.environment
   std::size_t subdivided_triangles = 0;  ///< of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
   std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;

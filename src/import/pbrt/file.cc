@@ -8,6 +8,7 @@
 #include <iterator>
 #include <memory>
 #include <system_error>
+#include <utility>
 
 #include "core/error.h"
 #include "core/input_file.h"
@@ -25,23 +26,27 @@ struct Inflater {
   }
 };
 
-std::string inflate_gzip(const std::string& path, const std::string& packed, std::uint64_t max_bytes) {
+std::string inflate_gzip(const std::string& path, const std::string& packed, Reservation& held) {
   constexpr std::size_t kPiece = std::size_t{1} << 20;
   Inflater inflater;
   if (!inflater.ready) throw Error({path}, "cannot be inflated: no memory", "Free some memory.");
   z_stream& stream = inflater.stream;
+  const std::uint64_t max_bytes = std::max(kSmallInflatedBytes, kMaxInflation * packed.size());
   std::string out;
-  std::size_t consumed = 0;
+  std::size_t consumed = 0, reserved = 0;
   int result = Z_OK;
   while (result != Z_STREAM_END) {
     const std::size_t filled = out.size();
     if (filled >= max_bytes) {
-      throw Error({path}, "inflates to more than " + std::to_string(max_bytes >> 20) + " MiB",
-                  "Inflate it by hand if it is what it should be.");
+      throw Error({path},
+                  "inflates to more than " + std::to_string(max_bytes >> 20) + " MiB, " +
+                      std::to_string(kMaxInflation) + " times its size",
+                  "Inflate it by hand (gunzip) if it is what it should be.");
     }
     const std::size_t room = std::min<std::uint64_t>(std::max(kPiece, filled / 2), max_bytes - filled);
     const std::size_t piece_out = std::min<std::size_t>(room, 1u << 30);
     const std::size_t piece_in = std::min<std::size_t>(packed.size() - consumed, 1u << 30);
+    if (filled + piece_out > reserved) held.grow(filled + piece_out - std::exchange(reserved, filled + piece_out));
     out.resize(filled + piece_out);
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + consumed));
     stream.avail_in = static_cast<uInt>(piece_in);
@@ -78,9 +83,9 @@ std::filesystem::path follow_link_files(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::string read_pbrt_file(const std::string& path, std::uint64_t max_inflated_bytes) {
-  std::string bytes = read_input_file(path);
-  if (bytes.starts_with("\x1f\x8b")) return inflate_gzip(path, bytes, max_inflated_bytes);
+std::string read_pbrt_file(const std::string& path, Reservation& held) {
+  std::string bytes = read_input_file(path, held);
+  if (bytes.starts_with("\x1f\x8b")) return inflate_gzip(path, bytes, held);
   return bytes;
 }
 

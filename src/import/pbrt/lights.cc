@@ -14,7 +14,12 @@ namespace {
 /// A light's colour: of the parameter `name`, times its scale, which pbrt-v3 lets be a colour.
 RGB light_color(PbrtContext& context, const PbrtParameters& parameters, const char* name) {
   const RGB color = color_or(context, parameters, name, PbrtColorUse::illuminant, RGB(1.0f));
-  return color * color_or(context, parameters, "scale", PbrtColorUse::unbounded, RGB(1.0f));
+  const RGB scaled = color * color_or(context, parameters, "scale", PbrtColorUse::unbounded, RGB(1.0f));
+  if (luminance(scaled) >= 0) return scaled;
+  parameters.diagnostics().error(parameters.place(),
+                                 fmt::format("the light is negative: ({:g}, {:g}, {:g})", scaled.r, scaled.g, scaled.b),
+                                 "Give it a positive value.");
+  return RGB(0.0f);
 }
 
 /// A unit vector, or an error at the directive.
@@ -165,7 +170,9 @@ class LightBuilder {
     const auto image = context_.load_image(path, default_image_options(path));
     environment.width = image->width();
     environment.height = image->height();
-    environment.pixels.reserve(static_cast<std::size_t>(environment.width) * environment.height);
+    const std::size_t pixels = static_cast<std::size_t>(environment.width) * environment.height;
+    context_.sky = std::make_unique<Reservation>(*context_.budget, "sky", pixels * sizeof(RGB));
+    environment.pixels.reserve(pixels);
     for (int y = 0; y < environment.height; ++y) {
       for (int x = 0; x < environment.width; ++x) {
         environment.pixels.push_back(

@@ -104,8 +104,8 @@ constexpr std::size_t kMaxParameters = 1000;  // of one directive; keeps looking
 
 class Parser {
  public:
-  Parser(const std::string& main_file, PbrtDiagnostics& diagnostics, const PbrtSink& sink)
-      : main_file_(main_file), diagnostics_(diagnostics), sink_(sink) {}
+  Parser(const std::string& main_file, PbrtDiagnostics& diagnostics, MemoryBudget& budget, const PbrtSink& sink)
+      : main_file_(main_file), diagnostics_(diagnostics), budget_(budget), sink_(sink) {}
 
   void parse(std::string_view text, const std::string& path);
 
@@ -124,6 +124,7 @@ class Parser {
 
   const std::string main_file_;
   PbrtDiagnostics& diagnostics_;
+  MemoryBudget& budget_;
   const PbrtSink& sink_;
   std::vector<std::string> open_files_;  // canonical paths, the main file first
   std::size_t includes_ = 0;
@@ -203,8 +204,9 @@ void Parser::include(const PbrtDirective& directive, const std::string& path) {
     fail(directive.place, fmt::format("more than {} included files", kMaxIncludes), "Join some of them.");
   }
   std::string text;
+  Reservation held(budget_, "scene files", 0);
   try {
-    text = read_pbrt_file(file);
+    text = read_pbrt_file(file, held);
   } catch (const Error& error) {
     diagnostics_.error(directive.place, fmt::format("cannot include {}: {}", in_quotes(name), error.what()), "");
     return;
@@ -344,14 +346,16 @@ void Parser::check_values(const PbrtParameter& parameter) {
 
 }  // namespace
 
-void parse_pbrt_text(std::string_view text, const std::string& path, PbrtDiagnostics& diagnostics,
+void parse_pbrt_text(std::string_view text, const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget,
                      const PbrtSink& sink) {
-  Parser(path, diagnostics, sink).parse(text, path);
+  Parser(path, diagnostics, budget, sink).parse(text, path);
 }
 
-void parse_pbrt_file(const std::string& path, PbrtDiagnostics& diagnostics, const PbrtSink& sink) {
-  const std::string text = read_pbrt_file(path);
-  parse_pbrt_text(text, path, diagnostics, sink);
+void parse_pbrt_file(const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget,
+                     const PbrtSink& sink) {
+  Reservation held(budget, "scene files", 0);
+  const std::string text = read_pbrt_file(path, held);
+  parse_pbrt_text(text, path, diagnostics, budget, sink);
 }
 
 bool is_pbrt_v3(std::string_view text) {

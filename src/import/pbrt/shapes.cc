@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "import/mesh_tools.h"
 #include "import/ply/reader.h"
 
 namespace glowworm {
@@ -136,7 +137,7 @@ class ShapeBuilder {
     }
     PlyMesh ply;
     try {
-      ply = read_ply(context_.resolve(name, parameters_.place()));
+      ply = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
     } catch (const Error& error) {
       parameters_.error(*file, fmt::format("cannot read {}: {}", in_quotes(name), error.what()), "");
       return std::nullopt;
@@ -201,10 +202,9 @@ class ShapeBuilder {
       parameters_.diagnostics().note(parameters_.place(), "not supported: emissionfilename of a bilinearmesh");
     }
     PbrtMesh mesh;
+    Reservation held(*context_.budget, "meshes", 0);
     for (std::size_t i = 0; i < corners->size(); i += 4) {
-      if (mesh.geometry.triangles.size() > context_.max_triangles) {
-        return fail(fmt::format("a mesh of more than {} triangles", context_.max_triangles), "Use a simpler mesh.");
-      }
+      held.cover(mesh_bytes(mesh.geometry));
       Vec3 corner[4];
       std::vector<Vec3> patch_normals;
       std::vector<Vec2> patch_uvs;
@@ -239,6 +239,10 @@ class ShapeBuilder {
                                      fmt::format("subdivided {} times only, for size: loopsubdiv", most));
       levels = most;
     }
+    // Two meshes and the edges of one.
+    constexpr std::uint64_t kBytesPerTriangle = 200;
+    const Reservation held(*context_.budget, "subdivision",
+                           (std::uint64_t{control.triangles.size()} << (2 * levels)) * kBytesPerTriangle);
     PbrtMesh mesh;
     mesh.geometry = loop_subdivide(control, levels);
     context_.subdivided_triangles += mesh.geometry.triangles.size();

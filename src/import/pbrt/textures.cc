@@ -196,7 +196,7 @@ TextureOptions default_image_options(const std::string& file) {
   TextureOptions options;
   std::string extension = std::filesystem::path(file).extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const bool floats = extension == ".exr" || extension == ".hdr" || extension == ".pfm";
+  const bool floats = extension == ".exr" || extension == ".hdr";
   options.encoding = floats ? TextureEncoding::linear : TextureEncoding::srgb;
   return options;
 }

@@ -5,7 +5,6 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <new>
 
 #include "core/error.h"
 #include "import/pbrt/file.h"
@@ -17,6 +16,8 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kDamaged = "The file may be damaged or cut off.";
+/// Bytes for each corner of a face: its index, and its position while the face is cut.
+constexpr std::size_t kCornerBytes = sizeof(std::uint32_t) + sizeof(Vec3);
 
 /// Gives the file's values one after another, whatever its format. Every value fits a double exactly.
 class ValueReader {
@@ -119,7 +120,8 @@ int vertex_role(std::string_view name) {
   return -1;
 }
 
-void read_vertices(ValueReader& reader, const PlyElement& element, const std::string& file, PlyMesh& mesh) {
+void read_vertices(ValueReader& reader, const PlyElement& element, const std::string& file, Reservation& held,
+                   PlyMesh& mesh) {
   bool present[8] = {};
   std::vector<int> roles;
   for (const PlyProperty& property : element.properties) {
@@ -137,7 +139,7 @@ void read_vertices(ValueReader& reader, const PlyElement& element, const std::st
   const auto count = static_cast<std::size_t>(element.count);
   const bool has_normals = present[3] && present[4] && present[5];
   const bool has_uvs = present[6] && present[7];
-  // Safe: the header's promise was checked against the size of the file.
+  held.grow(count * (sizeof(Vec3) * (has_normals ? 2 : 1) + (has_uvs ? sizeof(Vec2) : 0)));
   mesh.positions.reserve(count);
   if (has_normals) mesh.normals.reserve(count);
   if (has_uvs) mesh.uvs.reserve(count);
@@ -183,7 +185,8 @@ void add_larger_face(const std::vector<std::uint32_t>& corners, PlyMesh& mesh) {
 }
 
 /// @param corners room that is used again for each face
-void read_face(ValueReader& reader, const PlyProperty& property, std::vector<std::uint32_t>& corners, PlyMesh& mesh) {
+void read_face(ValueReader& reader, const PlyProperty& property, std::vector<std::uint32_t>& corners, Reservation& held,
+               PlyMesh& mesh) {
   const std::uint64_t count = reader.length(property);
   corners.clear();
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -192,18 +195,19 @@ void read_face(ValueReader& reader, const PlyProperty& property, std::vector<std
       reader.fail(fmt::format("a face has vertex {}, but there are {} vertices", index, mesh.positions.size()));
     }
     corners.push_back(static_cast<std::uint32_t>(index));
+    held.cover(corners.capacity() * kCornerBytes + mesh.triangles.capacity() * sizeof mesh.triangles[0]);
   }
   if (count == 3) mesh.triangles.push_back({corners[0], corners[1], corners[2]});
   if (count == 4) add_quad(corners.data(), mesh);
   if (count > 4) add_larger_face(corners, mesh);
 }
 
-void read_faces(ValueReader& reader, const PlyElement& element, PlyMesh& mesh) {
+void read_faces(ValueReader& reader, const PlyElement& element, Reservation& held, PlyMesh& mesh) {
   std::vector<std::uint32_t> corners;
   for (std::uint64_t i = 0; i < element.count; ++i) {
     for (const PlyProperty& property : element.properties) {
       if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index")) {
-        read_face(reader, property, corners, mesh);
+        read_face(reader, property, corners, held, mesh);
       } else if (property.is_list) {
         reader.skip(property.type, reader.length(property));
       } else {
@@ -224,20 +228,21 @@ void skip_element(ValueReader& reader, const PlyElement& element) {
 
 }  // namespace
 
-PlyMesh parse_ply(std::string_view bytes, const std::string& file) {
+PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
   const PlyHeader header = read_ply_header(bytes, file);
   ValueReader reader(bytes, header, file);
+  Reservation vertices(budget, "meshes", 0), faces(budget, "meshes", 0);
   PlyMesh mesh;
   mesh.texture = header.texture;
   bool has_vertices = false, has_faces = false;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" && !has_vertices) {
       has_vertices = true;
-      read_vertices(reader, element, file, mesh);
+      read_vertices(reader, element, file, vertices, mesh);
     } else if (element.name == "face" && !element.properties.empty()) {
       if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh anew.");
       has_faces = true;
-      read_faces(reader, element, mesh);
+      read_faces(reader, element, faces, mesh);
     } else {
       skip_element(reader, element);
     }
@@ -248,12 +253,9 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file) {
   return mesh;
 }
 
-PlyMesh read_ply(const std::string& path) {
-  try {
-    return parse_ply(read_pbrt_file(path), path);
-  } catch (const std::bad_alloc&) {
-    throw Error({path}, "does not fit into memory", "Use a smaller mesh or a machine with more memory.");
-  }
+PlyMesh read_ply(const std::string& path, MemoryBudget& budget) {
+  Reservation held(budget, "scene files", 0);
+  return parse_ply(read_pbrt_file(path, held), path, budget);
 }
 
 }  // namespace glowworm

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/memory_budget.h"
 #include "core/vec.h"
 
 namespace glowworm {
@@ -26,10 +27,11 @@ struct PlyMesh {
 /// Reads a PLY file: ASCII or binary of either byte order, gzipped or not; vertices with x, y, z and, where given,
 /// nx, ny, nz and u, v (or s, t; texture_u, texture_v); faces by "vertex_indices" or "vertex_index". Other elements
 /// and properties are skipped. Memory stays in proportion to the file's size, whatever its header promises.
-/// Throws Error with file (and line) and remedy.
-PlyMesh read_ply(const std::string& path);
+/// @param budget that file and mesh are reserved in while they are read
+/// Throws Error with file (and line) and remedy, and MemoryError.
+PlyMesh read_ply(const std::string& path, MemoryBudget& budget);
 
 /// The same from bytes in memory. @param file for messages
-PlyMesh parse_ply(std::string_view bytes, const std::string& file);
+PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget);
 
 }  // namespace glowworm

@@ -18,6 +18,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kHeaderBytes = 84, kFacetBytes = 50;
+/// Bytes of a mesh for each facet.
+constexpr std::uint64_t kMeshBytes = 3 * (2 * sizeof(Vec3) + sizeof(Vec2)) + 3 * sizeof(std::uint32_t);
 constexpr const char* kDamaged = "The file may be damaged or cut off.";
 
 void add_facet(Geometry& mesh, const Vec3 vertices[3], Vec3 normal) {
@@ -36,14 +38,19 @@ std::uint32_t facet_count(std::string_view bytes) {
   return count;
 }
 
-Geometry parse_binary(std::string_view bytes, const std::string& file) {
+Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
   if (bytes.size() < kHeaderBytes) throw Error({file}, "is no STL file: it ends within the header", kDamaged);
   const std::uint32_t count = facet_count(bytes);
   if (count > (bytes.size() - kHeaderBytes) / kFacetBytes) {
     throw Error({file}, fmt::format("the header promises {} facets, but the file ends before them", count), kDamaged);
   }
   if (count > kNone / 3) throw Error({file}, fmt::format("{} facets are too many", count), "Split the mesh.");
+  const Reservation held(budget, "meshes", count * kMeshBytes);
   Geometry mesh;
+  mesh.positions.reserve(3 * std::size_t{count});
+  mesh.normals.reserve(3 * std::size_t{count});
+  mesh.uvs.reserve(3 * std::size_t{count});
+  mesh.triangles.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     Vec3 values[4];  // the normal, and three vertices
     std::memcpy(values, bytes.data() + kHeaderBytes + kFacetBytes * i, sizeof values);
@@ -54,7 +61,7 @@ Geometry parse_binary(std::string_view bytes, const std::string& file) {
 
 class AsciiParser {
  public:
-  explicit AsciiParser(const std::string& file) : file_(file) {}
+  AsciiParser(const std::string& file, MemoryBudget& budget) : file_(file), held_(budget, "meshes", 0) {}
 
   Geometry run(std::string_view text) {
     LineReader lines(text);
@@ -85,6 +92,7 @@ class AsciiParser {
       if (!inside_ || count_ != 3) fail(fmt::format("a facet of {} vertices", count_));
       if (mesh_.positions.size() > kNone - 3) fail("more vertices than can be indexed");
       add_facet(mesh_, vertices_, normal_);
+      held_.cover(mesh_.triangles.capacity() * kMeshBytes);
       inside_ = false;
     } else if (word != "outer" && word != "loop" && word != "endloop") {
       fail(fmt::format("unknown word '{}'", word.substr(0, 60)));
@@ -104,6 +112,7 @@ class AsciiParser {
   [[noreturn]] void fail(const std::string& message) const { throw Error({file_, line_}, message, kDamaged); }
 
   const std::string& file_;
+  Reservation held_;
   Geometry mesh_;
   int line_ = 0, count_ = 0;
   bool inside_ = false;
@@ -112,12 +121,13 @@ class AsciiParser {
 
 }  // namespace
 
-Geometry parse_stl(std::string_view bytes, const std::string& file) {
+Geometry parse_stl(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
   // Binary files may begin with "solid", too.
   const bool has_binary_size =
       bytes.size() >= kHeaderBytes && bytes.size() - kHeaderBytes == kFacetBytes * std::size_t{facet_count(bytes)};
-  if (!has_binary_size && trimmed(bytes.substr(0, 256)).starts_with("solid")) return AsciiParser(file).run(bytes);
-  return parse_binary(bytes, file);
+  if (!has_binary_size && trimmed(bytes.substr(0, 256)).starts_with("solid"))
+    return AsciiParser(file, budget).run(bytes);
+  return parse_binary(bytes, file, budget);
 }
 
 }  // namespace glowworm

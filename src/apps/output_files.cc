@@ -1,0 +1,83 @@
+#include "apps/output_files.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <filesystem>
+#include <new>
+
+#include "apps/commands.h"
+#include "core/atomic_file.h"
+#include "core/log.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Files that warnings and the error at the end name; a full disk fails every frame of a session.
+constexpr std::size_t kMostNames = 8;
+
+}  // namespace
+
+void OutputFiles::add_input(const std::string& what, const std::string& path) {
+  named_.emplace(output_identity(path), what);
+}
+
+void OutputFiles::add(const std::string& what, const std::string& path) {
+  check(what, path);
+  if (const std::string identity = output_identity(path); !identity.empty()) named_.emplace(identity, what);
+}
+
+void OutputFiles::check(const std::string& what, const std::string& path) const {
+  const auto other = named_.find(output_identity(path));
+  if (other != named_.end() && !other->first.empty())
+    throw CommandLineError(fmt::format("{} '{}' and {} are one file", what, path, other->second),
+                           "Give each its own name.");
+}
+
+bool OutputFiles::probe(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  // The reader at the other end would see that a pipe or a device is opened.
+  if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character) return true;
+  try {
+    const AtomicFile probe(path);
+  } catch (const DiskError& failure) {
+    return note_failure(path, failure.what());
+  }
+  return true;
+}
+
+bool OutputFiles::write(const std::string& path, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::bad_alloc&) {
+    return note_failure(path, path + ": out of memory");
+  } catch (const std::exception& failure) {
+    return note_failure(path, failure.what());
+  }
+  failed_.erase(path);
+  return true;
+}
+
+bool OutputFiles::note_failure(const std::string& path, const std::string& message) {
+  failed_.insert(path);
+  if (warned_.size() < kMostNames && warned_.insert(path).second) warn(message);
+  return false;
+}
+
+void OutputFiles::throw_if_any_failed() const {
+  if (failed_.empty()) return;
+  std::string names;
+  std::size_t named = 0;
+  for (const std::string& path : failed_) {
+    if (named++ == kMostNames) {
+      names += fmt::format(" and {} more", failed_.size() - kMostNames);
+      break;
+    }
+    names += (named > 1 ? ", " : "") + path;
+  }
+  throw Error("not written: " + names, "The warnings above say why.");
+}
+
+}  // namespace glowworm

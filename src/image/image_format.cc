@@ -1,0 +1,111 @@
+#include "image/image_format.h"
+
+#include <strings.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string_view>
+
+namespace glowworm {
+
+namespace {
+
+// Deflate makes no more than 1032 bytes of one (258 bytes of two bits), which are 8 pixels of one bit each. A block of
+// 8 x 8 pixels takes a bit of a JPEG at least. EXR's DWAA deflates runs of 128 bytes in two, of pixels of two bytes.
+// A run of 127 pixels takes 2 bytes for each of HDR's four channels, one of 128 pixels 2 bytes of a TGA.
+constexpr std::array kFormats = {
+    ImageFormat{"PNG", "png", 8 * 1032, true},
+    ImageFormat{"JPEG", "jpeg", 512, true},
+    ImageFormat{"EXR", "openexr", 64 * 1032 / 2, true},
+    ImageFormat{"HDR", "hdr", 16, true},
+    ImageFormat{"TIFF", "tiff", 0, true},
+    ImageFormat{"TGA", "targa", 64, false},
+    ImageFormat{"BMP", "bmp", 0, false},
+    ImageFormat{"WebP", "webp", 0, false},
+    ImageFormat{"GIF", "gif", 0, false},
+};
+
+const ImageFormat* by_name(std::string_view name) {
+  return std::find_if(kFormats.begin(), kFormats.end(), [&](const ImageFormat& f) { return f.name == name; });
+}
+
+// How files begin.
+struct Mark {
+  std::string_view bytes;
+  const char* format;
+};
+constexpr Mark kMarks[] = {
+    {"\x89PNG\r\n\x1a\n", "PNG"},
+    {"\xff\xd8\xff", "JPEG"},
+    {"\x76\x2f\x31\x01", "EXR"},
+    {"#?", "HDR"},
+    {{"II*\0", 4}, "TIFF"},
+    {{"MM\0*", 4}, "TIFF"},
+    {{"II+\0", 4}, "TIFF"},
+    {{"MM\0+", 4}, "TIFF"},
+    {"BM", "BMP"},
+    {"GIF87a", "GIF"},
+    {"GIF89a", "GIF"},
+};
+
+// Formats that are not read, for messages.
+constexpr Mark kUnreadMarks[] = {
+    {"DDS ", "a DDS"},
+    {"8BPS", "a Photoshop"},
+    {"FOR4", "an IFF"},
+    {"FORM", "an IFF"},
+    {"SDPX", "a DPX"},
+    {"XPDS", "a DPX"},
+    {"P1", "a PBM"},
+    {"P2", "a PGM"},
+    {"P3", "a PPM"},
+    {"P4", "a PBM"},
+    {"P5", "a PGM"},
+    {"P6", "a PPM"},
+    {"PF", "a PFM"},
+    {"Pf", "a PFM"},
+    {"\xabKTX", "a KTX"},
+    {"qoif", "a QOI"},
+    {"\xff\x0a", "a JPEG XL"},
+    {{"\0\0\1\0", 4}, "an ICO"},
+    {{"\0\0\0\x0cjP  ", 8}, "a JPEG 2000"},
+};
+
+bool is_tga(std::string_view bytes, const std::string& name) {
+  const std::string ending = std::filesystem::path(name).extension().string();
+  if (strcasecmp(ending.c_str(), ".tga") != 0 && strcasecmp(ending.c_str(), ".tpic") != 0) return false;
+  if (bytes.size() < kFormatBytes) return false;
+  const int map_type = bytes[1], image_type = bytes[2];
+  return map_type <= 1 && (image_type & ~8) >= 1 && (image_type & ~8) <= 3;
+}
+
+}  // namespace
+
+const ImageFormat* find_image_format(std::span<const std::uint8_t> bytes, const std::string& name) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (const Mark& mark : kMarks) {
+    if (text.starts_with(mark.bytes)) return by_name(mark.format);
+  }
+  if (text.starts_with("RIFF") && text.size() >= 12 && text.substr(8, 4) == "WEBP") return by_name("WebP");
+  return is_tga(text, name) ? by_name("TGA") : nullptr;
+}
+
+std::string unread_format(std::span<const std::uint8_t> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (const Mark& mark : kUnreadMarks) {
+    if (text.starts_with(mark.bytes)) return mark.format;
+  }
+  return text.size() >= 12 && text.substr(4, 4) == "ftyp" ? "a HEIF" : "";
+}
+
+std::string image_format_names() {
+  std::string names;
+  for (std::size_t i = 0; i < kFormats.size(); ++i) {
+    names += i == 0 ? "" : i + 1 < kFormats.size() ? ", " : " and ";
+    names += kFormats[i].name;
+  }
+  return names;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,29 @@
+#include "points/finite_light.h"
+
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+// NaN compares as false.
+bool is_bounded(RGB light) {
+  return std::abs(light.r) <= kLargestRadiance && std::abs(light.g) <= kLargestRadiance &&
+         std::abs(light.b) <= kLargestRadiance;
+}
+
+}  // namespace
+
+std::size_t drop_infinite_samples(SlotRadiance& radiance) {
+  std::size_t dropped = 0;
+  for (std::size_t i = 0; i < radiance.emitted.size(); ++i) {
+    if (is_bounded(radiance.emitted[i]) && is_bounded(radiance.direct[i]) && is_bounded(radiance.indirect[i]) &&
+        is_bounded(radiance.caustic[i]))
+      continue;
+    radiance.emitted[i] = radiance.direct[i] = radiance.indirect[i] = radiance.caustic[i] = RGB();
+    ++dropped;
+  }
+  return dropped;
+}
+
+}  // namespace glowworm

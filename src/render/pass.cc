@@ -1,0 +1,180 @@
+#include "render/pass.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/parallel.h"
+#include "density/query_store.h"
+#include "gather/direct_light.h"
+#include "gather/final_gather.h"
+#include "render/scheduler.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Memory for the cache of a file with query points.
+constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::uint64_t{64} << 20;
+
+class PassRenderer {
+ public:
+  PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const PassSettings& settings, MemoryBudget& budget,
+               PassMemory& memory, Statistics& statistics)
+      : tracer_(tracer), maps_(maps), settings_(settings), budget_(budget), memory_(memory), statistics_(statistics) {}
+
+  PassResult render(const Camera& camera, const CameraTask& task) {
+    check_cancelled();
+    CameraPassSettings camera_settings;
+    camera_settings.width = settings_.width;
+    camera_settings.height = settings_.height;
+    camera_settings.seed = settings_.seed;
+    if (settings_.kind == PassKind::photons) {
+      camera_pass_queries(tracer_, camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
+                          statistics_);
+      look_up(memory_.queries, maps_.engine(), out_.radiance.indirect);
+      return std::move(out_);
+    }
+    GatherPoints& points = memory_.points;
+    camera_pass(tracer_, camera, task, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
+    if (settings_.kind == PassKind::gather) gather_light(points);
+    if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
+    return std::move(out_);
+  }
+
+ private:
+  void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
+    memory_.found.assign(queries.size(), RGB());
+    count_held(queries);
+    engine.estimate(queries, memory_.found, statistics_);
+    complete(queries, memory_.found, target, statistics_);
+  }
+
+  void count_held(const QueryPoints& queries) {
+    memory_.most_query_bytes =
+        std::max<std::uint64_t>(memory_.most_query_bytes, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
+  }
+
+  void gather_light(const GatherPoints& points) {
+    if (!(tracer_.scene().light_power().total() > 0)) return;
+    if (settings_.direct)
+      add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, out_.radiance,
+                       statistics_);
+    if (settings_.caustic && maps_.caustic_engine())
+      look_up(gather_points_as_queries(points), *maps_.caustic_engine(), out_.radiance.caustic);
+    // Gather rays that hit lights are part of direct light.
+    if (settings_.direct || settings_.indirect) gather(points);
+  }
+
+  FinalGatherSettings gather_settings() const {
+    FinalGatherSettings out;
+    out.rays = settings_.gather;
+    out.seed = settings_.seed;
+    out.light_samples = settings_.direct ? settings_.light_samples : 0;
+    out.radii = settings_.corners ? &maps_.radii() : nullptr;
+    out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
+    out.patch_samples = usual_patch_samples(settings_.gather);
+    return out;
+  }
+
+  /// Final gathering in portions: each is traced, looked up and completed before the next.
+  void gather(const GatherPoints& points) {
+    const FinalGatherSettings gather = gather_settings();
+    const std::size_t rays_each = gather.rays + (gather.looks_at_patches() ? gather.patch_samples : 0);
+    const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
+    const DensityEngine* caustics = settings_.corners && settings_.indirect ? maps_.caustic_engine() : nullptr;
+    // A ray that gathers again asks both maps.
+    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
+    const auto queries_at_once =
+        static_cast<std::size_t>(std::min<std::uint64_t>(settings_.queries_at_once, budget_.available() / bytes_each));
+    const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
+    const auto trace = [&](std::size_t first) {
+      check_cancelled();
+      final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
+                   {memory_.queries, caustics ? &memory_.corner_queries : nullptr}, statistics_);
+      if (caustics) look_up(memory_.corner_queries, *caustics, out_.radiance.indirect);
+    };
+    const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
+    if (!settings_.by_disk) {
+      for (std::size_t first = 0; first < points.size(); first += step) {
+        trace(first);
+        if (settings_.kind == PassKind::count_gathered)
+          count(memory_.queries);
+        else if (settings_.indirect)
+          look_up(memory_.queries, maps_.engine(), out_.radiance.indirect);
+      }
+      return;
+    }
+    const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kLeastCache, kMostCache);
+    const Reservation cache(budget_, "disk cache", cache_bytes);
+    // A ray that ends on a translucent sheet gives two.
+    QueryStore store(maps_.bounds(), 2 * points.size() * rays_each, cache_bytes);
+    for (std::size_t first = 0; first < points.size(); first += step) {
+      trace(first);
+      const PhaseTimer timer(statistics_, Phase::reorder);
+      store.append(memory_.queries);
+    }
+    memory_.queries = QueryPoints();
+    const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
+      count_held(run);
+      maps_.engine().estimate(run, found, statistics_);
+    };
+    if (settings_.indirect) store.complete(queries_at_once, look_up_run, out_.radiance.indirect);
+    memory_.paged += store.counts();
+  }
+
+  void count_photons(const GatherPoints& points) {
+    out_.diagnosis.assign(out_.first_hit.depth.size(), RGB());
+    if (maps_.empty() || !maps_.diagnosis()) return;
+    if (settings_.kind == PassKind::count_gathered)
+      gather(points);
+    else
+      count(memory_.queries = gather_points_as_queries(points));
+  }
+
+  void count(QueryPoints& queries) {
+    // Lambertian of reflectance pi: what the index holds is summed as it is.
+    std::fill(queries.reflectance.begin(), queries.reflectance.end(), RGB(kPi));
+    std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
+    std::fill(queries.weight.begin(), queries.weight.end(), RGB(1.0f));
+    queries.bsdfs.clear();
+    look_up(queries, *maps_.diagnosis(), out_.diagnosis);
+  }
+
+  const Tracer& tracer_;
+  const PhotonMaps& maps_;
+  const PassSettings& settings_;
+  MemoryBudget& budget_;
+  PassMemory& memory_;
+  Statistics& statistics_;
+  PassResult out_;
+};
+
+}  // namespace
+
+void PassMemory::clear() {
+  points = GatherPoints();
+  queries = corner_queries = QueryPoints();
+  found = LargeVector<RGB>();
+  reservation.reset();
+}
+
+void PassMemory::keep(MemoryBudget& budget) {
+  const std::uint64_t bytes =
+      points.slot.capacity() * GatherPoints::kBytesEach + queries.position.capacity() * QueryPoints::kBytesEach +
+      queries.bsdfs.capacity() * sizeof(QueryBsdf) + corner_queries.position.capacity() * QueryPoints::kBytesEach +
+      corner_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
+  reservation.reset();
+  if (bytes > budget.available() / 2)
+    clear();
+  else
+    reservation = std::make_unique<Reservation>(budget, "query points", bytes);
+}
+
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera, const CameraTask& task,
+                       const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
+  memory.reservation.reset();
+  const Reservation reservation(budget, "camera samples", task.slot_count() * kBytesPerSlot);
+  return PassRenderer(tracer, maps, settings, budget, memory, statistics).render(camera, task);
+}
+
+}  // namespace glowworm

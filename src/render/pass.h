@@ -1,0 +1,71 @@
+// One pass over a task: from the camera to radiance. Renders and sessions share it.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/memory_budget.h"
+#include "core/statistics.h"
+#include "density/paged_array.h"
+#include "gather/camera_pass.h"
+#include "points/query_points.h"
+#include "render/photon_maps.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// What a pass finds out for its slots.
+enum class PassKind : std::uint8_t {
+  gather,          ///< light by final gathering
+  photons,         ///< the photon map shown directly
+  surfaces,        ///< FirstHit alone
+  count_seen,      ///< photons around the gather points: PhotonMaps::diagnosis()
+  count_gathered,  ///< photons around the ends of gather rays
+};
+
+/// What a pass renders.
+struct PassSettings {
+  PassKind kind = PassKind::gather;
+  int width = 0, height = 0;        ///< of the whole picture, pixels
+  std::uint32_t gather = 16;        ///< final gather rays of each camera sample
+  std::uint32_t light_samples = 0;  ///< light samples of each gather point
+  std::uint32_t seed = 0;
+  bool direct = true, indirect = true, caustic = true;  ///< parts of gathered light that are wanted
+  bool corners = true;                                  ///< short gather rays gather again (FinalGatherSettings::radii)
+  bool patches = true;                                  ///< some gather rays go to bright patches
+  std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, where the budget allows
+  bool by_disk = false;  ///< kind gather: query points go through a file (density/query_store.h)
+};
+
+/// What a pass found; one entry a slot.
+struct PassResult {
+  SlotRadiance radiance;  ///< W sr^-1 m^-2; of kinds that show light
+  FirstHit first_hit;
+  std::vector<RGB> diagnosis;  ///< of kinds that count: as photon_diagnosis() takes it, summed over query points
+};
+
+/// Where passes work, one after another. Its arrays grow and are used again: memory that was used before need not be
+/// cleared by the system.
+struct PassMemory {
+  GatherPoints points;
+  QueryPoints queries;
+  QueryPoints corner_queries;          ///< of rays that gather again, for the caustic map
+  LargeVector<RGB> found;              ///< radiance of the query points
+  std::uint64_t most_query_bytes = 0;  ///< the most that query points took at once
+  PagedCounts paged;                   ///< what went through the caches of files
+
+  /// Frees the arrays. Counts stay.
+  void clear();
+  /// Between passes: reserves what the arrays hold in the budget; frees it where that is more than half of what is
+  /// left.
+  void keep(MemoryBudget& budget);
+  std::unique_ptr<Reservation> reservation;  ///< of what is kept
+};
+
+/// Renders the task on all threads. The same bits for any number of threads. Throws Cancelled within a
+/// CancellationScope that is interrupted, and Error where the budget is too small.
+/// @param maps up to date; not used by PassKind::surfaces
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera, const CameraTask& task,
+                       const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics);
+
+}  // namespace glowworm

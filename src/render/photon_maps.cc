@@ -1,0 +1,328 @@
+#include "render/photon_maps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/density_control.h"
+#include "points/query_points.h"
+#include "render/boundary.h"
+#include "render/scheduler.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Photons at which find_patches() looks how bright the scene is, at most, and what each takes meanwhile.
+constexpr std::uint64_t kMostLitPlaces = 32768, kBytesPerLitPlace = 512;
+/// What a photon takes beside its batch where photons are kept: its radius, its place in the order, its factor.
+constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
+/// Passes of photons that a caustic map is made of at most.
+constexpr std::uint64_t kMostCausticPasses = 8;
+/// Photons of the caustic map that are enough, as a share of those of the global map.
+constexpr double kCausticShare = 0.5;
+/// Photons that are traced for the caustic map alone, at most, for each gather ray of a sample of all pixels.
+constexpr double kCausticPhotonsPerRay = 2;
+
+/// Gives photons other values in place of their flux while it lives, also where building an index is cancelled.
+class BorrowedFlux {
+ public:
+  BorrowedFlux(PhotonBatch& photons, LargeVector<RGB> values) : photons_(photons), own_(std::move(values)) {
+    std::swap(photons_.flux, own_);
+  }
+  ~BorrowedFlux() { std::swap(photons_.flux, own_); }
+  BorrowedFlux(const BorrowedFlux&) = delete;
+  BorrowedFlux& operator=(const BorrowedFlux&) = delete;
+
+ private:
+  PhotonBatch& photons_;
+  LargeVector<RGB> own_;
+};
+
+/// Memory for the photons of a pass. Throws Error where they do not fit: fewer would be another picture.
+std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget& budget) {
+  constexpr double kMegabyte = 1e6;  // as --memory counts
+  const std::uint64_t wanted = photons * kBytesPerPhoton, there = budget.available();
+  if (wanted > there)
+    throw Error(fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
+                            "{:.0f}M left for it",
+                            std::ceil(static_cast<double>(wanted) / kMegabyte), photons,
+                            std::floor(static_cast<double>(there) / kMegabyte)),
+                fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
+                            std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte),
+                            there / kBytesPerPhoton));
+  return std::make_unique<Reservation>(budget, "photon map", wanted);
+}
+
+/// Photons that an estimate of the caustic map should catch, where one of the global map catches `nearest`: caustics
+/// are sharp.
+std::uint32_t caustic_nearest(std::uint32_t nearest) { return std::max<std::uint32_t>(1, nearest / 2); }
+
+std::vector<float> scaled(std::vector<float> radii, float factor) {
+  if (factor != 1)
+    for (float& radius : radii) radius *= factor;
+  return radii;
+}
+
+}  // namespace
+
+PhotonDiagnosis photon_diagnosis(RGB sum) { return {sum.r, sum.r > 0 ? sum.g / sum.r : 0, sum.b}; }
+
+float progressive_radius_scale(std::uint32_t pass) {
+  constexpr double alpha = 2.0 / 3.0;
+  double squared = 1;
+  for (std::uint32_t i = 1; i <= pass; ++i) squared *= (i + alpha) / (i + 1);
+  return static_cast<float>(std::sqrt(squared));
+}
+
+std::uint64_t affordable_caustic_photons(double gather_rays) {
+  return static_cast<std::uint64_t>(kCausticPhotonsPerRay * gather_rays);
+}
+
+void PhotonMaps::forget() {
+  traced_ = gridded_ = patched_ = false;
+  global_ = Map();
+  caustic_ = Map();
+  radius_grid_ = RadiusGrid();
+  patches_ = BrightPatches();
+  diagnosis_.reset();
+  reservation_.reset();
+}
+
+/// Drops what other settings have made out of date.
+void PhotonMaps::invalidate(const PhotonMapSettings& old) {
+  const PhotonMapSettings& now = settings_;
+  if (old.photons != now.photons || old.photons_traced != now.photons_traced || old.seed != now.seed ||
+      old.pass != now.pass || old.guide != now.guide || old.max_bounces != now.max_bounces)
+    forget();
+  const bool other_radii = old.radius_scale != now.radius_scale || old.nearest != now.nearest;
+  for (Map* map : {&global_, &caustic_}) {
+    if (old.fixed_radius != now.fixed_radius || old.nearest != now.nearest) map->measured = false;
+    if (other_radii || old.kernel != now.kernel) map->corrected = map->indexed = false;
+    if (old.engine != now.engine || old.reorder != now.reorder) map->indexed = false;
+  }
+  if (!global_.measured || other_radii) gridded_ = patched_ = false;
+  if (!global_.measured || other_radii || !now.diagnosed) diagnosis_.reset();
+}
+
+bool PhotonMaps::is_done() const {
+  const auto done = [&](const Map& map) {
+    return map.count == 0 || (map.indexed && (map.corrected || !settings_.corrected));
+  };
+  return traced_ && global_.indexed && done(global_) && done(caustic_) && caustic_passes_ >= caustic_passes() &&
+         (gridded_ || !settings_.corners) && (patched_ || !settings_.patches) && (diagnosis_ || !settings_.diagnosed);
+}
+
+void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, Statistics& statistics) {
+  const PhotonMapSettings old = std::exchange(settings_, wanted);
+  invalidate(old);
+  if (is_done()) return;
+  const bool photons_gone = global_.photons.size() != global_.count || caustic_.photons.size() != caustic_.count;
+  if (!traced_ || photons_gone) trace(tracer, statistics);
+  bring_up_global(tracer, statistics);
+  bring_up_caustic(tracer, statistics);
+  hold_result();
+}
+
+PhotonPassSettings PhotonMaps::pass_settings() const {
+  PhotonPassSettings out;
+  out.photons = std::max(settings_.photons_traced, settings_.photons);
+  out.seed = settings_.seed;
+  out.pass = settings_.pass;
+  out.max_bounces = settings_.max_bounces;
+  out.guide = settings_.guide.get();
+  out.demand = settings_.demand.get();
+  return out;
+}
+
+void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
+  forget();
+  const PhotonPassSettings wanted = pass_settings();
+  reservation_ = reserve_photons(wanted.photons, *budget_);
+  pass_ = trace_photons(tracer, wanted, statistics);
+  if (wanted.photons > settings_.photons) {
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    DensityControlSettings control;
+    control.wanted = settings_.photons;
+    control.seed = settings_.seed;
+    pass_.global = control_density(pass_.global, control);
+  }
+  global_.photons = std::exchange(pass_.global, PhotonBatch());
+  caustic_.photons = std::exchange(pass_.caustic, PhotonBatch());
+  global_.count = global_.photons.size();
+  caustic_.count = first_caustic_ = caustic_.photons.size();
+  caustic_passes_ = 1;
+  bounds_ = global_.photons.bounds();
+  traced_ = true;
+}
+
+RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
+  RadiusPolicy policy;
+  policy.kernel = settings_.kernel;
+  policy.k = std::max<std::uint32_t>(1, map.nearest);
+  policy.kind = engine_traits(settings_.engine).takes_nearest ? RadiusKind::nearest : RadiusKind::per_photon;
+  policy.radii = scaled(map.radii.radii, settings_.radius_scale);
+  policy.order = map.radii.order;
+  if (policy.radii.empty()) return policy;
+  // Where photons are few, the nearest may be in another part of the scene: no estimate reaches further than the
+  // widest of the radii that density asks for.
+  policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
+  if (settings_.fixed_radius) {
+    policy.kind = RadiusKind::fixed;
+    policy.radius = policy.radii.front();
+  }
+  return policy;
+}
+
+/// Measures, corrects and indexes a map, as far as that is not done.
+void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics) {
+  if (!map.measured) {
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    map.corrected = map.indexed = false;
+    map.nearest = std::max<std::uint32_t>(1, nearest);
+    if (settings_.fixed_radius && map.count > 0)
+      map.radii = {std::vector<float>(map.count, fixed_radius(map.photons, map.nearest)), {}};
+    else
+      map.radii = measured_radii(map.photons, map.nearest);
+    map.measured = true;
+  }
+  if (settings_.corrected && !map.corrected) {
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    RadiusPolicy policy = policy_of(map);
+    policy.kind = RadiusKind::per_photon;
+    map.factors.clear();
+    if (map.count > 0) map.factors = boundary_factors(tracer, map.photons, policy);
+    map.corrected = true;
+    map.indexed = false;
+  }
+  if (!map.indexed) index(map, statistics);
+}
+
+void PhotonMaps::index(Map& map, Statistics& statistics) const {
+  map.engine = make_engine(settings_.engine, {.reorder = settings_.reorder});
+  if (!map.corrected) {
+    map.engine->build(map.photons, policy_of(map), statistics);
+  } else {
+    LargeVector<RGB> flux = map.photons.flux;
+    for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= map.factors[i];
+    const BorrowedFlux multiplied(map.photons, std::move(flux));
+    map.engine->build(map.photons, policy_of(map), statistics);
+  }
+  map.indexed = true;
+}
+
+void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
+  if (!global_.measured) gridded_ = patched_ = false;
+  bring_up(global_, settings_.nearest, tracer, statistics);
+  if ((settings_.corners || settings_.patches) && !gridded_) {
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    radius_grid_ = RadiusGrid(global_.photons.position, scaled(global_.radii.radii, settings_.radius_scale));
+    gridded_ = true;
+  }
+  if (settings_.patches && !patched_) find_patches(tracer, statistics);
+  if (settings_.diagnosed && !diagnosis_) diagnose(statistics);
+  if (settings_.kept) return;
+  global_.photons = PhotonBatch();
+  global_.radii = PhotonRadii();
+  global_.factors = std::vector<float>();
+}
+
+void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) {
+  if (caustic_.count == 0) return;
+  if (caustic_passes_ < caustic_passes()) add_caustic_photons(tracer, statistics);
+  // More photons in the same radii: the same blur with less noise.
+  const double growth = static_cast<double>(caustic_.count) / static_cast<double>(first_caustic_);
+  const double nearest = growth * caustic_nearest(settings_.nearest);
+  bring_up(caustic_, static_cast<std::uint32_t>(std::lround(nearest)), tracer, statistics);
+  if (settings_.kept) return;
+  caustic_.photons = PhotonBatch();
+  caustic_.radii = PhotonRadii();
+  caustic_.factors = std::vector<float>();
+}
+
+/// Passes that the caustic map should be made of, if each brings as many photons as the first.
+std::uint64_t PhotonMaps::caustic_passes() const {
+  if (first_caustic_ == 0 || settings_.more_caustic_photons == 0) return 1;
+  const std::uint64_t affordable = settings_.more_caustic_photons / pass_settings().photons;
+  const auto enough = static_cast<std::uint64_t>(kCausticShare * static_cast<double>(settings_.photons) /
+                                                 static_cast<double>(first_caustic_));
+  return std::clamp<std::uint64_t>(std::min(enough, 1 + affordable), 1, kMostCausticPasses);
+}
+
+void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::trace_photons);
+  const std::uint64_t passes = caustic_passes();
+  PhotonPassSettings wanted = pass_settings();
+  Statistics not_of_the_global_map;
+  PhotonBatch more;
+  for (std::uint64_t pass = caustic_passes_; pass < passes; ++pass) {
+    wanted.pass = settings_.pass + static_cast<std::uint32_t>(pass);
+    more.append(trace_photons(tracer, wanted, not_of_the_global_map).caustic);
+  }
+  const float share = 1 / static_cast<float>(passes), first_share = share * static_cast<float>(caustic_passes_);
+  for (RGB& flux : caustic_.photons.flux) flux *= first_share;
+  for (RGB& flux : more.flux) flux *= share;
+  caustic_.photons.append(more);
+  caustic_.count = caustic_.photons.size();
+  caustic_.measured = false;
+  caustic_passes_ = passes;
+}
+
+void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {
+  patches_ = BrightPatches();
+  patched_ = true;
+  if (global_.count == 0) return;
+  const PhaseTimer timer(statistics, Phase::build_photon_map);
+  const std::uint64_t most = std::min<std::uint64_t>(kMostLitPlaces, global_.count);
+  const Reservation reservation(*budget_, "bright patches", most * kBytesPerLitPlace);
+  const PhotonBatch& photons = global_.photons;
+  const std::size_t step = (photons.size() + most - 1) / most;
+  LitPlaces places;
+  QueryPoints queries;
+  for (std::size_t i = 0; i < photons.size(); i += step) {
+    const RGB flux = global_.corrected ? photons.flux[i] * global_.factors[i] : photons.flux[i];
+    places.position.push_back(photons.position[i]);
+    places.normal.push_back(photons.normal[i]);
+    places.flux.push_back(luminance(flux) * static_cast<float>(step));
+    queries.push_back(photons.position[i], photons.normal[i], RGB(1.0f), RGB(1.0f), 0);
+  }
+  std::vector<RGB> found(queries.size());
+  Statistics not_the_renders;
+  global_.engine->estimate(queries, found, not_the_renders);
+  for (const RGB& radiance : found) places.irradiance.push_back(kPi * luminance(radiance));
+  patches_ = BrightPatches(tracer, places, radius_grid_);
+}
+
+void PhotonMaps::diagnose(Statistics& statistics) {
+  RadiusPolicy counting = policy_of(global_);
+  counting.kind = RadiusKind::per_photon;
+  // K(box) / h^2 = 1 / (pi h^2): times 1, times h, and times what makes it 1.
+  counting.kernel = KernelShape::box;
+  LargeVector<RGB> counts(global_.count);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const float h = counting.radii[i];
+    counts[i] = {1, h, kPi * h * h};
+  }
+  const BorrowedFlux counted(global_.photons, std::move(counts));
+  std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
+  engine->build(global_.photons, counting, statistics);
+  diagnosis_ = std::move(engine);
+}
+
+/// Reserves what stays when the maps are made.
+void PhotonMaps::hold_result() {
+  const std::uint64_t count = global_.count + caustic_.count;
+  std::uint64_t bytes = global_.engine->plan(0, count, 0).bytes;
+  if (settings_.kept)
+    bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
+  else
+    return_free_memory();
+  reservation_.reset();
+  reservation_ = std::make_unique<Reservation>(*budget_, "photon map", bytes);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,144 @@
+// The photon maps of renders, sessions and measurements: traced, measured and indexed in steps.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/memory_budget.h"
+#include "core/statistics.h"
+#include "density/engine.h"
+#include "density/radius.h"
+#include "gather/bright_patches.h"
+#include "gather/radius_grid.h"
+#include "photon/photon_tracer.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Which maps are wanted. The light itself is not part of it: call PhotonMaps::forget() when it changes.
+struct PhotonMapSettings {
+  std::uint64_t photons = 500'000;   ///< in the global map
+  std::uint64_t photons_traced = 0;  ///< traced for it, and thinned to `photons` by density control; 0: `photons`
+  std::uint32_t nearest = 50;        ///< k: photons that an estimate should catch
+  std::string engine = kAutomaticEngine;
+  std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
+  KernelShape kernel = KernelShape::epanechnikov;
+  bool fixed_radius = false;         ///< one radius for all photons in place of one for each
+  std::uint32_t seed = 0, pass = 0;  ///< name the photons
+  float radius_scale = 1;            ///< factor on the radii
+  int max_bounces = 64;              ///< of a photon path
+  /// How emission is guided; null: by power alone. Two guides are the same where they are one object.
+  std::shared_ptr<const EmissionGuide> guide;
+  /// Places that the image asks for, by which used photons are counted; null: all count as used.
+  std::shared_ptr<const PhotonDemand> demand;
+
+  // Steps that a view in motion may leave out. Where they are done already, they stay.
+  bool corrected = false;  ///< make up for kernels that reach over edges (render/boundary.h)
+  bool corners = false;    ///< PhotonMaps::radii()
+  bool patches = false;    ///< PhotonMaps::bright_patches()
+  /// Photons that further passes may trace to make the caustic map less noisy; 0: no further passes.
+  std::uint64_t more_caustic_photons = 0;
+
+  bool diagnosed = false;  ///< an index that counts photons, for false colours
+  /// Keep the photons beside the engines' indices, so that other radii, kernels and engines need no tracing.
+  bool kept = true;
+};
+
+/// What the diagnosing index sums for a query point of Lambertian reflectance pi: r photons per m^2, g the same times
+/// their radii, b shader operations.
+struct PhotonDiagnosis {
+  float density = 0;            ///< photons per m^2
+  float mean_radius = 0;        ///< metres; 0 where there is no photon
+  float shader_operations = 0;  ///< photons within their radius
+};
+PhotonDiagnosis photon_diagnosis(RGB sum);
+
+/// Bounces of a photon path where a light path has at most `max_bounces`: the path goes on where its flux is looked up.
+inline int photon_bounces(int max_bounces) { return max_bounces > 2 ? max_bounces - 1 : 1; }
+
+/// Factor on the radii in a pass of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) (Knaus and
+/// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
+float progressive_radius_scale(std::uint32_t pass);
+
+/// Photons that PhotonMapSettings::more_caustic_photons may be where a camera sample of all pixels has so many gather
+/// rays: tracing them takes a small part of a render with default_samples.
+std::uint64_t affordable_caustic_photons(double gather_rays);
+
+/// Global and caustic map with the engines over them. update() redoes only the steps whose input changed.
+class PhotonMaps {
+ public:
+  /// @param budget must outlive the maps; holds what they take under the name "photon map"
+  explicit PhotonMaps(MemoryBudget& budget) : budget_(&budget) {}
+
+  /// Brings the maps to what is wanted; does nothing where they are that already. Runs on all threads; the same maps
+  /// for any number of them. Throws Cancelled within a CancellationScope that is interrupted, and Error where the
+  /// budget is too small; steps that were done until then are kept.
+  void update(const Tracer& tracer, const PhotonMapSettings& settings, Statistics& statistics);
+  /// The light has changed: nothing may be kept.
+  void forget();
+
+  bool empty() const { return global_.count == 0; }
+  /// Photons in the global map, and in the caustic map.
+  std::size_t global_count() const { return global_.count; }
+  std::size_t caustic_count() const { return caustic_.count; }
+  const DensityEngine& engine() const { return *global_.engine; }
+  /// Over the caustic map; null where there are no caustics.
+  const DensityEngine* caustic_engine() const { return caustic_.engine.get(); }
+  /// Over counts instead of flux; null unless PhotonMapSettings::diagnosed.
+  const DensityEngine* diagnosis() const { return diagnosis_.get(); }
+  /// Radii by place, for the second gather in corners; empty unless PhotonMapSettings::corners.
+  const RadiusGrid& radii() const { return radius_grid_; }
+  /// Places to look at on purpose; none unless PhotonMapSettings::patches.
+  const BrightPatches& bright_patches() const { return patches_; }
+  /// Whether boundary correction is in the maps.
+  bool corrected() const { return global_.corrected; }
+  /// Where the photons of the global map lie, metres.
+  const Box3& bounds() const { return bounds_; }
+  /// Counts and flux balance of the pass. Its photon batches are empty.
+  const PhotonPass& pass() const { return pass_; }
+  /// Bytes of the photons, without the engines' indices.
+  std::uint64_t bytes() const { return (global_.count + caustic_.count) * (PhotonBatch::kBytesEach + sizeof(float)); }
+
+ private:
+  /// One map. Its photons are there until they are indexed, or as long as the maps where they are kept.
+  struct Map {
+    PhotonBatch photons;
+    std::size_t count = 0;
+    std::uint32_t nearest = 0;   // of the radii
+    PhotonRadii radii;           // for a radius_scale of 1
+    std::vector<float> factors;  // of correction
+    std::unique_ptr<DensityEngine> engine;
+    bool measured = false, corrected = false, indexed = false;
+  };
+
+  void invalidate(const PhotonMapSettings& old);
+  bool is_done() const;
+  void trace(const Tracer& tracer, Statistics& statistics);
+  void bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics);
+  void bring_up_global(const Tracer& tracer, Statistics& statistics);
+  void bring_up_caustic(const Tracer& tracer, Statistics& statistics);
+  std::uint64_t caustic_passes() const;
+  void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
+  void index(Map& map, Statistics& statistics) const;
+  void find_patches(const Tracer& tracer, Statistics& statistics);
+  void diagnose(Statistics& statistics);
+  RadiusPolicy policy_of(const Map& map) const;
+  PhotonPassSettings pass_settings() const;
+  void hold_result();
+
+  MemoryBudget* budget_;
+  std::unique_ptr<Reservation> reservation_;
+  PhotonMapSettings settings_;
+  bool traced_ = false, gridded_ = false, patched_ = false;
+  PhotonPass pass_;
+  Map global_, caustic_;
+  std::size_t first_caustic_ = 0;     // photons of the caustic map that the first pass brought
+  std::uint64_t caustic_passes_ = 1;  // that are in the caustic map
+  std::unique_ptr<DensityEngine> diagnosis_;
+  RadiusGrid radius_grid_;
+  BrightPatches patches_;
+  Box3 bounds_;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,154 @@
+#include "render/render_key.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "kernels/kernel_shape.h"
+#include "kernels/simd.h"
+#include "render/output.h"
+#include "scene/scene_hash.h"
+#include "trace/instruction_set.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kVersion = "version";
+constexpr const char* kKernels = "instruction set of the kernels";
+constexpr const char* kRays = "instruction set of the rays";
+constexpr const char* kGeometry = "geometry";
+constexpr const char* kMaterials = "materials or textures";
+constexpr const char* kLights = "lights";
+constexpr const char* kCamera = "camera";
+constexpr const char* kLayers = "--aov";
+
+std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
+
+std::string given(bool value) { return value ? "given" : "not given"; }
+
+const char* sampler_name(SamplerKind kind) { return kind == SamplerKind::sobol ? "sobol" : "independent"; }
+
+void add_photon_settings(RenderKey& key, const RenderSettings& s) {
+  key.push_back({"--engine", s.engine});
+  key.push_back({"--photons", std::to_string(s.photons)});
+  key.push_back({"--traced", std::to_string(s.photons_traced)});
+  key.push_back({"--nearest", std::to_string(s.nearest)});
+  key.push_back({"--kernel", kernel_names()[static_cast<std::size_t>(s.kernel)]});
+  key.push_back({"--radius", s.fixed_radius ? "fixed" : "per-photon"});
+  key.push_back({"--progressive", given(s.progressive)});
+  key.push_back({"--no-guiding", given(!s.guiding)});
+  key.push_back({"boundary correction", s.boundary_correction ? "on" : "off"});
+  if (s.integrator != Integrator::photon) return;
+  key.push_back({"--gather", std::to_string(s.gather)});
+  key.push_back({"--no-secondary-gather", given(!s.secondary_gather)});
+  key.push_back({"--no-gather-guiding", given(!s.gather_guiding)});
+  key.push_back({"light samples", std::to_string(s.light_samples)});
+  // With little time the caustic map gets no passes of its own.
+  key.push_back({"--time", has_time_for_caustics(s) ? "long or none" : "short"});
+}
+
+constexpr const char* kUnknown = "unknown";
+
+/// The value of a part of the key.
+std::string value_of(const RenderKey& key, const std::string& name) {
+  const auto found = std::find_if(key.begin(), key.end(), [&](const KeyPart& part) { return part.name == name; });
+  return found == key.end() ? kUnknown : found->value;
+}
+
+bool is_of_scene(const std::string& name) {
+  return name == kGeometry || name == kMaterials || name == kLights || name == kCamera;
+}
+
+bool is_option(const std::string& name) { return name.starts_with("--"); }
+
+/// What to give on the command line for this value.
+std::string as_option(const std::string& name, const std::string& value) {
+  if (value == given(false)) return "no " + name;
+  return value == given(true) ? name : name + " " + value;
+}
+
+[[noreturn]] void refuse_other_program(const std::string& kept, const std::string& what, const std::string& own,
+                                       const std::string& other) {
+  throw Error(fmt::format("{} is of another render: its {} is {}, and here it is {}", kept, what, other, own),
+              what == kVersion ? "Go on with that version of the program, or remove the file to start anew."
+              : what == kKernels
+                  ? fmt::format("Give --simd {} on a machine that has it, or remove the file to start anew.", other)
+                  : "Go on where it was begun, or on a machine alike, or remove the file to start anew.");
+}
+
+}  // namespace
+
+RenderKey render_key(const Scene& scene, const RenderSettings& s) {
+  const SceneHash hash = hash_scene(scene, scene.camera(s.camera));
+  RenderKey key = {{kVersion, version()},
+                   {kKernels, simd_name()},
+                   {kRays, ray_instruction_set()},
+                   {kGeometry, hex(hash.geometry)},
+                   {kMaterials, hex(hash.materials)},
+                   {kLights, hex(hash.lights)},
+                   {kCamera, hex(hash.camera)},
+                   {"--integrator", integrator_name(s.integrator)},
+                   {"--size", fmt::format("{}x{}", s.width, s.height)},
+                   {"--seed", std::to_string(s.seed)},
+                   {"--indirect-only", given(s.indirect_only)},
+                   {kLayers, given(s.separate_layers)},
+                   {"most bounces", std::to_string(s.max_bounces)},
+                   {"sampler", sampler_name(s.sampler)}};
+  if (s.integrator != Integrator::path) add_photon_settings(key, s);
+  return key;
+}
+
+std::string key_text(const RenderKey& key) {
+  json out = json::array();
+  for (const KeyPart& part : key) out.push_back({part.name, part.value});
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+RenderKey parse_key(const std::string& text) {
+  const json parsed = json::parse(text, nullptr, false);
+  if (!parsed.is_array()) return {};
+  RenderKey key;
+  for (const json& part : parsed) {
+    if (!part.is_array() || part.size() != 2 || !part[0].is_string() || !part[1].is_string()) return {};
+    key.push_back({part[0].get<std::string>(), part[1].get<std::string>()});
+  }
+  return key;
+}
+
+void check_same_render(const RenderKey& own, const RenderKey& other, const std::string& kept) {
+  // Of another version the other parts may mean something else.
+  for (const char* what : {kVersion, kKernels, kRays})
+    if (value_of(own, what) != value_of(other, what))
+      refuse_other_program(kept, what, value_of(own, what), value_of(other, what));
+  std::vector<std::string> parts, settings, remedy;
+  for (const KeyPart& part : own) {
+    const std::string value = value_of(other, part.name);
+    if (value == part.value) continue;
+    if (part.name == kLayers)
+      throw Error(fmt::format("{} is of a render {} --aov", kept, value == "given" ? "with" : "without"),
+                  value == "given" ? "Give --aov with any of the layers, or remove the file to start anew."
+                                   : "Leave --aov out, or remove the file to start anew: it holds no layers.");
+    if (is_of_scene(part.name)) {
+      parts.push_back(part.name);
+      continue;
+    }
+    settings.push_back(fmt::format("{} is {} there and {} here", part.name, value, part.value));
+    if (is_option(part.name) && value != kUnknown) remedy.push_back(as_option(part.name, value));
+  }
+  if (!parts.empty())
+    throw Error(fmt::format("{} is of another scene: its {} differ", kept, fmt::join(parts, ", ")),
+                "Give the scene as it was, with the same --camera, --view and --light, or remove the file to start "
+                "anew.");
+  if (settings.empty()) return;
+  throw Error(fmt::format("{} is of another render: {}", kept, fmt::join(settings, "; ")),
+              remedy.empty() ? "Remove the file to start anew."
+                             : fmt::format("Give {}, or remove the file to start anew.", fmt::join(remedy, " ")));
+}
+
+}  // namespace glowworm

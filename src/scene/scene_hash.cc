@@ -1,0 +1,159 @@
+#include "scene/scene_hash.h"
+
+#include <map>
+
+#include "core/content_hash.h"
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+void add(ContentHash& hash, const ColorInput& input) { hash.add(input); }
+
+void add(ContentHash& hash, const FloatInput& input) {
+  hash.add(input.value);
+  hash.add(input.texture);
+  hash.add(input.channel);
+}
+
+void add(ContentHash& hash, const Transform& map) { hash.add(map); }
+
+// A structure that grows has a member that is not hashed yet: add it, then mend the size.
+static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
+static_assert(sizeof(Material) == 280 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
+static_assert(sizeof(Light) == 88 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
+static_assert(sizeof(Geometry) == 6 * sizeof(std::vector<Vec3>));
+
+void add(ContentHash& hash, const Material& m) {
+  hash.add(m.kind);
+  for (const ColorInput* input : {&m.reflectance, &m.transmittance, &m.specular_color, &m.normal_map})
+    add(hash, *input);
+  for (const FloatInput* input : {&m.roughness_u, &m.roughness_v, &m.coat_roughness, &m.metallic, &m.specular,
+                                  &m.clearcoat, &m.transmission, &m.mix_amount, &m.alpha, &m.bump})
+    add(hash, *input);
+  hash.add(m.eta);
+  hash.add(m.k);
+  hash.add(m.use_reflectance);
+  hash.add(m.ior);
+  hash.add(m.coat_thickness);
+  hash.add(m.coat_bounces);
+  hash.add(m.thin);
+  hash.add(m.mix_a);
+  hash.add(m.mix_b);
+  hash.add(m.alpha_cutoff);
+  hash.add(m.normal_scale);
+}
+
+/// Of all texels, looked up at their centres.
+std::uint64_t hash_image(const TextureImage& image) {
+  constexpr std::size_t kRowsAtOnce = 16;
+  const int width = image.width();
+  const auto rows = static_cast<std::size_t>(image.height());
+  std::vector<std::uint64_t> parts((rows + kRowsAtOnce - 1) / kRowsAtOnce);
+  parallel_for(0, rows, kRowsAtOnce, [&](std::size_t first, std::size_t last) {
+    ContentHash hash;
+    for (std::size_t row = first; row < last; ++row)
+      for (int column = 0; column < width; ++column) {
+        const Vec2 uv{(static_cast<float>(column) + 0.5f) / static_cast<float>(width),
+                      1 - (static_cast<float>(row) + 0.5f) / static_cast<float>(rows)};
+        hash.add(image.color(uv));
+        if (image.has_alpha()) hash.add(image.alpha(uv));
+      }
+    parts[first / kRowsAtOnce] = hash.value();
+  });
+  ContentHash hash;
+  hash.add(width);
+  hash.add(image.height());
+  hash.add(image.has_alpha());
+  hash.add_array(std::span<const std::uint64_t>(parts));
+  // What lies outside the unit square is the wrap's.
+  for (const float t : {-1.3f, -0.3f, 1.3f, 2.3f})
+    for (const Vec2 uv : {Vec2{t, 0.4f}, Vec2{0.4f, t}}) hash.add(image.color(uv));
+  return hash.value();
+}
+
+void add(ContentHash& hash, const TextureNode& t) {
+  hash.add(t.kind);
+  hash.add(t.value);
+  hash.add(t.invert);
+  hash.add(t.uv_scale);
+  hash.add(t.uv_offset);
+  hash.add(t.uv_rotation);
+  for (const std::uint32_t child : {t.child_a, t.child_b, t.child_amount}) hash.add(child);
+}
+
+void add(ContentHash& hash, const Light& l) {
+  hash.add(l.kind);
+  hash.add(l.intensity);
+  hash.add(l.position);
+  hash.add(l.direction);
+  hash.add(l.cos_inner);
+  hash.add(l.cos_outer);
+  hash.add(l.gltf_falloff);
+}
+
+void add(ContentHash& hash, const Environment& e) {
+  hash.add(e.scale);
+  hash.add(e.width);
+  hash.add(e.height);
+  hash.add_array(std::span(e.pixels));
+  hash.add(e.mapping);
+  add(hash, e.to_world);
+}
+
+std::uint64_t hash_geometry(const Geometry& g) {
+  ContentHash hash;
+  hash.add_array(std::span(g.positions));
+  hash.add_array(std::span(g.normals));
+  hash.add_array(std::span(g.uvs));
+  hash.add_array(std::span(g.triangles));
+  hash.add_array(std::span(g.material));
+  hash.add_array(std::span(g.emission));
+  return hash.value();
+}
+
+std::uint64_t hash_materials(const Scene& scene) {
+  ContentHash hash;
+  for (const Material& material : scene.materials()) add(hash, material);
+  std::map<const TextureImage*, std::uint64_t> images;
+  for (const TextureNode& node : scene.textures()) {
+    add(hash, node);
+    if (!node.image) continue;
+    const auto [image, is_new] = images.try_emplace(node.image.get(), 0);
+    if (is_new) image->second = hash_image(*node.image);
+    hash.add(image->second);
+  }
+  return hash.value();
+}
+
+std::uint64_t hash_lights(const Scene& scene) {
+  ContentHash hash;
+  for (const Emission& emission : scene.emissions()) {
+    add(hash, emission.radiance);
+    hash.add(emission.two_sided);
+  }
+  for (const Light& light : scene.lights()) add(hash, light);
+  hash.add(scene.environment().has_value());
+  if (scene.environment()) add(hash, *scene.environment());
+  return hash.value();
+}
+
+std::uint64_t hash_camera(const Camera& c) {
+  ContentHash hash;
+  hash.add(c.kind);
+  add(hash, c.to_world);
+  hash.add(c.half_extent);
+  hash.add(c.window);
+  hash.add(c.lens_radius);
+  hash.add(c.focal_distance);
+  return hash.value();
+}
+
+}  // namespace
+
+SceneHash hash_scene(const Scene& scene, const Camera& camera) {
+  return {hash_geometry(scene.geometry()), hash_materials(scene), hash_lights(scene), hash_camera(camera)};
+}
+
+}  // namespace glowworm

@@ -1,0 +1,21 @@
+// Hashes of what a scene's pictures depend on.
+#pragma once
+#include <cstdint>
+
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// Hashes of the parts of a scene. Names count where they are looked up only, so that a part is the same under another
+/// name.
+struct SceneHash {
+  std::uint64_t geometry;   ///< positions, normals, texture coordinates, and which material each triangle has
+  std::uint64_t materials;  ///< with their textures, to the texel
+  std::uint64_t lights;     ///< with emissions and environment
+  std::uint64_t camera;
+};
+
+/// Goes over all tables and texels, on all threads: some seconds for gigabytes of textures.
+SceneHash hash_scene(const Scene& scene, const Camera& camera);
+
+}  // namespace glowworm

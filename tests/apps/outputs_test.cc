@@ -1,0 +1,208 @@
+// What becomes of a command's files where one of them cannot be written, or two have one name.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "image/image.h"
+#include "program.h"
+#include "render/checkpoint.h"
+
+namespace glowworm {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+class OutputsTest : public ProgramTest {
+ protected:
+  /// A name that stands for a file on a full disk.
+  void make_full(const std::string& name) const { fs::create_symlink("/dev/full", folder_ / name); }
+
+  static std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+    return count;
+  }
+
+  /// Status 2 and the reason, and all files as they were.
+  void expect_one_file(const std::vector<std::string>& arguments) const {
+    const auto state = [&] {
+      std::string all;
+      for (const std::string& name : names())
+        if (fs::is_regular_file(folder_ / name)) all += name + ":" + read(folder_ / name) + "\n";
+      return all;
+    };
+    const std::string before = state();
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << testing::PrintToString(arguments) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("are one file")) << testing::PrintToString(arguments);
+    EXPECT_EQ(state(), before) << testing::PrintToString(arguments);
+  }
+};
+
+TEST_F(OutputsTest, AFullDiskKeepsNoOtherFileFromItsOutput) {
+  make_full("full.exr");
+  const Outcome outcome = render("builtin:cornell", {"-o", "full.exr", "-o", "ok.png", "--stats", "s.json"});
+  EXPECT_TRUE(refused(outcome, {"warning: full.exr", "No space left on device", "not written: full.exr"}));
+  EXPECT_EQ(read_image(path("ok.png")).width(), 16);
+  EXPECT_EQ(read_json("s.json").at("passes"), 1);
+  make_full("full.json");
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "late.png", "--stats", "full.json"}), {"full.json"}));
+  EXPECT_EQ(read_image(path("late.png")).width(), 16);
+}
+
+/// By the limit of file sizes, which the checkpoint reaches and the picture does not.
+TEST_F(OutputsTest, AFullDiskUnderTheCheckpointLosesNoPicture) {
+  const auto limit = [] {
+    const rlimit bytes = {12'000, 12'000};
+    setrlimit(RLIMIT_FSIZE, &bytes);
+  };
+  const Outcome outcome = render("builtin:cornell", {"--size", "32x32", "-o", "ok.png", "--resume=c.ck"}, limit);
+  EXPECT_TRUE(refused(outcome, {"warning: c.ck", "not written: c.ck"}));
+  EXPECT_EQ(read_image(path("ok.png")).width(), 32);
+  EXPECT_THAT(names(), ElementsAre("ok.png"));
+}
+
+TEST_F(OutputsTest, APreviewThatFailsIsSaidOnceAndEndsNothing) {
+  make_full("full.exr");
+  const Outcome outcome = render("builtin:cornell", {"-o", "full.exr", "-o", "ok.png", "--preview", "--samples", "auto",
+                                                     "--time", "2.5s", "--stats", "s.json"});
+  EXPECT_TRUE(refused(outcome, {"not written: full.exr"}));
+  EXPECT_EQ(count_of(outcome.err, "warning: full.exr"), 1u) << outcome.err;
+  EXPECT_EQ(read_image(path("ok.png")).width(), 16);
+  EXPECT_EQ(read_json("s.json").at("ending"), "time_up");
+}
+
+/// `render ... 2>&1 | true`, `2>/dev/full` and `2>&-`.
+TEST_F(OutputsTest, MessagesThatNobodyReadsLoseNoPicture) {
+  const std::function<void()> streams[] = {[] {
+                                             int ends[2];
+                                             if (pipe(ends) != 0) _exit(99);
+                                             close(ends[0]);
+                                             dup2(ends[1], STDOUT_FILENO);
+                                             dup2(ends[1], STDERR_FILENO);
+                                             signal(SIGPIPE, SIG_DFL);
+                                           },
+                                           [] { dup2(open("/dev/full", O_WRONLY), STDERR_FILENO); },
+                                           [] {
+                                             close(STDIN_FILENO);
+                                             close(STDOUT_FILENO);
+                                             close(STDERR_FILENO);
+                                           }};
+  for (const auto& prepare : streams) {
+    const Outcome outcome = render("builtin:cornell", {"-v", "-o", "a.exr", "-o", "b.png"}, prepare);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(read_image(path("a.exr")).width(), 16);
+    EXPECT_EQ(read_image(path("b.png")).width(), 16);
+    for (const std::string& name : names()) fs::remove(folder_ / name);
+  }
+}
+
+TEST_F(OutputsTest, AStandardOutputThatIsFullIsAnError) {
+  const auto full = [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); };
+  EXPECT_TRUE(refused(run({"info", "builtin:cornell"}, full), {"standard output"}));
+  EXPECT_EQ(run({"--help"}, full).status, 1);
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "-q"}).status, 0);
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "d.png"}, full), {"standard output"}));
+  EXPECT_EQ(read_image(path("d.png")).width(), 16);
+}
+
+TEST_F(OutputsTest, NamesThatAreNoUtf8LoseNoStatistics) {
+  write("a.mtl", "newmtl L\xe4mpchen\nKd 0 0 0\nKe 1 1 1\n");
+  const std::string scene = write("a.obj", "mtllib a.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl L\xe4mpchen\nf 1 2 3\n");
+  const Outcome outcome = render(scene, {"-o", "a.exr", "--stats", "s.json"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(read_json("s.json").at("passes"), 1);
+}
+
+TEST_F(OutputsTest, TwoOutputsOfOneNameAreRefused) {
+  const std::string scene = write("a.obj", "v -1 0 -1\nv -1 0 1\nv 1 0 1\nf 1 2 3\n");
+  write("old.exr", "older");
+  fs::create_symlink("old.exr", path("link.exr"));
+  fs::create_symlink("new.exr", path("dangling.exr"));
+  fs::create_hard_link(path("old.exr"), path("hard.exr"));
+  fs::create_directory_symlink(".", path("here"));
+  const std::vector<std::vector<std::string>> cases = {
+      {"-o", "a.exr", "-o", "./a.exr"},
+      {"-o", "a.png", "--stats", "a.png"},
+      {"-o", "a.exr", "--resume=a.exr"},
+      {"-o", "a.exr", "--stats", "a.exr.checkpoint", "--resume"},
+      {"-o", "a.exr", "--stats", "b", "--resume=b"},
+      {"-o", "old.exr", "-o", "link.exr"},
+      {"-o", "old.exr", "-o", "hard.exr"},
+      {"-o", "new.exr", "-o", "dangling.exr"},
+      {"-o", "a.exr", "-o", "here/a.exr"},
+      {"-o", "a.exr", "--stats", "a.obj"},
+      {"-o", "a.exr", "--resume=here/a.obj"},
+  };
+  for (std::vector<std::string> arguments : cases) {
+    arguments.insert(arguments.begin(), {"render", scene});
+    expect_one_file(arguments);
+  }
+}
+
+TEST_F(OutputsTest, AComparisonDoesNotWriteOverItsPictures) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.png", "-o", "b.png", "-q"}).status, 0);
+  expect_one_file({"compare", "a.png", "b.png", "-o", "a.png"});
+  expect_one_file({"compare", "a.png", "b.png", "-o", "./b.png"});
+}
+
+TEST_F(OutputsTest, FilesOfASessionAreDifferentOnes) {
+  const std::string scene = write("scene.obj", "v -1 0 -1\nv -1 0 1\nv 1 0 1\nf 1 2 3\n");
+  fs::create_directory(path("frames"));
+  fs::create_symlink("../scene.obj", path("frames/00002.png"));
+  const std::vector<std::string> view = {"view", scene, "--script", "script.json", "--out"};
+  const auto played = [&](const std::string& screenshot, const std::string& folder) {
+    write("script.json", R"({"frames": 4, "size": [8, 8], "moves": [{"at": 1, "screenshot": ")" + screenshot + "\"}]}");
+    std::vector<std::string> arguments = view;
+    arguments.push_back(folder);
+    return arguments;
+  };
+  expect_one_file(played("shot.png", "frames"));  // by its third frame
+  expect_one_file(played("script.json", "new"));
+  expect_one_file(played("new/00001.png", "new"));
+  expect_one_file(played("./new/frames.csv", "new"));
+  EXPECT_FALSE(fs::exists(path("new")));
+}
+
+TEST_F(OutputsTest, AFrameThatCannotBeWrittenEndsNoSession) {
+  fs::create_directory(path("frames"));
+  make_full("frames/00001.png");
+  const Outcome outcome =
+      run({"view", "builtin:cornell", "--size", "8x8", "--photons", "1k", "--frames", "4", "--out", "frames"});
+  EXPECT_TRUE(refused(outcome, {"wrote 3 frames and frames.csv", "not written: frames/00001.png"}));
+  EXPECT_EQ(read_image(path("frames/00003.png")).width(), 8);
+  const std::string table = read(path("frames/frames.csv"));
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 5);
+}
+
+TEST_F(OutputsTest, AnInterruptedSessionCountsTheFramesThatAreThere) {
+  Running program(
+      folder_, {"view", "builtin:cornell", "--size", "8x8", "--photons", "1k", "--frames", "5000", "--out", "frames"});
+  ASSERT_TRUE(wait_for_file("frames/00002.png", 60));
+  program.send(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.status, 128 + SIGINT);
+  std::size_t frames = 0;
+  for (const auto& entry : fs::directory_iterator(path("frames"))) frames += entry.path().extension() == ".png";
+  EXPECT_GE(frames, 3u);
+  EXPECT_LT(frames, 5000u);
+  EXPECT_THAT(outcome.err, HasSubstr("wrote " + std::to_string(frames) + " frames and frames.csv"));
+}
+
+TEST_F(OutputsTest, ASessionThatFailsKeepsTheTableOfItsFrames) {
+  write("script.json", R"({"frames": 4, "size": [8, 8], "moves": [{"at": 2, "drop": "missing.obj"}]})");
+  const Outcome outcome =
+      run({"view", "builtin:cornell", "--photons", "1k", "--script", "script.json", "--out", "frames"});
+  EXPECT_TRUE(refused(outcome, {"missing.obj", "wrote 2 frames and frames.csv"}));
+  const std::string table = read(path("frames/frames.csv"));
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,12 @@
+// The way to OpenImageIO without loading a shared library: our own part of it is instrumented then.
+#include "image/image_reader.h"
+
+extern "C" glowworm::OpenImageFunction glowworm_open_image;
+
+namespace glowworm {
+
+std::unique_ptr<ImageReader> open_image_reader(const std::string& path, const char* plugin, std::string& failure) {
+  return std::unique_ptr<ImageReader>(glowworm_open_image(path.c_str(), plugin, failure));
+}
+
+}  // namespace glowworm
