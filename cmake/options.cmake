@@ -4,14 +4,17 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
-add_library(glowworm_options INTERFACE)
-target_compile_options(glowworm_options INTERFACE -Wall -Wextra -Werror)
+# Without sanitizers, for the program that runs under limits on memory (src/CMakeLists.txt).
+add_library(glowworm_plain_options INTERFACE)
+target_compile_options(glowworm_plain_options INTERFACE -Wall -Wextra -Werror)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-  target_compile_options(glowworm_options INTERFACE -Wno-restrict)  # false alarms on std::string, GCC bug 105651
+  target_compile_options(glowworm_plain_options INTERFACE -Wno-restrict)  # false alarms on std::string, GCC bug 105651
 endif()
 # Fused multiply-add only where a kernel asks for it by name: the same bits from every compiler.
-target_compile_options(glowworm_options INTERFACE -ffp-contract=off)
-target_include_directories(glowworm_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
+target_compile_options(glowworm_plain_options INTERFACE -ffp-contract=off)
+target_include_directories(glowworm_plain_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
+add_library(glowworm_options INTERFACE)
+target_link_libraries(glowworm_options INTERFACE glowworm_plain_options)
 if(GLOWWORM_SCALAR_ONLY)
   target_compile_definitions(glowworm_options INTERFACE HWY_COMPILE_ONLY_SCALAR)
 endif()

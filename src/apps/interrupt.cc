@@ -2,6 +2,8 @@
 
 #include <signal.h>
 
+#include <atomic>
+
 #include "core/temporary_files.h"
 
 namespace glowworm {
@@ -9,9 +11,12 @@ namespace glowworm {
 namespace {
 
 volatile sig_atomic_t caught = 0;
+Interrupt interrupt;
+static_assert(std::atomic<bool>::is_always_lock_free);  // as signal handlers need it
 
 extern "C" void remember_and_arm(int number) {
   if (caught == 0) caught = number;
+  interrupt.request();
   // The next one ends the program. A hangup does not: a terminal that closes often sends two, and the end of a session
   // brings one beside SIGTERM.
   remove_temporary_files_at_signals({SIGINT, SIGTERM});
@@ -33,5 +38,7 @@ void catch_interrupts() {
 }
 
 int caught_interrupt() { return caught; }
+
+const Interrupt& signal_interrupt() { return interrupt; }
 
 }  // namespace glowworm

@@ -1,6 +1,8 @@
 // Ctrl-C during a render.
 #pragma once
 
+#include "core/interrupt.h"
+
 namespace glowworm {
 
 /// From now on the first SIGINT, SIGTERM or SIGHUP is only remembered, so that the render can end in order. A SIGINT or
@@ -10,5 +12,8 @@ void catch_interrupts();
 
 /// The number of the signal that came since catch_interrupts(), or 0.
 int caught_interrupt();
+
+/// Requested as soon as a signal came: for a CancellationScope (core/parallel.h).
+const Interrupt& signal_interrupt();
 
 }  // namespace glowworm

@@ -20,6 +20,7 @@
 #include "builtin/builtin.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
@@ -104,6 +105,8 @@ void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
   for (const std::string& path : o.outputs) files.add("-o", path);
   if (!o.statistics.empty()) files.add("--stats", o.statistics);
   if (!o.resume.empty()) files.add("--resume", o.resume);
+  // A pipe would let both the probe and the reading of it wait for ever.
+  if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
   bool any = false;
   for (const std::string& path : o.outputs) any = files.probe(path) || any;
   if (!any) files.throw_if_any_failed();

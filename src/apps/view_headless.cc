@@ -14,6 +14,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/parallel.h"
 
 namespace glowworm {
 
@@ -62,6 +63,13 @@ struct Stage {
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
+/// Puts another scene in the place of this one; an interrupt leaves it as it is.
+void change_scene(Stage& stage, const ViewOptions& o, const Script& script, const std::string& scene) try {
+  const CancellationScope scope(signal_interrupt());
+  stage = Stage(o, script, scene);
+} catch (const Cancelled&) {
+}
+
 bool is_frame_name(const std::string& name, const std::string& format) {
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
   return digits >= 5 && name.substr(digits) == "." + format;
@@ -94,7 +102,8 @@ void play_frames(const ViewOptions& o, const Script& script, Stage& stage, Outpu
   double clock = 0;
   for (std::uint32_t i = 0; i < frames && !caught_interrupt(); ++i) {
     for (const ScriptMove& move : script.moves)
-      if (move.drop && move.from == i) stage = Stage(o, script, *move.drop);
+      if (move.drop && move.from == i) change_scene(stage, o, script, *move.drop);
+    if (caught_interrupt()) break;
     play(script, i, stage.session->scene(), stage.session->rig(), i > 0 ? &frame : nullptr, stage.state);
     frame = stage.session->next_frame(stage.state, clock);
     // The clock of frames that must come in time is the real one.

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "image/image_format.h"
@@ -90,7 +91,7 @@ struct Input {
 const ImageFormat& format_of(const std::string& path) {
   std::array<std::uint8_t, kFormatBytes> bytes{};
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error({path}, "the image file cannot be opened", "Check its rights.");
+  if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
   in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
   const std::span<const std::uint8_t> begin = std::span(bytes).first(static_cast<std::size_t>(in.gcount()));
   if (const ImageFormat* format = find_image_format(begin, path)) return *format;
@@ -102,15 +103,7 @@ const ImageFormat& format_of(const std::string& path) {
 }
 
 Input open_input(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw Error({path}, "the image file does not exist or cannot be reached",
-                "Check the path and its folder's rights.");
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw Error({path}, "not a file that holds an image", "Give the path of an image file.");
-  }
+  check_input_file(path);
   Input input{&format_of(path), nullptr, {}};
   std::string failure;
   input.reader = open_image_reader(path, input.format->plugin, failure);

@@ -9,8 +9,11 @@
 
 #include "builtin/builtin.h"
 #include "core/error.h"
+#include "core/input_file.h"
 #include "import/assimp/import.h"
 #include "import/gltf/import.h"
+#include "import/mesh_file.h"
+#include "import/obj/reader.h"
 #include "import/pbrt/import.h"
 
 namespace glowworm {
@@ -38,6 +41,7 @@ void check_is_file(const std::string& path) {
   if (std::filesystem::is_directory(status)) {
     throw Error({path}, "is a folder, not a scene file", "Give the scene file inside it.");
   }
+  check_input_file(path);
 }
 
 }  // namespace
@@ -49,9 +53,12 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
   const std::string extension = lower_extension(path);
   if (extension == ".pbrt") return load_pbrt(path, options);
   if (extension == ".gltf" || extension == ".glb") return load_gltf(path, options);
+  if (extension == ".obj") return load_obj(path, options);
+  if (extension == ".ply") return load_ply(path, options);
+  if (extension == ".stl") return load_stl(path, options);
   if (assimp_reads(extension)) return load_assimp(path, options);
   throw Error({path}, "files of type '" + extension + "' are not supported",
-              "Supported: .pbrt, .gltf, .glb, .obj and what Assimp reads (.ply, .fbx, .dae, .stl, ...).");
+              "Supported: .pbrt, .gltf, .glb, .obj, .ply, .stl and what Assimp reads (.fbx, .dae, .blend, .3ds, ...).");
 } catch (const MemoryError& error) {
   throw Error(FilePlace{path_or_builtin}, error.what());
 } catch (const std::bad_alloc&) {

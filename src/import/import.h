@@ -20,10 +20,13 @@ struct ImportOptions {
   /// Texels are read when they are first asked for, for what looks at a few of them only. Damage to the pixels of a
   /// file is not found then.
   bool lazy_textures = false;
+  /// Path of the program glowworm-assimp, which reads the formats that are left to Assimp. Empty: beside the running
+  /// program, or in ../libexec/glowworm from there.
+  std::string assimp_program = {};
 };
 
 /// Reads a scene: "builtin:NAME", or a file by its extension: .pbrt (pbrt-v4), .gltf and .glb (glTF 2.0), .obj (with
-/// its .mtl), and what Assimp reads besides (.ply, .fbx, .dae, .stl, .3ds, .blend, ...). Lengths are taken as metres
+/// its .mtl), .ply, .stl, and what Assimp reads besides (.fbx, .dae, .blend, .3ds, ...). Lengths are taken as metres
 /// and the up axis as it stands. What the file asks for and is not supported is named in the description's notes; a
 /// texture that cannot be read becomes magenta, with a warning and a note.
 /// Throws Error with file, place and remedy for what is missing or broken or does not fit into the budget, and for

@@ -40,10 +40,11 @@ std::uint64_t mesh_bytes(const Geometry& mesh) {
          bytes(mesh.emission);
 }
 
-std::uint64_t scene_bytes(const Geometry& mesh) {
+std::uint64_t scene_bytes(const Geometry& mesh) { return scene_bytes(mesh.triangles.size(), mesh.positions.size()); }
+
+std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices) {
   constexpr std::uint64_t kBytesPerTriangle = 200, kBytesPerVertex = 48;
-  return mesh.triangles.size() * kBytesPerTriangle +
-         std::min<std::uint64_t>(mesh.positions.size(), 3 * mesh.triangles.size()) * kBytesPerVertex;
+  return triangles * kBytesPerTriangle + std::min(vertices, 3 * triangles) * kBytesPerVertex;
 }
 
 void transform_mesh(Geometry& mesh, const Transform& to_world) {

@@ -15,6 +15,8 @@ std::uint64_t mesh_bytes(const Geometry& mesh);
 
 /// Bytes that a mesh takes in a scene: its tables, and what rays are traced against.
 std::uint64_t scene_bytes(const Geometry& mesh);
+/// The same by numbers. @param vertices of which no more than three for each triangle count
+std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices);
 
 /// Moves a mesh to world space. Normals stay unit; where the map mirrors, triangles are wound the other way round, so
 /// that their outside stays outside (glTF 2.0, section 3.7.4).

@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "core/log.h"
+#include "core/parallel.h"
 
 namespace glowworm {
 
@@ -191,10 +192,13 @@ std::shared_ptr<const TextureImage> TextureCache::missing(const std::string& nam
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& path, const TextureOptions& options) {
+  check_cancelled();
   if (state_->failed.contains(path)) return state_->magenta;
   try {
     return state_->read_file(path, options);
   } catch (const MemoryError&) {
+    throw;
+  } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
     return missing(path, e.what());
@@ -208,6 +212,8 @@ std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&
   try {
     return state_->read_memory(name, bytes, options);
   } catch (const MemoryError&) {
+    throw;
+  } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
     return missing(name, e.what());

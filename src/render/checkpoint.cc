@@ -7,6 +7,7 @@
 #include "core/atomic_file.h"
 #include "core/content_hash.h"
 #include "core/error.h"
+#include "core/input_file.h"
 
 namespace glowworm {
 
@@ -93,6 +94,7 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error == std::errc::no_such_file_or_directory) return std::nullopt;
+  check_input_file(path);
   std::ifstream file(path, std::ios::binary);
   if (error || !file)
     throw Error({path}, "the checkpoint cannot be read", "Give --resume a file that can be read and written.");

@@ -2,11 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "session/script.h"
 
 namespace glowworm {
@@ -185,10 +184,6 @@ Script parse_script(const std::string& text, const std::string& name) {
   return script;
 }
 
-Script read_script(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(FilePlace{path}, "the script cannot be read", "Check its name and that it may be read.");
-  return parse_script({std::istreambuf_iterator<char>(file), {}}, path);
-}
+Script read_script(const std::string& path) { return parse_script(read_input_file(path), path); }
 
 }  // namespace glowworm

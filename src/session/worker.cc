@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "core/parallel.h"
 
 namespace glowworm {
 
@@ -21,6 +22,7 @@ SessionWorker::~SessionWorker() {
     const std::lock_guard lock(mutex_);
     ending_ = true;
     interrupt_.request();
+    loading_interrupt_.request();
   }
   changed_.notify_all();
   thread_.join();
@@ -31,6 +33,7 @@ void SessionWorker::open(const std::string& path) {
   wanted_scene_ = path;
   loading_ = true;
   interrupt_.request();
+  loading_interrupt_.request();
   changed_.notify_all();
 }
 
@@ -85,6 +88,7 @@ void SessionWorker::run() {
       changed_.wait(lock, [this] { return has_work(); });
       if (ending_) return;
       path = std::exchange(wanted_scene_, std::nullopt);
+      loading_interrupt_.clear();
     }
     std::string failure;
     try {
@@ -110,6 +114,7 @@ void SessionWorker::run() {
 }
 
 void SessionWorker::load_scene(const std::string& path) {
+  const CancellationScope scope(loading_interrupt_);
   const std::shared_ptr<const Scene> scene = load_(path);
   auto session = std::make_unique<Session>(scene, settings_);
   LoadedScene loaded{path, scene, session->rig().lights(), session->initial_state()};

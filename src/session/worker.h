@@ -67,6 +67,7 @@ class SessionWorker {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   Interrupt interrupt_;
+  Interrupt loading_interrupt_;  ///< of the scene that is being loaded: it is wanted no more
   bool ending_ = false, paused_ = false, loading_ = false, failed_ = false, interacting_ = false;
   std::optional<std::string> wanted_scene_;
   std::optional<ViewState> state_;  // newest

@@ -1,5 +1,6 @@
 // What the program says to files and settings that cannot be: a message with the place, status 1, and nothing left.
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -36,6 +37,17 @@ TEST_F(BadInputTest, UnknownBuiltinScene) { expect_refused("builtin:kornell", {"
 TEST_F(BadInputTest, UnknownFormat) { expect_refused(write("a.xyz", "1 2 3"), {"a.xyz", ".xyz", "Supported"}); }
 
 TEST_F(BadInputTest, FolderForAFile) { expect_refused(folder_.string(), {folder_.string(), "folder"}); }
+
+TEST_F(BadInputTest, PipesForFiles) {
+  for (const char* name : {"a.obj", "a.gltf", "a.pbrt", "a.fbx", "a.json", "a.checkpoint"})
+    ASSERT_EQ(mkfifo(path(name).c_str(), 0600), 0);
+  for (const char* name : {"a.obj", "a.gltf", "a.pbrt", "a.fbx"})
+    expect_refused(name, {std::string(name) + ": is not a regular file"});
+  EXPECT_TRUE(refused(run({"view", "builtin:cornell", "--script", "a.json", "--out", "frames"}),
+                      {"a.json: is not a regular file"}));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "b.exr", "--resume=a.checkpoint"}),
+                      {"a.checkpoint", "not a regular file"}));
+}
 
 TEST_F(BadInputTest, EmptyFile) {
   for (const char* name : {"a.obj", "a.gltf", "a.glb", "a.pbrt", "a.ply"})

@@ -223,6 +223,41 @@ TEST_F(RenderTest, InterruptDuringThePhotonPassEndsAtOnce) {
   EXPECT_THAT(names(), IsEmpty());
 }
 
+TEST_F(RenderTest, InterruptWhileASceneIsLoadedEndsAtOnce) {
+  // A DAE file whose node holds the one before it twice: Assimp makes 2^40 of them.
+  std::string nodes = "<node id=\"n0\"/>";
+  for (int i = 1; i < 40; ++i) {
+    const std::string before = "<instance_node url=\"#n" + std::to_string(i - 1) + "\"/>";
+    nodes += "<node id=\"n" + std::to_string(i) + "\">" + before + before + "</node>";
+  }
+  write("laughs.dae",
+        "<?xml version=\"1.0\"?><COLLADA version=\"1.4.1\" xmlns=\"http://www.collada.org/2005/11/COLLADASchema\">"
+        "<library_nodes>" +
+            nodes +
+            "</library_nodes><library_visual_scenes><visual_scene id=\"s\"><node><instance_node url=\"#n39\"/></node>"
+            "</visual_scene></library_visual_scenes><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>");
+  Running program(folder_, {"render", "laughs.dae", "--size", "16x16", "-o", "a.exr"});
+  // proc(5): the processes that a thread has started.
+  const std::string id = std::to_string(program.id());
+  std::string child;
+  ASSERT_TRUE(wait_until(
+      [&] {
+        child = read("/proc/" + id + "/task/" + id + "/children");
+        return !child.empty();
+      },
+      60));
+  const auto start = std::chrono::steady_clock::now();
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait().status, 128 + SIGINT);
+  const auto has_ended = [&] {
+    const std::string state = read("/proc/" + std::to_string(std::stoi(child)) + "/stat");
+    return state.empty() || state.find(") Z ") != std::string::npos;
+  };
+  EXPECT_TRUE(wait_until(has_ended, 5));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_THAT(names(), ElementsAre("laughs.dae"));
+}
+
 TEST_F(RenderTest, PreviewIsOnDiskWhileTheRenderGoesOn) {
   Running program(folder_, {"render", "builtin:cornell", "--size", "32x32", "--samples", "1M", "--gather", "4",
                             "--photons", "2k", "--preview", "-o", "a.exr", "-o", "a.png", "-q"});

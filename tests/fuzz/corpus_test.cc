@@ -53,5 +53,11 @@ TEST(FuzzSeeds, Textures) {
 
 TEST(FuzzSeeds, GltfFiles) { EXPECT_GT(for_each_seed("gltf", fuzz::parse_gltf), 10u); }
 
+TEST(FuzzSeeds, ObjFilesAndTheirMaterials) { EXPECT_GT(for_each_seed("obj", fuzz::parse_obj_and_mtl), 2u); }
+
+TEST(FuzzSeeds, StlFiles) { EXPECT_GT(for_each_seed("stl", fuzz::parse_stl_mesh), 1u); }
+
+TEST(FuzzSeeds, ScenesHandedOverByAssimp) { EXPECT_GT(for_each_seed("assimp", fuzz::parse_hand_over), 2u); }
+
 }  // namespace
 }  // namespace glowworm

@@ -6,10 +6,13 @@
 #include <string>
 
 #include "core/error.h"
+#include "import/assimp/import.h"
+#include "import/obj/reader.h"
 #include "import/pbrt/builder.h"
 #include "import/pbrt/parser.h"
 #include "import/pbrt/spectrum.h"
 #include "import/ply/reader.h"
+#include "import/stl/reader.h"
 
 namespace glowworm::fuzz {
 
@@ -96,6 +99,37 @@ void parse_mesh(std::string_view bytes) {
     for (const auto& corners : mesh.triangles) {
       for (const std::uint32_t vertex : corners) require(vertex < mesh.positions.size());
     }
+  } catch (const Error&) {
+  }
+}
+
+void parse_obj_and_mtl(std::string_view text) {
+  MemoryBudget budget(kBudget);
+  ObjFiles files;
+  files.library = [&](const std::string&) { return std::string(text); };
+  files.texture = [](const PhongTexture&, const TextureOptions&) { return std::make_shared<GreyImage>(); };
+  NoteCounter notes;
+  try {
+    check_description(parse_obj(text, "fuzz.obj", files, notes, budget));
+  } catch (const Error&) {
+  }
+}
+
+void parse_stl_mesh(std::string_view bytes) {
+  MemoryBudget budget(kBudget);
+  try {
+    const Geometry mesh = parse_stl(bytes, "fuzz.stl", budget);
+    require(mesh.normals.size() == mesh.positions.size() && mesh.uvs.size() == mesh.positions.size());
+    require(mesh.positions.size() == 3 * mesh.triangles.size());
+  } catch (const Error&) {
+  }
+}
+
+void parse_hand_over(std::string_view bytes) {
+  ImportOptions options;
+  options.budget = loading_budget(kBudget);
+  try {
+    check_description(build_assimp_scene(bytes, "fuzz.dae", options));
   } catch (const Error&) {
   }
 }

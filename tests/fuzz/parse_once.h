@@ -21,6 +21,16 @@ void parse_mesh(std::string_view bytes);
 /// contradicts itself aborts.
 void parse_gltf(std::string_view bytes);
 
+/// Reads `text` as an OBJ file, and as each material library that it names. Mistakes are expected; a scene that
+/// contradicts itself aborts.
+void parse_obj_and_mtl(std::string_view text);
+
+/// Reads `bytes` as an STL file; a mesh that contradicts itself aborts.
+void parse_stl_mesh(std::string_view bytes);
+
+/// Builds a scene from `bytes` as if glowworm-assimp had handed them over; one that contradicts itself aborts.
+void parse_hand_over(std::string_view bytes);
+
 /// Reads `bytes` as an image file, held in memory and by way of a temporary file; aborts where the two disagree or a
 /// look-up is not finite. The format is told by the content, and is TGA where there is no other.
 void parse_texture(std::string_view bytes);

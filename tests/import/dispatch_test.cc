@@ -1,4 +1,6 @@
 // The entrance to import, and errors that all formats share.
+#include <sys/stat.h>
+
 #include "test_files.h"
 
 namespace glowworm {
@@ -21,12 +23,22 @@ TEST_F(DispatchTest, WhatIsNoSceneFileIsRefused) {
   EXPECT_THAT(message_of(std::string("a\0b.obj", 7)), HasSubstr("NUL"));
 }
 
-TEST_F(DispatchTest, OtherFormatsAreReadByAssimp) {
-  const auto d = load_scene(write("a.STL",
-                                  "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
-                                  "endloop\nendfacet\nendsolid a\n"));
-  EXPECT_EQ(d.geometry.triangle_count(), 1u);
-  EXPECT_THAT(message_of(write("b.dae", "<COLLADA")), HasSubstr("b.dae: cannot be read"));
+TEST_F(DispatchTest, PipesAndDevicesAreRefused) {
+  ASSERT_EQ(mkfifo(path("a.obj").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("m.mtl").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("t.png").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("a.ply").c_str(), 0600), 0);
+  EXPECT_THAT(message_of(path("a.obj")), HasSubstr("a.obj: is not a regular file"));
+  std::filesystem::create_symlink("/dev/zero", path("zero.gltf"));
+  EXPECT_THAT(message_of(path("zero.gltf")), HasSubstr("zero.gltf: is not a regular file"));
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
+  EXPECT_THAT(load_scene(write("b.obj", "mtllib m.mtl\n" + triangle)).notes, HasNote("'m.mtl' cannot be opened"));
+  write("n.mtl", "newmtl m\nmap_Kd t.png\n");
+  EXPECT_THAT(load_scene(write("c.obj", "mtllib n.mtl\n" + triangle)).notes, HasNote("t.png' is magenta"));
+  EXPECT_THAT(message_of(write("d.pbrt", "WorldBegin\nShape \"plymesh\" \"string filename\" \"a.ply\"\n")),
+              HasSubstr("a.ply: is not a regular file"));
+  EXPECT_THAT(message_of(write("e.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"uri":"t.png","byteLength":4}]})")),
+              HasSubstr("t.png"));
 }
 
 }  // namespace

@@ -161,6 +161,66 @@ TEST_F(ObjTest, NotesCountWhatIsLeftOut) {
   EXPECT_THAT(d.notes, HasNote("'map_bump' is not supported"));
 }
 
+TEST_F(ObjTest, LibrariesMayDefineMaterialsInAnyOrder) {
+  // What stands before the first newmtl belongs to no material.
+  write("m.mtl", "map_Kd nowhere.png\nKd 1 0 0\nnewmtl a\nKd 0.25\nnewmtl b\nKd 0.1 0.2 0.3 # a comment\n");
+  const auto d = load_scene(write(
+      "a.obj", std::string("usemtl b\n") + kTriangle + "f 1 2 3\nmtllib m.mtl\nmtllib m.mtl\nusemtl a\nf 1 2 3\n"));
+  ASSERT_EQ(d.geometry.triangle_count(), 2u);
+  EXPECT_EQ(d.materials.at(d.geometry.material[0]).reflectance.value, RGB(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(d.materials.at(d.geometry.material[1]).reflectance.value, RGB(0.25f));
+  EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
+}
+
+TEST_F(ObjTest, TextureOptionsAndNamesWithSpaces) {
+  write("my leaf#1.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
+  const auto d = with_material("map_Kd -o 0.5 0.5 -clamp on my leaf#1.tga\n");
+  EXPECT_THAT(d.notes, HasNote("texture option '-o'"));
+  EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
+  EXPECT_NEAR(evaluate(d.textures, material_of(d).reflectance, {-3.0f, 0.5f}).r, 0.6f, 1e-5);
+}
+
+TEST_F(ObjTest, ConcavePolygonsAreCoveredOnce) {
+  const auto d = load_scene(write("a.obj", "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf 1 2 3 4 5\n"));
+  ASSERT_EQ(d.geometry.triangle_count(), 3u);
+  float area = 0;
+  for (std::uint32_t t = 0; t < 3; ++t) {
+    EXPECT_EQ(d.geometry.normal(t), (Vec3{0, 0, 1}));
+    area += d.geometry.area(t);
+  }
+  EXPECT_FLOAT_EQ(area, 10);
+}
+
+/// What takes minutes where an algorithm is not linear.
+TEST_F(ObjTest, LargePolygonsAndManyMaterialsTakeLittleTime) {
+  std::string polygon, round = "f";
+  for (int i = 1; i <= 50'000; ++i) {
+    const double angle = 2 * M_PI * i / 50'000, radius = i % 2 ? 0.9 : 1;
+    polygon += "v " + std::to_string(1000 * radius * std::cos(angle)) + " " +
+               std::to_string(1000 * radius * std::sin(angle)) + " 0\n";
+    round += " " + std::to_string(i);
+  }
+  EXPECT_GT(load_scene(write("polygon.obj", polygon + round + "\n")).geometry.triangle_count(), 40'000u);
+
+  std::string many = kTriangle, fan = "s 1\nv 0 0 1\n";
+  for (int i = 0; i < 100'000; ++i) many += "usemtl m" + std::to_string(i % 50'000) + "\nf 1 2 3\nmtllib gone.mtl\n";
+  const auto d = load_scene(write("many.obj", many));
+  EXPECT_EQ(d.geometry.triangle_count(), 100'000u);
+  EXPECT_EQ(d.materials.size(), 50'000u);
+  EXPECT_LT(d.notes.size(), 20u);
+  for (int i = 0; i < 50'000; ++i) {
+    const double angle = 2 * M_PI * i / 50'000;
+    fan += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";
+    if (i > 0) fan += "f 1 -2 -1\n";
+  }
+  const auto cone = load_scene(write("cone.obj", fan));
+  EXPECT_GT(cone.geometry.triangle_count(), 40'000u);
+
+  std::string continued = kTriangle;
+  for (int i = 0; i < 200'000; ++i) continued += "\\\n";
+  EXPECT_EQ(load_scene(write("continued.obj", continued + "f 1 2 3\n")).geometry.triangle_count(), 1u);
+}
+
 TEST_F(ObjTest, BadFilesAreRefusedWithTheirLine) {
   const auto refused = [&](const std::string& text) { return message_of(write("bad.obj", text)); };
   const std::string v = kTriangle;

@@ -179,6 +179,19 @@ TEST(PbrtShape, LoopSubdivisionOfAnOctahedronIsRound) {
   EXPECT_LT(length(sum), 1e-5f);
 }
 
+TEST(PbrtShape, LoopSubdivisionsOfAFileAreBoundedTogether) {
+  // A few kilobytes that ask for a hundred million triangles.
+  std::string text;
+  for (int i = 0; i < 50; ++i) {
+    text +=
+        "Shape \"loopsubdiv\" \"integer levels\" 10 \"integer indices\" [ 0 1 2 0 2 3 0 3 1 1 3 2 ] "
+        "\"point3 P\" [ 0 0 0 1 0 0 0 1 0 0 0 1 ]\n";
+  }
+  const Geometry mesh = shape(text);
+  EXPECT_GT(mesh.triangle_count(), 1'000'000u);
+  EXPECT_LT(mesh.triangle_count(), 2'200'000u);
+}
+
 TEST(PbrtShape, LoopSubdivisionOfAFlatSheetStaysFlatAndKeepsItsArea) {
   Geometry sheet;
   for (int y = 0; y < 4; ++y) {

@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <limits>
 #include <thread>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
 #include "session/display.h"
@@ -170,6 +172,43 @@ TEST_F(WorkerTest, KeepsTheSceneThereIsWhereAnotherCannotBeLoaded) {
   EXPECT_THAT(*error, HasSubstr("no such scene"));
   EXPECT_FALSE(worker_.take_scene().has_value());
   EXPECT_GT(frame_of(worker_.post(state, false)).frame.samples, 0u);
+}
+
+TEST_F(WorkerTest, LeavesASceneThatIsBeingLoadedForAnotherAndAtItsEnd) {
+  std::atomic<int> begun{0}, left{0};
+  {
+    SessionWorker worker(
+        settings(),
+        [&](const std::string& name) {
+          ++begun;
+          try {
+            while (name == "endless") check_cancelled();
+          } catch (const Cancelled&) {
+            ++left;
+            throw;
+          }
+          return test_scene(name);
+        },
+        [] {});
+    const auto wait_until = [](const auto& condition) {
+      const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+      bool holds = condition();
+      while (!holds && std::chrono::steady_clock::now() < end) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        holds = condition();
+      }
+      return holds;
+    };
+    worker.open("endless");
+    ASSERT_TRUE(wait_until([&] { return begun == 1; }));
+    worker.open("cornell");
+    EXPECT_TRUE(wait_until([&] { return worker.take_scene().has_value(); }));
+    EXPECT_EQ(left, 1);
+    EXPECT_FALSE(worker.take_error().has_value());
+    worker.open("endless");
+    ASSERT_TRUE(wait_until([&] { return begun == 3; }));
+  }
+  EXPECT_EQ(left, 2);
 }
 
 TEST_F(WorkerTest, SaysWhatCannotBeShownOnce) {

@@ -1,36 +1,40 @@
 #include "import/assimp/import.h"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <memory>
+#include <string_view>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
-#include "import/assimp/material.h"
+#include "core/memory_budget.h"
+#include "core/parallel.h"
+#include "import/assimp/hand_over.h"
+#include "import/assimp/process.h"
 #include "import/mesh_tools.h"
 #include "import/notes.h"
-#include "import/obj/scan.h"
+#include "import/phong.h"
 #include "import/texture_cache.h"
 
 namespace glowworm {
 
 namespace {
 
-Vec3 vector_of(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-
-Transform transform_of(const aiMatrix4x4& m) {
-  return {{m.a1, m.b1, m.c1}, {m.a2, m.b2, m.c2}, {m.a3, m.b3, m.c3}, {m.a4, m.b4, m.c4}};
+Vec3 unit_or_zero(Vec3 n) {
+  const float l = length(n);
+  return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
 }
 
-/// Builds a description from what Assimp read.
-class AssimpBuilder {
+/// Builds a description from what was handed over.
+class ForeignBuilder {
  public:
-  AssimpBuilder(const aiScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes)
+  ForeignBuilder(const ForeignScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes)
       : scene_(scene),
         path_(path),
         notes_(notes),
@@ -40,107 +44,105 @@ class AssimpBuilder {
   SceneDescription build() {
     const std::filesystem::path path(path_);
     description_.name = path.stem().string();
-    AssimpMaterialContext context{scene_, path.parent_path().string(), textures_, notes_, description_};
-    for (unsigned i = 0; i < scene_.mNumMaterials; ++i) {
-      emissions_.push_back(add_assimp_material(*scene_.mMaterials[i], context));
+    const std::string folder = path.parent_path().string();
+    const PhongContext context{
+        [&](const PhongTexture& texture, const TextureOptions& options) { return image_of(folder, texture, options); },
+        notes_, description_};
+    for (const PhongMaterial& material : scene_.materials) {
+      emissions_.push_back(add_phong_material(material, context));
     }
-    if (scene_.mRootNode) visit(*scene_.mRootNode, Transform{});
-    if (scene_.mNumAnimations > 0) notes_.add("animation: the first moment is shown", scene_.mNumAnimations);
+    for (const ForeignInstance& instance : scene_.instances) {
+      check_cancelled();
+      add_mesh(scene_.meshes[instance.mesh], instance.to_world);
+    }
+    for (const ForeignCamera& camera : scene_.cameras) add_camera(camera);
+    for (const ForeignLight& light : scene_.lights) add_light(light);
+    notes_.add("animation: the first moment is shown", scene_.animations);
     return std::move(description_);
   }
 
  private:
-  void visit(const aiNode& node, const Transform& parent) {
-    const Transform to_world = parent * transform_of(node.mTransformation);
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) add_mesh(*scene_.mMeshes[node.mMeshes[i]], to_world);
-    for (unsigned i = 0; i < scene_.mNumCameras; ++i) {
-      if (scene_.mCameras[i]->mName == node.mName) add_camera(*scene_.mCameras[i], to_world);
-    }
-    for (unsigned i = 0; i < scene_.mNumLights; ++i) {
-      if (scene_.mLights[i]->mName == node.mName) add_light(*scene_.mLights[i], to_world);
-    }
-    for (unsigned i = 0; i < node.mNumChildren; ++i) visit(*node.mChildren[i], to_world);
+  std::shared_ptr<const TextureImage> image_of(const std::string& folder, const PhongTexture& texture,
+                                               const TextureOptions& options) {
+    if (texture.embedded == kNone) return textures_.load_file(find_texture_file(folder, texture.name), options);
+    const std::string& bytes = scene_.embedded[texture.embedded];
+    return textures_.load_memory(texture.name, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
+                                 options);
   }
 
-  void add_mesh(const aiMesh& source, const Transform& to_world) {
-    if (source.mPrimitiveTypes & (aiPrimitiveType_POINT | aiPrimitiveType_LINE)) {
-      notes_.add("points or lines, left out");
-    }
-    if (source.HasBones()) notes_.add("skin: the mesh is shown as it was modelled");
-    if (source.HasVertexColors(0)) notes_.add("mesh with colours at its vertices, not used");
+  void add_mesh(const ForeignMesh& source, const Transform& to_world) {
+    if (source.has_points_or_lines) notes_.add("points or lines, left out");
+    if (source.has_bones) notes_.add("skin: the mesh is shown as it was modelled");
+    if (source.has_colors) notes_.add("mesh with colours at its vertices, not used");
     Geometry mesh;
-    for (unsigned i = 0; i < source.mNumVertices; ++i) {
-      mesh.positions.push_back(vector_of(source.mVertices[i]));
-      mesh.normals.push_back(source.HasNormals() ? unit_or_zero(vector_of(source.mNormals[i])) : Vec3{0, 0, 0});
-      const bool has_uv = source.HasTextureCoords(0);
-      mesh.uvs.push_back(has_uv ? Vec2{source.mTextureCoords[0][i].x, source.mTextureCoords[0][i].y} : Vec2{});
-    }
-    for (unsigned i = 0; i < source.mNumFaces; ++i) {
-      const aiFace& face = source.mFaces[i];
-      if (face.mNumIndices == 3) mesh.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
-    }
+    mesh.positions = source.positions;
+    mesh.uvs = source.uvs;
+    mesh.uvs.resize(mesh.positions.size());
+    for (const Vec3& normal : source.normals) mesh.normals.push_back(unit_or_zero(normal));
+    mesh.normals.resize(mesh.positions.size());
+    mesh.triangles = source.triangles;
     merge_identical_vertices(mesh);
     notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
     transform_mesh(mesh, to_world);
     triangles_.grow(scene_bytes(mesh));
-    const std::uint32_t material = source.mMaterialIndex;
-    append_counted(description_.geometry, mesh, path_ + ": " + source.mName.C_Str(), material, emissions_.at(material),
-                   notes_);
+    append_counted(description_.geometry, mesh, path_ + ": " + source.name, source.material,
+                   emissions_[source.material], notes_);
   }
 
-  static Vec3 unit_or_zero(Vec3 n) {
-    const float l = length(n);
-    return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
-  }
-
-  void add_camera(const aiCamera& source, const Transform& to_world) {
+  void add_camera(const ForeignCamera& source) {
     Camera camera;
-    camera.name = source.mName.C_Str();
-    const Vec3 forward = unit_or_zero(to_world.vector(vector_of(source.mLookAt)));
-    const Vec3 right = unit_or_zero(cross(forward, to_world.vector(vector_of(source.mUp))));
-    if (length_squared(right) == 0) {
-      notes_.add("camera '" + camera.name + "' has no direction, left out");
+    camera.name = source.name;
+    const Vec3 forward = unit_or_zero(source.to_world.vector(source.look_at));
+    const Vec3 right = unit_or_zero(cross(forward, source.to_world.vector(source.up)));
+    const Vec3 position = source.to_world.point(source.position);
+    if (length_squared(right) == 0 || !is_finite(position)) {
+      notes_.add("camera '" + camera.name + "' has no place or direction, left out");
       return;
     }
-    camera.to_world = {right, cross(right, forward), forward, to_world.point(vector_of(source.mPosition))};
-    const float shorter = source.mAspect > 1 ? 1 / source.mAspect : 1;  // Assimp's angles and widths are horizontal
-    if (source.mOrthographicWidth > 0) {
+    camera.to_world = {right, cross(right, forward), forward, position};
+    const float shorter = source.aspect > 1 && std::isfinite(source.aspect)
+                              ? 1 / source.aspect
+                              : 1;  // Assimp's angles and widths are horizontal
+    if (source.orthographic_width > 0 && std::isfinite(source.orthographic_width)) {
       camera.kind = CameraKind::orthographic;
-      camera.half_extent = source.mOrthographicWidth * shorter;
+      camera.half_extent = source.orthographic_width * shorter;
     } else {
-      camera.half_extent = std::tan(std::clamp(source.mHorizontalFOV, 0.001f, 1.57f)) * shorter;
+      const float angle = std::isfinite(source.horizontal_fov) ? source.horizontal_fov : 0.5f;
+      camera.half_extent = std::tan(std::clamp(angle, 0.001f, 1.57f)) * shorter;
     }
     description_.cameras.push_back(std::move(camera));
   }
 
-  void add_light(const aiLight& source, const Transform& to_world) {
+  void add_light(const ForeignLight& source) {
     Light light;
-    light.name = source.mName.C_Str();
-    light.intensity = {source.mColorDiffuse.r, source.mColorDiffuse.g, source.mColorDiffuse.b};
-    light.position = to_world.point(vector_of(source.mPosition));
-    light.direction = unit_or_zero(to_world.vector(vector_of(source.mDirection)));
-    const bool needs_direction = source.mType != aiLightSource_POINT;
-    if (source.mType == aiLightSource_POINT) {
+    light.name = source.name;
+    light.intensity = source.intensity;
+    light.position = source.to_world.point(source.position);
+    const bool needs_direction = source.kind != ForeignLightKind::point;
+    if (needs_direction) light.direction = unit_or_zero(source.to_world.vector(source.direction));
+    if (source.kind == ForeignLightKind::point) {
       light.kind = LightKind::point;
-    } else if (source.mType == aiLightSource_SPOT) {
+    } else if (source.kind == ForeignLightKind::spot) {
       light.kind = LightKind::spot;
-      light.cos_inner = std::cos(source.mAngleInnerCone / 2);
-      light.cos_outer = std::min(std::cos(source.mAngleOuterCone / 2), light.cos_inner);
-    } else if (source.mType == aiLightSource_DIRECTIONAL) {
+      light.cos_inner = std::cos(source.inner_angle / 2);
+      light.cos_outer = std::min(std::cos(source.outer_angle / 2), light.cos_inner);
+    } else if (source.kind == ForeignLightKind::directional) {
       light.kind = LightKind::directional;
     } else {
       notes_.add("area or ambient light, left out");
       return;
     }
-    if (needs_direction && length_squared(light.direction) == 0) {
-      notes_.add("light '" + light.name + "' has no direction, left out");
+    const bool finite = is_finite(light.intensity) && is_finite(light.position) && std::isfinite(light.cos_inner) &&
+                        std::isfinite(light.cos_outer);
+    if (!finite || (needs_direction && length_squared(light.direction) == 0)) {
+      notes_.add("light '" + light.name + "' has no place, direction or brightness, left out");
       return;
     }
     notes_.add("light intensity of a file without units, taken as W sr^-1 (or W m^-2)");
     description_.lights.push_back(std::move(light));
   }
 
-  const aiScene& scene_;
+  const ForeignScene& scene_;
   const std::string& path_;
   NoteCounter& notes_;
   Reservation triangles_;
@@ -149,26 +151,39 @@ class AssimpBuilder {
   std::vector<std::uint32_t> emissions_;  ///< of each material
 };
 
+/// Throws MemoryError where meshes are used so often that their triangles do not fit, before the first is placed.
+void check_room(const ForeignScene& scene, MemoryBudget& budget) {
+  std::uint64_t triangles = 0;
+  for (const ForeignInstance& instance : scene.instances) triangles += scene.meshes[instance.mesh].triangles.size();
+  const Reservation room(budget, "triangles of instances", scene_bytes(triangles, 0));
+}
+
+/// Bytes that the process may take.
+std::uint64_t memory_limit(const MemoryBudget& budget) {
+  const std::uint64_t most = physical_memory_bytes() / 2;
+  return budget.limit() > 0 ? std::min(budget.limit(), most) : most;
+}
+
 }  // namespace
 
-SceneDescription load_assimp(const std::string& path, const ImportOptions& options) {
+SceneDescription load_assimp(const std::string& path, const ImportOptions& options, const AssimpLimits& limits) {
+  std::error_code error;
+  ReaderProcess process;
+  process.program = options.assimp_program.empty() ? find_reader() : options.assimp_program;
+  process.memory_bytes = limits.memory_bytes > 0 ? limits.memory_bytes : memory_limit(*options.budget);
+  const std::uintmax_t mebibytes = std::min<std::uintmax_t>(std::filesystem::file_size(path, error) >> 20, 100000);
+  process.cpu_seconds = limits.cpu_seconds > 0 ? limits.cpu_seconds : 60 + 2 * static_cast<unsigned>(mebibytes);
+  process.clock_seconds = limits.clock_seconds > 0 ? limits.clock_seconds : 10 * process.cpu_seconds;
+  Reservation held(*options.budget, "scene files", 0);
+  return build_assimp_scene(run_reader(path, process, held), path, options);
+}
+
+SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options) {
+  const Reservation meshes(*options.budget, "meshes", bytes.size());  // which take as much in both forms
+  const ForeignScene scene = read_foreign_scene(bytes, path);
+  check_room(scene, *options.budget);
   NoteCounter notes;
-  unsigned steps = aiProcess_Triangulate;
-  Assimp::Importer importer;
-  if (std::filesystem::path(path).extension() == ".obj" || std::filesystem::path(path).extension() == ".OBJ") {
-    const ObjScan scan = scan_obj(path, notes);
-    if (scan.has_smoothing_groups && !scan.has_normals) {
-      steps |= aiProcess_GenSmoothNormals;
-      importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
-      notes.add("smoothing groups without normals: edges under 60 degrees are made smooth");
-    }
-  }
-  const aiScene* scene = importer.ReadFile(path, steps);
-  if (!scene) {
-    throw Error({path}, std::string("cannot be read: ") + importer.GetErrorString(),
-                "Open it in the program that wrote it and export it anew, as glTF if possible.");
-  }
-  SceneDescription description = AssimpBuilder(*scene, path, options, notes).build();
+  SceneDescription description = ForeignBuilder(scene, path, options, notes).build();
   if (description.geometry.triangles.empty()) {
     throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");
   }
@@ -176,6 +191,11 @@ SceneDescription load_assimp(const std::string& path, const ImportOptions& optio
   return description;
 }
 
-bool assimp_reads(const std::string& extension) { return Assimp::Importer().IsExtensionSupported(extension); }
+bool assimp_reads(const std::string& extension) {
+  static constexpr std::string_view kExtensions[] = {".3ds",  ".3mf", ".ac",  ".amf", ".ase", ".b3d", ".blend", ".dae",
+                                                     ".dxf",  ".fbx", ".ifc", ".lwo", ".lws", ".lxo", ".ms3d",  ".off",
+                                                     ".ogex", ".x",   ".x3d", ".xgl", ".zae", ".zgl"};
+  return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
+}
 
 }  // namespace glowworm

@@ -5,11 +5,11 @@
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "import/gltf/check.h"
 #include "import/gltf/compression.h"
 
@@ -21,19 +21,6 @@ using nlohmann::json;
 
 constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it anew.";
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
-
-/// The bytes of a file, which `held` grows by.
-std::vector<std::uint8_t> read_bytes(const std::string& path, Reservation& held) {
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
-  const std::streamoff size = std::max<std::streamoff>(in.tellg(), 0);
-  held.grow(static_cast<std::uint64_t>(size));
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
-  in.seekg(0);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!in) throw Error({path}, "reading stopped half-way", "Check the disk the file is on.");
-  return bytes;
-}
 
 std::uint32_t little_endian_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
   return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | static_cast<std::uint32_t>(bytes[at + 3]) << 24;
@@ -121,7 +108,7 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
         throw Error({document.path}, fmt::format("{}: no such file {}", where, source),
                     "Put the .bin file beside the .gltf file, or export as .glb.");
       }
-      bytes = read_bytes(file.string(), *document.held);
+      bytes = read_input_bytes(file.string(), *document.held);
     }
   }
   if (bytes.size() < length) {
@@ -198,7 +185,7 @@ std::span<const std::uint8_t> GltfDocument::view(int index) const {
 
 GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options) {
   Reservation held(*options.budget, "files", 0);
-  return read_gltf_document(read_bytes(path, held), path, options);
+  return read_gltf_document(read_input_bytes(path, held), path, options);
 }
 
 GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,

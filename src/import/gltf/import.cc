@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/document.h"
 #include "import/gltf/material.h"
@@ -209,6 +210,7 @@ class GltfBuilder {
   }
 
   void add_mesh(int index, const Transform& to_world) {
+    check_cancelled();
     for_each_primitive(index, [&](const GltfPrimitive& p, std::uint32_t material, const std::string& where) {
       if (p.mesh.triangles.empty()) return;
       const std::uint32_t emission = material_info_.at(material).emission;

@@ -38,7 +38,8 @@ struct PbrtContext {
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
   /// Bounds files, meshes, and triangles with all instances resolved: small files can ask for any number.
   std::shared_ptr<MemoryBudget> budget = std::make_shared<MemoryBudget>();
-  std::unique_ptr<Reservation> sky;  ///< of the pixels of scene.environment
+  std::unique_ptr<Reservation> sky;      ///< of the pixels of scene.environment
+  std::size_t subdivided_triangles = 0;  ///< of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
   std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;
 

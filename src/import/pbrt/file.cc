@@ -11,25 +11,11 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/input_file.h"
 
 namespace glowworm {
 
 namespace {
-
-std::string read_plain(const std::string& path, Reservation& held) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw Error({path}, "no such file", "Check the name and the path.");
-  if (!std::filesystem::is_regular_file(status)) throw Error({path}, "is not a regular file", "Give a file.");
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  std::ifstream in(path, std::ios::binary);
-  if (error || !in) throw Error({path}, "cannot be opened", "Check the permissions.");
-  held.grow(size);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (static_cast<std::uintmax_t>(in.gcount()) != size) throw Error({path}, "cannot be read", "Check the disk.");
-  return bytes;
-}
 
 /// Ends an inflate stream whatever happens between.
 struct Inflater {
@@ -98,7 +84,7 @@ std::filesystem::path follow_link_files(const std::filesystem::path& path) {
 }  // namespace
 
 std::string read_pbrt_file(const std::string& path, Reservation& held) {
-  std::string bytes = read_plain(path, held);
+  std::string bytes = read_input_file(path, held);
   if (bytes.starts_with("\x1f\x8b")) return inflate_gzip(path, bytes, held);
   return bytes;
 }

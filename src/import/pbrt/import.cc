@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/parallel.h"
 #include "import/pbrt/builder.h"
 #include "import/pbrt/file.h"
 #include "import/pbrt/parser.h"
@@ -26,8 +27,10 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
     return textures.load_file(found, texture_options);
   };
   PbrtBuilder builder(context);
-  parse_pbrt_text(text, path, context.diagnostics, *options.budget,
-                  [&](PbrtDirective& directive) { builder.take(directive); });
+  parse_pbrt_text(text, path, context.diagnostics, *options.budget, [&](PbrtDirective& directive) {
+    check_cancelled();
+    builder.take(directive);
+  });
   builder.finish();
   context.diagnostics.throw_if_errors();
   for (std::string& note : context.diagnostics.notes()) context.scene.notes.push_back(std::move(note));

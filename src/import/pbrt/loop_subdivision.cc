@@ -1,39 +1,53 @@
 // Loop subdivision. Masks: Loop 1987; boundaries and limit positions after Hoppe et al., "Piecewise Smooth Surface
 // Reconstruction", 1994.
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
 #include <vector>
 
+#include "core/parallel.h"
+#include "core/radix_sort.h"
 #include "import/pbrt/shapes.h"
 
 namespace glowworm {
 
 namespace {
 
-using Edge = std::pair<std::uint32_t, std::uint32_t>;  // smaller index first
-
-Edge edge_of(std::uint32_t a, std::uint32_t b) { return a < b ? Edge{a, b} : Edge{b, a}; }
-
-struct EdgeFaces {
-  int count = 0;
-  std::array<std::uint32_t, 2> opposite{};  // third corners of the triangles at the edge
+struct Edge {
+  std::uint32_t ends[2];      ///< the smaller index first
+  std::uint32_t opposite[2];  ///< third corners of its triangles
+  int triangles = 0;
 };
 
-using EdgeMap = std::map<Edge, EdgeFaces>;
+/// The edges of a mesh, in the order of their ends.
+struct EdgeTable {
+  std::vector<Edge> edges;
+  std::vector<std::uint32_t> after_corner;  ///< three a triangle: the edge from that corner to the next
+};
 
-/// The edges of a mesh; empty where one has more than two triangles.
-EdgeMap edges_of(const Geometry& mesh) {
-  EdgeMap edges;
-  for (const auto& corners : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) {
-      EdgeFaces& edge = edges[edge_of(corners[i], corners[(i + 1) % 3])];
-      if (edge.count == 2) return {};
-      edge.opposite[edge.count++] = corners[(i + 2) % 3];
-    }
+/// The edges of a mesh; none where one has more than two triangles.
+EdgeTable edges_of(const Geometry& mesh) {
+  const std::size_t corners = 3 * mesh.triangles.size();
+  std::vector<KeyedIndex<std::uint64_t>> sorted;
+  sorted.reserve(corners);
+  for (std::uint32_t corner = 0; corner < corners; ++corner) {
+    const auto& triangle = mesh.triangles[corner / 3];
+    const std::uint64_t a = triangle[corner % 3], b = triangle[(corner + 1) % 3];
+    sorted.push_back({std::min(a, b) << 32 | std::max(a, b), corner});
   }
-  return edges;
+  radix_sort(sorted, 64);
+  EdgeTable table;
+  table.after_corner.resize(corners);
+  for (std::size_t i = 0; i < corners; ++i) {
+    const auto& [key, corner] = sorted[i];
+    if (i == 0 || key != sorted[i - 1].key) {
+      table.edges.push_back({{static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)}, {}});
+    }
+    Edge& edge = table.edges.back();
+    if (edge.triangles == 2) return {};
+    edge.opposite[edge.triangles++] = mesh.triangles[corner / 3][(corner + 2) % 3];
+    table.after_corner[corner] = static_cast<std::uint32_t>(table.edges.size() - 1);
+  }
+  return table;
 }
 
 /// What lies around each vertex.
@@ -44,14 +58,15 @@ struct Rings {
   std::vector<int> boundary_count;
 };
 
-Rings rings_of(const Geometry& mesh, const EdgeMap& edges) {
+Rings rings_of(const Geometry& mesh, const EdgeTable& table) {
   const std::size_t count = mesh.positions.size();
   Rings rings{std::vector<int>(count), std::vector<Vec3>(count), std::vector<Vec3>(count), std::vector<int>(count)};
-  for (const auto& [edge, faces] : edges) {
-    for (const auto& [a, b] : {edge, Edge{edge.second, edge.first}}) {
+  for (const Edge& edge : table.edges) {
+    for (int end = 0; end < 2; ++end) {
+      const std::uint32_t a = edge.ends[end], b = edge.ends[1 - end];
       ++rings.valence[a];
       rings.sum[a] += mesh.positions[b];
-      if (faces.count == 1) {
+      if (edge.triangles == 1) {
         ++rings.boundary_count[a];
         rings.boundary_sum[a] += mesh.positions[b];
       }
@@ -67,8 +82,8 @@ float neighbour_weight(int valence) {
 }
 
 /// Moves the old vertices by a mask with the given weights of neighbours.
-std::vector<Vec3> relaxed(const Geometry& mesh, const EdgeMap& edges, float boundary_weight, bool limit) {
-  const Rings rings = rings_of(mesh, edges);
+std::vector<Vec3> relaxed(const Geometry& mesh, const EdgeTable& table, float boundary_weight, bool limit) {
+  const Rings rings = rings_of(mesh, table);
   std::vector<Vec3> out = mesh.positions;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const int n = rings.valence[i];
@@ -84,20 +99,21 @@ std::vector<Vec3> relaxed(const Geometry& mesh, const EdgeMap& edges, float boun
   return out;
 }
 
-Geometry subdivide_once(const Geometry& mesh, const EdgeMap& edges) {
+Geometry subdivide_once(const Geometry& mesh, const EdgeTable& table) {
   Geometry out;
-  out.positions = relaxed(mesh, edges, 0.125f, false);
-  std::map<Edge, std::uint32_t> middle;
-  for (const auto& [edge, faces] : edges) {
-    const Vec3 ends = mesh.positions[edge.first] + mesh.positions[edge.second];
-    middle[edge] = static_cast<std::uint32_t>(out.positions.size());
-    out.positions.push_back(faces.count == 1
+  out.positions = relaxed(mesh, table, 0.125f, false);
+  const auto first_middle = static_cast<std::uint32_t>(out.positions.size());
+  for (const Edge& edge : table.edges) {
+    const Vec3 ends = mesh.positions[edge.ends[0]] + mesh.positions[edge.ends[1]];
+    out.positions.push_back(edge.triangles == 1
                                 ? ends * 0.5f
                                 : ends * 0.375f +
-                                      (mesh.positions[faces.opposite[0]] + mesh.positions[faces.opposite[1]]) * 0.125f);
+                                      (mesh.positions[edge.opposite[0]] + mesh.positions[edge.opposite[1]]) * 0.125f);
   }
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const std::uint32_t ab = middle[edge_of(a, b)], bc = middle[edge_of(b, c)], ca = middle[edge_of(c, a)];
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const std::uint32_t* const middle = &table.after_corner[3 * t];
+    const std::uint32_t ab = first_middle + middle[0], bc = first_middle + middle[1], ca = first_middle + middle[2];
     out.triangles.push_back({a, ab, ca});
     out.triangles.push_back({ab, b, bc});
     out.triangles.push_back({ca, bc, c});
@@ -111,13 +127,14 @@ Geometry subdivide_once(const Geometry& mesh, const EdgeMap& edges) {
 Geometry loop_subdivide(const Geometry& control, int levels) {
   Geometry mesh = control;
   for (int level = 0; level < levels; ++level) {
-    const EdgeMap edges = edges_of(mesh);
-    if (edges.empty()) break;
-    mesh = subdivide_once(mesh, edges);
+    check_cancelled();
+    const EdgeTable table = edges_of(mesh);
+    if (table.edges.empty()) break;
+    mesh = subdivide_once(mesh, table);
   }
   if (levels > 0) {
-    const EdgeMap edges = edges_of(mesh);
-    if (!edges.empty()) mesh.positions = relaxed(mesh, edges, 0.2f, true);
+    const EdgeTable table = edges_of(mesh);
+    if (!table.edges.empty()) mesh.positions = relaxed(mesh, table, 0.2f, true);
   }
   // Normals weighted by area: at this fineness they are the limit surface's to a fraction of a degree.
   mesh.normals.assign(mesh.positions.size(), Vec3{0, 0, 0});

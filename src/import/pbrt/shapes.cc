@@ -14,7 +14,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMaxSubdivided = std::size_t{1} << 21;  // triangles of one subdivided mesh
+constexpr std::size_t kMaxSubdivided = std::size_t{1} << 21;  // triangles of a file's subdivided meshes together
 
 class ShapeBuilder {
  public:
@@ -232,7 +232,8 @@ class ShapeBuilder {
     static_cast<void>(parameters_.find("scheme"));
     if (levels < 0) return fail(fmt::format("{} levels of subdivision", levels), "Give 0 or more; 3 is usual.");
     int most = 0;
-    while (most < levels && (control.triangles.size() << (2 * (most + 1))) <= kMaxSubdivided) ++most;
+    const std::size_t left = kMaxSubdivided - std::min(kMaxSubdivided, context_.subdivided_triangles);
+    while (most < levels && (control.triangles.size() << (2 * (most + 1))) <= left) ++most;
     if (most < levels) {
       parameters_.diagnostics().note(parameters_.place(),
                                      fmt::format("subdivided {} times only, for size: loopsubdiv", most));
@@ -244,6 +245,7 @@ class ShapeBuilder {
                            (std::uint64_t{control.triangles.size()} << (2 * levels)) * kBytesPerTriangle);
     PbrtMesh mesh;
     mesh.geometry = loop_subdivide(control, levels);
+    context_.subdivided_triangles += mesh.geometry.triangles.size();
     one_patch_a_triangle(mesh);
     return mesh;
   }

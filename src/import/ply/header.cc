@@ -48,6 +48,7 @@ class HeaderReader {
       std::string_view line = next_line();
       const std::string_view keyword = take_word(line);
       if (keyword == "end_header") break;
+      if (keyword == "comment" && take_word(line) == "TextureFile") header.texture = take_word(line);
       if (keyword.empty() || keyword == "comment" || keyword == "obj_info") continue;
       if (keyword == "format") {
         header.format = format(take_word(line));

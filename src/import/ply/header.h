@@ -33,6 +33,7 @@ struct PlyElement {
 struct PlyHeader {
   PlyFormat format = PlyFormat::ascii;
   std::vector<PlyElement> elements;
+  std::string texture;         ///< name of the image that a comment "TextureFile" gives, or empty
   std::size_t data_begin = 0;  ///< offset of the first byte after the header
 };
 

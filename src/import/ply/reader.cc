@@ -9,12 +9,15 @@
 #include "core/error.h"
 #include "import/pbrt/file.h"
 #include "import/ply/header.h"
+#include "import/polygon.h"
 
 namespace glowworm {
 
 namespace {
 
 constexpr const char* kDamaged = "The file may be damaged or cut off.";
+/// Bytes for each corner of a face: its index, and its position while the face is cut.
+constexpr std::size_t kCornerBytes = sizeof(std::uint32_t) + sizeof(Vec3);
 
 /// Gives the file's values one after another, whatever its format. Every value fits a double exactly.
 class ValueReader {
@@ -124,6 +127,7 @@ void read_vertices(ValueReader& reader, const PlyElement& element, const std::st
   for (const PlyProperty& property : element.properties) {
     const int role = property.is_list ? -1 : vertex_role(property.name);
     roles.push_back(role);
+    mesh.has_colors = mesh.has_colors || property.name == "red" || property.name == "diffuse_red";
     if (role >= 0) present[role] = true;
   }
   if (!present[0] || !present[1] || !present[2]) {
@@ -169,34 +173,41 @@ void add_quad(const std::uint32_t corner[4], PlyMesh& mesh) {
   }
 }
 
-void read_face(ValueReader& reader, const PlyProperty& property, Reservation& held, PlyMesh& mesh) {
-  const std::uint64_t corners = reader.length(property);
-  std::uint32_t first[4] = {};
-  for (std::uint64_t i = 0; i < corners; ++i) {
+void add_larger_face(const std::vector<std::uint32_t>& corners, PlyMesh& mesh) {
+  ++mesh.larger_faces;
+  std::vector<Vec3> places;
+  for (const std::uint32_t vertex : corners) places.push_back(mesh.positions[vertex]);
+  const std::size_t first = mesh.triangles.size();
+  cut_polygon(places, mesh.triangles);
+  for (std::size_t t = first; t < mesh.triangles.size(); ++t) {
+    for (std::uint32_t& corner : mesh.triangles[t]) corner = corners[corner];
+  }
+}
+
+/// @param corners room that is used again for each face
+void read_face(ValueReader& reader, const PlyProperty& property, std::vector<std::uint32_t>& corners, Reservation& held,
+               PlyMesh& mesh) {
+  const std::uint64_t count = reader.length(property);
+  corners.clear();
+  for (std::uint64_t i = 0; i < count; ++i) {
     const double index = reader.value(property.type);
     if (!(index >= 0) || index >= static_cast<double>(mesh.positions.size())) {
       reader.fail(fmt::format("a face has vertex {}, but there are {} vertices", index, mesh.positions.size()));
     }
-    held.cover(mesh.triangles.capacity() * sizeof mesh.triangles[0]);
-    const auto vertex = static_cast<std::uint32_t>(index);
-    if (i < 4) {
-      first[i] = vertex;
-      if (i == 2 && corners != 4) mesh.triangles.push_back({first[0], first[1], first[2]});
-    } else {
-      if (i == 4) mesh.triangles.push_back({first[0], first[2], first[3]});
-      mesh.triangles.push_back({first[0], first[3], vertex});
-      first[3] = vertex;
-    }
+    corners.push_back(static_cast<std::uint32_t>(index));
+    held.cover(corners.capacity() * kCornerBytes + mesh.triangles.capacity() * sizeof mesh.triangles[0]);
   }
-  if (corners == 4) add_quad(first, mesh);
-  if (corners > 4) ++mesh.larger_faces;
+  if (count == 3) mesh.triangles.push_back({corners[0], corners[1], corners[2]});
+  if (count == 4) add_quad(corners.data(), mesh);
+  if (count > 4) add_larger_face(corners, mesh);
 }
 
 void read_faces(ValueReader& reader, const PlyElement& element, Reservation& held, PlyMesh& mesh) {
+  std::vector<std::uint32_t> corners;
   for (std::uint64_t i = 0; i < element.count; ++i) {
     for (const PlyProperty& property : element.properties) {
       if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index")) {
-        read_face(reader, property, held, mesh);
+        read_face(reader, property, corners, held, mesh);
       } else if (property.is_list) {
         reader.skip(property.type, reader.length(property));
       } else {
@@ -222,6 +233,7 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget&
   ValueReader reader(bytes, header, file);
   Reservation vertices(budget, "meshes", 0), faces(budget, "meshes", 0);
   PlyMesh mesh;
+  mesh.texture = header.texture;
   bool has_vertices = false, has_faces = false;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" && !has_vertices) {

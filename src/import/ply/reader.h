@@ -12,7 +12,7 @@
 namespace glowworm {
 
 /// The mesh of a PLY file: vertices and triangles; four-sided faces are cut along their shorter diagonal, larger ones
-/// into a fan.
+/// as cut_polygon() does.
 struct PlyMesh {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  ///< one a vertex, or empty
@@ -20,6 +20,8 @@ struct PlyMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::size_t quads = 0;         ///< how many faces had four corners
   std::size_t larger_faces = 0;  ///< how many had more
+  bool has_colors = false;       ///< the vertices have colours, which are not read
+  std::string texture;           ///< name of the image that a comment "TextureFile" gives, or empty
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, gzipped or not; vertices with x, y, z and, where given,

@@ -1,0 +1,23 @@
+// Files that are read.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/memory_budget.h"
+
+namespace glowworm {
+
+/// Throws Error where `path` is not there or is not a regular file: to open or read a FIFO or a device may block for
+/// ever. Call it before a file is opened by its name.
+void check_input_file(const std::string& path);
+
+/// Reads a whole file. Throws Error as check_input_file() does, and where the file cannot be read or is larger than the
+/// machine's memory.
+std::string read_input_file(const std::string& path);
+
+/// The same within a budget. @param held grows by the file's size before memory is taken for it, or throws MemoryError
+std::string read_input_file(const std::string& path, Reservation& held);
+std::vector<std::uint8_t> read_input_bytes(const std::string& path, Reservation& held);
+
+}  // namespace glowworm

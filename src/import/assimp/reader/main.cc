@@ -1,0 +1,275 @@
+// glowworm-assimp: reads a scene file by Assimp and hands it over through a pipe. Assimp does not stand up to files
+// that are damaged or made to do harm; so this is a process of its own, with limits, which may crash. usage:
+// glowworm-assimp FILE DESCRIPTOR MEMORY_BYTES CPU_SECONDS
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/config.h>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "import/assimp/hand_over.h"
+
+namespace glowworm {
+namespace {
+
+constexpr rlim_t kStackBytes = rlim_t{16} << 20, kOpenFiles = 64;
+
+int descriptor = -1;
+
+[[noreturn]] void end(ForeignExit status) { _exit(static_cast<int>(status)); }
+
+void send(const void* data, std::size_t size) {
+  const char* at = static_cast<const char*>(data);
+  while (size > 0) {
+    const ssize_t sent = write(descriptor, at, size);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) end(ForeignExit::misused);
+    at += sent;
+    size -= static_cast<std::size_t>(sent);
+  }
+}
+
+void limit(__rlimit_resource resource, rlim_t most, rlim_t beyond = 0) {
+  rlimit limits{};
+  getrlimit(resource, &limits);
+  limits.rlim_max = std::min(limits.rlim_max, most + beyond);
+  limits.rlim_cur = std::min(limits.rlim_max, most);
+  if (setrlimit(resource, &limits) != 0) end(ForeignExit::misused);
+}
+
+void confine(rlim_t memory_bytes, rlim_t cpu_seconds) {
+  // The one that started this process may end at any moment, and Ctrl-C is its business.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() == 1) end(ForeignExit::misused);
+  signal(SIGINT, SIG_IGN);
+  for (const int number : {SIGXCPU, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) signal(number, SIG_DFL);
+  close_range(static_cast<unsigned>(descriptor) + 1, ~0u, 0);
+  limit(RLIMIT_AS, memory_bytes);
+  limit(RLIMIT_STACK, kStackBytes);
+  limit(RLIMIT_CPU, cpu_seconds, 1);  // at which SIGXCPU comes, before SIGKILL a second later
+  limit(RLIMIT_NOFILE, kOpenFiles);
+  limit(RLIMIT_FSIZE, 0);  // it writes no file
+  limit(RLIMIT_CORE, 0);
+  std::set_new_handler([] { end(ForeignExit::out_of_memory); });
+}
+
+/// Opens regular files only: others may block for ever.
+class RegularFiles final : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* file) const override {
+    std::error_code error;
+    return std::filesystem::is_regular_file(file, error);
+  }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    if (!Exists(file)) return nullptr;
+    return Assimp::DefaultIOSystem::Open(file, mode);
+  }
+};
+
+Vec3 vector_of(const aiVector3D& v) { return {v.x, v.y, v.z}; }
+
+Transform transform_of(const aiMatrix4x4& m) {
+  return {{m.a1, m.b1, m.c1}, {m.a2, m.b2, m.c2}, {m.a3, m.b3, m.c3}, {m.a4, m.b4, m.c4}};
+}
+
+TextureWrap wrap_of(int mode) {
+  switch (mode) {
+    case aiTextureMapMode_Clamp:
+    case aiTextureMapMode_Decal:
+      return TextureWrap::clamp;
+    case aiTextureMapMode_Mirror:
+      return TextureWrap::mirror;
+    default:
+      return TextureWrap::repeat;
+  }
+}
+
+/// Takes what a scene of Assimp's has over into one of ours.
+class Collector {
+ public:
+  explicit Collector(const aiScene& scene) : scene_(scene) {}
+
+  ForeignScene collect() {
+    for (unsigned i = 0; i < scene_.mNumTextures; ++i) {
+      const aiTexture& texture = *scene_.mTextures[i];
+      std::string& bytes = out_.embedded.emplace_back();  // stays empty for raw pixels, which no reader in use gives
+      if (texture.mHeight == 0) bytes.assign(reinterpret_cast<const char*>(texture.pcData), texture.mWidth);
+    }
+    for (unsigned i = 0; i < scene_.mNumMaterials; ++i) out_.materials.push_back(material_of(*scene_.mMaterials[i]));
+    for (unsigned i = 0; i < scene_.mNumMeshes; ++i) out_.meshes.push_back(mesh_of(*scene_.mMeshes[i]));
+    for (unsigned i = 0; i < scene_.mNumCameras; ++i) cameras_.emplace(scene_.mCameras[i]->mName.C_Str(), i);
+    for (unsigned i = 0; i < scene_.mNumLights; ++i) lights_.emplace(scene_.mLights[i]->mName.C_Str(), i);
+    visit_nodes();
+    out_.animations = scene_.mNumAnimations;
+    return std::move(out_);
+  }
+
+ private:
+  /// Visits parents before children, and children in their order; without recursion, since trees may be deep.
+  void visit_nodes() {
+    std::vector<std::pair<const aiNode*, Transform>> pending;
+    if (scene_.mRootNode) pending.emplace_back(scene_.mRootNode, Transform{});
+    while (!pending.empty()) {
+      const auto [node, parent] = pending.back();
+      pending.pop_back();
+      const Transform to_world = parent * transform_of(node->mTransformation);
+      for (unsigned i = 0; i < node->mNumMeshes; ++i) out_.instances.push_back({node->mMeshes[i], to_world});
+      const std::string name = node->mName.C_Str();
+      for (auto [at, last] = cameras_.equal_range(name); at != last; ++at)
+        add_camera(*scene_.mCameras[at->second], to_world);
+      for (auto [at, last] = lights_.equal_range(name); at != last; ++at)
+        add_light(*scene_.mLights[at->second], to_world);
+      for (unsigned i = node->mNumChildren; i-- > 0;) pending.emplace_back(node->mChildren[i], to_world);
+    }
+  }
+
+  PhongMaterial material_of(const aiMaterial& source) const {
+    PhongMaterial m;
+    m.name = source.GetName().C_Str();
+    m.diffuse = RGB(0.5f);
+    color(source, AI_MATKEY_COLOR_DIFFUSE, m.diffuse);
+    color(source, AI_MATKEY_COLOR_SPECULAR, m.specular);
+    color(source, AI_MATKEY_COLOR_EMISSIVE, m.emissive);
+    color(source, AI_MATKEY_COLOR_TRANSPARENT, m.filter);
+    source.Get(AI_MATKEY_SHININESS, m.exponent);
+    source.Get(AI_MATKEY_OPACITY, m.opacity);
+    source.Get(AI_MATKEY_REFRACTI, m.ior);
+    m.model = -1;
+    source.Get("$mat.illum", 0, 0, m.model);
+    float factor = 0;
+    if (source.Get(AI_MATKEY_METALLIC_FACTOR, factor) == aiReturn_SUCCESS) m.metallic = factor;
+    if (source.Get(AI_MATKEY_ROUGHNESS_FACTOR, factor) == aiReturn_SUCCESS) m.roughness = factor;
+    m.has_metal_maps =
+        source.GetTextureCount(aiTextureType_METALNESS) + source.GetTextureCount(aiTextureType_DIFFUSE_ROUGHNESS) > 0;
+    m.diffuse_map = texture_of(source, aiTextureType_DIFFUSE);
+    if (m.diffuse_map.name.empty()) m.diffuse_map = texture_of(source, aiTextureType_BASE_COLOR);
+    m.opacity_map = texture_of(source, aiTextureType_OPACITY);
+    m.emissive_map = texture_of(source, aiTextureType_EMISSIVE);
+    m.normal_map = texture_of(source, aiTextureType_NORMALS);
+    return m;
+  }
+
+  static void color(const aiMaterial& source, const char* key, unsigned type, unsigned index, RGB& value) {
+    aiColor3D c(value.r, value.g, value.b);
+    if (source.Get(key, type, index, c) == aiReturn_SUCCESS) value = {c.r, c.g, c.b};
+  }
+
+  PhongTexture texture_of(const aiMaterial& source, aiTextureType type) const {
+    PhongTexture texture;
+    aiString name;
+    if (source.Get(AI_MATKEY_TEXTURE(type, 0), name) != aiReturn_SUCCESS) return texture;
+    int mode_u = aiTextureMapMode_Wrap, mode_v = aiTextureMapMode_Wrap, uv_set = 0;
+    source.Get(AI_MATKEY_MAPPINGMODE_U(type, 0), mode_u);
+    source.Get(AI_MATKEY_MAPPINGMODE_V(type, 0), mode_v);
+    source.Get(AI_MATKEY_UVWSRC(type, 0), uv_set);
+    texture.name = name.C_Str();
+    texture.wrap_u = wrap_of(mode_u);
+    texture.wrap_v = wrap_of(mode_v);
+    texture.by_second_uvs = uv_set != 0;
+    const int embedded = scene_.GetEmbeddedTextureAndIndex(name.C_Str()).second;
+    if (embedded >= 0) texture.embedded = static_cast<std::uint32_t>(embedded);
+    return texture;
+  }
+
+  static ForeignMesh mesh_of(const aiMesh& source) {
+    ForeignMesh mesh;
+    mesh.name = source.mName.C_Str();
+    mesh.material = source.mMaterialIndex;
+    mesh.has_points_or_lines = (source.mPrimitiveTypes & (aiPrimitiveType_POINT | aiPrimitiveType_LINE)) != 0;
+    mesh.has_bones = source.HasBones();
+    mesh.has_colors = source.HasVertexColors(0);
+    for (unsigned i = 0; i < source.mNumVertices; ++i) {
+      mesh.positions.push_back(vector_of(source.mVertices[i]));
+      if (source.HasNormals()) mesh.normals.push_back(vector_of(source.mNormals[i]));
+      if (source.HasTextureCoords(0)) {
+        mesh.uvs.push_back({source.mTextureCoords[0][i].x, source.mTextureCoords[0][i].y});
+      }
+    }
+    for (unsigned i = 0; i < source.mNumFaces; ++i) {
+      const aiFace& face = source.mFaces[i];
+      if (face.mNumIndices == 3) mesh.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+    }
+    return mesh;
+  }
+
+  void add_camera(const aiCamera& source, const Transform& to_world) {
+    ForeignCamera camera;
+    camera.name = source.mName.C_Str();
+    camera.to_world = to_world;
+    camera.position = vector_of(source.mPosition);
+    camera.look_at = vector_of(source.mLookAt);
+    camera.up = vector_of(source.mUp);
+    camera.aspect = source.mAspect;
+    camera.horizontal_fov = source.mHorizontalFOV;
+    camera.orthographic_width = source.mOrthographicWidth;
+    out_.cameras.push_back(std::move(camera));
+  }
+
+  void add_light(const aiLight& source, const Transform& to_world) {
+    ForeignLight light;
+    light.name = source.mName.C_Str();
+    light.to_world = to_world;
+    light.kind = source.mType == aiLightSource_POINT         ? ForeignLightKind::point
+                 : source.mType == aiLightSource_SPOT        ? ForeignLightKind::spot
+                 : source.mType == aiLightSource_DIRECTIONAL ? ForeignLightKind::directional
+                                                             : ForeignLightKind::other;
+    light.intensity = {source.mColorDiffuse.r, source.mColorDiffuse.g, source.mColorDiffuse.b};
+    light.position = vector_of(source.mPosition);
+    light.direction = vector_of(source.mDirection);
+    light.inner_angle = source.mAngleInnerCone;
+    light.outer_angle = source.mAngleOuterCone;
+    out_.lights.push_back(std::move(light));
+  }
+
+  const aiScene& scene_;
+  ForeignScene out_;
+  std::multimap<std::string, unsigned> cameras_, lights_;  ///< by the names of their nodes
+};
+
+void run(const char* file) {
+  Assimp::Importer importer;
+  importer.SetIOHandler(new RegularFiles);  // which the importer deletes
+  const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate);
+  if (!scene) {
+    const std::string reason = importer.GetErrorString();
+    send(reason.data(), reason.size());
+    end(ForeignExit::refused);
+  }
+  write_foreign_scene(Collector(*scene).collect(), send);
+}
+
+}  // namespace
+}  // namespace glowworm
+
+int main(int argc, char** argv) {
+  using glowworm::ForeignExit;
+  if (argc != 5) glowworm::end(ForeignExit::misused);
+  glowworm::descriptor = std::atoi(argv[2]);
+  glowworm::confine(std::strtoull(argv[3], nullptr, 10), std::strtoull(argv[4], nullptr, 10));
+  try {
+    glowworm::run(argv[1]);
+  } catch (const std::bad_alloc&) {
+    glowworm::end(ForeignExit::out_of_memory);
+  } catch (const std::exception& error) {
+    glowworm::send(error.what(), std::strlen(error.what()));
+    glowworm::end(ForeignExit::refused);
+  }
+  glowworm::end(ForeignExit{0});  // without destructors: Assimp's may crash, too
+}

@@ -1,0 +1,78 @@
+#include "import/mesh_file.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "core/error.h"
+#include "core/input_file.h"
+#include "import/mesh_tools.h"
+#include "import/phong.h"
+#include "import/ply/reader.h"
+#include "import/stl/reader.h"
+#include "import/texture_cache.h"
+
+namespace glowworm {
+
+namespace {
+
+/// The scene of one mesh of one material.
+/// @param mesh its arrays for vertices are full
+SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const std::string& path,
+                          const ImportOptions& options, NoteCounter& notes) {
+  const Reservation held(*options.budget, "meshes", mesh_bytes(mesh));
+  const std::filesystem::path full(path);
+  SceneDescription description;
+  description.name = full.stem().string();
+  TextureCache textures(options, notes);
+  const auto load = [&](const PhongTexture& texture, const TextureOptions& texture_options) {
+    return textures.load_file(find_texture_file(full.parent_path().string(), texture.name), texture_options);
+  };
+  const std::uint32_t emission = add_phong_material(material, {load, notes, description});
+  notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
+  const Reservation triangles(*options.budget, "triangles", scene_bytes(mesh));
+  append_counted(description.geometry, mesh, path, 0, emission, notes);
+  if (description.geometry.triangles.empty()) {
+    throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");
+  }
+  notes.write_to(description.notes);
+  return description;
+}
+
+Geometry read_stl(const std::string& path, MemoryBudget& budget) {
+  Reservation held(budget, "scene files", 0);
+  return parse_stl(read_input_file(path, held), path, budget);
+}
+
+}  // namespace
+
+SceneDescription load_ply(const std::string& path, const ImportOptions& options) {
+  PlyMesh source = read_ply(path, *options.budget);
+  NoteCounter notes;
+  if (source.has_colors) notes.add("mesh with colours at its vertices, not used");
+  Geometry mesh;
+  mesh.positions = std::move(source.positions);
+  mesh.normals = std::move(source.normals);
+  mesh.uvs = std::move(source.uvs);
+  mesh.triangles = std::move(source.triangles);
+  mesh.normals.resize(mesh.positions.size());
+  mesh.uvs.resize(mesh.positions.size());
+  PhongMaterial material;
+  material.name = "DefaultMaterial";
+  material.diffuse_map.name = source.texture;
+  if (!source.texture.empty()) material.diffuse = RGB(1.0f);
+  return scene_of(std::move(mesh), material, path, options, notes);
+}
+
+SceneDescription load_stl(const std::string& path, const ImportOptions& options) {
+  Geometry mesh = read_stl(path, *options.budget);
+  NoteCounter notes;
+  notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
+  // The facet's normal says no more than the winding does now.
+  mesh.normals.assign(mesh.positions.size(), Vec3{0, 0, 0});
+  merge_identical_vertices(mesh);
+  PhongMaterial material;
+  material.name = "DefaultMaterial";
+  return scene_of(std::move(mesh), material, path, options, notes);
+}
+
+}  // namespace glowworm

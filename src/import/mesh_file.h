@@ -1,0 +1,17 @@
+// Files that hold a mesh and no materials, as scenes.
+#pragma once
+#include <string>
+
+#include "import/import.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// Reads a PLY file (import/ply/reader.h) as a scene: grey, or with the texture that it names. Throws Error as
+/// load_scene() does.
+SceneDescription load_ply(const std::string& path, const ImportOptions& options);
+
+/// Reads an STL file (import/stl/reader.h) as a scene: grey, with flat facets. Throws Error as load_scene() does.
+SceneDescription load_stl(const std::string& path, const ImportOptions& options);
+
+}  // namespace glowworm

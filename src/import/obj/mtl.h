@@ -1,0 +1,16 @@
+// Material libraries of OBJ files.
+#pragma once
+#include <string_view>
+#include <vector>
+
+#include "import/notes.h"
+#include "import/phong.h"
+
+namespace glowworm {
+
+/// Reads an MTL file (Wavefront, "Advanced Visualizer Manual", appendix B2; Pr, Pm and norm of its later extension).
+/// What is not supported, and numbers that are none, are counted in the notes. A name that is defined twice comes
+/// twice.
+std::vector<PhongMaterial> parse_mtl(std::string_view text, NoteCounter& notes);
+
+}  // namespace glowworm

@@ -1,0 +1,64 @@
+#include "import/obj/smooth.h"
+
+#include <array>
+#include <cstring>
+#include <unordered_map>
+#include <vector>
+
+namespace glowworm {
+
+namespace {
+
+constexpr float kCosLimit = 0.5f;  ///< of 60 degrees
+
+using PlaceBits = std::array<std::uint32_t, 3>;
+
+struct PlaceHash {
+  std::size_t operator()(const PlaceBits& bits) const {
+    std::uint64_t hash = 0xcbf29ce484222325ull;  // FNV-1a, a word at a time
+    for (const std::uint32_t word : bits) {
+      hash = (hash ^ word) * 0x100000001b3ull;
+      hash ^= hash >> 29;
+    }
+    return static_cast<std::size_t>(hash);
+  }
+};
+
+PlaceBits place_of(Vec3 p) {
+  const float values[3] = {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f};  // -0 is 0
+  PlaceBits bits;
+  std::memcpy(bits.data(), values, sizeof values);
+  return bits;
+}
+
+/// Triangles at one place whose normals lie within 60 degrees of the first one's. No more than a dozen or so directions
+/// can be farther than that from each other, so that the bundles of a place are few, whatever the triangles.
+struct Bundle {
+  Vec3 first, sum;
+};
+
+}  // namespace
+
+void smooth_normals(Geometry& mesh, std::span<const std::uint32_t> chosen) {
+  std::unordered_map<PlaceBits, std::vector<Bundle>, PlaceHash> places;
+  std::vector<std::uint32_t> bundle_of(3 * chosen.size(), kNone);
+  for (std::size_t i = 0; i < 3 * chosen.size(); ++i) {
+    const std::uint32_t triangle = chosen[i / 3];
+    const Vec3 normal = mesh.normal(triangle);
+    if (!(length_squared(normal) > 0)) continue;  // no area, or a vertex that is not finite
+    std::vector<Bundle>& bundles = places[place_of(mesh.positions[mesh.triangles[triangle][i % 3]])];
+    std::size_t at = 0;
+    while (at < bundles.size() && dot(bundles[at].first, normal) < kCosLimit) ++at;
+    if (at == bundles.size()) bundles.push_back({normal, {}});
+    bundles[at].sum += normal;
+    bundle_of[i] = static_cast<std::uint32_t>(at);
+  }
+  for (std::size_t i = 0; i < bundle_of.size(); ++i) {
+    const std::uint32_t vertex = mesh.triangles[chosen[i / 3]][i % 3];
+    if (bundle_of[i] == kNone || length_squared(mesh.normals[vertex]) > 0) continue;
+    const Vec3 sum = places[place_of(mesh.positions[vertex])][bundle_of[i]].sum;
+    mesh.normals[vertex] = sum / length(sum);
+  }
+}
+
+}  // namespace glowworm

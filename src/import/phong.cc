@@ -1,0 +1,151 @@
+#include "import/phong.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "import/texture_cache.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr float kRayTracedSmoothExponent = 100;  ///< Ns from which a traced reflection is a mirror's
+constexpr float kHighlightReflectance = 0.08f;   ///< reflectance at normal incidence of Ks = 1 in illumination model 2
+constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5, which KHR_materials_specular scales
+
+/// The material with every number in its range.
+PhongMaterial bounded(PhongMaterial p) {
+  const PhongMaterial usual;
+  const auto color = [](RGB& c, RGB otherwise) {
+    c = is_finite(c) ? RGB(std::max(0.0f, c.r), std::max(0.0f, c.g), std::max(0.0f, c.b)) : otherwise;
+  };
+  const auto number = [](float& x, float otherwise) { x = std::isfinite(x) ? x : otherwise; };
+  color(p.diffuse, usual.diffuse);
+  color(p.specular, usual.specular);
+  color(p.emissive, usual.emissive);
+  color(p.filter, usual.filter);
+  number(p.exponent, usual.exponent);
+  number(p.opacity, usual.opacity);
+  number(p.ior, usual.ior);
+  p.filter = clamp(p.filter, 0, 1);
+  p.exponent = std::max(0.0f, p.exponent);
+  p.opacity = std::clamp(p.opacity, 0.0f, 1.0f);
+  return p;
+}
+
+/// A texture as an image; null where the material has none.
+std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, TextureEncoding encoding,
+                                             const PhongContext& context) {
+  if (texture.name.empty()) return nullptr;
+  if (texture.by_second_uvs) context.notes.add("texture by a second set of texture coordinates: the first is used");
+  TextureOptions options;
+  options.wrap_u = texture.wrap_u;
+  options.wrap_v = texture.wrap_v;
+  options.encoding = encoding;
+  return context.load(texture, options);
+}
+
+std::uint32_t node_of(std::shared_ptr<const TextureImage> image, const PhongContext& context) {
+  return image ? add_image_node(context.description.textures, std::move(image)) : kNone;
+}
+
+float alpha_of_exponent(float exponent) { return std::min(1.0f, std::sqrt(2 / (exponent + 2))); }
+
+void set_gloss(Material& material, RGB reflectance, float alpha) {
+  material.kind = MaterialKind::metallic_roughness;
+  material.ior = 1.5f;
+  material.metallic.value = 0;
+  material.specular.value = 1;
+  material.specular_color.value = reflectance / kDefaultDielectricReflectance;
+  material.roughness_u.value = material.roughness_v.value = alpha;
+}
+
+bool is_glass(const PhongMaterial& p) {
+  if (p.ior <= 1.001f) return false;
+  if (p.model == 6 || p.model == 7 || p.model == 9) return true;
+  const bool clear = p.opacity < 1 || !(p.filter == RGB(1.0f)) || max_component(p.diffuse) < 0.1f;
+  return p.model == 4 && clear;  // exporters write model 4 for opaque materials too
+}
+
+void set_surface(Material& material, const PhongMaterial& p) {
+  const bool traced = p.model >= 3 && p.model <= 9;
+  const float alpha = traced && p.exponent >= kRayTracedSmoothExponent ? 0 : alpha_of_exponent(p.exponent);
+  const bool textured = material.reflectance.texture != kNone;
+  if (is_glass(p)) {
+    material.kind = MaterialKind::dielectric;
+    material.ior = p.ior;
+    material.reflectance = ColorInput{RGB(1.0f), kNone};
+    const float clearest = max_component(p.filter);
+    material.transmittance.value = clearest > 0 ? sqrt(p.filter / clearest) : RGB(1.0f);  // passed twice: in and out
+    material.alpha.value = 1;
+  } else if (traced && max_component(p.specular) > 0.05f && !textured &&
+             max_component(p.diffuse) <= 0.5f * max_component(p.specular)) {
+    material.kind = MaterialKind::conductor;
+    material.use_reflectance = true;
+    material.reflectance.value = clamp(p.specular, 0, 1);
+    material.roughness_u.value = material.roughness_v.value = alpha;
+  } else if (traced && !is_black(p.specular)) {
+    set_gloss(material, clamp(p.specular, 0, 1), alpha);
+  } else if (p.model != 0 && p.model != 1 && !is_black(p.specular) && p.exponent > 0) {
+    set_gloss(material, clamp(p.specular, 0, 1) * kHighlightReflectance, alpha);
+  } else {
+    material.kind = MaterialKind::diffuse;
+  }
+}
+
+/// Physically based factors, where the file gives them.
+void set_factors(Material& material, const PhongMaterial& p, const PhongContext& context) {
+  if (!p.metallic && !p.roughness) return;
+  if (material.kind != MaterialKind::diffuse && material.kind != MaterialKind::metallic_roughness) return;
+  const float metallic = p.metallic.value_or(0), roughness = p.roughness.value_or(1);
+  material.kind = MaterialKind::metallic_roughness;
+  material.specular_color.value = RGB(1.0f);
+  material.metallic.value = std::isfinite(metallic) ? std::clamp(metallic, 0.0f, 1.0f) : 0;
+  const float perceptual = std::isfinite(roughness) ? std::clamp(roughness, 0.0f, 1.0f) : 1;
+  material.roughness_u.value = material.roughness_v.value = perceptual * perceptual;
+  if (p.has_metal_maps) context.notes.add("metallic or roughness texture, left out");
+}
+
+void set_alpha(Material& material, const PhongMaterial& p, const std::shared_ptr<const TextureImage>& diffuse,
+               const PhongContext& context) {
+  material.alpha.value = p.opacity;
+  if (auto opacity = image_of(p.opacity_map, TextureEncoding::linear, context)) {
+    material.alpha.channel = opacity->has_alpha() ? Channel::alpha : Channel::mean;
+    material.alpha.texture = node_of(std::move(opacity), context);
+  } else if (diffuse && diffuse->has_alpha()) {
+    material.alpha.channel = Channel::alpha;
+    material.alpha.texture = material.reflectance.texture;
+  }
+}
+
+std::uint32_t add_emission(const PhongMaterial& p, const Material& material, const PhongContext& context) {
+  if (is_black(p.emissive)) return kNone;
+  Emission emission;
+  emission.name = material.name;
+  emission.radiance.value = p.emissive;
+  emission.radiance.texture = node_of(image_of(p.emissive_map, TextureEncoding::automatic, context), context);
+  context.description.emissions.push_back(std::move(emission));
+  return static_cast<std::uint32_t>(context.description.emissions.size() - 1);
+}
+
+}  // namespace
+
+std::uint32_t add_phong_material(const PhongMaterial& source, const PhongContext& context) {
+  const PhongMaterial p = bounded(source);
+  Material material;
+  material.name = p.name;
+  material.reflectance.value = clamp(p.diffuse, 0, 1);
+  const auto diffuse = image_of(p.diffuse_map, TextureEncoding::automatic, context);
+  material.reflectance.texture = node_of(diffuse, context);
+  set_alpha(material, p, diffuse, context);
+  set_surface(material, p);
+  set_factors(material, p, context);
+  material.normal_map.texture = node_of(image_of(p.normal_map, TextureEncoding::linear, context), context);
+  const std::uint32_t emission = add_emission(p, material, context);
+  context.description.materials.push_back(std::move(material));
+  return emission;
+}
+
+}  // namespace glowworm

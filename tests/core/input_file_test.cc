@@ -1,0 +1,68 @@
+#include "core/input_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>  // mkdtemp
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+class InputFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "glowworm-input-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  static std::string message_of(const std::string& path) {
+    try {
+      read_input_file(path);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "read";
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(InputFile, IsReadWhole) {
+  const std::string path = folder_ / "a", bytes("a\0b\r\n\xff", 6);
+  std::ofstream(path, std::ios::binary) << bytes;
+  EXPECT_EQ(read_input_file(path), bytes);
+  std::ofstream(path, std::ios::binary | std::ios::trunc).flush();
+  EXPECT_EQ(read_input_file(path), "");
+}
+
+TEST_F(InputFile, IsARegularFile) {
+  const std::string fifo = folder_ / "fifo", link = folder_ / "link";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  ASSERT_EQ(symlink(fifo.c_str(), link.c_str()), 0);
+  EXPECT_THAT(message_of(fifo), HasSubstr("fifo: is not a regular file"));
+  EXPECT_THAT(message_of(link), HasSubstr("link: is not a regular file"));
+  EXPECT_THAT(message_of("/dev/zero"), HasSubstr("is not a regular file"));
+  EXPECT_THAT(message_of(folder_), HasSubstr("is a folder"));
+  EXPECT_THAT(message_of(folder_ / "gone"), HasSubstr("no such file"));
+  EXPECT_THROW(check_input_file(fifo), Error);
+}
+
+TEST_F(InputFile, FitsIntoMemory) {
+  const std::string path = folder_ / "sparse";
+  std::ofstream(path, std::ios::binary) << "x";
+  std::error_code error;
+  std::filesystem::resize_file(path, std::uintmax_t{1} << 42, error);
+  if (error) GTEST_SKIP() << "no sparse files here";
+  EXPECT_THAT(message_of(path), HasSubstr("larger than the machine's memory"));
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,107 @@
+// PLY and STL files as scenes.
+#include "test_files.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+using MeshFileTest = FileTest;
+
+constexpr const char* kFacet =
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+
+/// A binary STL file of triangles (0 0 0) (1 0 0) (0 1 i) with normals along z.
+std::string binary_stl(std::uint32_t count, std::uint32_t promised, float normal = 1) {
+  std::string bytes = "solid in name alone";
+  bytes.resize(80);
+  append_bytes<std::uint32_t>(bytes, {promised});
+  for (std::uint32_t i = 0; i < count; ++i) {
+    append_bytes<float>(bytes, {0, 0, normal, 0, 0, 0, 1, 0, 0, 0, 1, static_cast<float>(i)});
+    bytes += std::string(2, '\0');
+  }
+  return bytes;
+}
+
+TEST_F(MeshFileTest, AsciiStl) {
+  const auto d = load_scene(
+      write("a.STL", std::string("solid a facet b\n") + kFacet + "endsolid a\nsolid\n" + kFacet + "endsolid\n"));
+  EXPECT_EQ(d.geometry.triangle_count(), 2u);
+  EXPECT_EQ(d.geometry.positions.size(), 3u);
+  EXPECT_EQ(d.geometry.normals[0], (Vec3{0, 0, 0}));
+  EXPECT_EQ(d.materials.at(0).kind, MaterialKind::diffuse);
+}
+
+TEST_F(MeshFileTest, BinaryStlThatBeginsWithSolid) {
+  const auto d = load_scene(write("a.stl", binary_stl(3, 3)));
+  EXPECT_EQ(d.geometry.triangle_count(), 3u);
+  EXPECT_THAT(d.notes, Not(HasNote("turned round")));
+  const auto turned = load_scene(write("b.stl", binary_stl(1, 1, -1)));
+  EXPECT_EQ(turned.geometry.normal(0), (Vec3{0, 0, -1}));
+  EXPECT_THAT(turned.notes, HasNote("turned round"));
+}
+
+TEST_F(MeshFileTest, BadStlIsRefusedWithItsPlace) {
+  EXPECT_THAT(message_of(write("a.stl", "")), HasSubstr("a.stl: is no STL file"));
+  EXPECT_THAT(message_of(write("b.stl", binary_stl(1, 0xffffffff).replace(0, 5, "other"))),
+              HasSubstr("promises 4294967295 facets"));
+  const auto ascii = [&](const std::string& text) { return message_of(write("c.stl", "solid c\n" + text)); };
+  EXPECT_THAT(ascii("facet normal 0 0\n"), HasSubstr("c.stl:2: expected three numbers"));
+  EXPECT_THAT(ascii("vertex 0 0 0\n"), HasSubstr("c.stl:2: a vertex that belongs to no facet"));
+  EXPECT_THAT(ascii("facet normal 0 0 1\nvertex 0 0 0\nendfacet\n"), HasSubstr("c.stl:4: a facet of 1 vertices"));
+  EXPECT_THAT(ascii("facet normal 0 0 1\n"), HasSubstr("ends within a facet"));
+  EXPECT_THAT(ascii("polygon\n"), HasSubstr("unknown word 'polygon'"));
+  EXPECT_THAT(ascii("endsolid\n"), HasSubstr("has no triangles"));
+}
+
+TEST_F(MeshFileTest, PlyWithNormalsTextureAndAConcaveFace) {
+  write("t.tga", tga_row({{0, 0, 255, 255}}));
+  const auto d = load_scene(write(
+      "a.ply",
+      "ply\nformat ascii 1.0\ncomment TextureFile t.tga\nelement vertex 5\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float u\nproperty float v\n"
+      "property uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0 0 0 1 0 0 9\n4 0 0 0 0 1 1 0 9\n4 4 0 0 0 1 1 1 9\n2 1 0 0 0 1 0 0 9\n0 4 0 0 0 1 0 1 9\n5 0 1 2 3 4\n"));
+  ASSERT_EQ(d.geometry.triangle_count(), 3u);
+  float area = 0;
+  for (std::uint32_t t = 0; t < 3; ++t) {
+    EXPECT_EQ(d.geometry.normal(t), (Vec3{0, 0, 1}));
+    area += d.geometry.area(t);
+  }
+  EXPECT_FLOAT_EQ(area, 10);
+  EXPECT_EQ(d.geometry.normals[0], (Vec3{0, 0, 1}));
+  EXPECT_EQ(evaluate(d.textures, d.materials.at(0).reflectance, {0.5f, 0.5f}), RGB(1, 0, 0));
+  EXPECT_THAT(d.notes, HasNote("colours at its vertices"));
+}
+
+TEST_F(MeshFileTest, BadPlyIsRefused) {
+  EXPECT_THAT(message_of(write("a.ply", "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n0\n")),
+              HasSubstr("a.ply"));
+  EXPECT_THAT(message_of(write("b.ply", "")), HasSubstr("b.ply"));
+}
+
+TEST_F(MeshFileTest, TheBudgetBoundsEveryReader) {
+  const std::string triangle = "0 0 0\n1 0 0\n0 1 0\n";
+  const std::string files[] = {
+      write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+      write("a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+                triangle + "3 0 1 2\n"),
+      write("a.stl", std::string("solid\n") + kFacet), write("b.stl", binary_stl(1, 1))};
+  for (const std::string& file : files) {
+    ImportOptions options;
+    options.budget = loading_budget(100'000);
+    EXPECT_EQ(load_scene(file, options).geometry.triangle_count(), 1u) << file;
+    // A scene's triangle takes 344 bytes with its vertices, beside the mesh and the file.
+    EXPECT_GE(options.budget->peaks().at("triangles"), 344u) << file;
+    EXPECT_GT(options.budget->peaks().at("meshes"), 0u) << file;
+    EXPECT_GT(options.budget->peaks().at("scene files"), 0u) << file;
+    options.budget = loading_budget(400);
+    EXPECT_THROW(load_scene(file, options), Error) << file;
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
