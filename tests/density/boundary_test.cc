@@ -16,9 +16,11 @@ namespace {
 constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
                                    KernelShape::gaussian};
 
-/// So many copies of a scene stand in a row, with one photon each: every mass is measured by lines of its own.
+/// So many copies of a scene stand on a grid, with one photon each: every mass is measured by lines of its own.
 constexpr int kCopies = 1000;
-constexpr float kSpacing = 8;
+
+/// Near the origin, where floats tell half a millimetre apart.
+Vec3 place_of_copy(int i) { return {8.0f * static_cast<float>(i % 32), 8.0f * static_cast<float>(i / 32), 0}; }
 
 /// Copies of what `build` makes.
 Scene copies(const char* name, const std::function<void(MeshBuilder&)>& build) {
@@ -29,7 +31,7 @@ Scene copies(const char* name, const std::function<void(MeshBuilder&)>& build) {
   mesh.set_material(0);
   for (int i = 0; i < kCopies; ++i) {
     Transform place;
-    place.translation = {kSpacing * static_cast<float>(i), 0, 0};
+    place.translation = place_of_copy(i);
     mesh.set_transform(place);
     build(mesh);
   }
@@ -56,7 +58,7 @@ Measured measure(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
   policy.kernel = kernel;
   PhotonBatch photons;
   for (int i = 0; i < kCopies; ++i)
-    photons.push_back(place + Vec3{kSpacing * static_cast<float>(i), 0, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+    photons.push_back(place + place_of_copy(i), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
   double sum = 0, squares = 0;
   for (const float f : boundary_factors(tracer, photons, policy)) {
     sum += 1 / f;
@@ -138,8 +140,7 @@ TEST(BoundaryTest, NeighboursOnACurvedSurfaceShareTheirLines) {
     for (int j = 0; j < 20; ++j) {
       const float angle = 0.02f * static_cast<float>(j - 10);
       const Vec3 n{std::sin(angle), 0, std::cos(angle)};
-      photons.push_back(Vec3{kSpacing * static_cast<float>(i), 0.01f * static_cast<float>(j % 3), -1} + n, n, RGB(1.0f),
-                        n);
+      photons.push_back(place_of_copy(i) + Vec3{0, 0.01f * static_cast<float>(j % 3), -1} + n, n, RGB(1.0f), n);
     }
   RadiusPolicy policy;
   policy.kind = RadiusKind::fixed;
@@ -155,7 +156,7 @@ TEST(BoundaryTest, SameForAnyNumberOfThreads) {
   const Tracer tracer(scene);
   PhotonBatch photons;
   for (int i = 0; i < 3000; ++i)
-    photons.push_back({kSpacing * static_cast<float>(i % 1000) + 0.5f, 0.02f, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+    photons.push_back(place_of_copy(i % kCopies) + Vec3{0.5f, 0.02f, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
   RadiusPolicy policy;
   policy.radii.assign(photons.size(), 0.05f);
   set_thread_count(1);
