@@ -18,10 +18,9 @@ constexpr float kFirstLines = 8, kAllLines = 32;
 constexpr std::size_t kClustersPerChunk = 64;
 /// A cluster whose photons' masses are all this near to 1 by the first lines is plain.
 constexpr float kTolerance = 0.02f;
-/// Share of a line that is skipped behind a surface, besides rounding, so that it is not met again.
+/// Share of a line that is skipped behind a surface, besides rounding, so that it is not met again. Nothing else bounds
+/// the surfaces of a line: the slats of a blind that it did not reach would be missing in the mass.
 constexpr float kStep = 1e-3f;
-/// Surfaces that a line is followed through.
-constexpr int kMostHits = 6;
 /// Surfaces that a line all but grazes tell nothing, and have no photon's normal.
 constexpr float kLeastCosine = 0.25f;
 /// Share of the cosine within which a place lies in a cluster's plane.
@@ -143,7 +142,7 @@ class Chunk {
       active_[j] = j;
       rays_.push_back(make_ray(batch_[j]));
     }
-    for (int hit = 0; hit < kMostHits && !active_.empty(); ++hit) {
+    while (!active_.empty()) {
       hits_.resize(rays_.size());
       tracer_.intersect(rays_, hits_, RayOrder::incoherent);
       std::size_t kept = 0;

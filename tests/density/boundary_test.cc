@@ -16,11 +16,15 @@ namespace {
 constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
                                    KernelShape::gaussian};
 
-/// So many copies of a scene stand on a grid, with one photon each: every mass is measured by lines of its own.
-constexpr int kCopies = 1000;
+/// So many copies of a scene stand in a grid, with one photon each: every mass is measured by lines of its own. All are
+/// near the origin, where floats resolve far less than the thickness of their parts.
+constexpr int kCopiesAlong = 32, kCopies = kCopiesAlong * kCopiesAlong;
+constexpr float kSpacing = 8;
 
-/// Near the origin, where floats tell half a millimetre apart.
-Vec3 place_of_copy(int i) { return {8.0f * static_cast<float>(i % 32), 8.0f * static_cast<float>(i / 32), 0}; }
+Vec3 place_of(int copy) {
+  const auto at = [](int cell) { return kSpacing * static_cast<float>(cell % kCopiesAlong - kCopiesAlong / 2); };
+  return {at(copy), at(copy / kCopiesAlong), 0};
+}
 
 /// Copies of what `build` makes.
 Scene copies(const char* name, const std::function<void(MeshBuilder&)>& build) {
@@ -31,7 +35,7 @@ Scene copies(const char* name, const std::function<void(MeshBuilder&)>& build) {
   mesh.set_material(0);
   for (int i = 0; i < kCopies; ++i) {
     Transform place;
-    place.translation = place_of_copy(i);
+    place.translation = place_of(i);
     mesh.set_transform(place);
     build(mesh);
   }
@@ -57,8 +61,7 @@ Measured measure(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
   policy.radius = radius;
   policy.kernel = kernel;
   PhotonBatch photons;
-  for (int i = 0; i < kCopies; ++i)
-    photons.push_back(place + place_of_copy(i), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+  for (int i = 0; i < kCopies; ++i) photons.push_back(place + place_of(i), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
   double sum = 0, squares = 0;
   for (const float f : boundary_factors(tracer, photons, policy)) {
     sum += 1 / f;
@@ -96,6 +99,24 @@ TEST(BoundaryTest, ParallelSurfacesCountTogether) {
   // The box kernel over the other square: the part of its disc within the ball, 1 - (0.15 / 0.3)^2. Both squares face
   // up, so nothing is a solid's far side.
   expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::box, 0.3f, 1.75);
+}
+
+TEST(BoundaryTest, AllSlatsOfABlindCountTogether) {
+  constexpr float kGap = 0.04f, kRadius = 0.1f;
+  const Scene scene = copies("blind", [](MeshBuilder& mesh) {
+    for (int i = -5; i <= 5; ++i) {
+      const float z = kGap * static_cast<float>(i);
+      mesh.box({0, 0, z - 0.002f}, {1, 1, z});
+    }
+  });
+  const Tracer tracer(scene);
+  // Over a plane at a height of h radii the kernel's integral is (1 - h^2)^2.
+  double expected = 1;
+  for (int i = 1; i <= 2; ++i) {
+    const double h = kGap * i / kRadius, plane = 1 - h * h;
+    expected += 2 * plane * plane;
+  }
+  expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, kRadius, expected);
 }
 
 TEST(BoundaryTest, WhatASolidStandsOnDoesNotCount) {
@@ -140,7 +161,7 @@ TEST(BoundaryTest, NeighboursOnACurvedSurfaceShareTheirLines) {
     for (int j = 0; j < 20; ++j) {
       const float angle = 0.02f * static_cast<float>(j - 10);
       const Vec3 n{std::sin(angle), 0, std::cos(angle)};
-      photons.push_back(place_of_copy(i) + Vec3{0, 0.01f * static_cast<float>(j % 3), -1} + n, n, RGB(1.0f), n);
+      photons.push_back(place_of(i) + Vec3{0, 0.01f * static_cast<float>(j % 3), -1} + n, n, RGB(1.0f), n);
     }
   RadiusPolicy policy;
   policy.kind = RadiusKind::fixed;
@@ -156,7 +177,7 @@ TEST(BoundaryTest, SameForAnyNumberOfThreads) {
   const Tracer tracer(scene);
   PhotonBatch photons;
   for (int i = 0; i < 3000; ++i)
-    photons.push_back(place_of_copy(i % kCopies) + Vec3{0.5f, 0.02f, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+    photons.push_back(place_of(i % kCopies) + Vec3{0.5f, 0.02f, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
   RadiusPolicy policy;
   policy.radii.assign(photons.size(), 0.05f);
   set_thread_count(1);
