@@ -19,11 +19,11 @@ struct Option {
   std::string standard = "";      ///< what holds where the option is not given, for the help
   const char* in_view = nullptr;  ///< the same for `glowworm view`; null: it has no such option
   std::string meaning = "";
-  bool is_flag = false;  ///< takes no value
-  bool is_list = false;  ///< given again, it adds to its list
-  bool shows = false;    ///< changes bits of the samples, and so belongs to the key of a checkpoint
+  bool shows = false;  ///< changes bits of the samples, and so belongs to the key of a checkpoint
   /// The option, with its value, that keeps this one from having an effect; "" where it has one. Null: it always has.
   std::string (*overruled_by)(const RenderSettings&) = nullptr;
+  bool is_list = false;  ///< given again, it adds to its list
+  bool is_flag = false;  ///< takes no value
 
   /// Sets what the text says. Throws Error that names the option, the text and what is expected. Flags: "given" or "not
   /// given".
