@@ -13,9 +13,9 @@
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
-#include "apps/option_values.h"
 #include "apps/output_files.h"
 #include "apps/progress_bar.h"
+#include "apps/table_options.h"
 #include "apps/tev_stream.h"
 #include "builtin/builtin.h"
 #include "core/atomic_file.h"
@@ -24,7 +24,6 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/checkpoint.h"
 #include "render/effects.h"
@@ -44,15 +43,12 @@ constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 struct RenderOptions {
   std::string scene;
   std::vector<std::string> outputs;
-  std::string samples = "auto", gather = "auto", photons = "auto", traced = "auto", nearest = "auto", reorder = "auto";
-  std::string radius = "per-photon";
-  std::string size, memory, time, statistics, simd = "auto", tone = "filmic", precision = "half";
-  std::string integrator = "photon", resume, disk = "auto", prefer = "auto", view, tev, kernel = "epanechnikov";
+  std::string statistics, simd = "auto", tone = "filmic", precision = "half", resume, view, tev;
   std::vector<std::string> lights;
   float exposure = 0;
-  bool verbose = false, quiet = false, no_secondary = false, no_guiding = false, no_gather_guiding = false,
-       preview = false, resumes = false;
-  RenderSettings settings;
+  bool verbose = false, quiet = false, preview = false, resumes = false;
+  TableOptions table;
+  RenderSettings settings;  ///< those of the table, with the memory that there is
 };
 
 double seconds_between(Clock::time_point start, Clock::time_point end) {
@@ -61,34 +57,13 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
 
 void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
-  s.integrator = o.integrator == "path"      ? Integrator::path
-                 : o.integrator == "photons" ? Integrator::photons
-                                             : Integrator::photon;
-  s.disk = o.disk == "always" ? DiskUse::always : o.disk == "never" ? DiskUse::never : DiskUse::automatic;
-  s.preference = o.prefer == "preview"   ? Preference::preview
-                 : o.prefer == "quality" ? Preference::quality
-                                         : Preference::automatic;
-  s.samples = static_cast<std::uint32_t>(parse_count(o.samples, "--samples", 1u << 24));
-  s.gather = static_cast<std::uint32_t>(parse_count(o.gather, "--gather", 1u << 20));
-  s.photons = parse_count(o.photons, "--photons", 1u << 30);
-  s.photons_traced = parse_count(o.traced, "--traced", 1u << 30);
-  s.nearest = static_cast<std::uint32_t>(parse_count(o.nearest, "--nearest", 100'000));
-  s.reorder = static_cast<std::uint32_t>(parse_count(o.reorder, "--reorder", 1u << 20));
-  s.fixed_radius = o.radius == "fixed";
-  if (!o.size.empty()) {
-    const PixelSize size = parse_pixel_size(o.size, "--size");
-    s.width = size.width;
-    s.height = size.height;
-  }
-  s.memory_bytes = o.memory.empty() ? usual_memory_bytes() : parse_bytes(o.memory, "--memory");
-  if (!o.time.empty()) s.time_limit_s = parse_seconds(o.time, "--time");
-  s.secondary_gather = !o.no_secondary;
-  s.gather_guiding = !o.no_gather_guiding;
+  s = o.table.settings;
+  if (s.memory_bytes == 0) s.memory_bytes = usual_memory_bytes();
   s.separate_layers = !s.aovs.empty();
-  s.guiding = !o.no_guiding;
-  const auto& kernels = kernel_names();
-  s.kernel = static_cast<KernelShape>(std::find(kernels.begin(), kernels.end(), o.kernel) - kernels.begin());
-  check_names(s);
+  read_command_line([&] {
+    if (!o.view.empty()) camera_of_view(Camera(), o.view);
+    for (const std::string& light : o.lights) parse_light_edit(light);
+  });
   if (o.outputs.empty()) o.outputs.push_back("out.exr");
   for (const std::string& path : o.outputs) {
     const std::string ending = std::filesystem::path(path).extension();
@@ -145,13 +120,6 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
   else
     text += fmt::format(", {} photons", s.photons);
   return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
-}
-
-/// The settings as they were asked for, what was left to the program still 0.
-RenderSettings asked_settings(const RenderOptions& o) {
-  RenderSettings asked = o.settings;
-  if (o.memory.empty()) asked.memory_bytes = 0;
-  return asked;
 }
 
 /// Where the time went, for -v.
@@ -264,8 +232,8 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
 
 int run_render(RenderOptions& o) {
   set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
-  set_thread_count(o.settings.threads);
-  set_simd(o.simd);
+  set_thread_count(o.table.settings.threads);
+  read_command_line([&] { set_simd(o.simd); });
   resolve_options(o);
   OutputFiles files;
   prepare_outputs(o, files);
@@ -288,7 +256,7 @@ int run_render(RenderOptions& o) {
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
-  for (const std::string& note : choice_notes(asked_settings(o), job.settings())) detail("chosen: " + note);
+  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
   const std::exception_ptr failure = attend(job, o, files, tev);
   const int status = finish(o, job, *tracer, files, start, failure);
@@ -297,14 +265,10 @@ int run_render(RenderOptions& o) {
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
-  RenderSettings& s = o.settings;
   c.add_option("-o,--output", o.outputs, "Image to write: .exr (linear, W sr^-1 m^-2) or .png; several -o may be given")
       ->option_text("FILE [out.exr]")
       ->group("Picture");
-  c.add_option("--size", o.size, "Pixels")->option_text("WxH [the scene's, or 512x512]")->group("Picture");
-  c.add_option("--camera", s.camera, "Camera of the scene; 'glowworm info SCENE' lists them")
-      ->option_text("NAME [the first]")
-      ->group("Picture");
+  add_table_options(c, "Picture", false, o.table);
   c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; its lens stays as it is")
       ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
       ->group("Picture");
@@ -312,10 +276,6 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->option_text("NAME,CHANGE,...")
       ->group("Picture");
   c.add_option("--tev", o.tev, "Show the image so far in a running tev")->option_text("HOST:PORT")->group("Picture");
-  c.add_option("--aov", s.aovs, fmt::format("Layers beside the image: {}", fmt::join(aov_names(), ",")))
-      ->delimiter(',')
-      ->option_text("NAME,...")
-      ->group("Picture");
   c.add_option("--precision", o.precision, "Precision of the EXR file")
       ->check(CLI::IsMember({"half", "float"}))
       ->option_text("half|float [half]")
@@ -329,74 +289,8 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->group("Picture");
 }
 
-void add_method_options(CLI::App& c, RenderOptions& o) {
-  RenderSettings& s = o.settings;
-  c.add_option("--integrator", o.integrator,
-               "photon: photon mapping; path: path tracing, the reference; photons: the photon map shown directly")
-      ->check(CLI::IsMember({"photon", "path", "photons"}))
-      ->option_text("photon|path|photons [photon]")
-      ->group("Method");
-  c.add_option(
-       "--engine", s.engine,
-       "Density engine, which looks photons up: auto is blocked, the fastest; brute is for tests of tiny pictures")
-      ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
-      ->group("Method");
-  c.add_option("--kernel", o.kernel, "Kernel of density estimation")
-      ->check(CLI::IsMember(kernel_names()))
-      ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
-      ->group("Method");
-  c.add_option("--radius", o.radius, "Radii of photons: one for each, from the density around it, or one for all")
-      ->check(CLI::IsMember({"per-photon", "fixed"}))
-      ->option_text("per-photon|fixed [per-photon]")
-      ->group("Method");
-  c.add_option(
-       "--reorder", o.reorder,
-       "Engine forward: query points of an octree's cell that is not divided further (auto: sorted as far as it "
-       "pays)")
-      ->option_text("N [auto]")
-      ->group("Method");
-  c.add_flag("--indirect-only", s.indirect_only, "Only light gathered from surfaces")->group("Method");
-  c.add_flag("--progressive", s.progressive,
-             "New photons and smaller radii in every pass: converges to the exact solution")
-      ->group("Method");
-  c.add_flag("--no-gather-guiding", o.no_gather_guiding,
-             "Do not aim gather rays at small bright places (for comparison)")
-      ->group("Method");
-  c.add_flag("--no-secondary-gather", o.no_secondary, "Do not gather a second time in corners (for comparison)")
-      ->group("Method");
-  c.add_flag("--no-guiding", o.no_guiding, "Emit photons by the lights' power alone (for comparison)")->group("Method");
-  c.add_option(
-       "--seed", s.seed,
-       "Seed of all random numbers: the same scene, settings and seed give the same image, bit for bit, with the "
-       "same version and instruction set (--simd, and the machine's for rays)")
-      ->option_text("N [0]")
-      ->group("Method");
-}
-
 void add_effort_options(CLI::App& c, RenderOptions& o) {
-  RenderSettings& s = o.settings;
-  c.add_option("--samples", o.samples, "Camera samples of each pixel")->option_text("N [auto]")->group("Effort");
-  c.add_option("--gather", o.gather, "Final gather rays of each camera sample; a pixel gets samples x gather")
-      ->option_text("N [auto]")
-      ->group("Effort");
-  c.add_option("--photons", o.photons, "Photons in the map, for example 500k or 2M")
-      ->option_text("N [auto]")
-      ->group("Effort");
-  c.add_option("--traced", o.traced,
-               "Photons to trace; if they are more than --photons, density control thins them to that")
-      ->option_text("N [auto]")
-      ->group("Effort");
-  c.add_option("--nearest", o.nearest, "Photons that an estimate should catch (k)")
-      ->option_text("N [auto]")
-      ->group("Effort");
-  c.add_option("--prefer", o.prefer,
-               "Refine the whole picture evenly (preview), or finish one tile after another (quality)")
-      ->check(CLI::IsMember({"auto", "preview", "quality"}))
-      ->option_text("auto|preview|quality [auto]")
-      ->group("Effort");
-  c.add_option("--time", o.time, "Stop after this time, for example 60s, 5m, 2h")
-      ->option_text("TIME [none]")
-      ->group("Effort");
+  add_table_options(c, "Effort", false, o.table);
   c.add_option("--resume", o.resume,
                "Keep a checkpoint in a file, and continue from it if it exists; give it as the last option, or as "
                "--resume=FILE")
@@ -404,30 +298,10 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->option_text("[FILE] [OUTPUT.checkpoint]")
       ->group("Effort");
   c.add_flag("--preview", o.preview, "Write the image so far every two seconds or less often")->group("Effort");
-  c.add_option("--noise", s.noise_target, "Stop at this relative standard error of the image, for example 0.01")
-      ->check(CLI::PositiveNumber)
-      ->option_text("SHARE [none]")
-      ->group("Effort");
 }
 
 void add_machine_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("--threads", o.settings.threads, "Threads; the image does not depend on it")
-      ->check(CLI::Range(0, 1024))
-      ->option_text("N [one for each core]")
-      ->group("Machine");
-  c.add_option(
-       "--memory", o.memory,
-       "Memory that the scene may take, and that the render may take beside it; for example 800M, 4G. The image "
-       "does not depend on it")
-      ->option_text("SIZE [half of the machine's]")
-      ->group("Machine");
-  c.add_option(
-       "--disk", o.disk,
-       "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups; the image does not "
-       "depend on it")
-      ->check(CLI::IsMember({"auto", "never", "always"}))
-      ->option_text("auto|never|always [auto]")
-      ->group("Machine");
+  add_table_options(c, "Machine", false, o.table);
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
       ->group("Machine");
@@ -449,23 +323,11 @@ bool is_given(const CLI::App& c, std::string_view name) {
   return false;
 }
 
-/// Says which options have no effect on the integrator asked for.
-void warn_of_ignored(const CLI::App& c, const RenderOptions& o) {
-  std::vector<const char*> ignored;
-  if (o.integrator == "path")
-    ignored = {"--engine",      "--kernel",
-               "--radius",      "--reorder",
-               "--gather",      "--photons",
-               "--traced",      "--nearest",
-               "--progressive", "--no-secondary-gather",
-               "--no-guiding",  "--no-gather-guiding",
-               "--prefer"};
-  else if (o.integrator == "photons")
-    ignored = {"--gather", "--no-secondary-gather", "--no-gather-guiding", "--prefer"};
-  for (const char* name : ignored)
-    if (is_given(c, name)) warn(fmt::format("{} has no effect with this --integrator", name));
-  if (o.settings.progressive && is_given(c, "--prefer"))
-    warn("--prefer has no effect with --progressive, whose photons are those of one sample");
+/// Says which options have no effect beside the others.
+void warn_of_ignored(const TableOptions& table) {
+  for (const Option* option : table.given)
+    if (!option->has_effect(table.settings))
+      warn(fmt::format("{} has no effect with {}", option->name, option->overruled_by(table.settings)));
 }
 
 constexpr const char* kFooter = R"(
@@ -491,14 +353,14 @@ void add_render_command(CLI::App& program, int& exit_status) {
       ->required()
       ->option_text("SCENE");
   add_picture_options(*c, *options);
-  add_method_options(*c, *options);
+  add_table_options(*c, "Method", false, options->table);
   add_effort_options(*c, *options);
   add_machine_options(*c, *options);
   add_report_options(*c, *options);
   c->footer(kFooter);
   c->callback([c, options, &exit_status] {
     options->resumes = is_given(*c, "--resume");
-    warn_of_ignored(*c, *options);
+    warn_of_ignored(options->table);
     exit_status = run_render(*options);
   });
 }

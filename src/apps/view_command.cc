@@ -5,12 +5,11 @@
 #include <memory>
 
 #include "apps/commands.h"
-#include "apps/option_values.h"
+#include "apps/table_options.h"
 #include "apps/view_options.h"
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "render/settings.h"
 
@@ -19,18 +18,14 @@ namespace glowworm {
 namespace {
 
 int run_view(const ViewOptions& o) {
-  set_thread_count(o.threads);
-  set_simd(o.simd);
+  set_thread_count(o.table.settings.threads);
+  read_command_line([&] { set_simd(o.simd); });
   const Script script = o.script.empty() ? Script() : read_script(o.script);
   if (!o.out.empty()) return run_headless_view(o, script);
   return run_window_view(o, script);
 }
 
 void add_start_options(CLI::App& c, ViewOptions& o) {
-  c.add_option("--camera", o.camera, "Camera of the scene to begin with")
-      ->option_text("NAME [the first]")
-      ->group("View");
-  c.add_option("--size", o.size, "Pixels of the picture")->option_text("WxH [the scene's, or 512x512]")->group("View");
   c.add_option("--mode", o.mode, "What the pixels show")
       ->check(CLI::IsMember(view_mode_names()))
       ->option_text(fmt::format("{} [gather]", fmt::join(view_mode_names(), "|")))
@@ -38,18 +33,6 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
   c.add_option("--part", o.part, "Which light is shown")
       ->check(CLI::IsMember(light_part_names()))
       ->option_text(fmt::format("{} [all]", fmt::join(light_part_names(), "|")))
-      ->group("View");
-  c.add_option("--gather", o.gather, "Final gather rays of each camera sample")
-      ->check(CLI::Range(1u, 1u << 16))
-      ->option_text("N [16]")
-      ->group("View");
-  c.add_option("--photons", o.photons, "Photons in the map")->option_text("N [500k]")->group("View");
-  c.add_option("--engine", o.engine, "Density engine")
-      ->option_text(fmt::format("auto|{} [auto]", fmt::join(engine_names(), "|")))
-      ->group("View");
-  c.add_option("--kernel", o.kernel, "Kernel of density estimation")
-      ->check(CLI::IsMember(kernel_names()))
-      ->option_text(fmt::format("{} [epanechnikov]", fmt::join(kernel_names(), "|")))
       ->group("View");
   c.add_flag("--filter", o.filter, "Smooth noise between edges")->group("View");
   c.add_flag("--no-reuse", o.no_reuse, "Do not reuse earlier frames")->group("View");
@@ -78,15 +61,6 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->group("Session");
   c.add_flag("--adapt", o.adapt, "With --out, too: hold --fps by fewer pixels, rays and photons while the view moves")
       ->group("Session");
-  c.add_option("--seed", o.seed, "Seed of all random numbers")->option_text("N [0]")->group("Session");
-  c.add_option("--threads", o.threads, "Threads")
-      ->check(CLI::Range(0, 1024))
-      ->option_text("N [one for each core]")
-      ->group("Session");
-  c.add_option("--memory", o.memory,
-               "Memory that the scene may take, and that the session may take beside it; for example 800M, 4G")
-      ->option_text("SIZE [half of the machine's]")
-      ->group("Session");
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
       ->group("Session");
@@ -105,27 +79,24 @@ Examples:
 }  // namespace
 
 ViewState first_state(const ViewOptions& o, const Script& script, const Scene& scene, ViewState state) {
-  state.camera = scene.camera(o.camera);
+  const RenderSettings& s = o.table.settings;
+  state.camera = scene.camera(s.camera);
   set_mode(state, o.mode);
   set_part(state, o.part);
-  set_kernel(state, o.kernel);
-  RenderSettings names;
-  names.engine = o.engine;
-  check_names(names);
-  state.engine = o.engine;
-  state.gather = o.gather;
-  state.photons = parse_count(o.photons, "--photons", 1u << 30);
-  if (state.photons == 0) state.photons = ViewState().photons;
+  state.kernel = s.kernel;
+  state.engine = s.engine;
+  if (s.gather > 0) state.gather = s.gather;
+  if (s.photons > 0) state.photons = s.photons;
+  if (s.nearest > 0) state.nearest = s.nearest;
   state.filter = o.filter;
   state.reuse = !o.no_reuse;
   if (script.width > 0) {
     state.width = script.width;
     state.height = script.height;
   }
-  if (!o.size.empty()) {
-    const PixelSize size = parse_pixel_size(o.size, "--size");
-    state.width = size.width;
-    state.height = size.height;
+  if (s.width > 0) {
+    state.width = s.width;
+    state.height = s.height;
   }
   return state;
 }
@@ -142,8 +113,8 @@ SessionSettings session_settings(const ViewOptions& o, bool window) {
   SessionSettings settings;
   settings.adapt = window || o.adapt;
   settings.frames_per_second = o.fps;
-  settings.seed = o.seed;
-  if (!o.memory.empty()) settings.memory_bytes = parse_bytes(o.memory, "--memory");
+  settings.seed = o.table.settings.seed;
+  settings.memory_bytes = o.table.settings.memory_bytes;
   return settings;
 }
 
@@ -155,6 +126,8 @@ void add_view_command(CLI::App& program, int& exit_status) {
                             fmt::join(builtin_scene_names(), ", builtin:")))
       ->required()
       ->option_text("SCENE");
+  for (const char* group : {"Picture", "Method", "Effort", "Machine"})
+    add_table_options(*c, group, true, options->table);
   add_start_options(*c, *options);
   add_session_options(*c, *options);
   c->footer(kFooter);

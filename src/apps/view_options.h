@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 
+#include "apps/table_options.h"
 #include "session/script.h"
 #include "session/session.h"
 #include "session/worker.h"
@@ -10,12 +11,11 @@ namespace glowworm {
 
 struct ViewOptions {
   std::string scene;
-  std::string script, out, format = "png", size, photons = "500k", camera, memory, simd = "auto";
-  std::string mode = "gather", engine = "auto", kernel = "epanechnikov", part = "all";
+  TableOptions table;
+  std::string script, out, format = "png", simd = "auto", mode = "gather", part = "all";
   std::string tone = "filmic";
   float exposure = 0;
-  std::uint32_t gather = 16, frames = 0, seed = 0;
-  int threads = 0;
+  std::uint32_t frames = 0;
   double fps = 15;
   bool adapt = false;
   bool filter = false, no_reuse = false;

@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '3'};
+constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '4'};
 
 /// Writes, and takes the fingerprint of what it wrote.
 class Writer {

@@ -5,38 +5,14 @@
 #include <nlohmann/json.hpp>
 
 #include "density/engine.h"
-#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
+#include "render/options.h"
 
 namespace glowworm {
 
 namespace {
 
 using nlohmann::json;
-
-const char* disk_name(DiskUse disk) {
-  switch (disk) {
-    case DiskUse::automatic:
-      return "auto";
-    case DiskUse::never:
-      return "never";
-    case DiskUse::always:
-      return "always";
-  }
-  return "";
-}
-
-const char* preference_name(Preference preference) {
-  switch (preference) {
-    case Preference::automatic:
-      return "auto";
-    case Preference::preview:
-      return "preview";
-    case Preference::quality:
-      return "quality";
-  }
-  return "";
-}
 
 const char* ending_name(Ending ending) {
   switch (ending) {
@@ -57,30 +33,9 @@ const char* ending_name(Ending ending) {
 }
 
 json settings_json(const RenderSettings& s) {
-  json out = {{"integrator", integrator_name(s.integrator)},
-              {"engine", s.engine},
-              {"samples", s.samples},
-              {"gather", s.gather},
-              {"photons", s.photons},
-              {"photons_traced", s.photons_traced},
-              {"nearest", s.nearest},
-              {"kernel", kernel_names()[static_cast<std::size_t>(s.kernel)]},
-              {"radius", s.fixed_radius ? "fixed" : "per-photon"},
-              {"light_samples", s.light_samples},
-              {"width", s.width},
-              {"height", s.height},
-              {"camera", s.camera},
-              {"seed", s.seed},
-              {"memory_bytes", s.memory_bytes},
-              {"disk", disk_name(s.disk)},
-              {"prefer", preference_name(s.preference)},
-              {"time_limit_s", s.time_limit_s},
-              {"noise_target", s.noise_target},
-              {"indirect_only", s.indirect_only},
-              {"progressive", s.progressive},
-              {"guiding", s.guiding},
-              {"secondary_gather", s.secondary_gather},
-              {"gather_guiding", s.gather_guiding}};
+  json out;
+  for (const Option& option : render_options())
+    if (option.report) option.report(s, out);
   return out;
 }
 
@@ -153,7 +108,6 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
                   {"lights", job.scene().light_source_count()},
                   {"materials", job.scene().materials().size()}};
   out["settings"] = settings_json(settings);
-  out["settings"]["aovs"] = settings.aovs;
   out["version"] = version();
   out["passes"] = job.passes();
   out["samples_not_finite"] = job.samples_not_finite();

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
+#include "render/options.h"
 #include "render/output.h"
 #include "scene/scene_hash.h"
 #include "trace/instruction_set.h"
@@ -26,32 +26,9 @@ constexpr const char* kGeometry = "geometry";
 constexpr const char* kMaterials = "materials or textures";
 constexpr const char* kLights = "lights";
 constexpr const char* kCamera = "camera";
-constexpr const char* kLayers = "--aov";
+constexpr const char* kLayers = "layers";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
-
-std::string given(bool value) { return value ? "given" : "not given"; }
-
-const char* sampler_name(SamplerKind kind) { return kind == SamplerKind::sobol ? "sobol" : "independent"; }
-
-void add_photon_settings(RenderKey& key, const RenderSettings& s) {
-  key.push_back({"--engine", s.engine});
-  key.push_back({"--photons", std::to_string(s.photons)});
-  key.push_back({"--traced", std::to_string(s.photons_traced)});
-  key.push_back({"--nearest", std::to_string(s.nearest)});
-  key.push_back({"--kernel", kernel_names()[static_cast<std::size_t>(s.kernel)]});
-  key.push_back({"--radius", s.fixed_radius ? "fixed" : "per-photon"});
-  key.push_back({"--progressive", given(s.progressive)});
-  key.push_back({"--no-guiding", given(!s.guiding)});
-  key.push_back({"boundary correction", s.boundary_correction ? "on" : "off"});
-  if (s.integrator != Integrator::photon) return;
-  key.push_back({"--gather", std::to_string(s.gather)});
-  key.push_back({"--no-secondary-gather", given(!s.secondary_gather)});
-  key.push_back({"--no-gather-guiding", given(!s.gather_guiding)});
-  key.push_back({"light samples", std::to_string(s.light_samples)});
-  // With little time the caustic map gets no passes of its own.
-  key.push_back({"--time", has_time_for_caustics(s) ? "long or none" : "short"});
-}
 
 constexpr const char* kUnknown = "unknown";
 
@@ -65,12 +42,12 @@ bool is_of_scene(const std::string& name) {
   return name == kGeometry || name == kMaterials || name == kLights || name == kCamera;
 }
 
-bool is_option(const std::string& name) { return name.starts_with("--"); }
-
-/// What to give on the command line for this value.
-std::string as_option(const std::string& name, const std::string& value) {
-  if (value == given(false)) return "no " + name;
-  return value == given(true) ? name : name + " " + value;
+/// What to give on the command line for a value of the key; "" where no option gives it.
+std::string remedy_for(const std::string& name, const std::string& value) {
+  for (const Option& option : render_options())
+    if (option.is_on_command_line() && name == option.name && value != kUnknown)
+      return command_line_text(option, value);
+  return "";
 }
 
 [[noreturn]] void refuse_other_program(const std::string& kept, const std::string& what, const std::string& own,
@@ -86,21 +63,14 @@ std::string as_option(const std::string& name, const std::string& value) {
 
 RenderKey render_key(const Scene& scene, const RenderSettings& s) {
   const SceneHash hash = hash_scene(scene, scene.camera(s.camera));
-  RenderKey key = {{kVersion, version()},
-                   {kKernels, simd_name()},
-                   {kRays, ray_instruction_set()},
-                   {kGeometry, hex(hash.geometry)},
-                   {kMaterials, hex(hash.materials)},
-                   {kLights, hex(hash.lights)},
-                   {kCamera, hex(hash.camera)},
-                   {"--integrator", integrator_name(s.integrator)},
-                   {"--size", fmt::format("{}x{}", s.width, s.height)},
-                   {"--seed", std::to_string(s.seed)},
-                   {"--indirect-only", given(s.indirect_only)},
-                   {kLayers, given(s.separate_layers)},
-                   {"most bounces", std::to_string(s.max_bounces)},
-                   {"sampler", sampler_name(s.sampler)}};
-  if (s.integrator != Integrator::path) add_photon_settings(key, s);
+  RenderKey key = {{kVersion, version()},           {kKernels, simd_name()},           {kRays, ray_instruction_set()},
+                   {kGeometry, hex(hash.geometry)}, {kMaterials, hex(hash.materials)}, {kLights, hex(hash.lights)},
+                   {kCamera, hex(hash.camera)}};
+  for (const Option& option : render_options())
+    if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
+  // With little time the caustic map gets no passes of its own.
+  if (s.integrator == Integrator::photon)
+    key.push_back({"length of --time", has_time_for_caustics(s) ? "long or none" : "short"});
   return key;
 }
 
@@ -139,7 +109,7 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
       continue;
     }
     settings.push_back(fmt::format("{} is {} there and {} here", part.name, value, part.value));
-    if (is_option(part.name) && value != kUnknown) remedy.push_back(as_option(part.name, value));
+    if (const std::string text = remedy_for(part.name, value); !text.empty()) remedy.push_back(text);
   }
   if (!parts.empty())
     throw Error(fmt::format("{} is of another scene: its {} differ", kept, fmt::join(parts, ", ")),

@@ -12,13 +12,13 @@
 #include "core/parallel.h"
 #include "density/engine.h"
 #include "gather/direct_light.h"
+#include "render/options.h"
 #include "scene/scene.h"
 
 namespace glowworm {
 
 namespace {
 
-constexpr int kLargestSide = 65536;
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Camera samples of a render that ends by time or noise, at most.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
@@ -43,9 +43,9 @@ void resolve_size(RenderSettings& s, const Scene& scene) {
     s.width = scene.film().width > 0 ? scene.film().width : 512;
     s.height = scene.film().height > 0 ? scene.film().height : 512;
   }
-  if (s.width < 1 || s.height < 1 || s.width > kLargestSide || s.height > kLargestSide)
+  if (s.width < 1 || s.height < 1 || s.width > kLargestPictureSide || s.height > kLargestPictureSide)
     throw Error(fmt::format("a picture of {}x{} pixels cannot be rendered", s.width, s.height),
-                fmt::format("Give --size WxH with both from 1 to {}.", kLargestSide));
+                fmt::format("Give --size WxH with both from 1 to {}.", kLargestPictureSide));
 }
 
 double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
@@ -76,18 +76,6 @@ void resolve_photons(RenderSettings& s) {
 
 }  // namespace
 
-const char* integrator_name(Integrator integrator) {
-  switch (integrator) {
-    case Integrator::photon:
-      return "photon";
-    case Integrator::path:
-      return "path";
-    case Integrator::photons:
-      return "photons";
-  }
-  return "";
-}
-
 std::vector<std::string> aov_names() {
   return {"emitted", "direct", "indirect", "caustic", "albedo", "normal", "depth"};
 }
@@ -95,16 +83,6 @@ std::vector<std::string> aov_names() {
 bool has_time_for_caustics(const RenderSettings& settings) {
   constexpr double kLeastSeconds = 30;
   return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastSeconds);
-}
-
-void check_names(const RenderSettings& settings) {
-  const std::vector<std::string> aovs = aov_names(), engines = engine_names();
-  for (const std::string& aov : settings.aovs)
-    if (std::find(aovs.begin(), aovs.end(), aov) == aovs.end())
-      throw Error(fmt::format("there is no AOV '{}'", aov), fmt::format("Choose from: {}.", fmt::join(aovs, ", ")));
-  if (settings.engine != "auto" && std::find(engines.begin(), engines.end(), settings.engine) == engines.end())
-    throw Error(fmt::format("there is no engine '{}'", settings.engine),
-                fmt::format("Choose from: auto, {}.", fmt::join(engines, ", ")));
 }
 
 std::uint64_t usual_memory_bytes() {
@@ -115,7 +93,8 @@ std::uint64_t usual_memory_bytes() {
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
   resolve_size(s, scene);
-  check_names(s);
+  for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());
+  engine_traits(s.engine);  // throws where there is no such engine
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
   if (s.memory_bytes == 0) s.memory_bytes = usual_memory_bytes();

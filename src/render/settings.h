@@ -31,8 +31,8 @@ enum class Preference : std::uint8_t {
   quality,    ///< after a first whole image small tiles that get as many samples at once as may be
 };
 
-/// As --integrator has it.
-const char* integrator_name(Integrator integrator);
+/// Pixels of a side of a picture at most.
+inline constexpr int kLargestPictureSide = 65536;
 
 /// Camera samples of a pixel where nobody says how many, and that cost models reckon with.
 inline constexpr std::uint32_t kUsualSamples = 16;
@@ -80,9 +80,6 @@ std::vector<std::string> aov_names();
 
 /// Whether a render has the time to trace photons for its caustic map alone.
 bool has_time_for_caustics(const RenderSettings& settings);
-
-/// Throws Error that lists the names there are, for an engine or AOV that is not known.
-void check_names(const RenderSettings& settings);
 
 /// Memory of a render that is not told: half of the machine's, rounded down so that it is the same at every start.
 std::uint64_t usual_memory_bytes();

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "kernels/kernel_shape.h"
+#include "render/options.h"
 #include "session/camera_control.h"
 
 namespace glowworm {
@@ -82,19 +82,19 @@ std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, c
 
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
                                 const ViewState& state) {
-  std::string text = fmt::format("glowworm render {} --size {}x{}", quoted(path), state.width, state.height);
+  std::string text = fmt::format("glowworm render {}", quoted(path));
+  RenderSettings usual = render_settings(ViewState());
+  usual.width = usual.height = 0;
+  const RenderSettings wanted = render_settings(state);
+  for (const Option& option : render_options())
+    if (const std::string value = option.print(wanted); value != option.print(usual))
+      text += " " + command_line_text(option, value);
   const Camera& base = like_camera(scene, state.camera);
   if (&base != &scene.cameras().front()) text += fmt::format(" --camera {}", quoted(base.name));
   if (!same_view(base, state.camera)) text += fmt::format(" --view {}", view_text(state.camera));
   for (std::size_t i = 0; i < lights.size() && i < state.lights.size(); ++i)
     if (!(state.lights[i] == LightEdit()))
       text += fmt::format(" --light {}", quoted(light_edit_text(lights[i].name, state.lights[i])));
-  if (state.mode == ViewMode::photons) text += " --integrator photons";
-  if (state.engine != ViewState().engine) text += fmt::format(" --engine {}", state.engine);
-  if (state.kernel != ViewState().kernel)
-    text += fmt::format(" --kernel {}", kernel_names()[static_cast<std::size_t>(state.kernel)]);
-  if (state.photons != ViewState().photons) text += fmt::format(" --photons {}", state.photons);
-  if (state.nearest != ViewState().nearest) text += fmt::format(" --nearest {}", state.nearest);
   return text + " --samples 64 --gather 64 -o view.exr -o view.png";
 }
 

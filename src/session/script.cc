@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "kernels/kernel_shape.h"
+#include "render/options.h"
 #include "session/camera_control.h"
 
 namespace glowworm {
@@ -15,14 +16,6 @@ namespace glowworm {
 namespace {
 
 constexpr float kDegree = kPi / 180;
-
-std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    throw Error(fmt::format("there is no {} '{}'", what, name),
-                fmt::format("Choose from: {}.", fmt::join(names, ", ")));
-  return static_cast<std::size_t>(found - names.begin());
-}
 
 void play_settings(const ScriptMove& move, const Scene& scene, ViewState& state) {
   if (move.camera) state.camera = scene.camera(*move.camera);
@@ -67,15 +60,15 @@ void play_light(const ScriptLight& wanted, bool first, float share, float step, 
 }  // namespace
 
 void set_mode(ViewState& state, const std::string& name) {
-  state.mode = static_cast<ViewMode>(place_of(view_mode_names(), name, "mode"));
+  state.mode = static_cast<ViewMode>(name_index("mode", name, view_mode_names()));
 }
 
 void set_part(ViewState& state, const std::string& name) {
-  state.part = static_cast<LightPart>(place_of(light_part_names(), name, "part of light"));
+  state.part = static_cast<LightPart>(name_index("part", name, light_part_names()));
 }
 
 void set_kernel(ViewState& state, const std::string& name) {
-  state.kernel = static_cast<KernelShape>(place_of(kernel_names(), name, "kernel"));
+  state.kernel = static_cast<KernelShape>(name_index("kernel", name, kernel_names()));
 }
 
 void focus_on(const ViewFrame& frame, Vec2 share, ViewState& state) {

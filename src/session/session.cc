@@ -200,12 +200,8 @@ void Session::update_maps(const ViewState& state, std::uint64_t photons, bool mo
 
 std::shared_ptr<const EmissionGuide> Session::make_guide(const ViewState& state) {
   const PhaseTimer timer(statistics_, Phase::trace_photons);
-  RenderSettings settings;
-  settings.width = state.width;
-  settings.height = state.height;
-  settings.photons = state.photons;
+  RenderSettings settings = render_settings(state);
   settings.seed = settings_.seed;
-  settings.integrator = state.mode == ViewMode::photons ? Integrator::photons : Integrator::photon;
   auto guide = std::make_shared<const EmissionGuide>(guide_photons(*tracer_, state.camera, settings).guide);
   // Without gain it is the uniform one, with which photons are those that there were.
   return guide->gain() > 1 ? guide : nullptr;

@@ -5,6 +5,18 @@
 
 namespace glowworm {
 
+RenderSettings render_settings(const ViewState& state) {
+  RenderSettings settings;
+  settings.integrator = state.mode == ViewMode::photons ? Integrator::photons : Integrator::photon;
+  settings.engine = state.engine;
+  settings.kernel = state.kernel;
+  settings.photons = state.photons;
+  settings.nearest = state.nearest;
+  settings.width = state.width;
+  settings.height = state.height;
+  return settings;
+}
+
 bool shows_light(ViewMode mode) { return mode == ViewMode::gather || mode == ViewMode::photons; }
 
 bool needs_photons(ViewMode mode) { return mode != ViewMode::albedo && mode != ViewMode::normal; }

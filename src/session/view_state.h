@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/vec.h"
-#include "density/engine.h"
+#include "render/settings.h"
 #include "scene/camera.h"
 
 namespace glowworm {
@@ -50,6 +50,9 @@ struct ViewState {
   bool filter = false;              ///< the edge-aware filter of the preview
   bool reuse = true;                ///< take earlier frames over where they show the same surface
 };
+
+/// What a render of the view has of its settings; camera and lights, which no name stands for, and effort are left out.
+RenderSettings render_settings(const ViewState& state);
 
 /// Whether a mode shows light, or else surfaces and counts.
 bool shows_light(ViewMode mode);

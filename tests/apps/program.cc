@@ -149,9 +149,10 @@ Outcome ProgramTest::render(const std::string& scene, const std::vector<std::str
   return run(arguments, prepare);
 }
 
-testing::AssertionResult refused(const Outcome& outcome, const std::vector<std::string>& texts) {
-  if (outcome.status != 1)
-    return testing::AssertionFailure() << "exit status " << outcome.status << ", not 1; it said:\n" << outcome.err;
+testing::AssertionResult refused(const Outcome& outcome, const std::vector<std::string>& texts, int status) {
+  if (outcome.status != status)
+    return testing::AssertionFailure() << "exit status " << outcome.status << ", not " << status << "; it said:\n"
+                                       << outcome.err;
   if (outcome.err.find("glowworm: error: ") == std::string::npos)
     return testing::AssertionFailure() << "no message of the program's own, but:\n" << outcome.err;
   for (const std::string& text : texts)

@@ -69,7 +69,7 @@ class ProgramTest : public testing::Test {
   std::filesystem::path log_folder_;  // apart, so that names() holds what the program made alone
 };
 
-/// The program refused: status 1 and "glowworm: error:" with all of the texts.
-testing::AssertionResult refused(const Outcome& outcome, const std::vector<std::string>& texts);
+/// The program refused: "glowworm: error:" with all of the texts, and status 1, or 2 for command lines without sense.
+testing::AssertionResult refused(const Outcome& outcome, const std::vector<std::string>& texts, int status = 1);
 
 }  // namespace glowworm

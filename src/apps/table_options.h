@@ -1,0 +1,31 @@
+// The options of a render (render/options.h) on the command line.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/commands.h"
+#include "render/options.h"
+
+namespace glowworm {
+
+/// What a command line says of the options in the table.
+struct TableOptions {
+  RenderSettings settings;
+  std::vector<const Option*> given;
+};
+
+/// Adds the options of a group of the table to a command.
+/// @param view only those that `glowworm view` has
+void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options);
+
+/// Runs `work`, which reads what the command line says; turns its Error into CommandLineError.
+template <typename Work>
+void read_command_line(Work&& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    throw CommandLineError(error.what());
+  }
+}
+
+}  // namespace glowworm

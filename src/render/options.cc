@@ -1,0 +1,356 @@
+#include "render/options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "core/error.h"
+#include "kernels/kernel_shape.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+using Names = std::vector<std::string>;
+
+constexpr const char* kPicture = "Picture";
+constexpr const char* kMethod = "Method";
+constexpr const char* kEffort = "Effort";
+constexpr const char* kMachine = "Machine";
+
+struct Unit {
+  std::string_view name;
+  double factor;
+};
+constexpr Unit kNoUnits[] = {{"", 1}};
+constexpr Unit kCountUnits[] = {{"", 1}, {"k", 1e3}, {"M", 1e6}};
+constexpr Unit kTimeUnits[] = {{"", 1}, {"s", 1}, {"m", 60}, {"min", 60}, {"h", 3600}};
+constexpr double kKiB = 1024, kMiB = 1024 * kKiB, kGiB = 1024 * kMiB, kTiB = 1024 * kGiB;
+constexpr Unit kByteUnits[] = {{"", 1},     {"K", 1e3},    {"KB", 1e3},  {"KiB", kKiB}, {"M", 1e6},
+                               {"MB", 1e6}, {"MiB", kMiB}, {"G", 1e9},   {"GB", 1e9},   {"GiB", kGiB},
+                               {"T", 1e12}, {"TB", 1e12},  {"TiB", kTiB}};
+
+/// A decimal number with one of the units behind it, times the unit's factor; not a number where it is none.
+double parse_quantity(std::string_view text, std::span<const Unit> units) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  if (error == std::errc())
+    for (const Unit& known : units)
+      if (unit == known.name) return value * known.factor;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Single letters to insert, delete or replace that make one word of the other.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] != b[j]);
+      diagonal = std::exchange(row[j + 1], std::min({replaced, row[j] + 1, row[j + 1] + 1}));
+    }
+  }
+  return row.back();
+}
+
+/// Completes a row whose setting is one member: `read` makes its value of a text, `print` does the reverse, and
+/// `report` makes what statistics say of it.
+template <typename T, typename Read, typename Print, typename Report>
+Option member(Option row, T RenderSettings::*field, Read read, Print print, Report report) {
+  row.parse = [field, read](RenderSettings& s, const std::string& text) { s.*field = static_cast<T>(read(text)); };
+  row.print = [field, print](const RenderSettings& s) -> std::string { return print(s.*field); };
+  if (row.key)
+    row.report = [field, report, key = row.key](const RenderSettings& s, json& out) { out[key] = report(s.*field); };
+  return row;
+}
+
+constexpr auto kAsItIs = [](const auto& value) { return value; };
+
+/// The values of a number.
+struct Range {
+  const char* zero;  ///< name of the value 0
+  std::span<const Unit> units;
+  double least, most;
+  bool whole;
+  std::string kind, remedy;  ///< for errors
+};
+
+template <typename T>
+Option number(Option row, T RenderSettings::*field, const Range& range) {
+  const auto read = [range, name = row.name](const std::string& text) {
+    const double value = text == range.zero ? 0 : parse_quantity(text, range.units);
+    const bool good = value >= range.least && value <= range.most && (!range.whole || value == std::floor(value));
+    if (!good && text != range.zero)
+      throw Error(fmt::format("{} '{}' is not {}", name, text, range.kind), range.remedy);
+    return value;
+  };
+  const auto print = [zero = range.zero](T value) { return value == 0 ? zero : fmt::format("{}", value); };
+  return member(std::move(row), field, read, print, kAsItIs);
+}
+
+template <typename T>
+Option count(Option row, T RenderSettings::*field, std::uint64_t most, const char* zero = "auto") {
+  return number(std::move(row), field,
+                {zero, kCountUnits, 1, static_cast<double>(most), true, "a count",
+                 fmt::format("Give '{}' or a whole number from 1 to {}; 2k is 2000 and 1.5M is 1500000.", zero, most)});
+}
+
+/// A row of an enumeration or a bool, whose values index the names.
+template <typename T>
+Option choice(Option row, T RenderSettings::*field, const Names& names) {
+  if (row.values.empty()) row.values = fmt::format("{}", fmt::join(names, "|"));
+  const auto name_of = [names](T value) { return names[static_cast<std::size_t>(value)]; };
+  return member(
+      row, field, [names, name = row.name](const std::string& text) { return name_index(name, text, names); }, name_of,
+      name_of);
+}
+
+constexpr const char *kGiven = "given", *kNotGiven = "not given";
+
+/// @param value of the setting where the flag is given
+Option flag(Option row, bool RenderSettings::*field, bool value = true) {
+  row.is_flag = true;
+  const auto read = [value, name = row.name](const std::string& text) {
+    return (name_index(name, text, {kNotGiven, kGiven}) == 1) == value;
+  };
+  const auto print = [value](bool set) { return set == value ? kGiven : kNotGiven; };
+  return member(std::move(row), field, read, print, kAsItIs);
+}
+
+Option size_row(Option row) {
+  row.parse = [name = row.name](RenderSettings& s, const std::string& text) {
+    int width = 0, height = 0;
+    const char* const end = text.data() + text.size();
+    const auto x = std::from_chars(text.data(), end, width);
+    const bool has_x = x.ec == std::errc() && x.ptr != end && *x.ptr == 'x';
+    const auto y = std::from_chars(has_x ? x.ptr + 1 : end, end, height);
+    const bool good = has_x && y.ec == std::errc() && y.ptr == end && std::min(width, height) > 0 &&
+                      std::max(width, height) <= kLargestPictureSide;
+    if (!good && text != "auto")
+      throw Error(
+          fmt::format("{} '{}' is not a size", name, text),
+          fmt::format("Give WIDTHxHEIGHT in pixels, both from 1 to {}, for example 1280x720.", kLargestPictureSide));
+    s.width = good ? width : 0;
+    s.height = good ? height : 0;
+  };
+  row.print = [](const RenderSettings& s) {
+    return s.width == 0 && s.height == 0 ? "auto" : fmt::format("{}x{}", s.width, s.height);
+  };
+  row.report = [](const RenderSettings& s, json& out) {
+    out["width"] = s.width;
+    out["height"] = s.height;
+  };
+  return row;
+}
+
+Option aov_row(Option row) {
+  const auto read = [name = row.name](const std::string& text) {
+    Names aovs;
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find(',', at), text.size());
+      aovs.push_back(aov_names()[name_index(name, text.substr(at, end - at), aov_names())]);
+      at = end + 1;
+    }
+    return aovs;
+  };
+  return member(
+      std::move(row), &RenderSettings::aovs, read,
+      [](const Names& aovs) { return fmt::format("{}", fmt::join(aovs, ",")); }, kAsItIs);
+}
+
+std::string without_photons(const RenderSettings& s) {
+  return s.integrator == Integrator::path ? "--integrator path" : "";
+}
+
+std::string without_gathering(const RenderSettings& s) {
+  return s.integrator == Integrator::photons ? "--integrator photons" : without_photons(s);
+}
+
+std::string without_large_passes(const RenderSettings& s) {
+  if (const std::string overruling = without_gathering(s); !overruling.empty()) return overruling;
+  return s.progressive ? "--progressive, whose photons are those of one sample" : "";
+}
+
+std::string without_packets(const RenderSettings& s) {
+  if (const std::string overruling = without_photons(s); !overruling.empty()) return overruling;
+  return s.engine == "forward" ? "" : "--engine " + s.engine;
+}
+
+// Rows: name, group, key, values, standard, in_view, meaning, shows, overruled_by.
+std::vector<Option> picture_options() {
+  return {
+      size_row(
+          {"--size", kPicture, nullptr, "WxH", "the scene's, or 512x512", "the scene's, or 512x512", "Pixels", true}),
+      // Which camera shows in the picture by its place and lens, which the key holds a hash of.
+      member({"--camera", kPicture, "camera", "NAME", "the first", "the first",
+              "Camera of the scene; 'glowworm info SCENE' lists them"},
+             &RenderSettings::camera, kAsItIs, kAsItIs, kAsItIs),
+      aov_row({"--aov", kPicture, "aovs", "NAME,...", "", nullptr,
+               fmt::format("Layers beside the image: {}", fmt::join(aov_names(), ",")), false, nullptr, true}),
+  };
+}
+
+std::vector<Option> method_options() {
+  using S = RenderSettings;
+  Names engines = engine_names();
+  engines.insert(engines.begin(), "auto");
+  const auto engine = [engines](const std::string& text) { return engines[name_index("--engine", text, engines)]; };
+  return {
+      choice({"--integrator", kMethod, "integrator", "", "photon", nullptr,
+              "photon: photon mapping; path: path tracing, the reference; photons: the photon map shown "
+              "directly",
+              true},
+             &S::integrator, {"photon", "path", "photons"}),
+      member({"--engine", kMethod, "engine", fmt::format("{}", fmt::join(engines, "|")), "auto", "auto",
+              "Density engine, which looks photons up: auto is blocked, the fastest; brute is for tests of "
+              "tiny pictures",
+              true, without_photons},
+             &S::engine, engine, kAsItIs, kAsItIs),
+      choice({"--kernel", kMethod, "kernel", "", "epanechnikov", "epanechnikov", "Kernel of density estimation", true,
+              without_photons},
+             &S::kernel, kernel_names()),
+      choice({"--radius", kMethod, "radius", "", "per-photon", nullptr,
+              "Radii of photons: one for each, from the density around it, or one for all", true, without_photons},
+             &S::fixed_radius, {"per-photon", "fixed"}),
+      count({"--reorder", kMethod, "reorder", "N", "auto", nullptr,
+             "Engine forward: query points of an octree's cell that is not divided further (auto: sorted as "
+             "far as it pays)",
+             false, without_packets},
+            &S::reorder, 1u << 20),
+      count({"--seed", kMethod, "seed", "N", "0", "0",
+             "Seed of all random numbers: the same scene, settings and seed give the same image, bit for "
+             "bit, with the same version and instruction set (--simd, and the machine's for rays)",
+             true},
+            &S::seed, std::numeric_limits<std::uint32_t>::max(), "0"),
+  };
+}
+
+std::vector<Option> method_flags() {
+  using S = RenderSettings;
+  return {
+      flag({"--indirect-only", kMethod, "indirect_only", "", "", nullptr, "Only light gathered from surfaces", true},
+           &S::indirect_only),
+      flag({"--progressive", kMethod, "progressive", "", "", nullptr,
+            "New photons and smaller radii in every pass: converges to the exact solution", true, without_photons},
+           &S::progressive),
+      flag({"--no-gather-guiding", kMethod, "gather_guiding", "", "", nullptr,
+            "Do not aim gather rays at small bright places (for comparison)", true, without_gathering},
+           &S::gather_guiding, false),
+      flag({"--no-secondary-gather", kMethod, "secondary_gather", "", "", nullptr,
+            "Do not gather a second time in corners (for comparison)", true, without_gathering},
+           &S::secondary_gather, false),
+      flag({"--no-guiding", kMethod, "guiding", "", "", nullptr,
+            "Emit photons by the lights' power alone (for comparison)", true, without_photons},
+           &S::guiding, false),
+  };
+}
+
+std::vector<Option> effort_options() {
+  using S = RenderSettings;
+  return {
+      count({"--samples", kEffort, "samples", "N", "auto", nullptr, "Camera samples of each pixel"}, &S::samples,
+            1u << 24),
+      count({"--gather", kEffort, "gather", "N", "auto", "16",
+             "Final gather rays of each camera sample; a pixel gets samples x gather", true, without_gathering},
+            &S::gather, 1u << 20),
+      count({"--photons", kEffort, "photons", "N", "auto", "500k", "Photons in the map, for example 500k or 2M", true,
+             without_photons},
+            &S::photons, 1u << 30),
+      count({"--traced", kEffort, "photons_traced", "N", "auto", nullptr,
+             "Photons to trace; if they are more than --photons, density control thins them to that", true,
+             without_photons},
+            &S::photons_traced, 1u << 30),
+      count({"--nearest", kEffort, "nearest", "N", "auto", "50", "Photons that an estimate should catch (k)", true,
+             without_photons},
+            &S::nearest, 100'000),
+      choice({"--prefer", kEffort, "prefer", "", "auto", nullptr,
+              "Refine the whole picture evenly (preview), or finish one tile after another (quality)", false,
+              without_large_passes},
+             &S::preference, {"auto", "preview", "quality"}),
+      number(
+          {"--time", kEffort, "time_limit_s", "TIME", "none", nullptr, "Stop after this time, for example 60s, 5m, 2h"},
+          &S::time_limit_s, {"none", kTimeUnits, 1e-9, 1e9, false, "a time", "Give for example 60s, 5m or 2h."}),
+      number({"--noise", kEffort, "noise_target", "SHARE", "none", nullptr,
+              "Stop at this relative standard error of the image, for example 0.01"},
+             &S::noise_target,
+             {"none", kNoUnits, 1e-9, 1e9, false, "a share above 0", "Give for example 0.01, which is one percent."}),
+  };
+}
+
+std::vector<Option> machine_options() {
+  using S = RenderSettings;
+  return {
+      count({"--threads", kMachine, nullptr, "N", "one for each core", "one for each core",
+             "Threads; the image does not depend on it"},
+            &S::threads, 1024, "0"),
+      number({"--memory", kMachine, "memory_bytes", "SIZE", "half of the machine's", "half of the machine's",
+              "Memory that the scene may take, and that the render may take beside it; for example 800M, "
+              "4G. The image does not depend on it"},
+             &S::memory_bytes,
+             {"auto", kByteUnits, 1e6, 1e15, false, "a size", "Give at least 1M, for example 512M or 4G."}),
+      choice({"--disk", kMachine, "disk", "", "auto", nullptr,
+              "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups; the "
+              "image does not depend on it"},
+             &S::disk, {"auto", "never", "always"}),
+  };
+}
+
+/// Settings that programs choose, not people.
+std::vector<Option> inner_options() {
+  using S = RenderSettings;
+  return {
+      flag({"layers", "", nullptr, "", "", nullptr, "", true}, &S::separate_layers),
+      choice({"boundary correction", "", nullptr, "", "", nullptr, "", true, without_photons}, &S::boundary_correction,
+             {"off", "on"}),
+      count({"light samples", "", "light_samples", "", "", nullptr, "", true, without_gathering}, &S::light_samples,
+            1u << 20),
+      count({"most bounces", "", nullptr, "", "", nullptr, "", true}, &S::max_bounces, 1u << 20),
+      choice({"sampler", "", nullptr, "", "", nullptr, "", true}, &S::sampler, {"sobol", "independent"}),
+  };
+}
+
+}  // namespace
+
+const std::vector<Option>& render_options() {
+  static const std::vector<Option> options = [] {
+    std::vector<Option> all;
+    for (auto* part : {picture_options, method_options, method_flags, effort_options, machine_options, inner_options}) {
+      const std::vector<Option> rows = part();
+      all.insert(all.end(), rows.begin(), rows.end());
+    }
+    return all;
+  }();
+  return options;
+}
+
+std::string command_line_text(const Option& option, const std::string& value) {
+  if (!option.is_flag) return fmt::format("{} {}", option.name, value);
+  return value == kGiven ? option.name : fmt::format("no {}", option.name);
+}
+
+std::size_t name_index(const std::string& what, const std::string& text, const Names& names) {
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  constexpr std::size_t kMostMistakes = 2;
+  std::string remedy;
+  for (const std::string& name : names)
+    if (remedy.empty() && text.size() > kMostMistakes && edit_distance(text, name) <= kMostMistakes)
+      remedy = fmt::format("Did you mean '{}'? ", name);
+  throw Error(fmt::format("{} '{}' is not known", what, text),
+              fmt::format("{}Choose from: {}.", remedy, fmt::join(names, ", ")));
+}
+
+}  // namespace glowworm

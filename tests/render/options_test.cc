@@ -1,0 +1,116 @@
+// The table of options: its rows read what they print, and the key of a checkpoint holds what changes bits.
+#include "render/options.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "builtin/builtin.h"
+#include "core/error.h"
+#include "render/render_key.h"
+#include "render_testing.h"
+
+namespace glowworm {
+namespace {
+
+/// A tiny render in which every option has an effect but --prefer.
+RenderSettings tiny_render() {
+  RenderSettings s = by_photons(12, 1, 4, 2000);
+  s.engine = "forward";
+  s.light_samples = 2;
+  return s;
+}
+
+/// A value that an option has in none of these tests otherwise.
+std::string other_value(const Option& option, const RenderSettings& settings) {
+  // A camera may have any name; "table" is one of the scene's.
+  for (const char* text : {"table", "given", "not given", "off", "on", "independent", "path", "fixed", "cone", "never",
+                           "quality", "depth", "knn", "13x11", "3000", "77", "256M"}) {
+    RenderSettings changed = settings;
+    try {
+      option.parse(changed, text);
+    } catch (const Error&) {
+      continue;
+    }
+    if (option.print(changed) != option.print(settings)) return text;
+  }
+  ADD_FAILURE() << option.name << " takes none of the texts";
+  return "";
+}
+
+TEST(Options, ParseWhatTheyPrint) {
+  for (const Option& option : render_options()) {
+    const RenderSettings standard;
+    for (const std::string& text : {option.print(standard), other_value(option, standard)}) {
+      RenderSettings once, twice;
+      option.parse(once, text);
+      option.parse(twice, option.print(once));
+      EXPECT_EQ(option.print(once), option.print(twice)) << option.name;
+    }
+    RenderSettings changed;
+    option.parse(changed, other_value(option, changed));
+    option.parse(changed, option.print(standard));
+    EXPECT_EQ(option.print(changed), option.print(standard)) << option.name;
+  }
+}
+
+TEST(Options, RefuseWhatMakesNoSenseByNameWithTheNearestOne) {
+  RenderSettings s;
+  for (const Option& option : render_options()) {
+    if (option.name == std::string("--camera")) continue;  // any text may be one
+    try {
+      option.parse(s, "foward");
+      ADD_FAILURE() << option.name;
+    } catch (const Error& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find(std::string(option.name) + " 'foward'"), std::string::npos) << text;
+      if (option.name == std::string("--engine")) {
+        EXPECT_NE(text.find("Did you mean 'forward'?"), std::string::npos) << text;
+      }
+    }
+  }
+}
+
+/// An option of which neither holds would let a checkpoint go on to other bits.
+TEST(Options, AreInTheKeyOrChangeNoBits) {
+  // These end a render sooner or later, but change no sample; the camera is in the key as a hash of its place.
+  const std::set<std::string> ends = {"--samples", "--time", "--noise"};
+  Stage stage(builtin_scene("ajar"));
+  const RenderSettings base = tiny_render();
+  const RenderKey key = render_key(*stage.scene, base);
+  const std::vector<std::uint32_t> bits = stage.render(base).save();
+  for (const Option& option : render_options()) {
+    RenderSettings changed = base;
+    option.parse(changed, other_value(option, base));
+    const bool in_key = render_key(*stage.scene, changed) != key;
+    EXPECT_EQ(in_key, option.shows || option.name == std::string("--camera")) << option.name;
+    if (!in_key && !ends.contains(option.name)) {
+      EXPECT_EQ(stage.render(changed).save(), bits) << option.name;
+    }
+  }
+}
+
+TEST(Options, SayWhatKeepsThemFromHavingAnEffect) {
+  const auto overruled = [](const std::string& name, const RenderSettings& s) -> std::string {
+    for (const Option& option : render_options())
+      if (option.name == name) return option.has_effect(s) ? "" : option.overruled_by(s);
+    ADD_FAILURE() << name;
+    return "";
+  };
+  RenderSettings s = tiny_render();
+  EXPECT_EQ(overruled("--gather", s), "");
+  EXPECT_EQ(overruled("--reorder", s), "");
+  s.engine = "auto";
+  EXPECT_EQ(overruled("--reorder", s), "--engine auto");
+  s.progressive = true;
+  EXPECT_EQ(overruled("--prefer", s).substr(0, 13), "--progressive");
+  s.integrator = Integrator::photons;
+  EXPECT_EQ(overruled("--gather", s), "--integrator photons");
+  EXPECT_EQ(overruled("--photons", s), "");
+  s.integrator = Integrator::path;
+  EXPECT_EQ(overruled("--photons", s), "--integrator path");
+  EXPECT_EQ(overruled("--seed", s), "");
+}
+
+}  // namespace
+}  // namespace glowworm
