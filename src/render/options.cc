@@ -225,7 +225,7 @@ std::vector<Option> method_options() {
       choice({"--radius", kMethod, "radius", "", "per-photon", nullptr,
               "Radii of photons: one for each, from the density around it, or one for all", true, without_photons},
              &S::fixed_radius, {"per-photon", "fixed"}),
-      count({"--reorder", kMethod, "reorder", "N", "auto", nullptr,
+      count({"--reorder", kMethod, nullptr, "N", "auto", nullptr,
              "Engine forward: query points of an octree's cell that is not divided further (auto: sorted as "
              "far as it pays)",
              false, without_packets},

@@ -204,7 +204,7 @@ TEST_F(BadInputTest, InfoReadsNoTexelsThatItDoesNotNeed) {
   // Only reading its pixels shows that the picture is damaged.
   ASSERT_EQ(render("builtin:cornell", {"-o", "a.png", "-q"}).status, 0);
   std::string picture = read(path("a.png"));
-  picture.resize(picture.size() / 2);
+  picture.resize(picture.size() - 40);  // metadata stand before the pixels
   write("a.png", picture);
   const std::string scene = write("a.pbrt",
                                   "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n"
