@@ -141,7 +141,7 @@ TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Builtin, SlowScaledScenes, testing::ValuesIn(kScenes), scene_test_name);
+INSTANTIATE_TEST_SUITE_P(Slow, SlowScaledScenes, testing::ValuesIn(kScenes), scene_test_name);
 
 }  // namespace
 }  // namespace glowworm
