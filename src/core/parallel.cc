@@ -6,6 +6,8 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <memory>
 
 #include "core/error.h"
@@ -63,6 +65,30 @@ void run_ordered(Ordering& start, Ordering& end, const Interrupt* flag, const Ta
   task();
 }
 
+// The first exception of a loop. TBB would allocate memory to carry it, and end the program where there is none.
+class FirstFailure {
+ public:
+  template <typename Task>
+  void watch(const Task& task) noexcept {
+    try {
+      task();
+    } catch (...) {
+      if (!taken_.test_and_set()) failure_ = std::current_exception();
+      context_.cancel_group_execution();
+    }
+  }
+  tbb::task_group_context& context() { return context_; }
+  /// To be called when all pieces have ended.
+  void rethrow() {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  tbb::task_group_context context_;
+  std::atomic_flag taken_ = ATOMIC_FLAG_INIT;
+  std::exception_ptr failure_;
+};
+
 std::unique_ptr<tbb::global_control> control;
 int limit = 0;
 }  // namespace
@@ -97,13 +123,15 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
   const Interrupt* const flag = cancellation;
   started.release();
   const AtEnd acquired([&] { ended.acquire(); });
+  FirstFailure failure;
   tbb::parallel_for(
       std::size_t{0}, pieces,
       [&](std::size_t piece) {
         const std::size_t first = begin + piece * grain;
-        run_ordered(started, ended, flag, [&] { body(first, std::min(first + grain, end)); });
+        failure.watch([&] { run_ordered(started, ended, flag, [&] { body(first, std::min(first + grain, end)); }); });
       },
-      tbb::simple_partitioner());
+      tbb::simple_partitioner(), failure.context());
+  failure.rethrow();
 }
 
 void parallel_invoke(const std::function<void()>& a, const std::function<void()>& b) {
