@@ -202,8 +202,7 @@ Ray GatherRayMaker::diffuse_ray(std::size_t place) const {
 void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
   std::size_t at = out.size();
   out.resize(at + order_.size(), cell);
-  // What is written for a sample without a direction, the next one overwrites: a branch would often be foretold
-  // wrongly.
+  // A sample without a direction is overwritten by the next one: a branch would mispredict often.
   for (std::size_t place = 0; place < order_.size(); ++place) {
     out.rays[at] = diffuse_ray(place);
     out.weight[at] = weight_[place];
