@@ -14,7 +14,7 @@ constexpr std::uint32_t kServed = DiffuseTriangle::kDiffuse | DiffuseTriangle::k
 /// Triangles that fit the second cache besides the rest, and need not be fetched ahead.
 constexpr std::size_t kTrianglesInCache = 2048;
 
-/// What paths that hit nothing go through, as if it were a black surface: a branch would often be foretold wrongly.
+/// What paths that hit nothing go through, as if it were a black surface: a branch would mispredict often.
 constexpr DiffuseTriangle kNothing{{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}},    {0, 0, 1},
                                    RGB(0.0f), DiffuseTriangle::kDiffuse, 0};
 

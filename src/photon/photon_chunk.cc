@@ -237,7 +237,7 @@ class ChunkTracers::ChunkTracer {
   }
 
   /// Appends the photons that paths [first, first + count), a block, leave. What is written for a path without one, the
-  /// next one overwrites: a branch would often be foretold wrongly.
+  /// next one overwrites: a branch would mispredict often.
   void store_photons(std::size_t first, std::size_t count, int bounce) {
     PhotonChunk& photons = *result_;
     const std::size_t before = photons.count;
