@@ -84,7 +84,10 @@ class FirstFailure {
   }
 
  private:
-  tbb::task_group_context context_;
+  // Pieces run with the floating-point settings of the thread that starts the loop. Without this flag they would run
+  // with those of the thread that first used TBB: Embree does so with denormal numbers switched off.
+  tbb::task_group_context context_{tbb::task_group_context::bound,
+                                   tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings};
   std::atomic_flag taken_ = ATOMIC_FLAG_INIT;
   std::exception_ptr failure_;
 };
@@ -144,7 +147,10 @@ void parallel_invoke(const std::function<void()>& a, const std::function<void()>
   const Interrupt* const flag = cancellation;
   started.release();
   const AtEnd acquired([&] { ended.acquire(); });
-  tbb::parallel_invoke([&] { run_ordered(started, ended, flag, a); }, [&] { run_ordered(started, ended, flag, b); });
+  FirstFailure failure;
+  tbb::parallel_invoke([&] { failure.watch([&] { run_ordered(started, ended, flag, a); }); },
+                       [&] { failure.watch([&] { run_ordered(started, ended, flag, b); }); }, failure.context());
+  failure.rethrow();
 }
 
 }  // namespace glowworm

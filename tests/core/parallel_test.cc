@@ -3,10 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <mutex>
 #include <set>
 #include <stdexcept>
+#include <thread>
 #include <vector>
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
 
 namespace glowworm {
 namespace {
@@ -67,6 +73,24 @@ TEST_P(Parallel, InvokeRunsBoth) {
   parallel_invoke([&] { a = 1; }, [&] { b = 2; });
   EXPECT_EQ(a + b, 3);
 }
+
+#if defined(__x86_64__)
+/// Where the thread that first uses TBB has denormal numbers switched off, later loops of the same thread have not.
+TEST_P(Parallel, PiecesHaveTheFloatingPointSettingsOfTheCaller) {
+  std::atomic<int> lost = 0;
+  std::thread([&] {
+    volatile float denormal = std::numeric_limits<float>::denorm_min();
+    const auto look = [&] { lost += !(denormal * 1.0f > 0); };
+    const unsigned int usual = _mm_getcsr();
+    _mm_setcsr(usual | 0x8040);  // flush to zero, and denormals are zero
+    parallel_for(0, 100, 1, [](std::size_t, std::size_t) {});
+    _mm_setcsr(usual);
+    parallel_for(0, 100, 1, [&](std::size_t, std::size_t) { look(); });
+    parallel_invoke(look, look);
+  }).join();
+  EXPECT_EQ(lost, 0);
+}
+#endif
 
 INSTANTIATE_TEST_SUITE_P(Threads, Parallel, ::testing::Values(1, 2, 5));
 
