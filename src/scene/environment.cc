@@ -1,6 +1,7 @@
 #include "scene/environment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/warp.h"
@@ -45,16 +46,80 @@ Vec2 lat_long_coordinates(Vec3 d) {
   return {std::atan2(d.x, -d.z) / (2 * kPi) + 0.5f, theta * kInversePi};
 }
 
-/// Steradians of a texel of row y: exact, so that their sum is 4 pi.
+/// Integral over the sphere of the weight with which bilinear interpolation takes a texel of row y, steradians. They
+/// add up to 4 pi. In lat_long, the integral of sin(theta) times a tent over two rows, whose upper half is flat in the
+/// first row and whose lower half is flat in the last.
 double texel_solid_angle(const Environment& e, int y) {
   if (e.mapping == EnvironmentMapping::equal_area) return 4 * M_PI / (static_cast<double>(e.width) * e.height);
-  return (std::cos(M_PI * y / e.height) - std::cos(M_PI * (y + 1) / e.height)) * 2 * M_PI / e.width;
+  const double row = M_PI / e.height, around = 2 * M_PI / e.width;
+  if (e.height == 1) return 2 * around;
+  if (y == 0 || y == e.height - 1) return (1 - (std::sin(1.5 * row) - std::sin(0.5 * row)) / row) * around;
+  return 2 * std::sin((y + 0.5) * row) * (1 - std::cos(row)) / row * around;
 }
 
-RGB texel(const Environment& e, Vec2 uv) {
-  const int x = std::clamp(static_cast<int>(uv.x * e.width), 0, e.width - 1);
-  const int y = std::clamp(static_cast<int>(uv.y * e.height), 0, e.height - 1);
-  return e.pixels[static_cast<std::size_t>(y) * e.width + x];
+/// A point up to half the image beyond its edges, brought back to where that place lies on the sphere. Lat_long goes
+/// around, and repeats its first and last rows at the poles. The edges of equal_area meet themselves, turned by half.
+Vec2 wrapped(EnvironmentMapping mapping, Vec2 uv) {
+  if (mapping == EnvironmentMapping::lat_long) {
+    uv.x -= std::floor(uv.x);
+    return {uv.x, uv.y < 0 ? -uv.y : uv.y > 1 ? 2 - uv.y : uv.y};
+  }
+  if (uv.x < 0 || uv.x > 1) uv = {(uv.x < 0 ? 0 : 2) - uv.x, 1 - uv.y};
+  if (uv.y < 0 || uv.y > 1) uv = {1 - uv.x, (uv.y < 0 ? 0 : 2) - uv.y};
+  return uv;
+}
+
+/// The same for a texel up to one beyond the edges.
+std::array<int, 2> wrapped_texel(const Environment& e, int x, int y) {
+  if (e.mapping == EnvironmentMapping::lat_long)
+    return {x < 0 ? x + e.width : x >= e.width ? x - e.width : x, std::clamp(y, 0, e.height - 1)};
+  if (x < 0 || x >= e.width) x = x < 0 ? 0 : e.width - 1, y = e.height - 1 - y;
+  if (y < 0 || y >= e.height) y = y < 0 ? 0 : e.height - 1, x = e.width - 1 - x;
+  return {x, y};
+}
+
+/// Calls use(x, y, weight) for the four texels that bilinear interpolation takes at uv; the weights add up to 1.
+template <typename Use>
+void for_texels_around(const Environment& e, Vec2 uv, const Use& use) {
+  const float u = uv.x * static_cast<float>(e.width) - 0.5f, v = uv.y * static_cast<float>(e.height) - 0.5f;
+  const int x = std::clamp(static_cast<int>(std::floor(u)), -1, e.width - 1);
+  const int y = std::clamp(static_cast<int>(std::floor(v)), -1, e.height - 1);
+  const float fx = u - static_cast<float>(x), fy = v - static_cast<float>(y);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 2; ++i) {
+      const auto [tx, ty] = wrapped_texel(e, x + i, y + j);
+      use(tx, ty, (i == 0 ? 1 - fx : fx) * (j == 0 ? 1 - fy : fy));
+    }
+}
+
+const RGB& texel(const Environment& e, int x, int y) { return e.pixels[static_cast<std::size_t>(y) * e.width + x]; }
+
+/// Radiance at a point of the image, and the density per steradian with which sample_environment() gives it.
+EnvironmentValue value_at(const Environment& e, const Distribution2D& distribution, Vec2 uv) {
+  RGB sum;
+  float density = 0;
+  for_texels_around(e, uv, [&](int x, int y, float weight) {
+    sum += texel(e, x, y) * weight;
+    density += distribution.pdf({(static_cast<float>(x) + 0.5f) / static_cast<float>(e.width),
+                                 (static_cast<float>(y) + 0.5f) / static_cast<float>(e.height)}) *
+               weight;
+  });
+  const float solid_angle = environment_solid_angle(e, uv);
+  return {e.scale * sum, solid_angle > 0 ? density / solid_angle : 0.0f};
+}
+
+/// A number of [-1, 1] by the density 1 - |x|. @param u in [0, 1)
+float square_to_tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 * (1 - u)); }
+
+/// A point of the image with a density that is the bilinear interpolation of that of the texels: a texel by the
+/// distribution, then a place around its centre by the tent that interpolation weights it with.
+Vec2 sampled_point(const Environment& e, const Distribution2D& distribution, Vec2 u) {
+  const Distribution2D::Sample s = distribution.sample(u);
+  const auto place = [](std::uint32_t texel, int size, float point) {
+    const float inside = std::clamp(point * static_cast<float>(size) - static_cast<float>(texel), 0.0f, 1.0f);
+    return (static_cast<float>(texel) + 0.5f + square_to_tent(inside)) / static_cast<float>(size);
+  };
+  return wrapped(e.mapping, {place(s.x, e.width, s.point.x), place(s.y, e.height, s.point.y)});
 }
 
 }  // namespace
@@ -80,24 +145,26 @@ float environment_solid_angle(const Environment& environment, Vec2 uv) {
 
 RGB radiance(const Environment& environment, Vec3 direction) {
   if (environment.pixels.empty()) return environment.scale;
-  return environment.scale * texel(environment, environment_coordinates(environment, direction));
+  RGB sum;
+  for_texels_around(environment, environment_coordinates(environment, direction),
+                    [&](int x, int y, float weight) { sum += texel(environment, x, y) * weight; });
+  return environment.scale * sum;
 }
 
 EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction) {
   if (environment.pixels.empty()) return {environment.scale, kUniformSpherePdf};
-  const Vec2 uv = environment_coordinates(environment, direction);
-  const float solid_angle = environment_solid_angle(environment, uv);
-  return {environment.scale * texel(environment, uv), solid_angle > 0 ? distribution.pdf(uv) / solid_angle : 0.0f};
+  return value_at(environment, distribution, environment_coordinates(environment, direction));
 }
 
-EnvironmentDirection sample_environment_texel(const Environment& environment, const Distribution2D& distribution,
-                                              Vec2 u) {
+Vec3 sample_environment_direction(const Environment& environment, const Distribution2D& distribution, Vec2 u) {
+  if (distribution.empty()) return square_to_sphere(u);
+  return environment_direction(environment, sampled_point(environment, distribution, u));
+}
+
+EnvironmentDirection sample_environment(const Environment& environment, const Distribution2D& distribution, Vec2 u) {
   if (distribution.empty()) return {square_to_sphere(u), {environment.scale, kUniformSpherePdf}};
-  const Distribution2D::Sample s = distribution.sample(u);
-  const float solid_angle = environment_solid_angle(environment, s.point);
-  const RGB& texel = environment.pixels[std::size_t{s.y} * environment.width + s.x];
-  return {environment_direction(environment, s.point),
-          {environment.scale * texel, solid_angle > 0 ? s.pdf / solid_angle : 0.0f}};
+  const Vec2 uv = sampled_point(environment, distribution, u);
+  return {environment_direction(environment, uv), value_at(environment, distribution, uv)};
 }
 
 Distribution2D environment_distribution(const Environment& environment) {

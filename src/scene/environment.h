@@ -5,7 +5,8 @@
 
 namespace glowworm {
 
-/// Radiance (W sr^-1 m^-2) from a unit direction of world space, towards the environment: the texel that it falls in.
+/// Radiance (W sr^-1 m^-2) from a unit direction of world space, towards the environment: between the four texels
+/// around it, bilinearly.
 RGB radiance(const Environment& environment, Vec3 direction);
 
 /// The direction (world space, unit) that a point of the image stands for; u to the right, v downwards, both in [0, 1].
@@ -26,14 +27,16 @@ struct EnvironmentValue {
 };
 EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction);
 
-/// A direction chosen by `distribution`, as radiance_and_pdf() has it but that both are those of the texel chosen,
-/// which rounding may make the direction miss: the cheaper way where no other strategy is weighed against this one.
+/// A direction chosen by `distribution`. The density per steradian is continuous: that of the texels, interpolated as
+/// the radiance is.
+Vec3 sample_environment_direction(const Environment& environment, const Distribution2D& distribution, Vec2 u);
+
+/// The same direction with what radiance_and_pdf() says of it, to rounding.
 struct EnvironmentDirection {
   Vec3 direction;  ///< unit, world space, towards the environment
   EnvironmentValue value;
 };
-EnvironmentDirection sample_environment_texel(const Environment& environment, const Distribution2D& distribution,
-                                              Vec2 u);
+EnvironmentDirection sample_environment(const Environment& environment, const Distribution2D& distribution, Vec2 u);
 
 /// Luminance times solid angle of each texel as a distribution over the image; empty where there is no image.
 Distribution2D environment_distribution(const Environment& environment);

@@ -92,16 +92,6 @@ LightSample sample_delta(const Light& light, Vec3 position) {
   return out;
 }
 
-EnvironmentDirection sample_environment(const Scene& scene, Vec2 u) {
-  const Environment& environment = *scene.environment();
-  const Distribution2D& distribution = scene.environment_distribution();
-  const Vec3 direction =
-      distribution.empty() ? square_to_sphere(u) : environment_direction(environment, distribution.sample(u).point);
-  // Radiance and density are both read back from the direction. The density of the chosen texel would do but for
-  // rounding, which now and then moves a point over into the texel beside: the sun over the density of blue sky.
-  return {direction, radiance_and_pdf(environment, distribution, direction)};
-}
-
 EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
   const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
   const Vec2 w = square_to_triangle(u_position);
@@ -167,7 +157,7 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
 
 EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_direction) {
   const EnvironmentDirection sample =
-      sample_environment_texel(*scene.environment(), scene.environment_distribution(), u_direction);
+      sample_environment(*scene.environment(), scene.environment_distribution(), u_direction);
   if (sample.value.pdf == 0) return {};
   return emit_from_afar(scene, -sample.direction, sample.value.radiance / sample.value.pdf, u_position);
 }
@@ -186,10 +176,12 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
   } else if (choice.source < triangles + scene.lights().size()) {
     out = sample_delta(scene.lights()[choice.source - triangles], position);
   } else {
-    const EnvironmentDirection sample = sample_environment(scene, u);
-    out.direction = sample.direction;
-    out.pdf = sample.value.pdf;
-    out.radiance = sample.value.radiance;
+    const Environment& environment = *scene.environment();
+    out.direction = sample_environment_direction(environment, scene.environment_distribution(), u);
+    // Both read back from the direction, as the other strategies that it is weighed against find it.
+    const auto [radiance, pdf] = radiance_and_pdf(environment, scene.environment_distribution(), out.direction);
+    out.pdf = pdf;
+    out.radiance = radiance;
     out.distance = kInfinity;
   }
   out.pdf *= choice.probability;

@@ -106,7 +106,7 @@ TEST_P(EmissionTest, PhotonsBringWhatLightSamplesSee) {
 INSTANTIATE_TEST_SUITE_P(Lights, EmissionTest, ::testing::ValuesIn(light_cases()),
                          [](const auto& info) { return light_case_name(info.param); });
 
-constexpr int kDirectionTests = 6;
+constexpr int kDirectionTests = 7;
 
 template <class Density>
 void expect_directions(LightCase light, const Density& density) {
@@ -141,8 +141,10 @@ TEST(EmissionDirections, SpotFollowsItsFalloffUpToItsWeight) {
   }
 }
 TEST(EmissionDirections, EnvironmentFollowsItsDensity) {
-  const Scene scene(lit_floor(LightCase::lat_long));
-  expect_directions(LightCase::lat_long, [&](Vec3 w) { return environment_pdf(scene, {}, {}, -w); });
+  for (const LightCase light : {LightCase::lat_long, LightCase::equal_area}) {
+    const Scene scene(lit_floor(light));
+    expect_directions(light, [&](Vec3 w) { return environment_pdf(scene, {}, {}, -w); });
+  }
 }
 
 TEST(EmissionOrigins, LightFromAfarStartsBeforeTheScene) {

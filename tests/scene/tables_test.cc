@@ -232,5 +232,56 @@ TEST(Environment, IntegralOfWhiteIsTheWholeSphere) {
   }
 }
 
+/// Radiance at a point given in texels, from the image's upper left corner.
+RGB radiance_at(const Environment& e, float x, float y) {
+  return radiance(e, environment_direction(e, {x / static_cast<float>(e.width), y / static_cast<float>(e.height)}));
+}
+
+void expect_close(RGB a, RGB b) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-3f);
+}
+
+TEST(Environment, InterpolatesBetweenTheCentresOfTexels) {
+  for (const auto mapping : {EnvironmentMapping::lat_long, EnvironmentMapping::equal_area}) {
+    const Environment e = image_environment(mapping);
+    const RGB here = e.scale * e.pixels[2 * e.width + 5], right = e.scale * e.pixels[2 * e.width + 6];
+    const RGB above = e.scale * e.pixels[e.width + 5], across = e.scale * e.pixels[e.width + 6];
+    expect_close(radiance_at(e, 5.5f, 2.5f), here);
+    expect_close(radiance_at(e, 5.75f, 2.5f), here * 0.75f + right * 0.25f);
+    expect_close(radiance_at(e, 6, 2), (here + right + above + across) * 0.25f);
+  }
+}
+
+TEST(Environment, IsContinuousAcrossTheEdgesOfItsImage) {
+  for (const auto mapping : {EnvironmentMapping::lat_long, EnvironmentMapping::equal_area}) {
+    const Environment e = image_environment(mapping);
+    const auto size = static_cast<float>(e.height);
+    for (std::uint32_t i = 0; i < 200; ++i) {
+      const float v = Sampler(SamplerKind::sobol, 5, 0, i).next2().x * size, tiny = 1e-4f;
+      if (mapping == EnvironmentMapping::lat_long) {
+        expect_close(radiance_at(e, tiny, v), radiance_at(e, static_cast<float>(e.width) - tiny, v));
+      } else {
+        expect_close(radiance_at(e, tiny, v), radiance_at(e, tiny, size - v));
+        expect_close(radiance_at(e, v, tiny), radiance_at(e, size - v, tiny));
+      }
+    }
+  }
+}
+
+TEST(Environment, IntegralIsThatOfTheInterpolatedImage) {
+  constexpr int kSide = 512;
+  for (const auto mapping : {EnvironmentMapping::lat_long, EnvironmentMapping::equal_area}) {
+    const Environment e = image_environment(mapping);
+    double sum[3] = {0, 0, 0};
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const Vec3 d = square_to_sphere(
+          {(static_cast<float>(i % kSide) + 0.5f) / kSide, (static_cast<float>(i / kSide) + 0.5f) / kSide});
+      const RGB value = radiance(e, d);
+      for (int c = 0; c < 3; ++c) sum[c] += value[c] * 4 * kPi / (kSide * kSide);
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(environment_integral(e)[c] / sum[c], 1, 1e-3);
+  }
+}
+
 }  // namespace
 }  // namespace glowworm
