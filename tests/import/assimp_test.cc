@@ -111,7 +111,7 @@ TEST_F(AssimpTest, TellsWhatAssimpSaysOfBadFiles) {
 }
 
 TEST_F(AssimpTest, ReadsNoFormatsThatItDoesNotReadWell) {
-  for (const char* name : {"a.md2", "a.mdl", "a.md5mesh", "a.ndo", "a.csm", "a.raw"})
+  for (const char* name : {"a.md2", "a.mdl", "a.md5mesh", "a.iqm", "a.smd", "a.ndo", "a.csm", "a.raw"})
     EXPECT_THAT(message_of(write(name, "x")), HasSubstr("are not supported"));
 }
 

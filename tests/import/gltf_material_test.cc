@@ -50,6 +50,22 @@ TEST_F(GltfMaterialTest, TexturesOfMetalAndRoughness) {
   EXPECT_NEAR(evaluate(d.textures, d.materials[0].roughness_u, {0.5f, 0.5f}), 0.2f * 0.2f, 1e-5);
 }
 
+TEST_F(GltfMaterialTest, TheGammaOfAPngIsIgnored) {
+  // One pixel of code 128, and a gAMA chunk that says it is linear.
+  GltfFile file;
+  file.add("images", {{"uri",
+                       "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAABGdBTUEAAYagMeiWXwAAAAxJ"
+                       "REFUeJxjaGhoAAADBAGBS9PSEAAAAABJRU5ErkJggg=="}});
+  file.add("textures", {{"source", 0}});
+  file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                           {"emissiveTexture", {{"index", 0}}},
+                           {"emissiveFactor", {1, 1, 1}}});
+  const auto d = load(file);
+  const float srgb = std::pow((128 / 255.0f + 0.055f) / 1.055f, 2.4f);
+  EXPECT_NEAR(evaluate(d.textures, d.materials[0].reflectance, {0.5f, 0.5f}).g, srgb, 1e-4f);
+  EXPECT_NEAR(evaluate(d.textures, d.emissions[0].radiance, {0.5f, 0.5f}).g, srgb, 1e-4f);
+}
+
 TEST_F(GltfMaterialTest, AlphaModes) {
   const json base = {{"baseColorFactor", {1, 1, 1, 0.5}}};
   const auto mask = with_material({{"pbrMetallicRoughness", base}, {"alphaMode", "MASK"}, {"alphaCutoff", 0.75}});

@@ -314,6 +314,8 @@ TEST(PbrtMaterial, MistakesAreErrorsWithPlaces) {
       {"Material \"dielectric\" \"float eta\" 0", "scene.pbrt:1:23: an index of refraction must be positive"},
       {"Material \"dielectric\" \"spectrum eta\" \"no.spd\"",
        "scene.pbrt:1:23: \"no.spd\" is neither a known spectrum nor a readable file"},
+      {"Material \"conductor\" \"rgb eta\" [1 -1 1]", "scene.pbrt:1:22: \"eta\" of a conductor is (1, -1, 1)"},
+      {"Material \"conductor\" \"rgb k\" [1 -1 1]", "scene.pbrt:1:22: \"k\" of a conductor is (1, -1, 1)"},
       {"Material \"conductor\" \"rgb reflectance\" [1 1 1] \"rgb eta\" [1 1 1]",
        "scene.pbrt:1:1: a conductor with both reflectance and eta or k"},
       {"Material \"diffuse\" \"spectrum reflectance\" [500 1 400 1]",

@@ -63,6 +63,7 @@ GltfMaterials::TextureReference GltfMaterials::reference(const Info& info) {
   return out;
 }
 
+// glTF 2.0, section 3.8.3: what a file says of its transfer function (gAMA, ICC profiles) is ignored.
 std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncoding encoding) {
   const std::string name = fmt::format("textures[{}] of {}", index, document_.path);
   if (index >= static_cast<int>(document_.model->textures.size())) return textures_.missing(name, "no such texture");
@@ -130,7 +131,7 @@ void GltfMaterials::set_base(const tinygltf::Material& source, Material& materia
   const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
   material.kind = MaterialKind::metallic_roughness;
   material.reflectance.value = clamp(color_of(pbr.baseColorFactor, RGB(1.0f)), 0, 1);
-  material.reflectance.texture = node(reference(pbr.baseColorTexture), TextureEncoding::automatic);
+  material.reflectance.texture = node(reference(pbr.baseColorTexture), TextureEncoding::srgb);
   const std::uint32_t texture = node(reference(pbr.metallicRoughnessTexture), TextureEncoding::linear);
   material.metallic = {unit_range(pbr.metallicFactor), texture, Channel::blue};
   const float roughness = unit_range(pbr.roughnessFactor);
@@ -167,7 +168,7 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
                          Channel::alpha};
     material.specular_color = {
         positive(color_member(*specular, "specularColorFactor", RGB(1.0f))),
-        node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::automatic)};
+        node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::srgb)};
   }
   if (const auto* coat = find("KHR_materials_clearcoat")) {
     material.clearcoat = {unit_range(number_member(*coat, "clearcoatFactor", 0)),
@@ -193,7 +194,7 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
   }
   if (const auto* old = find("KHR_materials_pbrSpecularGlossiness")) {
     material.reflectance = {clamp(color_member(*old, "diffuseFactor", RGB(1.0f)), 0, 1),
-                            node(reference(texture_member(*old, "diffuseTexture")), TextureEncoding::automatic)};
+                            node(reference(texture_member(*old, "diffuseTexture")), TextureEncoding::srgb)};
     material.metallic = {0, kNone, Channel::blue};
     material.specular_color.value =
         positive(color_member(*old, "specularFactor", RGB(1.0f))) / kDefaultDielectricReflectance;
@@ -220,7 +221,7 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
     emission.radiance.value *= std::max(0.0f, number_member(*strength, "emissiveStrength", 1));
   }
   if (!is_black(emission.radiance.value)) {
-    emission.radiance.texture = node(reference(source.emissiveTexture), TextureEncoding::automatic);
+    emission.radiance.texture = node(reference(source.emissiveTexture), TextureEncoding::srgb);
   }
   if (source.extensions.contains("KHR_materials_unlit")) {
     notes_.add("unlit material: it emits its colour");

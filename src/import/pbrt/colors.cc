@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -199,7 +200,15 @@ std::optional<SampledSpectrum> index_spectrum(PbrtContext& context, const PbrtPa
 RGB channel_index(PbrtContext& context, const PbrtParameters& parameters, const PbrtParameter* parameter, bool is_k,
                   RGB otherwise) {
   if (parameter && parameter->type != PbrtType::spectrum) {
-    return read_color(context, parameters, *parameter, PbrtColorUse::unbounded).value_or(otherwise);
+    const RGB given = read_color(context, parameters, *parameter, PbrtColorUse::unbounded).value_or(otherwise);
+    const float least = std::min({given.r, given.g, given.b});
+    if (is_k ? least >= 0 : least > 0) return given;
+    parameters.error(
+        *parameter,
+        fmt::format("{} of a conductor is ({:g}, {:g}, {:g}): expected numbers {}", in_quotes(parameter->name), given.r,
+                    given.g, given.b, is_k ? "of at least 0" : "above 0"),
+        "Give the complex index of refraction of the metal, or a \"reflectance\".");
+    return otherwise;
   }
   if (parameter) {
     const auto spectrum = index_spectrum(context, parameters, parameter, is_k);
