@@ -180,8 +180,8 @@ RenderSettings indirect_light(const std::string& engine, int side) {
   return s;
 }
 
-/// [SF07]'s renders, without what the paper does not have: guided photons, boundary correction, a second gathering in
-/// corners.
+/// [SF07]'s renders, without what the paper does not have: guided photons, boundary correction, the secondary
+/// gather.
 RenderSettings sf07_settings(const std::string& engine, int side, std::uint32_t k) {
   RenderSettings s = indirect_light(engine, side);
   s.samples = 1;
@@ -366,7 +366,7 @@ void table_of_views(const Scenes& scenes) {
       state.mode = row.mode;
       state.gather = row.gather;
       state.part = row.mode == ViewMode::photons ? LightPart::all : LightPart::indirect;
-      state.corners = state.reuse = false;
+      state.secondary_gather = state.reuse = false;
       session.next_frame(state, clock);
       for (const bool anew : {true, false}) {
         std::vector<double> seconds;

@@ -18,7 +18,7 @@ namespace {
 RenderSettings settings_of(const RenderOptions& o) {
   if (o.width < 0 || o.height < 0) throw Error("the size of a picture is negative");
   RenderSettings s;
-  s.integrator = o.path_tracing ? Integrator::path : Integrator::photon;
+  s.integrator = o.path_tracing ? Integrator::path : Integrator::gather;
   if (!o.engine.empty()) s.engine = o.engine;
   s.width = o.width;
   s.height = o.height;

@@ -58,7 +58,7 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
 void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
   s = o.table.settings;
-  if (s.memory_bytes == 0) s.memory_bytes = usual_memory_bytes();
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   s.separate_layers = !s.aovs.empty();
   read_command_line([&] {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
@@ -114,7 +114,7 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
   std::string text = fmt::format("{}: {} triangles, {}x{} pixels, {} samples", scene.name(),
                                  scene.geometry().triangle_count(), s.width, s.height, s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
-  if (s.integrator == Integrator::photon) text += fmt::format(" x {} gather rays", s.gather);
+  if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
   if (s.photons_traced > s.photons)
     text += fmt::format(", {} photons thinned to {}", s.photons_traced, s.photons);
   else
@@ -147,10 +147,10 @@ void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
   if (o.preview && job.tasks() > 0) write_images(o, job, files, false);
 }
 
-/// Something done again and again while a render goes on: at an interval, but no more than a twentieth of the time.
-class Repeated {
+/// Limits work that repeats during a render: at least `interval_s` apart, and at most a twentieth of the time.
+class Throttle {
  public:
-  explicit Repeated(double interval_s) : interval_(interval_s), next_(interval_s) {}
+  explicit Throttle(double interval_s) : interval_(interval_s), next_(interval_s) {}
   template <typename Work>
   void run_if_due(const Job& job, Work&& work) {
     const double start = job.seconds();
@@ -168,7 +168,7 @@ class Repeated {
 /// render threw, or null.
 std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, TevStream& tev) {
   ProgressBar bar(!o.quiet);
-  Repeated checkpoint(1), preview(2), stream(0.25);
+  Throttle checkpoint(1), preview(2), stream(0.25);
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
     checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job, files); });

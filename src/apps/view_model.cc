@@ -40,8 +40,8 @@ FrameTimes times_of(const FrameCost& cost) {
 bool same_state(const ViewState& a, const ViewState& b) {
   return same_view(a.camera, b.camera) && a.lights == b.lights && a.mode == b.mode && a.part == b.part &&
          a.gather == b.gather && a.engine == b.engine && a.kernel == b.kernel && a.photons == b.photons &&
-         a.nearest == b.nearest && a.width == b.width && a.height == b.height && a.corners == b.corners &&
-         a.filter == b.filter && a.reuse == b.reuse;
+         a.nearest == b.nearest && a.width == b.width && a.height == b.height &&
+         a.secondary_gather == b.secondary_gather && a.filter == b.filter && a.reuse == b.reuse;
 }
 
 ViewModel::ViewModel(const ViewOptions& o, const Script& s, std::function<void()> wake)
@@ -96,7 +96,7 @@ bool ViewModel::take() {
       fresh.engine = state.engine;
       fresh.kernel = state.kernel;
       fresh.filter = state.filter;
-      fresh.corners = state.corners;
+      fresh.secondary_gather = state.secondary_gather;
       fresh.reuse = state.reuse;
       fresh.width = width;
       fresh.height = height;

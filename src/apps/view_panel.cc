@@ -56,7 +56,7 @@ void draw_picture(ViewModel& model) {
   ImGui::Checkbox("smooth noise", &s.filter);
   ImGui::SameLine();
   ImGui::Checkbox("reuse frames", &s.reuse);
-  ImGui::Checkbox("corners", &s.corners);
+  ImGui::Checkbox("secondary gather", &s.secondary_gather);
   ImGui::SameLine();
   bool filmic = model.tone == ToneCurve::filmic;
   if (ImGui::Checkbox("filmic", &filmic)) {

@@ -28,7 +28,7 @@ constexpr std::size_t kMostBlocks = 256;
 
 #ifdef __GLIBC__
 /// What glibc begins with, and the largest that it takes (mallopt(3)).
-constexpr std::size_t kUsualTrim = std::size_t{128} << 10, kUsualMap = std::size_t{128} << 10,
+constexpr std::size_t kDefaultTrim = std::size_t{128} << 10, kDefaultMap = std::size_t{128} << 10,
                       kLargestMap = std::size_t{32} << 20;
 #endif
 
@@ -37,8 +37,8 @@ constexpr std::size_t kUsualTrim = std::size_t{128} << 10, kUsualMap = std::size
 /// no longer those that it would have adapted to the sizes freed, for mallopt() ends that.
 void keep_free_heap([[maybe_unused]] std::size_t bytes) {
 #ifdef __GLIBC__
-  mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kUsualTrim), 1 << 30)));
-  mallopt(M_MMAP_THRESHOLD, static_cast<int>(bytes > 0 ? kLargestMap : kUsualMap));
+  mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kDefaultTrim), 1 << 30)));
+  mallopt(M_MMAP_THRESHOLD, static_cast<int>(bytes > 0 ? kLargestMap : kDefaultMap));
 #endif
 }
 

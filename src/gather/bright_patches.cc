@@ -80,7 +80,7 @@ Vec3 point_on(const Geometry& geometry, std::uint32_t triangle, Vec2 b) {
 
 }  // namespace
 
-std::uint32_t usual_patch_samples(std::uint32_t gather_rays) { return std::max(1u, gather_rays / kRaysASample); }
+std::uint32_t default_patch_samples(std::uint32_t gather_rays) { return std::max(1u, gather_rays / kRaysASample); }
 
 BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, const RadiusGrid& radii) {
   const double threshold = find_threshold(places);

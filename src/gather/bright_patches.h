@@ -85,6 +85,6 @@ float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32
                    const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each);
 
 /// How many rays to bright patches go with so many by the BSDF.
-std::uint32_t usual_patch_samples(std::uint32_t gather_rays);
+std::uint32_t default_patch_samples(std::uint32_t gather_rays);
 
 }  // namespace glowworm

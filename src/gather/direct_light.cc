@@ -48,7 +48,7 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
   return out;
 }
 
-std::uint32_t usual_light_samples(std::uint32_t gather_rays) {
+std::uint32_t default_light_samples(std::uint32_t gather_rays) {
   return std::clamp<std::uint32_t>(gather_rays / 8, 2, 16);
 }
 

@@ -34,7 +34,7 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
                                     Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts = {});
 
 /// How many light samples a gather point takes beside so many gather rays, where nothing else was asked for.
-std::uint32_t usual_light_samples(std::uint32_t gather_rays);
+std::uint32_t default_light_samples(std::uint32_t gather_rays);
 
 /// Adds to radiance.direct the light that reaches the gather points straight from the lights, by `light_samples` light
 /// samples each; `gather_rays` is how many BSDF samples the final gather adds for the same light. On all threads

@@ -158,11 +158,11 @@ class ChunkGatherer {
 
   /// Whether light that ray i meets is the final gather's to add.
   bool counts_light(std::size_t i) const {
-    return (rays_.segment[i] == Segment::again_chain && !caustic_queries_) ||
+    return (rays_.segment[i] == Segment::secondary_chain && !caustic_queries_) ||
            (rays_.segment[i] == Segment::first && settings_.light_samples > 0);
   }
 
-  /// Whether ray i, which ends at `position`, is shorter than photons there are blurred, so that it gathers again.
+  /// Whether ray i, which ends at `position`, is shorter than the photons' radius there and needs a secondary gather.
   bool is_short(std::size_t i, const Hit& hit, Vec3 position) const {
     const bool straight = rays_.segment[i] == Segment::first || rays_.segment[i] == Segment::to_patch;
     return straight && settings_.radii && hit.distance < settings_.radii->max_radius() &&
@@ -179,15 +179,15 @@ class ChunkGatherer {
           balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
                             static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
       radiance_.direct[points_.slot[p]] += rays_.weight[i] * emitted * weight;
-    } else if (rays_.segment[i] == Segment::again_chain) {
+    } else if (rays_.segment[i] == Segment::secondary_chain) {
       radiance_.indirect[points_.slot[p]] += rays_.weight[i] * emitted;
     }
   }
 
-  /// The ray ends on a broad lobe: it becomes query points, or gathers again where it is too short.
+  /// The ray ends on a broad lobe: it becomes query points, or starts a secondary gather where it is too short.
   bool arrive(std::size_t i, const Hit& hit, SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
     const RGB weight = rays_.weight[i] * factor;
-    if (is_short(i, hit, point.position)) return gather_again(i, point, bsdf, wo, weight);
+    if (is_short(i, hit, point.position)) return secondary_gather(i, point, bsdf, wo, weight);
     const std::uint32_t slot = points_.slot[rays_.point[i]];
     const Vec3 normal = face_forward(point.geometric_normal, wo);
     add_query(queries_, point.position, normal, point.frame, wo, bsdf, weight, slot);
@@ -195,7 +195,7 @@ class ChunkGatherer {
   }
 
   /// Secondary final gather: direct light by a light sample, caustics by their map, the rest by one more ray.
-  bool gather_again(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
+  bool secondary_gather(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
                     hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream), rays_.stratum[i]),
@@ -210,7 +210,7 @@ class ChunkGatherer {
     if (caustic_queries_)
       add_query(*caustic_queries_, point.position, face_forward(point.geometric_normal, wo), point.frame, wo, bsdf,
                 weight, points_.slot[p]);
-    return bounce(i, point, bsdf, wo, weight, kBroad, sampler, Segment::again);
+    return bounce(i, point, bsdf, wo, weight, kBroad, sampler, Segment::secondary);
   }
 
   /// Goes on through the sharp lobes.
@@ -223,8 +223,8 @@ class ChunkGatherer {
                                  rays_.stratum[i]),
                     points_.sample[p]);
     const RGB weight = rays_.weight[i] * factor;
-    const bool second = rays_.segment[i] == Segment::again || rays_.segment[i] == Segment::again_chain;
-    return bounce(i, point, bsdf, wo, weight, kSharp, sampler, second ? Segment::again_chain : Segment::chain);
+    const bool second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
+    return bounce(i, point, bsdf, wo, weight, kSharp, sampler, second ? Segment::secondary_chain : Segment::chain);
   }
 
   bool bounce(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight, Lobes which,

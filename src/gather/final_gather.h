@@ -16,7 +16,7 @@ struct FinalGatherSettings {
   std::uint32_t rays = 64;  ///< final gather rays of each gather point
   std::uint32_t seed = 0;
   std::uint32_t light_samples = 0;    ///< light samples of each gather point; 0: rays that hit lights are not counted
-  const RadiusGrid* radii = nullptr;  ///< photon radii; null: no second gather in corners
+  const RadiusGrid* radii = nullptr;  ///< photon radii; null: no secondary gather
   const BrightPatches* bright = nullptr;  ///< places to look at on purpose; null: none
   std::uint32_t patch_samples = 0;        ///< rays of each gather point that go there, beside `rays`
   int max_sharp_bounces = 16;
@@ -29,14 +29,14 @@ struct GatherQueries {
   /// The query points, in an order in which neighbours are close together; their weight carries the throughput of the
   /// camera path and 1/N, their gather_point is the slot.
   QueryPoints& queries;
-  /// What rays that gather again ask the caustic map, of the same kind; null: there is no such map, and lights that
-  /// they find through sharp bounces are added: seldom, and then bright.
+  /// Query points of the secondary gather, for the caustic map. Null: there is no caustic map, and lights that such
+  /// rays reach through sharp bounces are added, which is rare and noisy.
   QueryPoints* caustic_queries = nullptr;
 };
 
 /// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit
 /// lights bring (weighted against light_samples light samples), and to `radiance.indirect` the direct light at the ends
-/// of rays that gather again. The same for any number of threads. Adds to Phase::gather_rays; counts gather_rays and
+/// of the secondary gather. The same for any number of threads. Adds to Phase::gather_rays; counts gather_rays and
 /// occlusion_rays.
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
                   const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,

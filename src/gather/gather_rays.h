@@ -12,11 +12,11 @@ namespace glowworm {
 
 /// Which part of its path a gather ray is.
 enum class Segment : std::uint8_t {
-  first,        ///< straight from the gather point
-  chain,        ///< behind a sharp bounce: lights seen through it are the caustic map's
-  again,        ///< straight from a corner that gathers once more: its direct light is sampled there
-  again_chain,  ///< behind a sharp bounce after that: lights seen through it count where there is no caustic map
-  to_patch      ///< straight from the gather point to a bright patch
+  first,            ///< straight from the gather point
+  chain,            ///< behind a sharp bounce: lights seen through it are the caustic map's
+  secondary,        ///< straight from the end of a short ray (secondary gather); direct light is sampled there
+  secondary_chain,  ///< behind a sharp bounce after that: lights seen through it count where there is no caustic map
+  to_patch          ///< straight from the gather point to a bright patch
 };
 
 /// Rays under way. Arrays of one length, index i one ray; `hits` is sized by whoever traces them.

@@ -63,7 +63,7 @@ std::vector<bool> find_used(const Scene& scene) {
 
 std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& settings) {
   std::vector<std::string> notes;
-  if (settings.integrator != Integrator::photon) return notes;
+  if (settings.integrator != Integrator::gather) return notes;
   const std::vector<bool> used = find_used(scene);
   std::size_t more = 0;
   const char* caustics = settings.indirect_only ? "caustics off (--indirect-only)" : "caustics on";

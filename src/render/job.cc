@@ -139,8 +139,8 @@ PhotonMapSettings Job::map_settings(std::uint32_t pass) const {
   wanted.guide = guide_;
   wanted.demand = demand_;
   wanted.corrected = s.boundary_correction;
-  const bool gathers = s.integrator == Integrator::photon;
-  wanted.corners = gathers && s.secondary_gather;
+  const bool gathers = s.integrator == Integrator::gather;
+  wanted.secondary_gather = gathers && s.secondary_gather;
   wanted.patches = gathers && s.gather_guiding;
   if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
     wanted.more_caustic_photons =
@@ -159,7 +159,7 @@ PassSettings Job::pass_settings() const {
   pass.light_samples = s.light_samples;
   pass.seed = s.seed;
   pass.direct = pass.caustic = !s.indirect_only;
-  pass.corners = s.secondary_gather;
+  pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;
   return pass;
 }

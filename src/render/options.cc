@@ -209,11 +209,11 @@ std::vector<Option> method_options() {
   engines.insert(engines.begin(), "auto");
   const auto engine = [engines](const std::string& text) { return engines[name_index("--engine", text, engines)]; };
   return {
-      choice({"--integrator", kMethod, "integrator", "", "photon", nullptr,
-              "photon: photon mapping; path: path tracing, the reference; photons: the photon map shown "
-              "directly",
+      choice({"--integrator", kMethod, "integrator", "", "gather", nullptr,
+              "gather: photon mapping with final gathering; path: path tracing, the reference; photons: the photon "
+              "map shown directly",
               true},
-             &S::integrator, {"photon", "path", "photons"}),
+             &S::integrator, {"gather", "path", "photons"}),
       member({"--engine", kMethod, "engine", fmt::format("{}", fmt::join(engines, "|")), "auto", "auto",
               "Density engine, which looks photons up: auto is blocked, the fastest; brute is for tests of "
               "tiny pictures",
@@ -250,7 +250,8 @@ std::vector<Option> method_flags() {
             "Do not aim gather rays at small bright places (for comparison)", true, without_gathering},
            &S::gather_guiding, false),
       flag({"--no-secondary-gather", kMethod, "secondary_gather", "", "", nullptr,
-            "Do not gather a second time in corners (for comparison)", true, without_gathering},
+            "No secondary gather where gather rays are shorter than the photons' radius (for comparison)", true,
+            without_gathering},
            &S::secondary_gather, false),
       flag({"--no-guiding", kMethod, "guiding", "", "", nullptr,
             "Emit photons by the lights' power alone (for comparison)", true, without_photons},

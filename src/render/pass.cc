@@ -70,9 +70,9 @@ class PassRenderer {
     out.rays = settings_.gather;
     out.seed = settings_.seed;
     out.light_samples = settings_.direct ? settings_.light_samples : 0;
-    out.radii = settings_.corners ? &maps_.radii() : nullptr;
+    out.radii = settings_.secondary_gather ? &maps_.radii() : nullptr;
     out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
-    out.patch_samples = usual_patch_samples(settings_.gather);
+    out.patch_samples = default_patch_samples(settings_.gather);
     return out;
   }
 
@@ -81,8 +81,8 @@ class PassRenderer {
     const FinalGatherSettings gather = gather_settings();
     const std::size_t rays_each = gather.rays + (gather.looks_at_patches() ? gather.patch_samples : 0);
     const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
-    const DensityEngine* caustics = settings_.corners && settings_.indirect ? maps_.caustic_engine() : nullptr;
-    // A ray that gathers again asks both maps.
+    const DensityEngine* caustics = settings_.secondary_gather && settings_.indirect ? maps_.caustic_engine() : nullptr;
+    // The secondary gather looks up both maps.
     const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
     const auto queries_at_once =
         static_cast<std::size_t>(std::min<std::uint64_t>(settings_.queries_at_once, budget_.available() / bytes_each));
@@ -90,8 +90,8 @@ class PassRenderer {
     const auto trace = [&](std::size_t first) {
       check_cancelled();
       final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
-                   {memory_.queries, caustics ? &memory_.corner_queries : nullptr}, statistics_);
-      if (caustics) look_up(memory_.corner_queries, *caustics, out_.radiance.indirect);
+                   {memory_.queries, caustics ? &memory_.secondary_queries : nullptr}, statistics_);
+      if (caustics) look_up(memory_.secondary_queries, *caustics, out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
     if (!settings_.by_disk) {
@@ -153,7 +153,7 @@ class PassRenderer {
 
 void PassMemory::clear() {
   points = GatherPoints();
-  queries = corner_queries = QueryPoints();
+  queries = secondary_queries = QueryPoints();
   found = LargeVector<RGB>();
   reservation.reset();
 }
@@ -161,8 +161,8 @@ void PassMemory::clear() {
 void PassMemory::keep(MemoryBudget& budget) {
   const std::uint64_t bytes =
       points.slot.capacity() * GatherPoints::kBytesEach + queries.position.capacity() * QueryPoints::kBytesEach +
-      queries.bsdfs.capacity() * sizeof(QueryBsdf) + corner_queries.position.capacity() * QueryPoints::kBytesEach +
-      corner_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
+      queries.bsdfs.capacity() * sizeof(QueryBsdf) + secondary_queries.position.capacity() * QueryPoints::kBytesEach +
+      secondary_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
   reservation.reset();
   if (bytes > budget.available() / 2)
     clear();

@@ -31,7 +31,7 @@ struct PassSettings {
   std::uint32_t light_samples = 0;  ///< light samples of each gather point
   std::uint32_t seed = 0;
   bool direct = true, indirect = true, caustic = true;  ///< parts of gathered light that are wanted
-  bool corners = true;                                  ///< short gather rays gather again (FinalGatherSettings::radii)
+  bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   bool patches = true;                                  ///< some gather rays go to bright patches
   std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, where the budget allows
   bool by_disk = false;  ///< kind gather: query points go through a file (density/query_store.h)
@@ -49,7 +49,7 @@ struct PassResult {
 struct PassMemory {
   GatherPoints points;
   QueryPoints queries;
-  QueryPoints corner_queries;          ///< of rays that gather again, for the caustic map
+  QueryPoints secondary_queries;       ///< of the secondary gather, for the caustic map
   LargeVector<RGB> found;              ///< radiance of the query points
   std::uint64_t most_query_bytes = 0;  ///< the most that query points took at once
   PagedCounts paged;                   ///< what went through the caches of files

@@ -114,7 +114,8 @@ bool PhotonMaps::is_done() const {
     return map.count == 0 || (map.indexed && (map.corrected || !settings_.corrected));
   };
   return traced_ && global_.indexed && done(global_) && done(caustic_) && caustic_passes_ >= caustic_passes() &&
-         (gridded_ || !settings_.corners) && (patched_ || !settings_.patches) && (diagnosis_ || !settings_.diagnosed);
+         (gridded_ || !settings_.secondary_gather) && (patched_ || !settings_.patches) &&
+         (diagnosis_ || !settings_.diagnosed);
 }
 
 void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, Statistics& statistics) {
@@ -218,7 +219,7 @@ void PhotonMaps::index(Map& map, Statistics& statistics) const {
 void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
   if (!global_.measured) gridded_ = patched_ = false;
   bring_up(global_, settings_.nearest, tracer, statistics);
-  if ((settings_.corners || settings_.patches) && !gridded_) {
+  if ((settings_.secondary_gather || settings_.patches) && !gridded_) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     radius_grid_ = RadiusGrid(global_.photons.position, scaled(global_.radii.radii, settings_.radius_scale));
     gridded_ = true;

@@ -34,9 +34,9 @@ struct PhotonMapSettings {
   std::shared_ptr<const PhotonDemand> demand;
 
   // Steps that a view in motion may leave out. Where they are done already, they stay.
-  bool corrected = false;  ///< make up for kernels that reach over edges (render/boundary.h)
-  bool corners = false;    ///< PhotonMaps::radii()
-  bool patches = false;    ///< PhotonMaps::bright_patches()
+  bool corrected = false;         ///< make up for kernels that reach over edges (render/boundary.h)
+  bool secondary_gather = false;  ///< PhotonMaps::radii()
+  bool patches = false;           ///< PhotonMaps::bright_patches()
   /// Photons that further passes may trace to make the caustic map less noisy; 0: no further passes.
   std::uint64_t more_caustic_photons = 0;
 
@@ -87,7 +87,7 @@ class PhotonMaps {
   const DensityEngine* caustic_engine() const { return caustic_.engine.get(); }
   /// Over counts instead of flux; null unless PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_.get(); }
-  /// Radii by place, for the second gather in corners; empty unless PhotonMapSettings::corners.
+  /// Radii by place, for the secondary gather; empty unless PhotonMapSettings::secondary_gather.
   const RadiusGrid& radii() const { return radius_grid_; }
   /// Places to look at on purpose; none unless PhotonMapSettings::patches.
   const BrightPatches& bright_patches() const { return patches_; }

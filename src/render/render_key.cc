@@ -69,7 +69,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s) {
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
   // With little time the caustic map gets no passes of its own.
-  if (s.integrator == Integrator::photon)
+  if (s.integrator == Integrator::gather)
     key.push_back({"length of --time", has_time_for_caustics(s) ? "long or none" : "short"});
   return key;
 }

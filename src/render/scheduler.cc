@@ -46,9 +46,9 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 }
 
 /// Query points of a portion with which all portions of the render together cost the least, where photons leave it.
-std::uint64_t worthwhile_queries(const RenderSettings& settings) {
+std::uint64_t query_batch_size(const RenderSettings& settings) {
   // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its portions.
-  const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kUsualSamples;
+  const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kDefaultSamples;
   // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon =
@@ -75,7 +75,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
                             static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
                 "Give a larger --memory, a smaller image, fewer --photons or fewer --threads.");
   const std::uint64_t left = room - rays;
-  const bool gathers = settings.integrator == Integrator::photon;
+  const bool gathers = settings.integrator == Integrator::gather;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
   // A part is left free for what allocators hold beside.
   const std::uint64_t for_queries = (left - kSmallestSlots * kBytesPerSlot) / 8 * 7;
@@ -91,7 +91,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
     schedule.queries_at_once =
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
   else if (gathers)
-    schedule.queries_at_once = std::min<std::size_t>(schedule.queries_at_once, worthwhile_queries(settings));
+    schedule.queries_at_once = std::min<std::size_t>(schedule.queries_at_once, query_batch_size(settings));
   const std::uint64_t task_queries =
       std::min<std::uint64_t>(schedule.by_disk ? kMostOnDisk : schedule.queries_at_once, most_timed_queries(settings));
   // A task as large as a portion of its query points, so that a picture comes in even steps.

@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Camera samples of a render that ends by time or noise, at most.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
-constexpr std::uint32_t kUsualGather = 25;
+constexpr std::uint32_t kDefaultGather = 25;
 /// Photons of a render, within what its picture is worth: one for so many gather rays, since a photon costs as much as
 /// some tens of them, and more photons than the rays can tell apart make no better picture. The least is what a room
 /// needs in which most light stays behind a door: one map's noise lies over all of a picture, however small.
@@ -51,7 +51,7 @@ void resolve_size(RenderSettings& s, const Scene& scene) {
 double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
 
 void resolve_gather(RenderSettings& s) {
-  double gather = kUsualGather;
+  double gather = kDefaultGather;
   if (s.time_limit_s > 0) {
     const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
     gather = std::min(gather, queries / pixel_count(s));
@@ -60,7 +60,7 @@ void resolve_gather(RenderSettings& s) {
 }
 
 void resolve_photons(RenderSettings& s) {
-  const double samples = std::min(s.samples, std::max(kUsualSamples, kUsualSamples * kUsualGather / s.gather));
+  const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
   double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, kFewestPhotons, kMostPhotons);
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
@@ -85,7 +85,7 @@ bool has_time_for_caustics(const RenderSettings& settings) {
   return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastSeconds);
 }
 
-std::uint64_t usual_memory_bytes() {
+std::uint64_t default_memory_bytes() {
   const std::uint64_t half = physical_memory_bytes() / 2;
   return half > kMemoryStep ? half / kMemoryStep * kMemoryStep : half;
 }
@@ -97,21 +97,21 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   engine_traits(s.engine);  // throws where there is no such engine
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
-  if (s.memory_bytes == 0) s.memory_bytes = usual_memory_bytes();
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   if (!s.aovs.empty()) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
   } else {
     s.engine = engine_traits(s.engine).name;
-    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kUsualSamples;
+    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kDefaultSamples;
     if (s.gather == 0) resolve_gather(s);
     if (s.photons == 0) resolve_photons(s);
     s.photons_traced = std::max(s.photons_traced, s.photons);
     // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
     // lower than 30.
     if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : 50;
-    if (s.light_samples == 0) s.light_samples = usual_light_samples(s.gather);
+    if (s.light_samples == 0) s.light_samples = default_light_samples(s.gather);
   }
   return s;
 }
@@ -129,10 +129,10 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                                       : fmt::format("{} samples: enough for edges{}", chosen.samples,
                                                     by_photons ? ", while gather rays see to the rest" : " and light"));
   if (!by_photons) return notes;
-  note(asked.gather == 0 && chosen.integrator == Integrator::photon,
+  note(asked.gather == 0 && chosen.integrator == Integrator::gather,
        fmt::format("{} gather rays a sample: {}", chosen.gather,
-                   chosen.gather < kUsualGather ? "as many as give a first image within a quarter of the time"
-                                                : "the usual number, 400 a pixel with 16 samples"));
+                   chosen.gather < kDefaultGather ? "as many as give a first image within a quarter of the time"
+                                                  : "the usual number, 400 a pixel with 16 samples"));
   note(asked.photons == 0, fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}{}",
                                        chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons,
                                        chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));

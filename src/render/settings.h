@@ -12,7 +12,7 @@ namespace glowworm {
 class Scene;
 
 enum class Integrator : std::uint8_t {
-  photon,   ///< photon mapping with final gathering
+  gather,   ///< photon mapping with final gathering
   path,     ///< path tracing: the reference
   photons,  ///< the photon map shown directly, without final gathering
 };
@@ -35,11 +35,11 @@ enum class Preference : std::uint8_t {
 inline constexpr int kLargestPictureSide = 65536;
 
 /// Camera samples of a pixel where nobody says how many, and that cost models reckon with.
-inline constexpr std::uint32_t kUsualSamples = 16;
+inline constexpr std::uint32_t kDefaultSamples = 16;
 
 /// Settings of a render. 0 (or "auto", or empty) is automatic everywhere; resolve() replaces those by numbers.
 struct RenderSettings {
-  Integrator integrator = Integrator::photon;
+  Integrator integrator = Integrator::gather;
   std::string engine = "auto";
   std::uint32_t samples = 0;         ///< camera samples of each pixel
   std::uint32_t gather = 0;          ///< final gather rays of each camera sample
@@ -60,9 +60,9 @@ struct RenderSettings {
   double time_limit_s = 0;  ///< stops after the task under way; 0: no limit
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
   bool indirect_only = false;
-  bool progressive = false;  ///< photons of its own for every pass, radii that shrink from pass to pass
-  bool guiding = true;       ///< photons emitted where the image needs them (render/photon_guiding.h)
-  bool secondary_gather = true;
+  bool progressive = false;         ///< photons of its own for every pass, radii that shrink from pass to pass
+  bool guiding = true;              ///< photons emitted where the image needs them (render/photon_guiding.h)
+  bool secondary_gather = true;     ///< gather rays shorter than the photons' radius gather again at their end
   bool gather_guiding = true;       ///< some gather rays look for small bright places (gather/bright_patches.h)
   bool boundary_correction = true;  ///< make up for kernels that reach over edges (render/boundary.h)
   int max_bounces = 64;             ///< bounces of a path at most (Russian roulette ends nearly all earlier)
@@ -82,7 +82,7 @@ std::vector<std::string> aov_names();
 bool has_time_for_caustics(const RenderSettings& settings);
 
 /// Memory of a render that is not told: half of the machine's, rounded down so that it is the same at every start.
-std::uint64_t usual_memory_bytes();
+std::uint64_t default_memory_bytes();
 
 /// The settings with every automatic value replaced. What shows in the picture is chosen from the scene and the other
 /// settings alone: never from the machine, its cores or its memory. Throws Error for what cannot be (a size of 0, an

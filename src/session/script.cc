@@ -31,7 +31,7 @@ void play_settings(const ScriptMove& move, const Scene& scene, ViewState& state)
   state.photons = move.photons.value_or(state.photons);
   state.filter = move.filter.value_or(state.filter);
   state.reuse = move.reuse.value_or(state.reuse);
-  state.corners = move.corners.value_or(state.corners);
+  state.secondary_gather = move.secondary_gather.value_or(state.secondary_gather);
 }
 
 void play_sun(const ScriptLight& wanted, float step, const RigLight& light, Vec3 up, LightEdit& edit) {

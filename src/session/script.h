@@ -36,7 +36,7 @@ struct ScriptMove {
   std::optional<std::string> camera, mode, part, engine, kernel;
   std::optional<std::uint32_t> gather, nearest;
   std::optional<std::uint64_t> photons;
-  std::optional<bool> filter, reuse, corners;
+  std::optional<bool> filter, reuse, secondary_gather;
   std::optional<ScriptLight> light;
   std::optional<std::string> screenshot;  ///< file to write at the first frame
   std::optional<std::string> drop;        ///< scene to load at the first frame

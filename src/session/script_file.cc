@@ -120,10 +120,10 @@ WindowAction read_window(const Entry& entry) {
 }
 
 ScriptMove read_move(const json& object, const std::string& place) {
-  const Entry entry(object, place,
-                    {"at",    "from",    "to",     "orbit",      "look",   "fly",     "focus",   "camera",
-                     "mode",  "part",    "engine", "kernel",     "gather", "nearest", "photons", "filter",
-                     "reuse", "corners", "light",  "screenshot", "drop",   "resize",  "window"});
+  const Entry entry(object, place, {"at",     "from",       "to",      "orbit",  "look",   "fly",
+                                    "focus",  "camera",     "mode",    "part",   "engine", "kernel",
+                                    "gather", "nearest",    "photons", "filter", "reuse",  "secondary_gather",
+                                    "light",  "screenshot", "drop",    "resize", "window"});
   ScriptMove move;
   if (entry.has("at")) {
     move.from = *entry.count("at", 0, kMostFrames);
@@ -147,7 +147,7 @@ ScriptMove read_move(const json& object, const std::string& place) {
   move.photons = entry.count("photons", 1, 1u << 30);
   move.filter = entry.flag("filter");
   move.reuse = entry.flag("reuse");
-  move.corners = entry.flag("corners");
+  move.secondary_gather = entry.flag("secondary_gather");
   if (entry.has("light")) move.light = read_light(entry, place);
   move.screenshot = entry.text("screenshot");
   move.drop = entry.text("drop");

@@ -121,10 +121,10 @@ Session::Change Session::compare(const ViewState& state) const {
   Change change;
   change.camera = !same_view(state.camera, state_.camera);
   change.lights = state.lights != state_.lights;
-  change.picture = state.mode != state_.mode || state.part != state_.part || state.corners != state_.corners ||
-                   state.gather != state_.gather || state.engine != state_.engine || state.kernel != state_.kernel ||
-                   state.photons != state_.photons || state.nearest != state_.nearest || state.width != state_.width ||
-                   state.height != state_.height;
+  change.picture = state.mode != state_.mode || state.part != state_.part ||
+                   state.secondary_gather != state_.secondary_gather || state.gather != state_.gather ||
+                   state.engine != state_.engine || state.kernel != state_.kernel || state.photons != state_.photons ||
+                   state.nearest != state_.nearest || state.width != state_.width || state.height != state_.height;
   return change;
 }
 
@@ -164,7 +164,7 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
   wanted.kernel = state.kernel;
   wanted.seed = settings_.seed;
   wanted.max_bounces = photon_bounces(RenderSettings().max_bounces);
-  wanted.corners = gathers && state.corners && !(moving && settings_.adapt);
+  wanted.secondary_gather = gathers && state.secondary_gather && !(moving && settings_.adapt);
   wanted.diagnosed = needs_diagnosis(state.mode);
   if (moving || !shows_light(state.mode)) return wanted;
   wanted.corrected = true;
@@ -296,13 +296,13 @@ PassSettings Session::pass_settings(const ViewState& state, const FrameEffort& e
   pass.width = scaled(state.width, effort.scale);
   pass.height = scaled(state.height, effort.scale);
   pass.gather = effort.gather;
-  pass.light_samples = usual_light_samples(effort.gather);
+  pass.light_samples = default_light_samples(effort.gather);
   pass.seed = settings_.seed;
   const auto wants = [&](LightPart part) { return state.part == LightPart::all || state.part == part; };
   pass.direct = wants(LightPart::direct);
   pass.indirect = wants(LightPart::indirect);
   pass.caustic = wants(LightPart::caustic);
-  pass.corners = state.corners && !(moving && settings_.adapt);
+  pass.secondary_gather = state.secondary_gather && !(moving && settings_.adapt);
   pass.patches = !moving && state.mode == ViewMode::gather;
   return pass;
 }

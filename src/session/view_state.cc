@@ -7,7 +7,7 @@ namespace glowworm {
 
 RenderSettings render_settings(const ViewState& state) {
   RenderSettings settings;
-  settings.integrator = state.mode == ViewMode::photons ? Integrator::photons : Integrator::photon;
+  settings.integrator = state.mode == ViewMode::photons ? Integrator::photons : Integrator::gather;
   settings.engine = state.engine;
   settings.kernel = state.kernel;
   settings.photons = state.photons;

@@ -46,7 +46,7 @@ struct ViewState {
   std::uint64_t photons = 500'000;  ///< in the global map
   std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch
   int width = 512, height = 512;    ///< pixels
-  bool corners = true;              ///< short gather rays gather again, which is slower and sharper
+  bool secondary_gather = true;     ///< sharper corners, slower
   bool filter = false;              ///< the edge-aware filter of the preview
   bool reuse = true;                ///< take earlier frames over where they show the same surface
 };

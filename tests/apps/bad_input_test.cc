@@ -225,7 +225,7 @@ TEST_F(BadInputTest, NoPixelIsEverInfinite) {
                                   "LookAt 0 -3 2  0 0 0  0 0 1 Camera \"perspective\" \"float fov\" 10 WorldBegin\n"
                                   "LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"point3 from\" [0 0 0.2]\n"
                                   "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0 1 -1 0 -1 1 0 1 1 0]\n");
-  for (const char* integrator : {"photon", "path", "photons"}) {
+  for (const char* integrator : {"gather", "path", "photons"}) {
     const Outcome outcome = render(scene, {"-o", "a.exr", "-o", "a.png", "--precision", "float", "--integrator",
                                            integrator, "--aov", "direct,indirect"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;

@@ -157,7 +157,7 @@ TEST_F(StatisticsTest, CountsOfAClosedBoxAreKnown) {
   }
 }
 
-TEST_F(StatisticsTest, SecondGatherTracesMoreRaysThanItAsks) {
+TEST_F(StatisticsTest, SecondaryGatherTracesMoreRaysThanItAsks) {
   const json with = statistics("builtin:furnace-box", {})["count"];
   const json without = statistics("builtin:furnace-box", {"--no-secondary-gather"})["count"];
   EXPECT_GT(with["gather_rays"], without["gather_rays"]);
@@ -200,7 +200,7 @@ TEST_F(StatisticsTest, NoMoreLanesAreActiveThanThereAre) {
 }
 
 TEST_F(StatisticsTest, PhasesFitIntoTheTotal) {
-  for (const char* integrator : {"photon", "path", "photons"}) {
+  for (const char* integrator : {"gather", "path", "photons"}) {
     const json s = statistics("builtin:cornell", {"--integrator", integrator});
     double sum = 0;
     for (const auto& [phase, seconds] : s["time_s"].items()) {

@@ -1,4 +1,4 @@
-// Gather rays that meet glass, and rays that gather again in corners.
+// Gather rays that meet glass, and the secondary gather.
 #include "gather/final_gather.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Holds pictures to those that another renderer made of the same files: a table, and pictures of the differences.
-// usage: reference_pictures [--integrator photon|path] [--rgb] [--photons N] [NAME...]
+// usage: reference_pictures [--integrator gather|path] [--rgb] [--photons N] [NAME...]
 // Where saturated colours light each other, they are traced as that renderer does it, as smooth spectra; --rgb traces
 // them as three numbers, as the program does. Exit status 1 where a mean is off by more than 2%, or a block by more
 // than noise and BlockTolerance explain.
@@ -54,7 +54,7 @@ constexpr ReferencePicture kPictures[] = {
 };
 
 struct Options {
-  Integrator integrator = Integrator::photon;
+  Integrator integrator = Integrator::gather;
   bool rgb = false;
   std::uint64_t photons = 500'000;
   std::vector<std::string> names;  // none: all
@@ -189,8 +189,8 @@ Options parse(int argc, char** argv) {
       options.names.push_back(argument);
     } else {
       const std::string name = ++i < argc ? argv[i] : "";
-      if (name != "path" && name != "photon") throw Error("--integrator wants photon or path");
-      options.integrator = name == "path" ? Integrator::path : Integrator::photon;
+      if (name != "path" && name != "gather") throw Error("--integrator is gather or path");
+      options.integrator = name == "path" ? Integrator::path : Integrator::gather;
     }
   }
   for (const std::string& name : options.names)

@@ -100,7 +100,7 @@ TEST_F(CheckpointTest, OtherSettingsAreRefusedByNameWithARemedy) {
   refused([](RenderSettings& s) { s.engine = "knn"; }, {"--engine is ", " there and knn here"});
   refused([](RenderSettings& s) { s.progressive = true; }, {"--progressive", "Give no --progressive"});
   refused([](RenderSettings& s) { s.separate_layers = false; }, {"with --aov", "Give --aov"});
-  refused([](RenderSettings& s) { s.integrator = Integrator::path; }, {"--integrator is photon there and path here"});
+  refused([](RenderSettings& s) { s.integrator = Integrator::path; }, {"--integrator is gather there and path here"});
 }
 
 TEST_F(CheckpointTest, OtherScenesAreRefusedByWhatDiffers) {

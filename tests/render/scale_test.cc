@@ -43,7 +43,7 @@ RenderSettings settings_of(Integrator integrator, int side, std::uint32_t sample
   return integrator == Integrator::path ? by_path(side, samples) : by_photons(side, samples, 16, 5000, "blocked");
 }
 
-constexpr Integrator kIntegrators[] = {Integrator::path, Integrator::photon, Integrator::photons};
+constexpr Integrator kIntegrators[] = {Integrator::path, Integrator::gather, Integrator::photons};
 
 class ScaledScenes : public testing::TestWithParam<const char*> {};
 
@@ -113,7 +113,7 @@ class SlowScaledScenes : public testing::TestWithParam<const char*> {};
 /// of the 1,776 means.
 TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
   constexpr double kErrors = 8;
-  for (const Integrator integrator : {Integrator::path, Integrator::photon}) {
+  for (const Integrator integrator : {Integrator::path, Integrator::gather}) {
     const RenderSettings settings = settings_of(integrator, kSide, 2);
     const auto means_of = [&](const SceneDescription& d) {
       const Stage stage(d);

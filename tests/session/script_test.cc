@@ -37,7 +37,7 @@ TEST_F(ScriptTest, SpreadsMovesOverFrames) {
 
 TEST_F(ScriptTest, SetsWhatItNames) {
   play_all(R"({"moves": [{"at": 1, "mode": "photons", "engine": "forward", "kernel": "cone", "part": "indirect",
-              "gather": 64, "photons": 1000, "nearest": 20, "filter": true, "reuse": false, "corners": false}]})",
+              "gather": 64, "photons": 1000, "nearest": 20, "filter": true, "reuse": false, "secondary_gather": false}]})",
            3);
   EXPECT_EQ(state_.mode, ViewMode::photons);
   EXPECT_EQ(state_.engine, "forward");
@@ -48,7 +48,7 @@ TEST_F(ScriptTest, SetsWhatItNames) {
   EXPECT_EQ(state_.nearest, 20u);
   EXPECT_TRUE(state_.filter);
   EXPECT_FALSE(state_.reuse);
-  EXPECT_FALSE(state_.corners);
+  EXPECT_FALSE(state_.secondary_gather);
 }
 
 TEST_F(ScriptTest, MovesTheSun) {
