@@ -1,5 +1,4 @@
-// Density estimation alone: sums over photons around points. Needs neither a scene nor a ray tracer: link
-// glowworm::density.
+// Density estimation without a scene or a ray tracer: sums over photons around points. Link glowworm::density.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -12,7 +11,7 @@
 
 namespace glowworm::api {
 
-/// Kernels K(d) over the unit disc, d being distance over radius. Each integrates to 1 over the disc.
+/// Kernels K(d) over the unit disc, where d is distance / radius. Each integrates to 1 over the disc.
 enum class Kernel : std::uint8_t {
   box,           ///< 1 / pi
   cone,          ///< 3 / pi (1 - d)
@@ -23,16 +22,17 @@ enum class Kernel : std::uint8_t {
 /// Photons as arrays of one length n. They are copied.
 struct PhotonArrays {
   std::span<const Vec3> position;  ///< n, metres
-  std::span<const Rgb> flux;       ///< n, W, or whatever you want summed
-  /// n, unit, on the side where the photon arrived; or empty: all photons count.
+  std::span<const Rgb> flux;       ///< n, W, or any other quantity to sum
+  /// n, unit, on the side where the photon arrived. Empty: every photon counts.
   std::span<const Vec3> normal;
 };
 
-/// Radii in metres, one a photon, such that about k photons lie within each (Havran, Herzog, Seidel 2005, section
-/// 6.1). All threads; the same for any number of them. Throws Error for k = 0 and positions that are not finite.
+/// Returns one radius in metres for each photon, so that about k photons lie within it (Havran, Herzog, Seidel 2005,
+/// section 6.1). Uses all threads; the result does not depend on their number. Throws Error for k = 0 and
+/// positions that are not finite.
 std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k = 50);
 
-/// An index over photons that answers any number of batches of points.
+/// An index over photons. It serves any number of batches of points.
 class DensityIndex {
  public:
   /// One radius for all photons (Singh and Faloutsos 2007, equation 2).
@@ -45,13 +45,13 @@ class DensityIndex {
   DensityIndex(DensityIndex&&) noexcept;
   DensityIndex& operator=(DensityIndex&&) noexcept;
 
-  /// For each point x the sum over photons j with |x - y_j| < h_j of K(|x - y_j| / h_j) / h_j^2 times flux_j: with flux
-  /// in W the irradiance in W m^-2. All threads; the same bits for any number of them. Large batches are faster for
-  /// each point than small ones. May be called from several threads at once.
+  /// Returns for each point x the sum over photons j with |x - y_j| < h_j of K(|x - y_j| / h_j) / h_j^2 times flux_j.
+  /// With flux in W this is the irradiance in W m^-2. Uses all threads; the result is the same, bit for bit, for any
+  /// number of them. Large batches cost less per point. Several threads may call it at once.
   /// @param position m points, metres
-  /// @param normal   m unit normals, where the photons have normals: those count whose normal is less than 45 degrees
-  ///                 away; empty where the photons have none
-  /// Throws Error for lengths that differ.
+  /// @param normal   m unit normals if the photons have normals: a photon counts if its normal is less than 45 degrees
+  /// away. Empty if the photons have none.
+  /// Throws Error if the lengths differ.
   std::vector<Rgb> sum(std::span<const Vec3> position, std::span<const Vec3> normal = {}) const;
 
   std::size_t photon_count() const;
@@ -61,7 +61,7 @@ class DensityIndex {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Threads that the library uses from now on; 0: one for each that the machine runs at once.
+/// Sets the number of threads that the library uses; 0: one for each hardware thread.
 void set_threads(int threads);
 
 }  // namespace glowworm::api

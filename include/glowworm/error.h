@@ -12,17 +12,17 @@ struct FilePlace {
   int column = 0;
 };
 
-/// A failure with a message for a person: what is wrong, where, and what to do about it.
+/// An error with a message for the user: what is wrong, where, and what to do about it.
 class Error : public std::runtime_error {
  public:
   /// @param message what was found and what was expected
-  /// @param remedy  what the person can do; may be empty
+  /// @param remedy  what the user can do; may be empty
   explicit Error(const std::string& message, const std::string& remedy = "");
-  /// The same with the place of the mistake in front of the message.
+  /// As above, with the place of the error in front of the message.
   Error(const FilePlace& place, const std::string& message, const std::string& remedy = "");
 };
 
-/// Thrown where work was cancelled.
+/// Thrown by work that was cancelled.
 class Cancelled : public std::runtime_error {
  public:
   Cancelled() : std::runtime_error("cancelled") {}

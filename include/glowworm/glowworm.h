@@ -1,5 +1,5 @@
-// Glowworm's public interface. Names in glowworm::api, and glowworm::Error, stay as they are within a minor version;
-// all other names that you may see in the library belong to its inside.
+// Glowworm's public interface. Names in glowworm::api, and glowworm::Error, are stable within a minor version. All
+// other names in the library are private.
 #pragma once
 #include "glowworm/density.h"
 #include "glowworm/error.h"

@@ -10,19 +10,19 @@
 
 namespace glowworm::api {
 
-/// What you ask of a render. 0 and "" leave the choice to Glowworm.
+/// Settings of a render. 0 and "" leave the choice to Glowworm.
 struct RenderOptions {
   int width = 0, height = 0;      ///< pixels
   std::uint32_t samples = 0;      ///< camera samples of each pixel
   std::uint32_t gather = 0;       ///< final gather rays of each camera sample
   std::uint64_t photons = 0;      ///< in the global map
   std::string engine;             ///< density engine: "blocked", "forward", "reverse", "knn", "single"
-  bool path_tracing = false;      ///< by the path tracer, the reference, in place of photon maps
-  bool progressive = false;       ///< new photons and smaller radii in every pass: converges to the truth
-  std::uint32_t seed = 0;         ///< one seed, one picture, bit for bit
-  double time_limit = 0;          ///< seconds; stops after the part under way
+  bool path_tracing = false;      ///< use the path tracer, the reference, instead of photon maps
+  bool progressive = false;       ///< new photons and smaller radii in every pass: converges to the exact solution
+  std::uint32_t seed = 0;         ///< the same seed gives the same picture, bit for bit
+  double time_limit = 0;          ///< seconds; stops after the task under way
   double noise_target = 0;        ///< relative standard error of the picture at which it stops
-  std::uint64_t memory = 0;       ///< bytes beside the scene
+  std::uint64_t memory = 0;       ///< bytes, in addition to the scene
   std::string camera;             ///< name; "": the scene's first
   std::vector<std::string> aovs;  ///< further layers: emitted, direct, indirect, caustic, albedo, normal, depth
 };
@@ -36,34 +36,34 @@ struct Picture {
   int width = 0, height = 0;
   std::vector<Plane> planes;
 
-  /// The plane of that name. Throws Error that lists the names there are.
+  /// Returns the plane of that name. Throws Error, which lists the existing names, if there is none.
   std::span<const float> plane(const std::string& name) const;
 };
 
-/// Writes a picture by the ending of the path: .exr with all planes, linear; .png with R, G, B through a filmic curve.
-/// The file appears whole or not at all. Throws Error where it cannot be written.
+/// Writes a picture in the format of the path's extension: .exr with all planes, linear; .png with R, G, B and a filmic
+/// tone curve. The file appears whole or not at all. Throws Error if it cannot be written.
 void write_picture(const std::string& path, const Picture& picture);
 
-/// A render in a thread of its own, which uses all threads that set_threads() allows.
+/// A render in its own thread. It uses as many threads as set_threads() allows.
 class Render {
  public:
-  /// Starts at once. Throws Error for options that make no sense.
+  /// Starts the render. Throws Error for settings that make no sense.
   Render(const Scene& scene, const RenderOptions& options);
   ~Render();  ///< cancels and waits
   Render(Render&&) noexcept;
   Render& operator=(Render&&) noexcept;
 
-  /// Asks the render to stop after the part under way. Any thread; safe in signal handlers.
+  /// Stops the render after the task under way. Any thread may call it; safe in signal handlers.
   void cancel();
-  /// Waits for the end. Throws what the render failed with. After cancel() it returns as usual.
+  /// Waits for the end. Throws the render's error. After cancel() it returns normally.
   void wait();
   bool done() const;
-  bool cancelled() const;  ///< whether it ended because of cancel()
-  /// Share of the work that is done, in [0, 1]. Any thread.
+  bool cancelled() const;  ///< whether cancel() ended it
+  /// Finished share of the work, in [0, 1]. Any thread may call it.
   double progress() const;
-  /// The picture so far, or the whole one; any time, any thread. Black where there is nothing yet.
+  /// The picture so far, or the finished one. Any thread may call it at any time. Black where nothing is rendered yet.
   Picture picture() const;
-  /// Settings, counts and times as JSON; the guide lists the keys. Call it when the render is done.
+  /// Settings, counts and times as JSON; the guide lists the keys. Call it after the render has ended.
   std::string statistics() const;
 
  private:

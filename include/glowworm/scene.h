@@ -1,4 +1,4 @@
-// Scenes: from files, built in, or made of your arrays.
+// Scenes: read from files, built in, or made from your arrays.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -11,22 +11,22 @@
 
 namespace glowworm::api {
 
-/// An immutable scene. Copies share it; it may be used from several threads.
+/// An immutable scene. Copies share it. Several threads may use it.
 class Scene {
  public:
   /// Reads a file by its extension (.pbrt, .gltf, .glb, .obj, ...), or makes a built-in scene from "builtin:NAME".
-  /// Throws Error that says file, place and remedy.
+  /// Throws Error with file, place and remedy.
   static Scene load(const std::string& path);
 
   const std::string& name() const;
   std::size_t triangle_count() const;
   /// Names of the cameras. There is at least one.
   std::vector<std::string> cameras() const;
-  /// What the file asks for and Glowworm does not do, or had to guess; one line each.
+  /// Features of the file that are not supported or had to be guessed, one a line.
   const std::vector<std::string>& notes() const;
 
-  struct Implementation;  ///< of the library
-  /// For the library itself.
+  struct Implementation;  ///< private
+  /// Private.
   explicit Scene(std::shared_ptr<const Implementation> implementation);
   const Implementation& implementation() const { return *implementation_; }
 
@@ -34,7 +34,7 @@ class Scene {
   std::shared_ptr<const Implementation> implementation_;
 };
 
-/// What a surface is made of.
+/// The material of a surface.
 struct Material {
   enum class Kind : std::uint8_t {
     diffuse,  ///< Lambertian reflection of `color`
@@ -44,9 +44,9 @@ struct Material {
   };
   Kind kind = Kind::diffuse;
   Rgb color{0.5f, 0.5f, 0.5f};  ///< each in [0, 1]
-  float roughness = 0;          ///< GGX alpha in [0, 1]; 0 is smooth. glossy: glTF's roughness, its root
-  float metallic = 0;           ///< in [0, 1]
-  float ior = 1.5f;             ///< index of refraction inside over outside
+  float roughness = 0;  ///< GGX alpha in [0, 1]; 0 is smooth. glossy: glTF's roughness, the square root of alpha
+  float metallic = 0;   ///< in [0, 1]
+  float ior = 1.5f;     ///< index of refraction inside over outside
   std::string name;
 };
 
@@ -55,8 +55,8 @@ struct Mesh {
   std::span<const Vec3> positions;      ///< n vertices, metres
   std::span<const Triangle> triangles;  ///< m, indices into positions
   std::span<const Vec3> normals;        ///< n, unit, for smooth shading; or empty
-  std::uint32_t material = 0;           ///< as SceneBuilder::add_material() returned it
-  Rgb radiance;                         ///< W sr^-1 m^-2 that the front emits; black: no light
+  std::uint32_t material = 0;           ///< returned by SceneBuilder::add_material()
+  Rgb radiance;                         ///< W sr^-1 m^-2, emitted by the front; black: no light
   std::string name = "mesh";
 };
 
@@ -75,21 +75,21 @@ class SceneBuilder {
   SceneBuilder(SceneBuilder&&) noexcept;
   SceneBuilder& operator=(SceneBuilder&&) noexcept;
 
-  /// Returns the number by which meshes name it. Throws Error for a value out of range.
+  /// Returns the index for MeshArrays::material. Throws Error for a value out of range.
   std::uint32_t add_material(const Material& material);
-  /// Throws Error for arrays of other lengths, an index out of range, a material that there is not, or a vertex that is
-  /// not finite. Triangles without area are dropped.
+  /// Throws Error for arrays of different lengths, an index out of range, an unknown material, or a vertex that is not
+  /// finite. Drops triangles without area.
   void add_mesh(const Mesh& mesh);
   /// @param intensity W sr^-1
   void add_point_light(Vec3 position, Rgb intensity);
-  /// @param direction in which the light travels; @param irradiance W m^-2, on a surface that faces it
+  /// @param direction direction of travel; @param irradiance W m^-2, on a surface that faces the light
   void add_directional_light(Vec3 direction, Rgb irradiance);
-  /// The same radiance from everywhere, W sr^-1 m^-2.
+  /// The same radiance from all directions, W sr^-1 m^-2.
   void set_environment(Rgb radiance);
   void add_camera(const Camera& camera);
 
-  /// The scene of all that was added. Without a camera it gets one that frames it, without a light a sky.
-  /// Throws Error where there is no triangle. The builder is empty afterwards.
+  /// Returns the scene. Adds a camera that frames it if there is none, and a sky if there is no light. Throws Error if
+  /// there is no triangle. The builder is empty afterwards.
   Scene build();
 
  private:

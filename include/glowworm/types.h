@@ -15,7 +15,7 @@ struct Vec3 {
   float x = 0, y = 0, z = 0;
 };
 
-/// Linear RGB with Rec. 709 primaries: radiance, irradiance, flux or reflectance, as the name says.
+/// Linear RGB with Rec. 709 primaries: radiance, irradiance, flux or reflectance, depending on the name.
 struct Rgb {
   float r = 0, g = 0, b = 0;
 };

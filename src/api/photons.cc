@@ -14,7 +14,7 @@ struct Photons::Implementation {
 };
 
 namespace {
-// The public structs have the layout of those within.
+// The public structs have the same layout as the private ones.
 static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3) && sizeof(Rgb) == sizeof(RGB));
 std::span<const Vec3> outer(const LargeVector<glowworm::Vec3>& v) {
   return {reinterpret_cast<const Vec3*>(v.data()), v.size()};

@@ -1,4 +1,4 @@
-// What a public scene holds.
+// Contents of a public scene.
 #pragma once
 #include <memory>
 

@@ -40,7 +40,7 @@ Components all_components(const View& view) {
   return all;
 }
 
-/// The components among the lobes asked for, with their probabilities, which add up to 1.
+/// The components among the chosen lobes, with their probabilities, which add up to 1.
 Components chosen_components(const View& view) {
   const Components all = all_components(view);
   Components chosen;
@@ -81,12 +81,13 @@ float mixed_pdf(const Components& components, Vec3 wo, Vec3 wi) {
   return sum;
 }
 
-/// Refraction scales radiance, as the components' own numbers and flux are not.
+/// Refraction scales radiance, but not the components' own numbers and flux.
 bool bends(Shape shape) {
   return shape == Shape::rough_dielectric || shape == Shape::rough_refraction || shape == Shape::refraction;
 }
 
-/// sample() of diffuse reflection alone, which nearly every ray meets: what the general way comes to, without lists.
+/// sample() for diffuse reflection only, which nearly every ray meets: the same result as the general code, without
+/// lists.
 BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
   BsdfSample out;
   if (!(lobes & kDiffuseReflection) || !(max_component(reflectance) > 0)) return out;
@@ -105,7 +106,7 @@ BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
 
 Lobes lobes(const Bsdf& bsdf) {
   if (is_lambertian(bsdf)) return max_component(bsdf.diffuse) > 0 ? kDiffuseReflection : Lobes{0};
-  // At a slanted direction every component that there is has a share.
+  // At a slanted direction every component has a share.
   Lobes all = 0;
   for (const float z : {0.6f, -0.6f}) {
     const Components components = all_components(view_of(bsdf, {0.8f, 0, z}, kAllLobes));

@@ -12,15 +12,15 @@
 
 namespace glowworm {
 
-/// Sets of lobes, as bits. "Sharp" is what no density estimate and no gathering can resolve: perfectly smooth
-/// surfaces, and rough ones whose GGX alpha is under kSharpAlpha; paths are followed through it. The broad lobes are
-/// what photon maps are asked for.
+/// Sets of lobes, as bits. "Sharp" lobes are too narrow for density estimation and gathering: perfectly smooth
+/// surfaces, and rough ones with a GGX alpha under kSharpAlpha; paths continue through them. Photon maps are looked up
+/// for the broad lobes.
 using Lobes = std::uint8_t;
 inline constexpr Lobes kDiffuseReflection = 1;
 inline constexpr Lobes kDiffuseTransmission = 2;
 inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSharpAlpha
-/// Smooth, or GGX with alpha < kSharpAlpha; and all lobes that let light through their facets, however rough: photons
-/// are compared by the side they arrived at, so no estimate on one side of glass could count those of the other.
+/// Smooth, or GGX with alpha < kSharpAlpha; and all lobes that transmit through their facets, however rough: photons
+/// are compared by the side of arrival, so an estimate on one side of glass cannot count those of the other.
 inline constexpr Lobes kSharp = 8;
 inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
 inline constexpr Lobes kAllLobes = kBroad | kSharp;
@@ -78,45 +78,45 @@ struct Bsdf {
   float specular_weight = 1;
 };
 
-/// Which lobes the BSDF has.
+/// The lobes of the BSDF.
 Lobes lobes(const Bsdf& bsdf);
 
-/// True where the BSDF is diffuse reflection alone, which the engines treat inline.
+/// Whether the BSDF is diffuse reflection only, which the engines treat inline.
 inline bool is_lambertian(const Bsdf& bsdf) {
   return bsdf.kind == BsdfKind::lambertian && bsdf.transmission.r == 0 && bsdf.transmission.g == 0 &&
          bsdf.transmission.b == 0;
 }
 
-/// f_r (or f_t) in sr^-1 of the lobes asked for, without the cosine; Dirac deltas count as zero. It is that of radiance
-/// scattered from wi to wo: radiance refracted is scaled by the square of the index of wo's side over that of wi's.
-/// Elsewhere, and with wo and wi exchanged after division by the squared index of wo's side, f is symmetric.
+/// f_r (or f_t) of the given lobes in sr^-1, without the cosine; Dirac deltas count as zero. It applies to radiance
+/// scattered from wi to wo: refracted radiance is scaled by the square of the index of wo's side over that of wi's.
+/// Otherwise, and with wo and wi exchanged after division by the squared index of wo's side, f is symmetric.
 RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
 
-/// The density per steradian with which sample() gives wi, for the lobes asked for; deltas count as zero.
+/// The density per steradian with which sample() chooses wi among the given lobes; deltas count as zero.
 float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
 
-/// Whether what is carried is radiance (paths from the eye) or flux (photons): refraction scales radiance by the
-/// square of the relative index (Veach 1997, section 5.2).
+/// Whether a path carries radiance (from the eye) or flux (photons): refraction scales radiance by the square of the
+/// relative index (Veach 1997, section 5.2).
 enum class Transport : std::uint8_t { radiance, flux };
 
 struct BsdfSample {
   Vec3 wi;
   RGB weight;      ///< f |cos(wi)| / pdf; for a delta, its coefficient over the probability of choosing it
-  float pdf = 0;   ///< per steradian of all lobes asked for; for a delta, the probability of choosing it
-  Lobes lobe = 0;  ///< the lobe that was chosen: one bit
+  float pdf = 0;   ///< per steradian, of all given lobes; for a delta, the probability of choosing it
+  Lobes lobe = 0;  ///< the chosen lobe: one bit
   bool delta = false;
-  bool valid = false;  ///< false where nothing is scattered: the path ends
+  bool valid = false;  ///< false if nothing is scattered: the path ends
 };
 
-/// Chooses a direction in proportion to the BSDF times the cosine, as near as may be.
+/// Samples a direction in approximate proportion to the BSDF times the cosine.
 /// @param u_lobe chooses the lobe; @param u the direction in it; all in [0, 1)
 BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, Transport transport);
 
-/// Share of the light from wo that the lobes asked for scatter (directional albedo), exact or near: it chooses between
-/// lobes and decides Russian roulette, so it need not be exact, but must be > 0 wherever the lobes are not black.
+/// Share of the light from wo that the given lobes scatter (directional albedo), exact or approximate: it chooses
+/// between lobes and decides Russian roulette. It is > 0 wherever the lobes are not black.
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
 
-/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the lobes asked for.
+/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the given lobes.
 void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out);
 
 }  // namespace glowworm

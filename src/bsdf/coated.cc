@@ -33,7 +33,7 @@ RGB geometric_sum(RGB x, int terms) {
 }
 
 float coat_index(const Bsdf& bsdf) { return std::clamp(bsdf.coat_eta, 1.001f, 3.0f); }
-/// Cosine under the boundary of a direction above it.
+/// Cosine under the boundary for a direction above it.
 float inner_cosine(float cosine, float eta) {
   return std::sqrt(std::max(0.0f, 1 - (1 - cosine * cosine) / (eta * eta)));
 }
@@ -63,15 +63,15 @@ struct Coat {
     const float t = smooth ? 1 - fresnel_dielectric(cosine, eta) : transmitted(cosine);
     return thickness > 0 ? t * std::exp(-thickness / inner_cosine(cosine, eta)) : t;
   }
-  /// The same for light that comes back in a narrow lobe: the steep facets of a rough boundary reflect from inside what
-  /// they let in from outside, so the mean of the two ways is taken.
+  /// The same for light that returns in a narrow lobe: the steep facets of a rough boundary reflect from inside what
+  /// they transmit from outside, so this takes the mean of both directions.
   float passed_narrow(float cosine) const {
     if (smooth) return passed(cosine);
     const float inner = inner_cosine(cosine, eta);
     const float t = std::sqrt(transmitted(cosine) * transmitted_inside(inner));
     return thickness > 0 ? t * std::exp(-thickness / inner) : t;
   }
-  /// f of what the boundary itself reflects.
+  /// f of the reflection at the boundary.
   float reflection(Vec3 wo, Vec3 wi) const {
     const Vec3 h = reflection_half(wo, wi);
     return fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(microfacet, wo, wi, h);
@@ -123,7 +123,7 @@ struct ConductorBase {
     again = {widened(once.alpha_x), widened(once.alpha_y)};
     trapped = boundary_curve(Boundary::trapped, smooth ? 0 : table_alpha(x, y), coat.eta);
   }
-  /// Twice the variance, as long as GGX does not lose much more energy between facets for it.
+  /// Twice the variance, unless GGX then loses much more energy between facets.
   static float widened(float alpha) { return std::min(alpha * std::sqrt(2.0f), std::max(alpha, 0.5f)); }
 };
 
@@ -203,7 +203,7 @@ void coated_conductor_components(const View& view, Components& out) {
   const float trapped = base.smooth ? fresnel_dielectric(inner, 1 / coat.eta) : base.trapped(inner);
   const float returned = trapped * to_and_fro;
   if (base.smooth) {
-    // Everything goes the same way: R + T^2 F / (1 - R F).
+    // All light goes the same way: R + T^2 F / (1 - R F).
     const RGB mirrored = clamp(fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed), 0,
                                std::max(0.0f, 1 - upper.albedo.r));
     if (coat.smooth) upper.albedo += mirrored;
@@ -222,7 +222,7 @@ void coated_conductor_components(const View& view, Components& out) {
   c.shape = Shape::coated_reflection;
   c.microfacet = base.once;
   c.eta = coat.eta;
-  // What gets out after one and after two reflections at the base.
+  // Shares that leave after one and after two reflections at the base.
   const float wide = table_alpha(base.again.alpha_x, base.again.alpha_y);
   const float trapped_again = boundary_curve(Boundary::trapped, wide, coat.eta)(inner);
   const SchlickCurves narrow_lobe = schlick_curves(table_alpha(base.once.alpha_x, base.once.alpha_y));

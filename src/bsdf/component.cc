@@ -25,7 +25,7 @@ float refraction_pdf(const Component& c, Vec3 wo, Vec3 wi, Vec3 h) {
   return c.microfacet.visible_normal_pdf(wo, h) * c.eta * c.eta * std::abs(i) / (denominator * denominator);
 }
 
-/// Probability of reflecting at a facet that wo meets at this cosine.
+/// Probability of reflection at a facet, for the cosine of wo there.
 float reflection_probability(const Component& c, float cosine) {
   const float f = fresnel_dielectric(cosine, c.eta);
   const float r = f * c.reflect, t = (1 - f) * c.transmit;

@@ -1,5 +1,5 @@
-// What the kinds of BSDF have in common: each is a sum of components, each of one lobe and one way of sampling.
-// Internal to the BSDFs. Here wo.z > 0 always: bsdf.cc mirrors both directions for a viewer below the surface.
+// Common parts of all BSDFs: each is a sum of components, with one lobe and one sampling method each. Internal to the
+// BSDFs. Here wo.z > 0 always: bsdf.cc mirrors both directions for a viewer below the surface.
 #pragma once
 #include <algorithm>
 #include <span>
@@ -10,12 +10,12 @@
 
 namespace glowworm::bsdf_detail {
 
-/// One question to a BSDF. All kinds but the dielectrics, which `inside` is for, are alike on both sides.
+/// Arguments of an evaluation. Only dielectrics distinguish the sides, by `inside`.
 struct View {
   const Bsdf& bsdf;
-  bool inside;  ///< the viewer was below
+  bool inside;  ///< the viewer is below
   Vec3 wo;      ///< above
-  Lobes lobes;  ///< those asked for
+  Lobes lobes;  ///< the given lobes
 };
 
 /// out[i] = f(wi[i]), with wi mirrored as wo was; black in the plane of the surface.
@@ -49,7 +49,7 @@ struct Component {
   float eta = 1;                    ///< bending shapes: index of the side below over that of the side of wo
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
-  float probability = 0;  ///< of choosing this component among those asked for
+  float probability = 0;  ///< of choosing this component among the given lobes
 };
 
 /// The components of a BSDF for one wo.
@@ -67,30 +67,30 @@ inline Lobes lobe_of_alpha(float alpha_x, float alpha_y) {
   return alpha_x * alpha_y < kSharpAlpha * kSharpAlpha ? kSharp : kGlossy;
 }
 inline bool is_smooth(float alpha_x, float alpha_y) { return std::max(alpha_x, alpha_y) < kSmoothAlpha; }
-/// The alpha of an isotropic lobe that is broad; 0 of others.
+/// The alpha of an isotropic broad lobe; 0 for others.
 inline float broad_alpha(float alpha) { return lobe_of_alpha(alpha, alpha) == kGlossy ? alpha : 0.0f; }
-/// A microfacet distribution of alphas that are not both smooth.
+/// A microfacet distribution unless both alphas are smooth.
 inline Microfacet rough(float alpha_x, float alpha_y) { return {std::max(alpha_x, 1e-4f), std::max(alpha_y, 1e-4f)}; }
 
-/// The isotropic alpha whose tables stand for a pair: that of the same variance of slope.
+/// The isotropic alpha for the tables of a pair: the one with the same variance of slope.
 inline float table_alpha(float alpha_x, float alpha_y) {
   return std::sqrt(0.5f * (alpha_x * alpha_x + alpha_y * alpha_y));
 }
-/// A dielectric's index on the far side over that on the viewer's. One of almost exactly 1 is moved by so little that
-/// nothing is seen of it, since facet normals of unbent transmission are not defined.
+/// A dielectric's index on the far side over that on the viewer's. An index of almost exactly 1 is moved invisibly,
+/// because facet normals of unbent transmission are undefined.
 inline float relative_eta(const Bsdf& bsdf, bool inside) {
   const float eta = std::abs(bsdf.eta.r - 1) < 1e-3f ? 1.001f : bsdf.eta.r;
   return inside ? 1 / eta : eta;
 }
 
-/// The half vector of reflection from wi to wo, on the side of wo; zero where there is none.
+/// The half vector of reflection from wi to wo, on the side of wo; zero if there is none.
 inline Vec3 reflection_half(Vec3 wo, Vec3 wi) {
   const Vec3 sum = wo + wi;
   const float l2 = length_squared(sum);
   return l2 > 0 ? sum * (1 / std::sqrt(l2)) : Vec3{0, 0, 0};
 }
 /// The half vector of refraction, wi below (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-/// 2007, eq. 16), turned to z > 0; zero where no facet can refract the one into the other.
+/// 2007, eq. 16), turned to z > 0; zero if no facet can refract one into the other.
 inline Vec3 refraction_half(Vec3 wo, Vec3 wi, float eta) {
   Vec3 h = wo + wi * eta;
   const float l2 = length_squared(h);
@@ -113,11 +113,11 @@ inline float microfacet_refraction(const Microfacet& m, Vec3 wo, Vec3 wi, Vec3 h
 
 /// Density per steradian of a component's directions; deltas: 0.
 float component_pdf(const Component& component, Vec3 wo, Vec3 wi);
-/// A direction of a component; false where the sample is lost (it left the side it belongs to).
+/// Samples a direction of a component; false if the sample is lost (it left the correct side).
 /// @param u_side in [0, 1), chooses between reflection and refraction
 bool component_sample(const Component& component, Vec3 wo, float u_side, Vec2 u, Vec3& wi);
 
-// Two functions for each kind: f for a batch of directions, and what it is made of.
+// Two functions for each kind: f for a batch of directions, and its components.
 void evaluate_lambertian(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
 void lambertian_components(const View& view, Components& out);
 void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
@@ -132,7 +132,7 @@ void coated_conductor_components(const View& view, Components& out);
 void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
 void metallic_roughness_components(const View& view, Components& out);
 
-// isotropic_reflection() of the kinds that have it.
+// isotropic_reflection() for the kinds that support it.
 IsotropicReflection reflection_of_conductor(const Bsdf& bsdf);
 IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_o);
 IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cosine_o);

@@ -19,7 +19,7 @@ namespace {
 
 float square(float x) { return x * x; }
 
-/// The material as one viewer sees it.
+/// The material for one viewer.
 struct Layers {
   bool refracts, inside, smooth, coat_smooth;
   Lobes lobe, coat_lobe;
@@ -30,7 +30,7 @@ struct Layers {
   float f90;
   RGB dielectric_f0;
   float dielectric_f90;
-  RGB diffuse, transmitted;  // shares of base colour that are scattered and let through
+  RGB diffuse, transmitted;  // shares of the base colour that are scattered and transmitted
   float coat, coat_f0;
   SchlickCurves curves, dielectric_curves, coat_curves;
 
@@ -41,7 +41,7 @@ struct Layers {
     smooth = is_smooth(bsdf.alpha_x, bsdf.alpha_y);
     lobe = bsdf.transmission_weight > 0 ? kSharp : lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
     microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
-    dense = std::max(relative_eta(bsdf, false), 1.001f);  // glTF knows none below 1
+    dense = std::max(relative_eta(bsdf, false), 1.001f);  // glTF has no index below 1
     eta = inside ? 1 / dense : dense;
     const RGB tinted = bsdf.specular * square((dense - 1) / (dense + 1));
     dielectric_f0 = clamp(tinted, 0, 1) * bsdf.specular_weight;
@@ -61,7 +61,7 @@ struct Layers {
     if (bsdf.coat > 0) coat_curves = schlick_curves(coat_smooth ? 0 : bsdf.coat_alpha);
   }
 
-  /// Schlick's angle is that on the thinner side, so that both sides see the same; 1 where nothing can pass.
+  /// Schlick's angle is the one on the thinner side, so that both sides agree; 1 for total reflection.
   RGB fresnel(float cosine, RGB at_normal, float at_grazing) const {
     if (eta < 1) {
       const float sin2 = (1 - cosine * cosine) / (eta * eta);
@@ -72,7 +72,7 @@ struct Layers {
   }
   RGB fresnel(float cosine) const { return fresnel(cosine, f0, f90); }
   RGB dielectric_fresnel(float cosine) const { return fresnel(cosine, dielectric_f0, dielectric_f90); }
-  /// What is let through without being reflected, at a facet.
+  /// Share transmitted at a facet.
   RGB passed(float cosine) const { return transmitted * (RGB(1.0f) - dielectric_fresnel(cosine)); }
 
   /// E of the dielectric part of the specular layer.
@@ -81,7 +81,7 @@ struct Layers {
   }
   RGB mean_layer_albedo() const { return dielectric_f0 * curves.mean_scale + RGB(dielectric_f90 * curves.mean_bias); }
   float coat_albedo(float cosine) const { return coat_f0 * coat_curves.scale(cosine) + coat_curves.bias(cosine); }
-  /// What the clearcoat leaves of light to or from a direction on the outside.
+  /// Share of light to or from an outside direction that passes the clearcoat.
   float under_coat(float weight, float cosine) const { return weight > 0 ? 1 - weight * coat_albedo(cosine) : 1.0f; }
 
   /// f / (1 - E(wi)) of the diffuse base.
@@ -125,9 +125,9 @@ RGB let_through(const Layers& layers, const View& view, Vec3 wi, float under_o) 
   return layers.passed(dot(wo, h)) * (under * microfacet_refraction(layers.microfacet, wo, wi, h, layers.eta));
 }
 
-/// Directional albedos of the specular reflection and transmission without the coat: exact where smooth. What a rough
-/// surface refracts, and all from inside it, is that of a dielectric's exact Fresnel term, which total reflection
-/// rules.
+/// Directional albedos of the specular reflection and transmission without the coat: exact if smooth. Refraction by a
+/// rough surface, and all light from inside it, uses a dielectric's exact Fresnel term, because total reflection
+/// dominates.
 void specular_albedos(const Layers& layers, const View& view, RGB& reflected, RGB& passed) {
   const float cosine = view.wo.z;
   if (layers.smooth) {

@@ -1,5 +1,5 @@
-// The broad reflection of isotropic surfaces in numbers that vector code can evaluate for many points at once, without
-// knowing the kinds of BSDF.
+// Broad reflection of isotropic surfaces as numbers, which vector code evaluates for many points at once without
+// distinguishing the kinds of BSDF.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace glowworm {
 
-/// How the numbers of an IsotropicReflection are put together. With c the cosine of wi, i of one side with wo, f is
-/// black where c <= 0, and else a diffuse part and F D G / (4 c_o c), GGX of one alpha as in bsdf_microfacet.h:
+/// How the numbers of an IsotropicReflection are combined. With c the cosine of wi, i on the same side as wo, f is
+/// black if c <= 0, and otherwise a diffuse part plus F D G / (4 c_o c), GGX of one alpha as in microfacet.h:
 /// - coated:    diffuse A(c), A(c) = T(c) exp(-thickness / c'), with c' refracted by eta, T = curve[0], or where that
 ///              has no rows 1 - F(c) of a dielectric; F of a dielectric of index eta.
 /// - conductor: no diffuse part; F of a conductor of index first + i second.
@@ -21,16 +21,16 @@ enum class ReflectionModel : std::uint8_t { coated, conductor, schlick };
 
 /// f of the broad lobes of a BSDF for one wo.
 struct IsotropicReflection {
-  float alpha = 0;    ///< GGX; 0: the lobe is not there, or not broad
-  RGB diffuse{0.0f};  ///< everything of the diffuse part that does not depend on wi
+  float alpha = 0;    ///< GGX; 0: no lobe, or not a broad one
+  RGB diffuse{0.0f};  ///< the factors of the diffuse part that do not depend on wi
   RGB first{0.0f}, second{0.0f};
   float first_grazing = 1, second_grazing = 0;
   float eta = 1.5f, thickness = 0;
-  bsdf_detail::Curve curve[2];  ///< without rows where there is none
+  bsdf_detail::Curve curve[2];  ///< without rows if there is none
 };
 
-/// The model that the numbers of isotropic_reflection() are for; none for the BSDFs that are not of this form
-/// (anisotropic, transmitting, of two coats), which evaluate() is for.
+/// The model for the numbers of isotropic_reflection(); none for BSDFs without this form (anisotropic, transmitting,
+/// two coats), which need evaluate().
 std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf);
 
 /// The numbers of a BSDF that has a reflection_model().

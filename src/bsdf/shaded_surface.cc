@@ -8,7 +8,7 @@ namespace {
 
 Vec3 mirrored(Vec3 w, Vec3 normal, float cosine) { return w - normal * (2 * cosine); }
 
-/// Takes a share of a random number for a choice: true with that probability; u is uniform again then.
+/// Uses a share of a random number for a choice: true with that probability; u is uniform again afterwards.
 bool choose(float probability, float& u) {
   const bool chosen = u < probability;
   u = chosen ? u / probability : (u - probability) / (1 - probability);

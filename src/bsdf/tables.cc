@@ -58,7 +58,7 @@ void for_visible_normals(float alpha, float cosine, int around, int away, F f) {
   }
 }
 
-/// Share of the visible facets' light that is not masked on its way out.
+/// Share of the visible facets' light that is not masked when it leaves.
 float unmasked(const Microfacet& m, Vec3 wo, Vec3 wi) { return m.masking_shadowing(wo, wi) / m.masking(wo); }
 
 struct Shares {
@@ -126,8 +126,8 @@ struct Slice {
       reflected += 2 * cosine * boundary_shares(alpha, cosine, 1 / eta, kMeanAround, kMeanAway).reflect / n;
     }
     mean_transmit_outside[a] = static_cast<float>(transmitted);
-    // Times the squared index it hardly depends on the index (it is the transmittance from outside, were nothing lost
-    // between facets), so it can be interpolated.
+    // Multiplied by the squared index it hardly depends on the index (it is the transmittance from outside without
+    // losses between facets), so it can be interpolated.
     mean_lost_inside[a] = static_cast<float>((1 - reflected) * eta * eta);
   }
   void integrate_absorption(float eta) {
@@ -146,7 +146,7 @@ struct Slice {
   }
 };
 
-/// Slices are made when their index is first met: most scenes have one or two.
+/// Slices are computed on first use: most scenes need one or two.
 const Slice& slice(int eta_node) {
   static std::array<std::unique_ptr<const Slice>, kEtaNodes> slices;
   static std::array<std::once_flag, kEtaNodes> made;

@@ -1,4 +1,4 @@
-// Directional albedos of GGX surfaces, from tables that are integrated at first use. Internal to the BSDFs.
+// Directional albedos of GGX surfaces, from tables that are integrated on first use. Internal to the BSDFs.
 //
 // All are of single scattering between facets, as the BSDFs are: what GGX loses at high roughness is missing here too.
 #pragma once
@@ -11,7 +11,7 @@ namespace glowworm::bsdf_detail {
 
 inline constexpr int kCosineNodes = 32;
 
-/// A function of the cosine in [0, 1] at one roughness and index: four rows of a table, mixed.
+/// A function of the cosine in [0, 1] at one roughness and index: a weighted sum of four rows of a table.
 struct Curve {
   const float* rows[4] = {};
   float weights[4] = {};
@@ -30,10 +30,10 @@ struct Curve {
   }
 };
 
-/// What becomes of light that meets the boundary of a rough dielectric from a direction; shares of its flux.
+/// Fate of light at the boundary of a rough dielectric, by direction; shares of its flux.
 enum class Boundary {
-  reflect_outside,   ///< comes from the side of lower index, is reflected
-  transmit_outside,  ///< comes from the side of lower index, is transmitted
+  reflect_outside,   ///< reflected, for light from the side of lower index
+  transmit_outside,  ///< transmitted, for light from the side of lower index
   reflect_inside,
   transmit_inside,
   trapped,  ///< of light reflected by an ideal GGX mirror under a SMOOTH boundary, seen from inside: what the boundary

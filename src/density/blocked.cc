@@ -1,5 +1,5 @@
-// The blocked engine: runs of query points that lie together against blocks of photons that lie together, so that what
-// it costs to find photons is shared by many points, and the rest is straight-line vector code (kernels/blocked.h).
+// The blocked engine: runs of nearby query points against blocks of nearby photons. Many points share the cost of
+// finding photons; the rest is straight-line vector code (kernels/blocked.h).
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -21,22 +21,21 @@ namespace glowworm {
 
 namespace {
 
-// Query points that are worked off at once: the more, the closer they lie; the fewer, the less memory they take.
+// Batch size of query points. Larger batches are denser; smaller batches take less memory.
 constexpr std::size_t kPartPoints = DensityEngine::kMostPointsAtOnce;
-// Fewer points lie so far apart that a run of them shares no search: it goes no further than the points that are tested
-// together.
+// Below this number, points are too far apart to share a search: a run holds only the points that are tested together.
 constexpr std::size_t kFewPoints = std::size_t{1} << 15;
-// Still fewer, measured in photons a point, make runs of one: sixteen of them would be tested against hundreds of times
-// the photons that they use. How points are cut into runs does not show in their sums.
+// Below this number of points per photon, a run holds one point: sixteen points would be tested against hundreds of
+// times the photons that they use. The sums do not depend on the runs.
 constexpr std::size_t kSparsePhotons = 24;
-// How far ahead of its turn memory of a point is asked for, in points.
+// Prefetch distance, in points.
 constexpr std::size_t kAhead = 16;
 
 using Clock = std::chrono::steady_clock;
 
 std::size_t parts_of(std::size_t points) { return (points + kPartPoints - 1) / kPartPoints; }
 
-/// Works off one bucket after another; what one thread needs for that.
+/// Processes one bucket after another. Holds the memory of one thread.
 class BucketWorker {
  public:
   BucketWorker(const BlockedIndex& index, const QueryPoints& points, QueryBuckets& buckets)
@@ -62,7 +61,7 @@ class BucketWorker {
   Clock::duration sort_time{}, other_time{};
 
  private:
-  /// The run of points that the indices begin with: Lambertian ones, or those that `glossy` has the numbers of.
+  /// A run of points from the front of the indices: Lambertian ones, or those with numbers in `glossy`.
   void sum(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices,
            const GlossyPoints* glossy = nullptr) {
     const std::span<const BucketPoint> points = buckets_.points(bucket);
@@ -94,7 +93,7 @@ class BucketWorker {
       buckets_.answer(bucket, indices[i]) = RGB(out_[0][i], out_[1][i], out_[2][i]);
   }
 
-  /// The points that are not Lambertian: those of a model that the kernels know in runs of one model that face alike,
+  /// The points that are not Lambertian: those with a model of the kernels in runs of one model and similar normals,
   /// the others one by one.
   void shade_group(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices) {
     const std::span<const BucketPoint> points = buckets_.points(bucket);
@@ -124,28 +123,28 @@ class BucketWorker {
     const std::size_t padded = (run.size() + kTileWidth - 1) / kTileWidth * kTileWidth;
     GlossyNumbers numbers{};
     for (std::size_t i = 0; i < padded; ++i) {
-      // Padding repeats the last point: its numbers are read, though nothing comes of them.
+      // Padding repeats the last point: its numbers are read, but the results are not used.
       if (i < run.size()) numbers = preparer_.prepare(points_.bsdfs[points[run[i]].bsdf], model);
       for (std::size_t field = 0; field < kGlossyFields; ++field) numbers_[field * kRunPoints + i] = numbers[field];
     }
     glossy_ = {numbers_.data(), kRunPoints, preparer_.tables(), model};
   }
 
-  /// Which way a normal points: 2 axis + 1 where down the axis.
+  /// Main direction of a normal: 2 axis + 1 if it points down the axis.
   static std::size_t facing(Vec3 n) {
     const Vec3 a{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
     const std::size_t axis = a.z > std::max(a.x, a.y) ? 2 : a.y > a.x ? 1 : 0;
     return 2 * axis + (n[axis] < 0);
   }
 
-  /// Finds the photons in support at one point.
+  /// Finds the photons whose support contains one point.
   void find(const BucketPoint& point) {
     const float position[3] = {point.position.x, point.position.y, point.position.z};
     const float normal[3] = {point.normal.x, point.normal.y, point.normal.z};
     blocked_find(tree_, position, normal, scratch_, found_, counts);
   }
 
-  /// A point with a BSDF of its own: its photons are found first, then shaded in one batch.
+  /// A point with its own BSDF: finds its photons, then shades them in one batch.
   RGB shade(const BucketPoint& point) {
     find(point);
     gathered_.clear();
@@ -213,7 +212,7 @@ class BlockedEngine final : public DensityEngine {
   }
 
  private:
-  /// The memory of the last call, where no other call has it.
+  /// The memory of the last call, unless another call is using it.
   std::unique_ptr<QueryMemory> take_memory() const {
     const std::lock_guard lock(mutex_);
     return idle_ ? std::move(idle_) : std::make_unique<QueryMemory>();
@@ -238,8 +237,7 @@ class BlockedEngine final : public DensityEngine {
     });
     const Clock::time_point worked_off = Clock::now();
     buckets.add_answers(points, radiance);
-    // Sorting within buckets goes on beside the sums of other buckets: its share of the wall time is its share of the
-    // threads' time.
+    // Other buckets are summed while this one is sorted: the share of wall time is the share of the threads' time.
     using Seconds = std::chrono::duration<double>;
     const double wall = Seconds(worked_off - brought_together).count();
     const double all = static_cast<double>(sort_time + other_time);
@@ -248,7 +246,7 @@ class BlockedEngine final : public DensityEngine {
     statistics.add_time(Phase::density, wall - sorting + Seconds(Clock::now() - worked_off).count());
   }
 
-  // Buckets of one piece of parallel work.
+  // Buckets in one piece of parallel work.
   static constexpr std::size_t kBucketGrain = 4;
 
   BlockedIndex index_;

@@ -17,21 +17,21 @@ namespace glowworm {
 
 namespace {
 
-// Photons that are sorted together after a Hilbert curve has brought them near each other,
+// Photons that are sorted together, after a Hilbert curve has grouped them,
 constexpr std::size_t kSortedRun = 512;
-// or a tree, whose runs of leaves are boxes.
+// or a tree, in which runs of leaves are boxes.
 constexpr std::size_t kSortedRunOfTree = 128;
 constexpr std::size_t kGrain = 1024;
-// How far ahead of its turn memory of a photon is asked for, in photons.
+// Prefetch distance, in photons.
 constexpr std::size_t kAhead = 16;
-// Room for rounding in tests against the largest radius, which must not lose a photon.
+// Margin for rounding in tests against the largest radius, so that no photon is lost.
 constexpr float kRadiusMargin = 1 + 1e-5f;
 
 float radius_of(const RadiusPolicy& policy, std::size_t i) {
   return policy.kind == RadiusKind::fixed ? policy.radius : policy.radii[i];
 }
 
-/// Not less than a radius can be whose square has no inverse in single precision; every photon is in such a kernel.
+/// Least radius whose square has an inverse in single precision; every photon has at least this radius.
 float inverse_square(float radius) {
   return static_cast<float>(std::max(1e-37, 1 / (static_cast<double>(radius) * radius)));
 }
@@ -40,7 +40,7 @@ bool counts(Vec3 position, Vec3 normal, float radius) {
   return inverse_square(radius) <= std::numeric_limits<float>::max() && is_finite(position) && is_finite(normal);
 }
 
-/// The photons that count, in the order of their blocks.
+/// The photons to index, in the order of their blocks.
 LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPolicy& policy, std::size_t& count) {
   std::vector<std::uint32_t> along_curve;
   std::span<const std::uint32_t> order = policy.order;
@@ -54,7 +54,7 @@ LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPo
   std::atomic<bool> all_count{true};
   parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      // Photons lie about in memory in the order of the tracing.
+      // Photons are in memory in the order of tracing, which is random in space.
       const std::uint32_t soon = order[std::min(i + kAhead, order.size() - 1)];
       __builtin_prefetch(&photons.position[soon]);
       __builtin_prefetch(&photons.normal[soon]);
@@ -85,14 +85,14 @@ LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPo
   return sorted;
 }
 
-/// A lane without photon.
+/// A lane without a photon.
 void clear_lane(PhotonBlock& block, std::size_t lane) {
   block.x[lane] = block.y[lane] = block.z[lane] = block.nx[lane] = block.ny[lane] = block.nz[lane] = 0;
   block.r[lane] = block.g[lane] = block.b[lane] = 0;
   block.inverse_radius_squared[lane] = std::numeric_limits<float>::infinity();
 }
 
-/// A child that holds nothing.
+/// An empty child.
 void clear_child(BlockNode& node, int child) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   node.min_x[child] = node.min_y[child] = node.min_z[child] = kInfinity;
@@ -101,7 +101,7 @@ void clear_child(BlockNode& node, int child) {
   node.normal_x[child] = node.normal_y[child] = node.normal_z[child] = node.normal_spread[child] = 0;
 }
 
-/// Bounds of a child as they are added up.
+/// Accumulates the bounds of a child.
 struct ChildBounds {
   Box3 box;
   float radius_squared = 0;
@@ -158,7 +158,7 @@ ChildBounds bounds_of_node(const BlockNode& node) {
 
 BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy)
     : kernel_(policy.kernel), min_normal_cosine_(policy.min_normal_cosine) {
-  // A place in a list is a 32-bit index of a float of the blocks.
+  // Lists hold 32-bit indices of floats in the blocks.
   constexpr std::size_t kMostPhotons =
       std::numeric_limits<std::uint32_t>::max() / (sizeof(PhotonBlock) / sizeof(float)) * kBlockWidth;
   if (photons.size() > kMostPhotons)
@@ -239,7 +239,7 @@ BlockTree BlockedIndex::tree() const {
 
 std::uint64_t BlockedIndex::bytes(std::size_t photons) {
   const std::uint64_t blocks = (photons + kBlockWidth - 1) / kBlockWidth;
-  // Levels of nodes add up to less than 1/7 of a node for each block, and one more at the root of each.
+  // All levels together hold less than 1/7 of a node for each block, plus one node for each level.
   return blocks * (sizeof(PhotonBlock) + kBlockWidth * sizeof(Vec3)) + (blocks / 7 + 12) * sizeof(BlockNode);
 }
 

@@ -10,20 +10,20 @@
 
 namespace glowworm {
 
-/// Photons in blocks. Photons that can be in no kernel (radius 0, or not finite themselves) are left out.
+/// Photons in blocks. Photons that no kernel can contain (radius 0, or not finite) are left out.
 class BlockedIndex {
  public:
-  /// Builds on all threads; the same index for any number of them. @param policy fixed or per_photon
+  /// Builds on all threads; the index does not depend on their number. @param policy fixed or per_photon
   BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy);
   BlockedIndex() = default;
 
-  /// The view that the kernels work on; valid as long as this is neither moved nor destroyed.
+  /// The view for the kernels; valid until this object is moved or destroyed.
   BlockTree tree() const;
-  /// Photons in the blocks.
+  /// Number of photons in the blocks.
   std::size_t size() const { return size_; }
-  /// By place (8 times the block plus the lane): the direction of the photon there, unit, back along its way.
+  /// By place (8 times the block plus the lane): the direction of the photon, unit, back along its path.
   std::span<const Vec3> directions() const { return directions_.span(); }
-  /// Bytes held for so many photons.
+  /// Bytes that an index of so many photons holds.
   static std::uint64_t bytes(std::size_t photons);
 
  private:

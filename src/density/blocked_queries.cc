@@ -12,19 +12,19 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 16;
-// Points of a bucket that are aimed at: their records stay in the second-level cache while they are sorted.
+// Target size of a bucket: its records stay in the second-level cache during sorting.
 constexpr std::size_t kPointsWanted = 1024;
 constexpr std::size_t kMostCells = 4096;
-// Points that the grid is laid around.
+// Points from which the bounds of the grid are measured.
 constexpr std::size_t kSampledForBounds = std::size_t{1} << 16;
-// Points of a square of the finest level to which a bucket is sorted.
+// Points in a square of the finest level to which a bucket is sorted.
 constexpr std::size_t kPointsOfSquare = 4;
-// Rounds of dividing a bucket that is too large, before its points are taken as they are.
+// Rounds of dividing a bucket that is too large; after them it is kept as it is.
 constexpr int kMostRounds = 8;
-// How far ahead of its use memory is asked for, in points.
+// Prefetch distance, in points.
 constexpr std::size_t kAhead = 24;
 
-/// A grid over a box, of no more cells than asked for.
+/// A grid over a box with at most the given number of cells.
 KeyGrid grid_over(const Box3& box, std::size_t most_cells) {
   KeyGrid grid;
   if (box.empty()) return grid;
@@ -32,7 +32,7 @@ KeyGrid grid_over(const Box3& box, std::size_t most_cells) {
   const float longest = std::max(d.x, std::max(d.y, d.z));
   for (int axis = 0; axis < 3; ++axis) grid.origin[axis] = box.min[axis];
   if (!(longest > 0) || !std::isfinite(longest)) return grid;
-  // The largest number along the longest side with which all cells are few enough.
+  // The largest number along the longest side that keeps the number of cells within the limit.
   const auto along = [&](float side, std::uint32_t n) {
     return std::min(n, 1 + static_cast<std::uint32_t>(side / longest * static_cast<float>(n)));
   };
@@ -47,15 +47,15 @@ KeyGrid grid_over(const Box3& box, std::size_t most_cells) {
   }
   for (int axis = 0; axis < 3; ++axis) grid.cells[axis] = along(d[axis], low);
   const float scale = static_cast<float>(low) / longest;
-  // So small a box that its cells cannot be counted keeps all points in one place.
+  // In a box too small to divide, all points share one cell.
   grid.cells_per_metre = std::isfinite(scale * (1 << kKeyLevels)) ? scale : 0;
   return grid;
 }
 
 std::size_t cell_count(const KeyGrid& grid) { return std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2]; }
 
-/// Turns counts by (piece, cell) into the places where each piece puts the points of each cell, from `first` on; a
-/// bucket for each cell that is not empty.
+/// Turns counts by (piece, cell) into the places where each piece puts the points of each cell, starting at `first`;
+/// makes a bucket for each cell that is not empty.
 std::vector<QueryBuckets::Bucket> places_from_counts(std::span<std::uint32_t> counts, std::size_t cells,
                                                      std::uint32_t first) {
   std::vector<QueryBuckets::Bucket> buckets;
@@ -75,7 +75,7 @@ std::size_t pieces_of(std::size_t n) { return (n + kPiece - 1) / kPiece; }
 
 std::size_t cells_for(std::size_t points) { return std::clamp<std::size_t>(points / kPointsWanted, 1, kMostCells); }
 
-/// The first n elements of an array, which is made anew if it is smaller.
+/// The first n elements of an array; allocates a new array if it is smaller.
 template <typename T>
 std::span<T> grown(LargeArray<T>& array, std::size_t n) {
   if (array.size() < n) {
@@ -85,7 +85,7 @@ std::span<T> grown(LargeArray<T>& array, std::size_t n) {
   return array.span().first(n);
 }
 
-/// The box around some of the points: those outside of it count to the cells at its border.
+/// The box around a sample of the points; points outside count to the border cells.
 Box3 sampled_bounds(std::span<const Vec3> points) {
   const std::size_t step = std::max<std::size_t>(1, points.size() / kSampledForBounds);
   Box3 box;
@@ -94,7 +94,7 @@ Box3 sampled_bounds(std::span<const Vec3> points) {
   return box;
 }
 
-/// Coordinates of points as the kernels read them.
+/// Coordinates of points in the layout of the kernels.
 const float* coordinates(const Vec3* points) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
   return reinterpret_cast<const float*>(points);
@@ -138,7 +138,7 @@ QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::si
 void QueryBuckets::add_answers(const QueryPoints& points, std::span<RGB> radiance) {
   const LargeArray<std::uint32_t>& keys = memory_.keys;
   parallel_for(0, last_ - first_, kPiece, [&](std::size_t begin, std::size_t end) {
-    // Each place stands behind the last point that was put there: backwards, it leads from point to point.
+    // Each place is one past the last point put there; reading backwards visits the points in order.
     std::uint32_t* places = &memory_.places[begin / kPiece * cells_];
     for (std::size_t i = end; i-- > begin;) {
       if (i >= begin + kAhead && keys[i - kAhead] != kNoKey)
@@ -208,7 +208,7 @@ void BucketOrder::sort(std::span<const BucketPoint> points) {
   constexpr std::uint32_t kSheets = 1u << (kKeyCellShift - kKeyCurveBits), kSheetMask = kSheets - 1;
   keys_.resize(n);
   order_.resize(n);
-  // A sheet is a group and a slab; few of them are there in a cell, and only these take part.
+  // A sheet is a group and a slab. A cell holds few sheets, and only these take part.
   std::array<std::uint32_t, kSheets> sheet_points{}, sheet_place{};
   for (std::size_t i = 0; i < n; ++i) {
     keys_[i] = points[i].key;
@@ -221,7 +221,7 @@ void BucketOrder::sort(std::span<const BucketPoint> points) {
     sheet_place[s] = sheets;
     sheets += sheet_points[s] > 0;
   }
-  // As many levels of the curve as make squares of a few points on a sheet.
+  // As many levels of the curve as give squares of a few points on a sheet.
   int levels = 0;
   while (levels < kKeyLevels && (std::size_t{kPointsOfSquare} << (2 * levels)) * sheets < n) ++levels;
   const int shift = kKeyCurveBits - 2 * levels;

@@ -1,4 +1,4 @@
-// The query points of the blocked engine: brought together in buckets, and sorted within a bucket.
+// The query points of the blocked engine: grouped into buckets, and sorted within each bucket.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace glowworm {
 
-/// What of a query point moves when points are brought together.
+/// The part of a query point that moves when points are grouped.
 struct BucketPoint {
   Vec3 position;
   Vec3 normal;
@@ -21,8 +21,8 @@ struct BucketPoint {
   std::uint32_t key;   ///< of query_keys()
 };
 
-/// Memory that QueryBuckets work in. It only grows, and may serve one after another: memory that was used before need
-/// not be cleared by the system.
+/// Working memory of QueryBuckets. It only grows and serves one QueryBuckets after another, because the system need not
+/// clear memory that is reused.
 struct QueryMemory {
   LargeArray<std::uint32_t> keys;
   LargeArray<std::uint32_t> places;  // by piece of the points and cell
@@ -30,35 +30,35 @@ struct QueryMemory {
   LargeArray<RGB> answers;
 };
 
-/// Points of a task, moved so that those of one cell of space stand together.
+/// Points of a task, reordered so that the points of one cell of space are adjacent.
 class QueryBuckets {
  public:
-  /// A run of points() that lie in one cell.
+  /// A run of points() in one cell.
   struct Bucket {
     std::uint32_t first, last;
   };
-  /// A bucket holds no more points than this.
+  /// Maximum number of points in a bucket.
   static constexpr std::size_t kMostPoints = std::size_t{1} << 17;
 
-  /// Takes points first to last - 1, but for those with a position or normal that is not finite. On all threads; the
-  /// same buckets for any number of them. The memory must outlive this.
+  /// Takes points first to last - 1, except those with a position or normal that is not finite. Uses all threads; the
+  /// buckets do not depend on their number. The memory must outlive this object.
   QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last, QueryMemory& memory);
 
   const std::vector<Bucket>& buckets() const { return buckets_; }
   std::span<const BucketPoint> points(const Bucket& bucket) const {
     return memory_.points.span().subspan(bucket.first, bucket.last - bucket.first);
   }
-  /// The answer of point i of points(bucket), to be set by who works the bucket off.
+  /// The answer of point i of points(bucket); whoever processes the bucket sets it.
   RGB& answer(const Bucket& bucket, std::size_t i) {
     const std::size_t place = bucket.first + i;
     return memory_.answers[origin_.size() == 0 ? place : origin_[place]];
   }
-  /// Adds the answers, times the reflectance of points that are Lambertian, to radiance[i] of the points i they are
-  /// for. Once only. (Answers are read bucket by bucket, so that memory is walked through in as many streams as there
-  /// are buckets, not jumped about in.)
+  /// Adds each answer, times the reflectance if the point is Lambertian, to radiance[i] of its query point i. Call it
+  /// once. (Answers are read bucket by bucket: memory is read as one sequential stream for each bucket, without random
+  /// access.)
   void add_answers(const QueryPoints& points, std::span<RGB> radiance);
 
-  /// Bytes held for so many points.
+  /// Bytes that so many points take.
   static std::uint64_t bytes(std::size_t points);
 
  private:
@@ -68,12 +68,12 @@ class QueryBuckets {
   std::size_t first_, last_;  // of the QueryPoints
   std::size_t cells_ = 0;
   std::size_t taken_ = 0;             // points that are finite
-  LargeArray<std::uint32_t> origin_;  // of each of points_ before large buckets were divided; empty where none was
+  LargeArray<std::uint32_t> origin_;  // index of each of points_ before large buckets were divided; empty if none was
   std::vector<Bucket> buckets_;
 };
 
-/// The points of one bucket, sorted by group and along the curve. Keeps its arrays from one bucket to the next; belongs
-/// to one thread.
+/// Sorts the points of one bucket by group and along the curve. Keeps its arrays from one bucket to the next; for one
+/// thread only.
 class BucketOrder {
  public:
   void sort(std::span<const BucketPoint> points);

@@ -75,8 +75,8 @@ class BruteEngine final : public DensityEngine {
     if (policy_.kind == RadiusKind::nearest) keep_nearest(pairs);
   }
 
-  /// Keeps the k nearest, nearest first, and gives them the radius of the last; where there are fewer than k, the
-  /// maximal radius. Photons at one distance keep the order of the batch.
+  /// Keeps the k nearest, nearest first, with the distance of the last as their radius; if there are fewer than k, with
+  /// the maximal radius. Photons at equal distance keep the order of the batch.
   void keep_nearest(std::vector<Pair>& pairs) const {
     std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
       return a.distance_squared != b.distance_squared ? a.distance_squared < b.distance_squared : a.photon < b.photon;
@@ -86,7 +86,7 @@ class BruteEngine final : public DensityEngine {
     if (pairs.empty()) return;
     const double limit = double(policy_.max_radius) * policy_.max_radius;
     const double r2 = !full && limit > 0 ? limit : pairs.back().distance_squared;
-    if (r2 == 0) pairs.clear();  // a density without bound: nothing sensible can be added
+    if (r2 == 0) pairs.clear();  // infinite density: nothing sensible can be added
     for (Pair& pair : pairs) pair.radius_squared = r2;
   }
 

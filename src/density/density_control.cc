@@ -14,14 +14,14 @@ namespace glowworm {
 
 namespace {
 
-// Neighbours whose distance gives the density, and that flux is handed to.
+// Number of neighbours that give the density and receive the flux.
 constexpr std::uint32_t kNeighbours = 12;
-// Photons of normals with a dot product above this lie on one surface.
+// Photons whose normals have a dot product above this lie on one surface.
 constexpr float kSameSurfaceCosine = 0.9f;
-// Neighbours must come from directions with a dot product above this. Where the wanted count cannot be reached so,
-// rounds that follow ask for less.
+// Directions of neighbours must have a dot product above this. If the target cannot be reached, later rounds use lower
+// values.
 constexpr float kDirectionCosines[] = {0.9f, 0.7f, 0.4f, 0.0f, -1.1f};
-// A round drops no more than this share of the photons: the neighbours that it works with would be used up.
+// Largest share of photons that a round drops; more would use up the neighbours.
 constexpr double kShareOfRound = 0.5;
 constexpr std::size_t kGrain = 512;
 
@@ -32,12 +32,12 @@ struct Neighbourhood {
   float area = 0;  ///< of the disc that holds them, m^2
 };
 
-/// Flux while it is handed on: in double precision, since photons may take over that of many.
+/// Flux during redistribution, in double precision, because a photon may receive that of many.
 struct Flux {
   double r = 0, g = 0, b = 0;
 };
 
-/// One round: photons and what becomes of them.
+/// One round: the photons and their fates.
 class Round {
  public:
   Round(const PhotonBatch& photons, std::vector<Flux>& flux) : photons_(photons), flux_(flux) {
@@ -49,13 +49,13 @@ class Round {
     });
   }
 
-  /// The density above which photons must go so that `target` are left: photon i stays with the chance that the
-  /// threshold is of its density.
+  /// The density threshold that leaves `target` photons: photon i stays with probability threshold / density.
   double threshold(std::size_t target) const {
     std::vector<double> areas;
     for (const Neighbourhood& n : around_) areas.push_back(n.count > 0 ? n.area / (n.count + 1) : 0);
     std::sort(areas.begin(), areas.end());
-    // Photons whose share of area is above that of the threshold stay for certain; the others by area over it.
+    // Photons with a larger area than the threshold's stay for certain; the others with probability area / threshold
+    // area.
     double sum = 0;
     for (std::size_t i = 0; i < areas.size(); ++i) {
       sum += areas[i];
@@ -67,7 +67,7 @@ class Round {
     return 0;
   }
 
-  /// Drops photons until `target` are left or no more may go. Returns, by photon, whether it stays.
+  /// Drops photons until `target` are left or no more may be dropped. Returns for each photon whether it stays.
   std::vector<bool> thin(std::size_t target, double threshold, float direction_cosine, std::uint32_t seed) {
     alive_.assign(photons_.size(), true);
     std::vector<std::uint32_t> order(photons_.size());
@@ -103,7 +103,7 @@ class Round {
     n.area = kPi * farthest;
   }
 
-  /// Photons per square metre around a photon, of those that are left.
+  /// Photons per square metre around a photon, of those that remain.
   double density(std::uint32_t place) const {
     const Neighbourhood& n = around_[place];
     if (n.count == 0) return 0;
@@ -112,7 +112,7 @@ class Round {
     return n.area > 0 ? left / double(n.area) : std::numeric_limits<double>::infinity();
   }
 
-  /// Gives a photon's flux to its neighbours in equal parts and drops it; false where no neighbour is like it.
+  /// Gives a photon's flux to its neighbours in equal parts and drops it; returns false if no neighbour is similar.
   bool hand_on(std::uint32_t place, float direction_cosine) {
     const Neighbourhood& n = around_[place];
     const Vec3 direction = map_.direction(place);
@@ -171,7 +171,7 @@ PhotonBatch control_density(const PhotonBatch& photons, const DensityControlSett
         work.thin(target, threshold, kDirectionCosines[likeness], hash_combine(settings.seed, round));
     const std::size_t before = left.size();
     keep(left, flux, stays);
-    // Short of most of what was to go: photons like enough are used up.
+    // Most of the target was missed: the remaining photons have no similar neighbours.
     if (before - left.size() < (before - target + 1) / 2) ++likeness;
   }
   for (std::size_t i = 0; i < left.size(); ++i)

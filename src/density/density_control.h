@@ -1,4 +1,4 @@
-// Density control: fewer photons where there are more than the estimate needs ([HHS05], section 6.2).
+// Density control: removes photons where there are more than the estimate needs ([HHS05], section 6.2).
 #pragma once
 #include <cstdint>
 
@@ -7,18 +7,18 @@
 namespace glowworm {
 
 struct DensityControlSettings {
-  /// Photons to keep. The batch is thinned where it is densest, at the density that gives this count.
+  /// Number of photons to keep. The batch is thinned where it is densest, by the threshold that gives this number.
   std::size_t wanted = 500000;
-  /// Photons per square metre up to which the batch is not thinned, whatever `wanted` says; 0: no such density.
+  /// No thinning below this number of photons per square metre, whatever `wanted` is; 0: no limit.
   float always_kept = 0;
-  std::uint32_t seed = 0;  ///< of the order in which photons are looked at
+  std::uint32_t seed = 0;  ///< of the order in which photons are visited
 };
 
-/// Thins a batch after Suykens and Willems, "Density Control for Photon Maps" (2000): photons are looked at in random
-/// order; where the density of the nearest photons is above a threshold, a photon's flux is handed to neighbours of
-/// like normal and incoming direction, and the photon is dropped. The sum of all flux stays, to the rounding of single
-/// precision. Photons without a neighbour on their surface are kept, so a few more than wanted may be left. What is
-/// left keeps its order. On all threads; the same for any number of them.
+/// Thins a batch after Suykens and Willems, "Density Control for Photon Maps" (2000). Visits photons in random order;
+/// if the density of the nearest photons is above a threshold, gives the photon's flux to neighbours with similar
+/// normal and incoming direction, and drops the photon. The sum of all flux is preserved to single-precision rounding.
+/// Photons without a neighbour on their surface are kept, so a few more than wanted may be left. Keeps the order of the
+/// remaining photons. Uses all threads; the result does not depend on their number.
 PhotonBatch control_density(const PhotonBatch& photons, const DensityControlSettings& settings);
 
 }  // namespace glowworm

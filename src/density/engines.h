@@ -1,4 +1,4 @@
-// The engines that make_engine() knows; each is made by a function of its own file.
+// Functions that make engines; each is in the file of its engine.
 #pragma once
 #include <memory>
 
@@ -9,17 +9,17 @@ namespace glowworm {
 /// Forward SIMD photon mapping [SF07]: packets of query points walk a kd-tree of one photon a node. Fixed and
 /// per-photon radii. Options of its own are in forward.h.
 std::unique_ptr<DensityEngine> make_forward_engine();
-/// Normal photon mapping, the baseline of [SF07] and [HHS05]: each query point on its own searches a kd-tree for its k
-/// nearest photons. Does every RadiusKind.
+/// Normal photon mapping, the baseline of [SF07] and [HHS05]: each query point searches a kd-tree for its k nearest
+/// photons. Supports every RadiusKind.
 std::unique_ptr<DensityEngine> make_knn_engine();
-/// The search of knn, but among photons within a radius: each query point on its own, over a kd-tree that is built
-/// sooner than any other index here. For few query points and many photons. Does fixed and per_photon.
+/// The search of knn within given radii: each query point searches a kd-tree that is quicker to build than any other
+/// index here. For few query points and many photons. Supports fixed and per_photon.
 std::unique_ptr<DensityEngine> make_single_engine();
-/// Every photon against every query point in double precision: the truth that the others are held against. Does every
+/// Every photon against every query point in double precision: the reference for the other engines. Supports every
 /// RadiusKind.
 std::unique_ptr<DensityEngine> make_brute_engine();
 
-/// Blocks of query points against blocks of photons, both sorted in space. Does fixed and per_photon.
+/// Blocks of query points against blocks of photons, both sorted in space. Supports fixed and per_photon.
 std::unique_ptr<DensityEngine> make_blocked_engine();
 /// Reverse photon mapping [HHS05]: photons search a kd-tree over the query points. Fixed and per-photon radii. Options
 /// of its own are in reverse.h.

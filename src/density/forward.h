@@ -15,16 +15,16 @@ struct ForwardMap {
   LargeArray<ForwardNode> nodes;
   LargeArray<ForwardHot> hot;
   LargeArray<ForwardCold> cold;
-  LargeArray<Vec3> direction;      ///< unit, back along the photon's way; read by points that are not Lambertian alone
-  LargeArray<ForwardReach> reach;  ///< where radii differ; else empty
+  LargeArray<Vec3> direction;      ///< unit, back along the photon's path; read only by points that are not Lambertian
+  LargeArray<ForwardReach> reach;  ///< only if radii differ; else empty
   float fixed_reach = 0;
   Box3 bounds;
 
-  /// What the kernels read of it. The map must stay while that is used.
+  /// The view for the kernels; valid while the map lives.
   ForwardTree tree(const RadiusPolicy& policy) const;
 };
 
-/// Builds the map on all threads; the same for any number of them. @param policy fixed or per_photon
+/// Builds the map on all threads; the result does not depend on their number. @param policy fixed or per_photon
 ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& policy);
 
 struct ForwardOptions {
@@ -35,8 +35,7 @@ struct ForwardOptions {
   ReorderSettings reorder;
 };
 
-/// Query points in a packet where ForwardOptions ask for none: as many as the vectors of the instruction set in use
-/// hold, at least 4.
+/// Packet width if ForwardOptions leave it open: the vector width of the instruction set in use, at least 4.
 int forward_lanes();
 
 /// make_forward_engine() with other options.

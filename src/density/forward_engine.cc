@@ -13,10 +13,10 @@ namespace glowworm {
 
 namespace {
 
-// Query points that one thread looks up in turn; whole packets of any width.
+// Query points that one thread looks up in turn; a multiple of every packet width.
 constexpr std::size_t kGrain = 1024;
 
-/// Query points of a piece in the form that the kernels read.
+/// Query points of a piece in the layout of the kernels.
 class PacketQueries {
  public:
   explicit PacketQueries(std::size_t capacity) {
@@ -29,7 +29,7 @@ class PacketQueries {
       arrays_[axis + 3].push_back(normal[axis]);
     }
   }
-  /// What was pushed; valid until the next push.
+  /// The points pushed so far; valid until the next push.
   ForwardQueries view() {
     for (auto& array : arrays_) array.resize(points_.size() + kForwardMaxLanes, 0.0f);
     return {arrays_[0].data(), arrays_[1].data(), arrays_[2].data(), arrays_[3].data(),
@@ -111,8 +111,8 @@ class ForwardEngine final : public DensityEngine {
     }
   }
 
-  /// Photons of one packet are written down first and then shaded in one batch for each of its points: the search runs
-  /// on all lanes whatever the materials, and no material is evaluated pair by pair.
+  /// Collects the photons of one packet, then shades them in one batch for each of its points: the search runs on all
+  /// lanes whatever the materials, and no material is evaluated pair by pair.
   void add_others(const ForwardTree& tree, int lanes, const QueryPoints& points, PacketQueries& queries,
                   std::span<RGB> radiance, ForwardCounts& counts) const {
     if (queries.size() == 0) return;
@@ -126,7 +126,7 @@ class ForwardEngine final : public DensityEngine {
       for (GatheredPhotons& photons : gathered) photons.clear();
       for (const ForwardPair& pair : pairs) {
         const float* flux = map_.cold[pair.photon].flux;
-        // The map's flux has the 1 / pi of Lambertian surfaces in it.
+        // The map's flux includes the 1 / pi of Lambertian surfaces.
         const RGB weighted = RGB(flux[0], flux[1], flux[2]) * (kPi * pair.profile);
         gathered[pair.query - first].push_back(map_.direction[pair.photon], weighted);
       }

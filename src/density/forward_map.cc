@@ -16,12 +16,12 @@ namespace glowworm {
 
 namespace {
 
-// Below this many photons a subtree is built by one thread.
+// One thread builds subtrees below this number of photons.
 constexpr std::size_t kParallelCount = 8192;
-// From this many photons on the median is narrowed down by a histogram first.
+// From this number of photons on, a histogram narrows down the median first.
 constexpr std::size_t kHistogramCount = 512;
 constexpr std::size_t kBins = 256;
-// Photons whose data is asked for before its turn.
+// Prefetch distance, in photons.
 constexpr std::size_t kPrefetchDistance = 16;
 
 /// Builds the tree: its nodes, and for each of them the index of its photon.
@@ -30,7 +30,7 @@ class TreeBuilder {
   TreeBuilder(LargeArray<ForwardNode>& nodes, LargeArray<std::uint32_t>& order) : nodes_(nodes), order_(order) {}
 
   /// Builds the subtree of the points, whose root becomes node `at`.
-  /// @param scratch as much room as the points take
+  /// @param scratch as large as the points
   void subtree(KdPoint* points, KdPoint* scratch, std::size_t count, std::size_t at) {
     if (count == 1) {
       set_node(at, points->index, 0, ForwardNode::kLeaf, 0);
@@ -62,7 +62,7 @@ class TreeBuilder {
   }
 
  private:
-  /// Calls `use` with a function that reads the coordinate along the axis, known when that is compiled.
+  /// Calls `use` with a function that reads the coordinate along the axis, which is known at compile time.
   template <class Use>
   static void along(int axis, const Use& use) {
     switch (axis) {
@@ -81,14 +81,14 @@ class TreeBuilder {
                      [coordinate](const KdPoint& a, const KdPoint& b) { return coordinate(a) < coordinate(b); });
   }
 
-  /// Moves the points to `to` so that the nth stands where sorting along the axis would put it, smaller ones before
-  /// it and greater ones behind. Bins of equal width along the axis tell which few points the nth is among; every
-  /// point is then copied once, without a branch on the data, and only those few are searched.
-  /// @param low, scale bins begin there, and there are so many to the metre
+  /// Moves the points to `to` so that the nth element is where sorting along the axis would put it, smaller ones before
+  /// it and larger ones after it. Bins of equal width along the axis narrow the nth down to a few points. Every point
+  /// is then copied once, without a branch on the data, and only those few are searched.
+  /// @param low, scale start of the bins, and bins per metre
   template <class Coordinate>
   static void select_by_histogram(const KdPoint* points, KdPoint* to, std::size_t nth, std::size_t count,
                                   const Coordinate& coordinate, float low, float scale) {
-    // Rounding is monotone: a greater coordinate never goes to a lower bin.
+    // Rounding is monotone: a larger coordinate never falls into a lower bin.
     const auto bin = [&](const KdPoint& p) {
       return std::min(static_cast<std::size_t>((coordinate(p) - low) * scale), kBins - 1);
     };
@@ -115,7 +115,7 @@ class TreeBuilder {
   LargeArray<std::uint32_t>& order_;
 };
 
-/// Brings the photons' data into the order of the nodes.
+/// Reorders the photons' data by node.
 void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const LargeArray<std::uint32_t>& order,
                   ForwardMap& map) {
   const bool own = policy.kind == RadiusKind::per_photon;
@@ -123,7 +123,7 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
   const std::size_t count = order.size();
   parallel_for(0, count, kParallelCount, [&](std::size_t first, std::size_t last) {
     for (std::size_t at = first; at < last; ++at) {
-      // Photons lie about in memory in the order of the tracing.
+      // Photons are in memory in the order of tracing, which is random in space.
       const std::uint32_t soon = order[std::min(at + kPrefetchDistance, count - 1)];
       __builtin_prefetch(&photons.position[soon]);
       __builtin_prefetch(&photons.flux[soon]);
@@ -143,7 +143,7 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
   });
 }
 
-/// Split positions lose their lowest two bits to the axis: up to three units in the last place.
+/// Split positions lose their lowest two bits to the axis: an error of up to three units in the last place.
 float split_slack(const Box3& bounds) {
   float largest = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -154,10 +154,10 @@ float split_slack(const Box3& bounds) {
 
 float widened(float radius, float slack) { return radius * 1.000001f + slack; }
 
-/// Widens the radii of the nodes' photons by the slack, and finds the reach of the subtrees.
+/// Adds the slack to the radii of the nodes' photons, and computes the reach of the subtrees.
 void find_reach(const LargeArray<ForwardNode>& nodes, LargeArray<ForwardReach>& reach, float slack) {
   const auto largest = [&](std::size_t at) { return std::max({reach[at].own, reach[at].left, reach[at].right}); };
-  // Children stand behind their parents.
+  // Children follow their parents.
   for (std::size_t at = reach.size(); at-- > 0;) {
     reach[at].own = widened(reach[at].own, slack);
     if ((nodes[at].split & ForwardNode::kAxisMask) == ForwardNode::kLeaf) continue;

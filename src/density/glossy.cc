@@ -11,8 +11,8 @@ namespace glowworm {
 
 namespace {
 
-// Most surfaces near each other are of few materials; where roughness changes from point to point, looking further back
-// costs more than it finds.
+// Nearby surfaces share few materials. Where roughness changes from point to point, searching further back costs more
+// than it saves.
 constexpr std::size_t kLookBack = 8;
 
 void set_color(GlossyNumbers& numbers, std::size_t field, RGB color) {
@@ -54,7 +54,7 @@ std::optional<GlossyModel> glossy_model(const Bsdf& bsdf) {
 
 GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point, GlossyModel model) {
   GlossyNumbers numbers{};
-  // What reads the curves of points without any finds some.
+  // Kernels read the curves of points that have none; this keeps the read valid.
   if (tables_.empty()) tables_.resize(2 * kGlossyCurve, 0.0f);
   const float cosine = dot(point.n, point.wo), cosine_o = std::min(std::abs(cosine), 1.0f);
   set_vector(numbers, kGlossyNormal, cosine < 0 ? -point.n : point.n);

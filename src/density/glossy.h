@@ -1,4 +1,4 @@
-// Glossy query points made into the numbers that the kernels evaluate in vectors.
+// Numbers of glossy query points for the vector kernels.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -9,22 +9,22 @@
 
 namespace glowworm {
 
-/// The model by which the kernels evaluate the BSDF; none where they cannot, which BatchShader is for.
+/// The model with which the kernels evaluate the BSDF; none if they cannot, and BatchShader does.
 std::optional<GlossyModel> glossy_model(const Bsdf& bsdf);
 
-/// Makes the numbers of points, and keeps the tables that they point into; belongs to one thread.
+/// Computes the numbers of points, and owns the tables that they refer to; for one thread only.
 class GlossyPreparer {
  public:
-  /// The numbers of a point. Black where wo lies in the surface.
+  /// The numbers of a point. Black if wo lies in the surface.
   /// @param model glossy_model() of its BSDF
   GlossyNumbers prepare(const QueryBsdf& point, GlossyModel model);
-  /// The tables of all points since clear(); anew after every prepare().
+  /// The tables of all points since clear(); call again after every prepare().
   const float* tables() const { return tables_.data(); }
-  /// Forgets the tables.
+  /// Clears the tables.
   void clear();
 
  private:
-  /// The curves of a surface that stand in the tables already.
+  /// The curves of a surface, if they are in the tables already.
   struct Known {
     GlossyModel model;
     float alpha, eta;

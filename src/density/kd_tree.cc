@@ -12,18 +12,18 @@ namespace glowworm {
 
 namespace {
 
-// Below this many points a subtree is built by one thread.
+// One thread builds subtrees below this number of points.
 constexpr std::size_t kParallelCount = 16384;
-// Below this depth cells are halved by count, which bounds the depth for points at ever smaller distances: two levels
-// a halving where coordinates are equal, and one an axis in which all are.
+// Below this depth cells are halved by count, which bounds the depth even if distances shrink without end: two levels
+// for each halving with equal coordinates, and one for each axis on which all coordinates are equal.
 constexpr int kMidpointDepth = 64;
-// Points whose extent along an axis is less than this share of their widest one lie on one surface across that axis.
+// Points whose extent along an axis is less than this share of their widest extent lie on one surface across that axis.
 constexpr float kFlat = 1e-3f;
-// Points that are copied by one piece of work.
+// Points that one piece of work copies.
 constexpr std::size_t kPointGrain = 65536;
 constexpr std::size_t kMaxPoints = std::size_t{1} << 30;
 
-/// A KdPoint as it lies in memory: compilers copy structures member by member.
+/// A KdPoint as one block of memory: compilers copy structures member by member.
 using Row [[gnu::vector_size(16), gnu::may_alias]] = float;
 static_assert(sizeof(KdPoint) == sizeof(Row) && alignof(KdPoint) == alignof(Row) && offsetof(KdPoint, position) == 0);
 
@@ -43,8 +43,8 @@ class Builder {
   }
 
  private:
-  /// A run of points: they lie in `from`, and partitioning writes them to `to`. The two change roles at every level;
-  /// `swapped` says that `from` is the scratch array.
+  /// A run of points in `from`; partitioning writes them to `to`. The two arrays change roles at every level; `swapped`
+  /// means that `from` is the scratch array.
   struct Run {
     KdPoint* from;
     KdPoint* to;
@@ -80,7 +80,7 @@ class Builder {
     nodes.insert(nodes.end(), right_nodes.begin(), right_nodes.end());
   }
 
-  /// Completes inner node `self`, all of whose left subtree stands at the end of nodes.
+  /// Completes inner node `self` after its whole left subtree has been appended to nodes.
   static void close(std::vector<KdNode>& nodes, std::size_t self, const Split& split) {
     nodes[self].split = split.position;
     nodes[self].bits = static_cast<std::uint32_t>((nodes.size() - self) << 2) | static_cast<std::uint32_t>(split.axis);
@@ -103,9 +103,9 @@ class Builder {
     std::size_t left = partition(run, axis, middle);
     if (left > 0 && left < run.count) return {axis, middle, left};
 
-    // One side is empty. Slide along this axis, or where its coordinates are all equal but for rounding, split the
-    // widest one: a plane between coordinates of a wall that differ by rounding would deal its photons out to two sets,
-    // each over the same area with half of the photons.
+    // One side is empty. Slide along this axis. If its coordinates are all equal but for rounding, split the widest
+    // axis: a plane between coordinates of a wall that differ by rounding would divide its photons at random into two
+    // sets over the same area.
     const Box3 tight = bounds_of(run);
     const Vec3 extent = tight.diagonal();
     const int widest = tight.longest_axis();
@@ -136,7 +136,7 @@ class Builder {
     return box;
   }
 
-  /// Splits the widest axis at the median; the planes go between different coordinates only.
+  /// Splits the widest axis at the median; planes lie between different coordinates only.
   static Split halve(const Run& run) {
     const Box3 tight = bounds_of(run);
     const int axis = tight.longest_axis();
@@ -150,8 +150,8 @@ class Builder {
     return {axis, plane, partition(run, axis, plane)};
   }
 
-  /// Writes the points at or under the plane to the front of run.to, the others, in reverse, to its back. Without a
-  /// branch on the data: both places are written, only one of them moves on.
+  /// Writes the points at or below the plane to the front of run.to, and the others, in reverse, to its back. No branch
+  /// depends on the data: each point is written to both places, and one of the two positions advances.
   static std::size_t partition(const Run& run, int axis, float plane) {
     switch (axis) {
       case 0:
@@ -167,7 +167,7 @@ class Builder {
     const auto* from = reinterpret_cast<const Row*>(run.from);
     auto* const begin = reinterpret_cast<Row*>(run.to);
     Row* to = begin;
-    // Places left between front and back: as many as points to come.
+    // Free places between front and back equal the points to come.
     for (auto between = static_cast<std::ptrdiff_t>(run.count) - 1; between >= 0; --between) {
       const Row row = *from++;
       to[0] = row;

@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// A node of 8 bytes. Nodes stand in depth-first preorder: the left child of an inner node follows it.
+/// A node of 8 bytes. Nodes are in depth-first preorder: the left child of an inner node follows it.
 struct KdNode {
   static constexpr std::uint32_t kLeaf = 3;
 
@@ -27,38 +27,38 @@ struct KdNode {
 };
 static_assert(sizeof(KdNode) == 8);
 
-/// A point with its place in the array that the tree was built from. Aligned so that it moves in one piece.
+/// A point with its index in the array that the tree was built from. Aligned so that it moves as one block.
 struct alignas(16) KdPoint {
   Vec3 position;
   std::uint32_t index;
 };
 
-/// The tree: its points in leaf order, so that every leaf, and every subtree, is a run of them.
+/// The tree. Its points are in leaf order, so that every leaf and every subtree is a run of them.
 struct KdTree {
-  /// No way from the root to a leaf is longer than this; stacks may have this size.
+  /// Maximum depth of any leaf; stacks may have this size.
   static constexpr int kMaxDepth = 128;
 
   LargeArray<KdPoint> points;
-  std::vector<KdNode> nodes;  ///< empty where there are no points
+  std::vector<KdNode> nodes;  ///< empty if there are no points
   Box3 bounds;                ///< of the points
 };
 
-/// Builds a tree on all threads; the same tree for any number of them. A cell is split at the middle of its longest
-/// side; if one side would be empty the plane slides to the nearest point (Maneewongvatana and Mount, "It's Okay to Be
-/// Skinny, If Your Friends Are Fat", 1999), or, where the points lie on a surface across that side, their widest extent
-/// is split instead. Leaves hold at most `leaf_size` points, or more that all coincide.
+/// Builds a tree on all threads; the result does not depend on their number. A cell is split at the middle of its
+/// longest side. If one side would be empty, the plane slides to the nearest point (Maneewongvatana and Mount, "It's
+/// Okay to Be Skinny, If Your Friends Are Fat", 1999), or, if the points lie on a surface across that side, their
+/// widest extent is split instead. Leaves hold at most `leaf_size` points, or more that all coincide.
 /// @param positions fewer than 2^30, finite
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size);
-/// The same over points that come with indices of their own.
+/// As above, for points that have indices.
 KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size);
 
-/// A tree whose points stand elsewhere.
+/// A tree that does not own its points.
 struct KdNodes {
   std::vector<KdNode> nodes;
   Box3 bounds;
 };
-/// The same, in memory of the caller's: puts the points into the order of the leaves.
-/// @param scratch as long as points, to work in
+/// As above, in the caller's memory: reorders `points` by leaf.
+/// @param scratch as long as points
 KdNodes build_kd_tree(std::span<KdPoint> points, std::span<KdPoint> scratch, std::uint32_t leaf_size);
 
 }  // namespace glowworm

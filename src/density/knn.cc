@@ -9,25 +9,26 @@ namespace glowworm {
 
 namespace {
 
-// Found by measurement: bench/density_bench.cc.
+// Measured with bench/density_bench.cc.
 constexpr std::uint32_t kLeafSize = 8;
 constexpr std::size_t kGrain = 8192;
 
-/// A subtree that is still to be searched, and how far its cell is away: squared, and by axis. Differences, squares and
-/// sums are rounded monotonically and taken in the order of length_squared(), so that no photon of the cell comes out
-/// nearer than the cell.
+/// A subtree still to be searched, and the distance to its cell: squared, and by axis. Differences, squares and sums
+/// round monotonically and are taken in the order of length_squared(), so that no photon of the cell is nearer than the
+/// cell.
 struct Pending {
   std::uint32_t node;
   float distance_squared;
   Vec3 offset;
 };
 
-/// Distances that are not negative order as their bits do; in one integer with the place, ties are broken by place.
+/// The bits of distances that are not negative order as the distances do; packed with the place, ties are broken by
+/// place.
 std::uint64_t pack(float distance_squared, std::uint32_t place) {
   return std::uint64_t{std::bit_cast<std::uint32_t>(distance_squared)} << 32 | place;
 }
 
-/// Puts `value` in the place of the top of a max-heap and lets it sink.
+/// Replaces the top of a max-heap by `value` and sifts it down.
 void replace_top(std::uint64_t* heap, std::size_t size, std::uint64_t value) {
   std::size_t hole = 0;
   for (;;) {
@@ -41,7 +42,7 @@ void replace_top(std::uint64_t* heap, std::size_t size, std::uint64_t value) {
   heap[hole] = value;
 }
 
-/// Goes down from a subtree to its leaf whose cell is nearest to x; hands over the siblings on the way.
+/// Descends from a subtree to its leaf whose cell is nearest to x; pushes the siblings on the way.
 template <class Wait>
 const KdNode& descend(const KdTree& tree, Vec3 x, Pending& at, const Wait& wait) {
   const KdNode* node = &tree.nodes[at.node];
@@ -60,7 +61,7 @@ const KdNode& descend(const KdTree& tree, Vec3 x, Pending& at, const Wait& wait)
   return *node;
 }
 
-/// How far x lies outside the box, by axis.
+/// Distance of x from the box, by axis.
 Vec3 outside(const Box3& box, Vec3 x) {
   Vec3 offset;
   for (int axis = 0; axis < 3; ++axis) {
@@ -93,7 +94,7 @@ void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) 
 void PhotonMap::find_node_radii() {
   node_radius_squared_.resize(radius_squared_.size() == 0 ? 0 : tree_.nodes.size());
   if (radius_squared_.size() == 0) return;
-  // Children stand behind their parents.
+  // Children follow their parents.
   for (std::size_t i = tree_.nodes.size(); i-- > 0;) {
     const KdNode& node = tree_.nodes[i];
     float largest = 0;
@@ -115,7 +116,7 @@ std::size_t PhotonMap::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_
   if (tree_.nodes.empty() || k == 0) return 0;
   std::uint64_t* const heap = found.data();
   std::size_t size = 0;
-  // A photon is taken where its packed distance is below this: first the limit, then the top of the full heap.
+  // A photon is taken if its packed distance is below this: first the limit, then the top of the full heap.
   std::uint64_t bound = pack(limit_squared, 0);
   Pending stack[KdTree::kMaxDepth];
   int depth = 0;
@@ -160,8 +161,8 @@ void PhotonMap::search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSq
       if (far.distance_squared <= node_radius_squared(far.node)) stack[depth++] = far;
     });
     tested += leaf.count;
-    // Every photon is written down and kept or written over: which it is cannot be foretold, so that branches would
-    // cost more than the tests.
+    // Every photon is written, and then kept or overwritten: the choice is unpredictable, and a mispredicted branch
+    // costs more than the write.
     const std::size_t before = found.size();
     found.resize(before + leaf.count);
     FoundPhoton* next = found.data() + before;

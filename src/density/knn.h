@@ -1,4 +1,4 @@
-// A photon map that is searched one query point at a time: normal photon mapping.
+// A photon map for searches of single query points: normal photon mapping.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// A photon that a search found. `place` is its place in the map's order.
+/// A photon that a search found. `place` is its index in the map's order.
 struct FoundPhoton {
   float distance_squared;
   std::uint32_t place;
@@ -20,7 +20,7 @@ struct FoundPhoton {
 class PhotonMap {
  public:
   /// Builds the map on all threads.
-  /// @param radii one for each photon where searches within the photons' own radii are wanted, else empty
+  /// @param radii one for each photon for searches within the photons' own radii, else empty
   void build(const PhotonBatch& photons, std::span<const float> radii);
 
   std::size_t size() const { return tree_.points.size(); }
@@ -32,17 +32,17 @@ class PhotonMap {
   RGB flux(std::uint32_t place) const { return flux_[place]; }
   float radius_squared(std::uint32_t place) const { return radius_squared_[place]; }
 
-  /// The k photons nearest to x whose normals have a dot product with `normal` above min_cosine; fewer where there are
-  /// fewer within the limit. In no particular order, except that the farthest comes first where k were found.
-  /// Photons at one distance are chosen by their places.
-  /// @param limit_squared photons must be nearer than the root of this, m^2
-  /// @param found         k elements of scratch at least; receives the photons
-  /// @param tested        grows by the number of photons whose distance was looked at
+  /// The k photons nearest to x whose normals have a dot product with `normal` above min_cosine; fewer if there are
+  /// fewer within the limit. In no particular order, except that the farthest comes first if k were found. The place
+  /// decides between photons at equal distance.
+  /// @param limit_squared square of the largest distance (exclusive), m^2
+  /// @param found         scratch of at least k elements; receives the photons
+  /// @param tested        increased by the number of photons whose distance was computed
   /// @returns how many were found
   std::size_t nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_t k, float limit_squared,
                       std::span<std::uint64_t> found, std::uint64_t& tested) const;
 
-  /// Unpacks what nearest() found.
+  /// Unpacks the result of nearest().
   static FoundPhoton unpack(std::uint64_t packed);
 
   /// All photons of matching normal that are nearer to x than `radius`.

@@ -1,5 +1,5 @@
-// Each query point searches the photon map on its own: for its nearest photons, which is normal photon mapping, or for
-// those within a radius.
+// Each query point searches the photon map: for its nearest photons, which is normal photon mapping, or for those
+// within a radius.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,11 +16,10 @@ namespace glowworm {
 
 namespace {
 
-// Neighbours on the Hilbert curve that one thread looks up in turn: fewer where there are few, since they take unlike
-// times.
+// Neighbours on the Hilbert curve that one thread looks up in turn: fewer if there are few, because their costs differ.
 constexpr std::size_t kMostGrain = 512, kLeastGrain = 16, kPieces = 64;
 
-/// What one piece of query points needs while it is looked up.
+/// Memory of a piece of query points during lookup.
 struct Scratch {
   std::vector<std::uint64_t> heap;
   std::vector<FoundPhoton> found;
@@ -28,14 +27,14 @@ struct Scratch {
   BatchShader shader;
   std::uint64_t tested = 0, operations = 0;
 
-  // The last query point: its k nearest photons also bound those of a neighbour of the same normal.
+  // The last query point: its k nearest photons also bound those of a neighbour with the same normal.
   Vec3 last_position, last_normal;
   float last_radius = std::numeric_limits<float>::infinity();
 };
 
 class KnnEngine final : public DensityEngine {
  public:
-  /// @param nearest whether RadiusKind::nearest is taken; the engine is called "knn" where it is, else "single"
+  /// @param nearest whether to use RadiusKind::nearest; the engine is "knn" if so, else "single"
   explicit KnnEngine(bool nearest) : nearest_(nearest) {}
 
   std::string name() const override { return nearest_ ? "knn" : "single"; }
@@ -83,7 +82,7 @@ class KnnEngine final : public DensityEngine {
   }
 
  private:
-  /// Finds the photons of a query point. Returns the 1 / r^2 that they share, or 0 where each has its own.
+  /// Finds the photons of a query point. Returns the 1 / r^2 that they share, or 0 if each has its own.
   float find(Vec3 x, Vec3 normal, Scratch& scratch) const {
     switch (policy_.kind) {
       case RadiusKind::nearest:
@@ -104,13 +103,13 @@ class KnnEngine final : public DensityEngine {
     const float limit = limited ? policy_.max_radius * policy_.max_radius : std::numeric_limits<float>::infinity();
     float first_limit = limit;
     if (normal == scratch.last_normal) {
-      // The sphere around the last point's photons, seen from here; a little more, against rounding.
+      // The sphere around the last point's photons, from this point, with a margin for rounding.
       const float reach = (scratch.last_radius + length(x - scratch.last_position)) * 1.0001f;
       first_limit = std::min(limit, reach * reach);
     }
     const std::size_t count =
         map_.nearest(x, normal, policy_.min_normal_cosine, policy_.k, first_limit, scratch.heap, scratch.tested);
-    // The heap's order depends on the point looked up before; sums go over the photons from near to far.
+    // The order of the heap depends on the previous point; sums go over the photons from near to far.
     std::sort(scratch.heap.begin(), scratch.heap.begin() + static_cast<std::ptrdiff_t>(count));
     for (std::size_t i = 0; i < count; ++i) scratch.found.push_back(PhotonMap::unpack(scratch.heap[i]));
     scratch.last_radius = std::numeric_limits<float>::infinity();
@@ -123,7 +122,7 @@ class KnnEngine final : public DensityEngine {
     } else if (limited) {
       r2 = limit;
     }
-    // Photons all at the point itself: a density without bound, nothing sensible can be added.
+    // All photons lie at the point itself: infinite density, nothing sensible can be added.
     if (r2 == 0) scratch.found.clear();
     return r2 > 0 ? 1 / r2 : 0;
   }

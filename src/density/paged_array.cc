@@ -60,7 +60,7 @@ void PagedFile::for_parts(std::uint64_t first, std::size_t count, bool written, 
       missed = 1;
       ++counts_.misses;
       const std::span<std::byte> used = data.first(bytes_of(block));
-      if (written && part == used.size()) return;  // it is replaced whole
+      if (written && part == used.size()) return;  // replaced as a whole
       if (!stored_[block]) {
         std::fill(used.begin(), used.end(), std::byte{0});
       } else {
@@ -77,7 +77,7 @@ void PagedFile::for_parts(std::uint64_t first, std::size_t count, bool written, 
       dirty = dirty || written;
       work(data.subspan(offset, part), done);
     });
-    // The first element may miss, the others then hit.
+    // The first element may miss; the others then hit.
     counts_.hits += std::max<std::uint64_t>(part / element_bytes_, 1) - missed;
     done += part;
   }

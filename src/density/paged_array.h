@@ -1,4 +1,4 @@
-// Arrays in memory, or on disk behind a cache: what a task needs may be larger than memory ([HHS05], section 6.5).
+// Arrays in memory, or on disk behind a cache, for tasks larger than memory ([HHS05], section 6.5).
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -19,45 +19,45 @@ namespace glowworm {
 /// Where a paged array keeps its elements.
 struct PagedSettings {
   bool on_disk = false;
-  std::string folder;  ///< for the file; empty: that of the environment (TMPDIR, else /tmp)
+  std::string folder;  ///< for the file; empty: from the environment (TMPDIR, else /tmp)
   std::size_t block_bytes = std::size_t{1} << 20;
   std::size_t cache_blocks = 64;  ///< blocks held in memory, as BlockCache rounds them
 };
 
-/// What went through the cache so far.
+/// Statistics of the cache.
 struct PagedCounts {
-  std::uint64_t hits = 0, misses = 0;  ///< accesses to an element whose block was, or was not, in the cache
+  std::uint64_t hits = 0, misses = 0;  ///< accesses to elements in cached and other blocks
   std::uint64_t bytes_read = 0;        ///< from disk
   std::uint64_t bytes_written = 0;     ///< to disk
 
-  /// Share of accesses that found their block; 1 where there were none.
+  /// Share of accesses that found their block in the cache; 1 if there were no accesses.
   double hit_rate() const;
   PagedCounts& operator+=(const PagedCounts& other);
 };
 
-/// Bytes on disk behind a BlockCache. The file has no name from the moment it is open: it
-/// is gone with the process, however that ends. Thread-safe.
+/// Bytes on disk behind a BlockCache. The file never has a name: it vanishes with the process, however that ends.
+/// Thread-safe.
 class PagedFile {
  public:
-  /// @param element_bytes what counts as one access
-  /// Throws Error where no file can be made in the folder, or a size is 0.
+  /// @param element_bytes size of one access
+  /// Throws Error if no file can be made in the folder, or a size is 0.
   PagedFile(std::uint64_t bytes, const PagedSettings& settings, std::size_t element_bytes = 1);
   PagedFile(const PagedFile&) = delete;
   PagedFile& operator=(const PagedFile&) = delete;
 
-  /// Copies bytes out. Bytes that were never written are 0. Throws Error where the disk fails.
+  /// Copies bytes out. Bytes never written are 0. Throws Error if the disk fails.
   void read(std::uint64_t first, std::span<std::byte> to);
-  /// Copies bytes in. Throws Error where the disk fails or is full, perhaps at a later call than that of the bytes it
-  /// has no room for; the contents are not to be relied on after that.
+  /// Copies bytes in. Throws Error if the disk fails or is full, perhaps at a later call than the one whose bytes do
+  /// not fit; the contents are undefined after that.
   void write(std::uint64_t first, std::span<const std::byte> from);
 
   PagedCounts counts() const;
-  /// Bytes of memory that the cache takes.
+  /// Size of the cache in bytes.
   std::uint64_t cache_bytes() const { return cache_.bytes(); }
 
  private:
-  /// Calls work(bytes of a block, done) for the parts of blocks that hold `count` bytes from `first` on; `done` is how
-  /// many of them come before. @param written whether they are replaced
+  /// Calls work(bytes of a block, done) for the parts of blocks that hold `count` bytes from `first` on; `done` counts
+  /// the bytes before the part. @param written whether the bytes are replaced
   template <class Work>
   void for_parts(std::uint64_t first, std::size_t count, bool written, Work&& work);
   std::size_t bytes_of(std::uint64_t block) const;
@@ -89,7 +89,7 @@ class PagedArray {
   std::size_t size() const { return size_; }
   bool on_disk() const { return file_ != nullptr; }
 
-  /// Element i by value, and its replacement.
+  /// Reads element i, and replaces it.
   T get(std::size_t i) const {
     T value;
     read(i, std::span<T>(&value, 1));
@@ -97,7 +97,7 @@ class PagedArray {
   }
   void set(std::size_t i, const T& value) { write(i, std::span<const T>(&value, 1)); }
 
-  /// Copies elements from `first` on. Different elements may be read and written by different threads at once.
+  /// Copies elements from `first` on. Threads may read and write different elements at the same time.
   void read(std::size_t first, std::span<T> to) const {
     if (file_) {
       file_->read(std::uint64_t{first} * sizeof(T), std::as_writable_bytes(to));
@@ -113,7 +113,7 @@ class PagedArray {
     }
   }
 
-  /// Elements from `first` on: in place where the array is in memory, else read into `scratch`.
+  /// Elements from `first` on: in place if the array is in memory, else read into `scratch`.
   std::span<const T> view(std::size_t first, std::size_t count, std::vector<T>& scratch) const {
     if (!file_) return memory_.span().subspan(first, count);
     scratch.resize(count);

@@ -13,7 +13,7 @@ namespace glowworm::api {
 
 namespace {
 
-// The public structs have the layout of those within.
+// The public structs have the same layout as the private ones.
 static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3) && sizeof(Rgb) == sizeof(RGB));
 
 glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
@@ -30,7 +30,7 @@ void check_length(std::size_t length, std::size_t wanted, const char* what) {
                 " positions");
 }
 
-/// The direction of photons and points without one: all normals are alike.
+/// Direction of photons and points that have none: all normals agree.
 constexpr glowworm::Vec3 kAnyNormal{0, 0, 1};
 
 PhotonBatch batch_of(const PhotonArrays& photons) {
@@ -109,7 +109,7 @@ std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<con
     points.normal.assign(count, kAnyNormal);
   else
     points.normal.assign(normals, normals + count);
-  // Lambertian of reflectance pi: radiance is the sum itself.
+  // With a Lambertian reflectance of pi the radiance is the sum itself.
   points.reflectance.assign(count, RGB(kPi));
   points.bsdf.assign(count, kLambertianQuery);
   std::vector<Rgb> out(count);

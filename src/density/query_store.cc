@@ -9,12 +9,12 @@ namespace glowworm {
 
 namespace {
 
-// Cells an axis, as a power of two: coarse enough that a portion's directory is small, fine enough for even runs.
+// Cells an axis, as a power of two: few enough for a small directory of each portion, many enough for even runs.
 constexpr int kGridBits = 4;
 constexpr std::size_t kCells = std::size_t{1} << (3 * kGridBits);
-// Runs of a portion are some tens of kilobytes: larger blocks would be read for a part of them.
+// Runs of a portion are some tens of kilobytes; larger blocks would be read only in part.
 constexpr std::size_t kBlockBytes = std::size_t{1} << 16;
-// Records that are copied at once.
+// Records copied at a time.
 constexpr std::size_t kRecordsAtOnce = 4096;
 
 PagedSettings disk_settings(std::uint64_t cache_bytes) {
@@ -99,7 +99,7 @@ void QueryStore::look_up_all(std::size_t most_points, const LookUp& look_up) {
       const auto from = portion.cell_counts.begin();
       std::size_t left = std::accumulate(from + static_cast<std::ptrdiff_t>(first),
                                          from + static_cast<std::ptrdiff_t>(last), std::size_t{0});
-      // One cell may hold more than a run.
+      // One cell may hold more points than a run.
       while (left > 0) {
         if (run.size() >= most_points) hand_out();
         const Piece piece{portion.next, std::min(left, most_points - run.size())};
@@ -129,7 +129,7 @@ void QueryStore::read(const Piece& piece, QueryPoints& to) {
   }
 }
 
-/// Writes down what the points of a run bring.
+/// Writes the results of a run's points.
 void QueryStore::answer(std::span<const Piece> pieces, const QueryPoints& run, std::span<const RGB> radiance) {
   std::size_t at = 0;
   for (const Piece& piece : pieces) {
@@ -140,7 +140,7 @@ void QueryStore::answer(std::span<const Piece> pieces, const QueryPoints& run, s
   }
 }
 
-/// Adds what the points of a portion bring, in the order in which they were appended.
+/// Adds the results of a portion's points, in the order in which they were appended.
 void QueryStore::add_answers(const Portion& portion, std::span<RGB> target) {
   std::vector<Answer> in_order(portion.next - portion.first);
   for (std::size_t first = portion.first; first < portion.next; first += some_answers_.size()) {

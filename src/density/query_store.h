@@ -1,4 +1,4 @@
-// Query points on disk: the external cache of [HHS05], section 6.5, for tasks whose query points memory cannot hold.
+// Query points on disk: the external cache of [HHS05], section 6.5, for tasks whose query points exceed memory.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -11,33 +11,32 @@
 
 namespace glowworm {
 
-/// Takes query points portion by portion as their rays are traced, and has them looked up by place: all that lie near
-/// one another at once, so that each part of the photon map is looked at once and not once a portion. What is found
-/// waits in a second file until it can be added up in the order in which the points came: A_R and A_W of [HHS05] on
-/// disk.
+/// Takes query points portion by portion as their rays are traced, and looks them up in spatial order, so that each
+/// part of the photon map is visited once and not once per portion. A second file holds the results until they are
+/// added up in the order of the points: A_R and A_W of [HHS05] on disk.
 class QueryStore {
  public:
-  /// @param bounds       where the query points lie, about: points outside are kept all the same
-  /// @param most_points  that will be appended; throws Error where there are more
+  /// @param bounds       approximate bounds of the query points; points outside are kept, too
+  /// @param most_points  maximum number of points; throws Error if there are more
   /// @param cache_bytes  memory for the caches of the files
-  /// Throws Error where no file can be made.
+  /// Throws Error if no file can be made.
   QueryStore(const Box3& bounds, std::size_t most_points, std::uint64_t cache_bytes);
 
-  /// Adds a portion. Throws Error where the disk is full.
+  /// Adds a portion. Throws Error if the disk is full.
   void append(const QueryPoints& portion);
 
-  /// Sets radiance[i], which is black, to what leaves point i of the run.
+  /// Sets radiance[i], which is black, to the radiance that leaves point i of the run.
   using LookUp = std::function<void(const QueryPoints& run, std::span<RGB> radiance)>;
-  /// Has all points looked up, run by run along a Hilbert curve. Then adds weight times radiance to `target` at each
-  /// point's gather_point, in the order in which the points were appended, and forgets them: the same sums as without
+  /// Looks up all points, run by run along a Hilbert curve. Then adds weight times radiance to `target` at each point's
+  /// gather_point, in the order in which the points were appended, and removes the points. The sums equal those without
   /// a file, bit for bit.
   /// @param most_points of a run
   void complete(std::size_t most_points, const LookUp& look_up, std::span<RGB> target);
 
   std::size_t size() const { return size_; }
-  /// What went through the caches of the files.
+  /// Statistics of the files' caches.
   PagedCounts counts() const;
-  /// Bytes of the caches.
+  /// Size of the caches in bytes.
   std::uint64_t memory_bytes() const {
     return points_.memory_bytes() + bsdfs_.memory_bytes() + answers_.memory_bytes();
   }
@@ -48,19 +47,19 @@ class QueryStore {
     RGB reflectance, weight;
     std::uint32_t gather_point, bsdf, number;
   };
-  /// What a point brings to its target.
+  /// Contribution of a point to its target.
   struct Answer {
     RGB light;
     std::uint32_t target;
-    std::uint32_t number;  ///< of the point in its portion as it was appended
+    std::uint32_t number;  ///< of the point in its portion, in the order of appending
   };
-  /// A portion: its place in the files, how much of it has been looked up, and how many points each cell has there, in
-  /// order.
+  /// A portion: its place in the files, the number of points looked up so far, and the number of points in each cell,
+  /// in order.
   struct Portion {
     std::size_t first = 0, next = 0;
     std::vector<std::uint32_t> cell_counts;
   };
-  /// Points that stand together in the files.
+  /// Points that are adjacent in the files.
   struct Piece {
     std::size_t first, count;
   };

@@ -11,22 +11,23 @@ namespace glowworm {
 
 namespace {
 
-// Photons of a leaf whose normals have a dot product above this lie on one surface: as in RadiusPolicy.
+// Photons of a leaf whose normals have a dot product above this lie on one surface, as in RadiusPolicy.
 constexpr float kSameSurfaceCosine = 0.7f;
-// Surfaces told apart in one leaf; what matches none of them joins the last.
+// Maximum number of surfaces in one leaf; a photon that matches none of them joins the last.
 constexpr int kMaxSurfaces = 4;
-// Leaves before and after a leaf, in the order of the tree, that its estimate is pooled with.
+// Leaves before and after a leaf, in the order of the tree, that are pooled with its estimate.
 constexpr std::size_t kPooledLeaves = 3;
-// Photons that an estimate of their area needs to stand on its own.
+// Number of photons for an estimate of their area without pooling.
 constexpr float kTrustedCount = 12;
-// A radius is at most so many times the median one, or the one that photons spread evenly would have: photons that lie
-// alone stay local. In a caustic, nearly all lie in the focus, and the median says nothing of the rest.
+// A radius is at most this multiple of the median radius, or of the radius of evenly spread photons: lone photons stay
+// local. The second bound serves caustics, where nearly all photons lie in the focus and the median is tiny.
 constexpr float kMaxOverMedian = 8, kMaxOverEven = 4;
-// But the latter never beyond this share of the diagonal of the photons' box: few photons do not blur over all of it.
+// The second bound never exceeds this share of the diagonal of the photons' box: few photons do not blur over all of
+// it.
 constexpr float kMaxShareOfDiagonal = 1.0f / 16;
 constexpr std::size_t kLeafGrain = 64;
 
-/// Sums over photons: of positions relative to an origin near them, and of their products.
+/// Sums over photons: positions relative to a nearby origin, and their products.
 struct Moments {
   double n = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
 
@@ -43,9 +44,9 @@ struct Moments {
     zz += double(p.z) * p.z;
   }
 
-  /// The area of a square with the photons' covariance C in the plane normal to m: 12 sqrt(det). Nearly that of any
-  /// compact shape that they cover evenly (of a disc 4 pi / 12 of it). The determinant in the plane is m^T adj(C) m;
-  /// that of n points falls short of the true one by (n - 2) / (n - 1) on average (Wishart distribution).
+  /// The area of a square with the photons' covariance C in the plane normal to m: 12 sqrt(det). It is close to the
+  /// area of any compact shape that they cover evenly (4 pi / 12 for a disc). The determinant in the plane is m^T
+  /// adj(C) m; that of n points is too small by a factor (n - 2) / (n - 1) on average (Wishart distribution).
   double area(Vec3 m) const {
     if (n < 3) return 0;
     const double inverse = 1 / n, unbiased = 1 / (n - 1);
@@ -59,13 +60,13 @@ struct Moments {
   }
 };
 
-/// The photons of one leaf that lie on one surface.
+/// The photons of one leaf on one surface.
 struct Surface {
-  Vec3 first_normal;  ///< of the photon that opened it
+  Vec3 first_normal;  ///< of the first photon
   Vec3 normal;        ///< averaged, unit
   Vec3 center;        ///< metres
   float count = 0;
-  float area = 0;       ///< covered by the photons, m^2; 0 where they are too few or on a line
+  float area = 0;       ///< covered by the photons, m^2; 0 if they are too few or on a line
   float cell_area = 0;  ///< of the largest side of the box around the leaf's photons, m^2
 };
 
@@ -75,7 +76,7 @@ struct Leaf {
   std::array<Surface, kMaxSurfaces> surfaces;
 };
 
-/// The surface of the leaf that a photon of that normal lies on; opens a new one where none matches.
+/// The surface of the leaf with that normal; adds a new one if none matches.
 int surface_of(Leaf& leaf, Vec3 normal) {
   for (int s = 0; s < leaf.surface_count; ++s) {
     if (dot(leaf.surfaces[s].first_normal, normal) > kSameSurfaceCosine) return s;
@@ -85,14 +86,14 @@ int surface_of(Leaf& leaf, Vec3 normal) {
   return leaf.surface_count++;
 }
 
-/// Asks for the normals of a leaf's photons, which lie about in memory in the order of the tracing.
+/// Prefetches the normals of a leaf's photons, which are scattered in memory.
 void prefetch_normals(const KdNode& leaf, const KdTree& tree, std::span<const Vec3> normals) {
   for (std::uint32_t i = leaf.first(); i < leaf.first() + leaf.count; ++i) {
     __builtin_prefetch(&normals[tree.points[i].index]);
   }
 }
 
-/// Sorts the photons of a leaf by surface and measures the areas they cover.
+/// Sorts the photons of a leaf by surface and measures the areas that they cover.
 void measure(Leaf& leaf, const KdTree& tree, std::span<const Vec3> normals, std::uint8_t* surface_index) {
   std::array<Moments, kMaxSurfaces> moments;
   const Vec3 origin = tree.points[leaf.first].position;
@@ -120,8 +121,8 @@ void measure(Leaf& leaf, const KdTree& tree, std::span<const Vec3> normals, std:
   }
 }
 
-/// The radius that holds k photons on a surface: pi r^2 = k times the area of a photon, pooled over the surface and
-/// what continues it in the leaves around. Negative, or zero, where too few photons tell it.
+/// The radius that holds k photons on a surface: pi r^2 = k times the area of a photon, pooled over the surface and its
+/// continuation in adjacent leaves. Zero or negative if there are too few photons.
 float pooled_radius(std::span<const Leaf> leaves, std::size_t i, const Surface& surface, float k) {
   const std::size_t first = i < kPooledLeaves ? 0 : i - kPooledLeaves;
   const std::size_t last = std::min(i + kPooledLeaves + 1, leaves.size());
@@ -130,7 +131,7 @@ float pooled_radius(std::span<const Leaf> leaves, std::size_t i, const Surface& 
     for (int s = 0; s < leaves[j].surface_count; ++s) {
       const Surface& other = leaves[j].surfaces[s];
       if (other.area <= 0 || !(dot(other.normal, surface.normal) > kSameSurfaceCosine)) continue;
-      // Leaves that follow one another in the tree may still lie far apart.
+      // Adjacent leaves in the tree may be far apart in space.
       const float reach = 2 * std::max(surface.area, other.area);
       if (length_squared(other.center - surface.center) > reach) continue;
       area += other.area;
@@ -139,13 +140,13 @@ float pooled_radius(std::span<const Leaf> leaves, std::size_t i, const Surface& 
   }
   float area_each = count > 0 ? area / count : surface.cell_area / surface.count;
   if (count >= kTrustedCount) return std::sqrt(k * kInversePi * area_each);
-  // A few photons by chance close together, or on a line, would get a radius near zero, and shine as specks: they
-  // share out the leaf like all its photons.
+  // A few photons that are close together by chance, or on a line, would get a radius near zero and make bright specks.
+  // They share the area of the leaf with all its photons.
   area_each = std::max(area_each, surface.cell_area / static_cast<float>(leaves[i].count));
   return -std::sqrt(k * kInversePi * area_each);
 }
 
-/// The median of the radii that are known, from at most a few thousand of them; 0 where none is.
+/// The median of the known radii, from at most a few thousand of them; 0 if there is none.
 float median_radius(const std::vector<float>& radii) {
   std::vector<float> some;
   const std::size_t step = radii.size() / 4096 + 1;
@@ -157,7 +158,7 @@ float median_radius(const std::vector<float>& radii) {
   return some[some.size() / 2];
 }
 
-/// The radius that would hold k of n photons, were they spread evenly over the largest side of their box.
+/// The radius that would hold k of n photons if they were evenly spread over the largest side of their box.
 float even_radius(std::size_t n, const Box3& bounds, float k) {
   const Vec3 d = bounds.diagonal();
   const float side = std::max(d.x * d.y, std::max(d.y * d.z, d.z * d.x));
@@ -168,7 +169,7 @@ float even_radius(std::size_t n, const Box3& bounds, float k) {
 void bound_radii(std::vector<float>& radii, const Box3& bounds, float k) {
   const float diagonal = length(bounds.diagonal());
   float median = median_radius(radii);
-  // All photons coincide, or lie on lines: nothing tells their density, the size of their box comes nearest.
+  // All photons coincide or lie on lines: their density is unknown, and the size of their box is the best estimate.
   if (!(median > 0)) median = diagonal > 0 ? diagonal / 100 : 1e-3f;
   const float low = std::max(median * 1e-3f, std::numeric_limits<float>::min());
   const float even = std::min(kMaxOverEven * even_radius(radii.size(), bounds, k), kMaxShareOfDiagonal * diagonal);

@@ -14,10 +14,10 @@ namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 14;
 
-/// Points by their Morton code at the finest level: an octant of the tree is three bits of it.
+/// Points by Morton code at the finest level: each level of the octree is three bits.
 using CodedPoint = KeyedIndex<std::uint64_t>;
 
-/// A cell of the octree: a run of the points, and how the curve goes through it.
+/// A cell of the octree: a run of the points, and the orientation of the curve in it.
 struct Cell {
   std::size_t first, last;
   int level;  // halvings so far
@@ -31,7 +31,7 @@ class OctreeOrder {
       : points_(std::move(points)), scratch_(points_.size()), threshold_(std::max(threshold, 1u)), depth_(depth) {}
 
   std::vector<CodedPoint> run() {
-    // Large cells one after the other, each on all threads; then small ones side by side.
+    // Large cells one after another, each on all threads; then small ones in parallel.
     std::vector<Cell> large{{0, points_.size(), 0, 0}}, small;
     while (!large.empty()) {
       const Cell cell = large.back();
@@ -65,7 +65,7 @@ class OctreeOrder {
     for (unsigned place = 0; place < 8; ++place) order_within(child(cell, ends, place));
   }
 
-  /// Sorts the points of a cell by octant; returns where each child's points begin, and the end.
+  /// Sorts the points of a cell by octant; returns where the points of each child begin, and the end.
   std::array<std::size_t, 9> divide(const Cell& cell) {
     std::array<std::size_t, 8> next{};
     for (std::size_t i = cell.first; i < cell.last; ++i) ++next[place_of(points_[i], cell)];
@@ -147,9 +147,9 @@ std::vector<std::uint32_t> radix_order(std::span<const Vec3> points, const CubeG
 }  // namespace
 
 int automatic_depth(std::size_t points, std::size_t photons) {
-  // Points lie on surfaces: the walls of a closed box alone pass through 6 * 4^b cells of a grid of b bits, and what
-  // stands in it adds to that, so 8 * 4^b is taken (an estimate). Cells of 8 points fill a packet; cells that one or
-  // two photons lie in are small beside a radius that holds dozens, and smaller ones save nothing.
+  // Points lie on surfaces: the walls of a closed box pass through 6 * 4^b cells of a grid of b bits, and its contents
+  // add some; 8 * 4^b is an estimate. Cells of 8 points fill a packet. Cells of one or two photons are small beside a
+  // radius that holds dozens, so smaller cells save nothing.
   const double cells = std::min(static_cast<double>(points) / 8, static_cast<double>(photons));
   int depth = 0;
   while (depth < 10 && 8.0 * static_cast<double>(std::uint64_t{1} << (2 * depth)) < cells) ++depth;

@@ -1,4 +1,4 @@
-// Reverse photon mapping [HHS05]: photons look for the query points that they light.
+// Reverse photon mapping [HHS05]: photons search for query points.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -20,13 +20,13 @@ namespace {
 
 // Query points of one tree at most.
 constexpr std::size_t kPartPoints = std::size_t{1} << 26;
-// Pairs with points that are not Lambertian are shaded when so many are found.
+// Pairs with points that are not Lambertian are shaded in batches of this size.
 constexpr std::size_t kMostPairs = std::size_t{1} << 18;
 
 /// How the points of a tree are shaded.
 enum class Shading { lambertian, glossy, one_by_one };
 
-/// Points of a part of a render that are shaded alike, by their indices.
+/// Points of a part of a render with the same kind of shading, by index.
 struct ShadingGroups {
   std::vector<std::uint32_t> lambertian, others;
   std::array<std::vector<std::uint32_t>, kGlossyModels> glossy;
@@ -44,7 +44,7 @@ struct ShadingGroups {
   }
 };
 
-/// Runs photons over one subtree after another; what one thread needs for that.
+/// Runs photons over one subtree after another. Holds the memory of one thread.
 class SubtreeWorker {
  public:
   SubtreeWorker(const ReversePhotonArray& photons, const ReverseTree& tree, const QueryPoints& points)
@@ -72,7 +72,7 @@ class SubtreeWorker {
       reverse_sum_glossy(part, view_, clusters_, glossy, counts);
     } else {
       exact_.assign(subtree.point_count, {});
-      // One by one, so that no more pairs wait than need be.
+      // One by one, to bound the number of waiting pairs.
       for (const ReverseCluster& cluster : clusters_) {
         reverse_collect(part, view_, {&cluster, 1}, pairs_, counts);
         if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
@@ -114,7 +114,7 @@ class SubtreeWorker {
     return {numbers_.data(), leaf_.data(), preparer_.tables(), model};
   }
 
-  /// Adds what the pairs found so far give to exact_, each point's in one batch, and forgets them.
+  /// Shades the pairs found so far, each point's in one batch, adds the results to exact_, and removes the pairs.
   void shade_pairs(const ReverseSubtreeView& part, const ReverseSubtree& subtree) {
     std::stable_sort(pairs_.begin(), pairs_.end(),
                      [](const ReversePair& a, const ReversePair& b) { return a.point < b.point; });
@@ -139,7 +139,7 @@ class SubtreeWorker {
     pairs_.clear();
   }
 
-  /// Puts what shade_pairs() has added up into A_W.
+  /// Moves the sums of shade_pairs() into A_W.
   void round_sums(const ReverseSubtreeView& part, const ReverseSubtree& subtree) const {
     for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
       const ReverseNode& node = part.nodes[subtree.root + i];
@@ -175,7 +175,7 @@ void complete(const ReverseTree& tree, const ReverseSubtree& subtree, const floa
     const std::size_t n = node.count(), first = node.first() - subtree.first_point;
     const float* targets = fields + first * kReverseFields + 6 * n;
     const float* sum = sums + first * kReverseSums;
-    // Neighbours in space lie about in memory in the order of the rays.
+    // Neighbours in space are scattered in memory, in the order of the rays.
     for (std::size_t lane = 0; lane < n; ++lane) {
       std::uint32_t target;
       std::memcpy(&target, targets + lane, sizeof target);
@@ -236,7 +236,7 @@ class ReverseEngine final : public DensityEngine {
   }
 
  private:
-  /// The memory of the last call, where no other call has it.
+  /// The memory of the last call, unless another call is using it.
   std::unique_ptr<ReverseMemory> take_memory() const {
     const std::lock_guard lock(mutex_);
     return idle_ ? std::move(idle_) : std::make_unique<ReverseMemory>();
@@ -253,8 +253,8 @@ class ReverseEngine final : public DensityEngine {
       tree = std::make_unique<ReverseTree>(points, chosen, leaf_size, &memory);
     }
     PhaseTimer timer(statistics, Phase::density);
-    // A subtree belongs to one thread, which runs the photons over it in their order: so each entry of A_W is written
-    // by one thread, and added up in one order.
+    // A subtree belongs to one thread, which runs the photons over it in order: one thread writes each entry of A_W, in
+    // one order.
     parallel_for(0, tree->subtrees().size(), 1, [&](std::size_t first, std::size_t last) {
       SubtreeWorker worker(photons_, *tree, points);
       std::vector<float> sums;

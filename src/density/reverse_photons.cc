@@ -11,18 +11,18 @@ namespace glowworm {
 
 namespace {
 
-// Leaves of the tree that orders the photons: searches of photons of one leaf visit the same nodes in any order.
+// Leaf size of the tree that orders the photons: searches from one leaf visit the same nodes in any order.
 constexpr std::uint32_t kLeafSize = 8;
 constexpr std::uint32_t kClustersInGroup = 32;
 constexpr std::size_t kGrain = 16384;
 
-/// The radius with room for the rounding of bounds that are made from it at a place.
+/// The radius with a margin for the rounding of bounds.
 float padded(float radius, Vec3 p) {
   const float magnitude = std::max(std::abs(p.x), std::max(std::abs(p.y), std::abs(p.z)));
   return radius * 1.000001f + magnitude * 5e-7f;
 }
 
-/// Whether a cluster's sphere reaches into a box.
+/// Whether a cluster's sphere overlaps a box.
 bool reaches(const ReverseCluster& cluster, const Box3& box) {
   float distance_squared = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -90,8 +90,7 @@ ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusP
 void ReversePhotonArray::make_clusters(const std::vector<float>& radii, std::uint32_t cluster_size) {
   const auto count = static_cast<std::uint32_t>(size());
   for (std::uint32_t first = 0; first < count;) {
-    // Photons join while they lie within the reach of the widest: a cluster further spread would visit leaves for few
-    // of its photons.
+    // Photons join while they are within the largest radius: a wider cluster would visit leaves for few of its photons.
     Box3 box;
     box.grow(position(first));
     float widest = radii[first];

@@ -10,21 +10,21 @@
 
 namespace glowworm {
 
-/// Photons in A_P order. Photons that can be in no kernel (radius 0, or not finite themselves) are left out.
+/// Photons in A_P order. Photons that no kernel can contain (radius 0, or not finite) are left out.
 class ReversePhotonArray {
  public:
   /// @param policy       fixed or per_photon
-  /// @param cluster_size most photons in a cluster; 1: every search on its own
+  /// @param cluster_size most photons in a cluster; 1: every photon searches alone
   ReversePhotonArray(const PhotonBatch& photons, const RadiusPolicy& policy, std::uint32_t cluster_size);
   ReversePhotonArray() = default;
 
-  /// What the kernels read; valid as long as this is neither moved nor destroyed.
+  /// The view for the kernels; valid until this object is moved or destroyed.
   ReversePhotons view() const;
   std::size_t size() const { return direction_.size(); }
   const std::vector<ReverseCluster>& clusters() const { return clusters_; }
   /// Calls work(cluster) in A_P order for every cluster that may reach into the box.
   void visit(const Box3& box, const std::function<void(const ReverseCluster&)>& work) const;
-  /// Unit, back along the way of the photon at a place.
+  /// Unit, back along the path of the photon at a place.
   Vec3 direction(std::uint32_t place) const { return direction_[place]; }
   /// dPhi / h^2 times the norm of the kernel, W m^-2.
   RGB flux(std::uint32_t place) const;
@@ -33,7 +33,7 @@ class ReversePhotonArray {
   static std::uint64_t bytes(std::size_t photons);
 
  private:
-  /// Clusters that follow one another, and a box around them.
+  /// A run of clusters, and a box around them.
   struct Group {
     std::uint32_t first, last;
     Box3 bounds;

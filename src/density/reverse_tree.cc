@@ -12,15 +12,15 @@ namespace glowworm {
 
 namespace {
 
-// Coincident points of one leaf of the kd-tree make a tree of their own.
+// More coincident points than this in one leaf of the kd-tree make a tree of their own.
 static_assert(ReverseNode::kMaxDepth >= KdTree::kMaxDepth + 27);
 static_assert(ReverseTree::kLeafSize <= ReverseNode::kMaxCount);
 
 // Points are copied into A_R in pieces of so many subtrees.
 constexpr std::size_t kSubtreeGrain = 4;
-// How far ahead of its use a point is asked for.
+// Prefetch distance, in points.
 constexpr std::size_t kPointsAhead = 32;
-// Points that one piece of work looks through.
+// Points in one piece of work.
 constexpr std::size_t kPointGrain = 65536;
 
 /// Turns a kd-tree into the nodes of the reverse photon map, and cuts it into subtrees.
@@ -57,7 +57,7 @@ class Converter {
     close(subtree);
   }
 
-  /// A leaf; where more points coincide than it can count, a tree of leaves with its planes through them.
+  /// A leaf. If more points coincide than it can count, a tree of leaves with its planes through them.
   void leaf(std::uint32_t first, std::uint32_t count, const Box3& cell, bool in_subtree) {
     const std::size_t subtree = open(first, count, in_subtree);
     if (count <= ReverseNode::kMaxCount) {
@@ -81,7 +81,7 @@ class Converter {
 
   static constexpr std::size_t kNone = ~std::size_t{0};
 
-  /// Begins a subtree at the next node where it is not within one already, and small enough or a leaf of its own.
+  /// Begins a subtree at the next node unless one is open, if the node is small enough or a leaf.
   std::size_t open(std::uint32_t first, std::uint32_t count, bool in_subtree) {
     if (in_subtree || count > ReverseTree::kSubtreePoints) return kNone;
     subtrees_.push_back({static_cast<std::uint32_t>(nodes_.size()), 0, first, count});
@@ -98,7 +98,7 @@ class Converter {
   std::vector<ReverseSubtree>& subtrees_;
 };
 
-/// An array of so many elements at the front of one that grows where it is too small.
+/// The first elements of an array, which grows if it is too small.
 template <typename T>
 std::span<T> take(LargeArray<T>& memory, std::size_t count) {
   if (memory.size() < count) {
@@ -108,7 +108,7 @@ std::span<T> take(LargeArray<T>& memory, std::size_t count) {
   return memory.span().first(count);
 }
 
-/// The chosen points whose positions are finite, with their targets as indices.
+/// The chosen points with finite positions, with their targets as indices.
 std::span<KdPoint> finite_points(const QueryPoints& points, std::span<const std::uint32_t> chosen,
                                  ReverseMemory& memory) {
   std::vector<std::size_t> starts((chosen.size() + kPointGrain - 1) / kPointGrain + 1, 0);
@@ -127,7 +127,7 @@ std::span<KdPoint> finite_points(const QueryPoints& points, std::span<const std:
   return found;
 }
 
-/// Asks for what a point needs, which lies about in memory in the order of the rays.
+/// Prefetches a point's data, which is scattered in memory in the order of the rays.
 void prefetch_point(std::span<const KdPoint> sorted, std::size_t i, const QueryPoints& points) {
   if (i >= sorted.size()) return;
   __builtin_prefetch(&points.normal[sorted[i].index]);
@@ -149,12 +149,12 @@ void fill_leaf(const ReverseNode& leaf, std::span<const KdPoint> sorted, const Q
   }
 }
 
-/// Four points' values of one field: compilers make no vectors of searches for the least of floats themselves.
+/// Four points' values of one field: compilers do not vectorise the search for the least float.
 using Row [[gnu::vector_size(16)]] = float;
 using RowMask [[gnu::vector_size(16)]] = std::int32_t;
 constexpr std::size_t kRowPoints = 4;
 
-/// Calls work(Row) for n >= kRowPoints values; the last few may come twice.
+/// Calls work(Row) for n >= kRowPoints values; the last few may be visited twice.
 template <class Work>
 void for_rows(const float* values, std::size_t n, Work&& work) {
   const auto visit = [&](std::size_t at) {
@@ -218,7 +218,7 @@ ReverseLeafBounds measure_leaf(const float* points, std::size_t n) {
     for (std::size_t i = 0; i < n; ++i) spread_squared = std::max(spread_squared, length_squared(normal(i) - middle));
   }
   for (int axis = 0; axis < 3; ++axis) bounds.normal[axis] = middle[axis];
-  // With room for the rounding of dot products.
+  // With a margin for the rounding of dot products.
   bounds.spread = std::sqrt(spread_squared) * 1.0001f + 1e-6f;
   return bounds;
 }
@@ -233,7 +233,7 @@ ReverseTree::ReverseTree(const QueryPoints& points, std::span<const std::uint32_
   size_ = static_cast<std::uint32_t>(sorted.size());
   points_ = take(used.fields, size_ * kReverseFields + kReversePadding);
   if (size_ > 0) {
-    // A_R is filled when the tree is there; until then its memory, of twice the size, serves to build it.
+    // A_R is filled when the tree is complete; until then its memory, which is twice as large, serves the build.
     const std::span<KdPoint> scratch(reinterpret_cast<KdPoint*>(points_.data()), size_);
     const KdNodes tree = build_kd_tree(sorted, scratch, std::clamp(leaf_size, 1u, ReverseNode::kMaxCount));
     Converter(tree, sorted, nodes_, subtrees_).run();

@@ -11,46 +11,46 @@
 
 namespace glowworm {
 
-/// A part of the tree that one thread searches: the nodes and points below a node.
+/// A part of the tree for one thread: the nodes and points below a node.
 struct ReverseSubtree {
   std::uint32_t root = 0, node_count = 0;
   std::uint32_t first_point = 0, point_count = 0;
 };
 
-/// Memory that a tree stands in. It only grows, and may serve one tree after another: memory that was used before need
-/// not be cleared by the system.
+/// Memory of a tree. It only grows and serves one tree after another, because the system need not clear memory that is
+/// reused.
 struct ReverseMemory {
   LargeArray<KdPoint> points;  ///< while the tree is built
   LargeArray<float> fields;    ///< A_R
 };
 
-/// A kd-tree by the sliding-midpoint rule over reverse photons, whose leaves are runs of A_R.
+/// A kd-tree over query points by the sliding-midpoint rule, whose leaves are runs of A_R.
 class ReverseTree {
  public:
   /// Points in a leaf at most, T_m of [HHS05].
   static constexpr std::uint32_t kLeafSize = 32;
-  /// Points of a subtree at most: what a thread works on stays in its cache.
+  /// Maximum number of points in a subtree: the working set of a thread stays in its cache.
   static constexpr std::uint32_t kSubtreePoints = 8192;
 
-  /// Builds the tree on all threads; the same for any number of them.
-  /// @param chosen the points to take: indices that become the targets; those of positions that are not finite are
-  ///               left out. Fewer than 2^27.
-  /// @param memory must outlive the tree; none: the tree has its own
+  /// Builds the tree on all threads; the result does not depend on their number.
+  /// @param chosen the points to take, as indices that become the targets; points with positions that are not finite
+  /// are left out. Fewer than 2^27.
+  /// @param memory must outlive the tree; null: the tree has its own
   ReverseTree(const QueryPoints& points, std::span<const std::uint32_t> chosen, std::uint32_t leaf_size = kLeafSize,
               ReverseMemory* memory = nullptr);
 
   const std::vector<ReverseNode>& nodes() const { return nodes_; }
-  /// In order of their points; together they hold all.
+  /// In order of their points; together they hold all points.
   const std::vector<ReverseSubtree>& subtrees() const { return subtrees_; }
   std::uint32_t size() const { return size_; }
-  /// A_R, as kReverseFields says.
+  /// A_R, in the layout of kReverseFields.
   std::span<const float> points() const { return points_; }
 
   /// Bounds of the leaves of a subtree, by node less root; returns the box of its points.
   /// @param points its part of A_R
   Box3 measure(const ReverseSubtree& subtree, const float* points, std::vector<ReverseLeafBounds>& bounds) const;
 
-  /// Bytes held at once for so many points, while it is built.
+  /// Peak bytes of building a tree of so many points.
   static std::uint64_t bytes(std::size_t points);
 
  private:

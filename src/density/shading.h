@@ -1,5 +1,4 @@
-// What engines share when they shade the photons they found: checks of the policy, and query points that are not
-// Lambertian.
+// Shading of photons for all engines: checks of the policy, and query points that are not Lambertian.
 #pragma once
 #include <array>
 #include <span>
@@ -9,10 +8,10 @@
 
 namespace glowworm {
 
-/// Throws Error where the policy cannot be used with the photons: radii of the wrong number, negative or not finite.
+/// Throws Error if the policy does not fit the photons: wrong number of radii, negative or infinite radii.
 void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy);
 
-/// Photons gathered for one query point, to be shaded at once.
+/// Photons of one query point, to be shaded at once.
 struct GatheredPhotons {
   std::vector<Vec3> direction;  ///< unit, world space, back along the photon's way
   std::vector<RGB> flux;        ///< dPhi_j K(d) / h^2, in W m^-2
@@ -27,12 +26,12 @@ struct GatheredPhotons {
   }
 };
 
-/// Shades gathered photons in batches; keeps its scratch arrays, so one belongs to one thread.
+/// Shades photons in batches; keeps its scratch arrays, so one object belongs to one thread.
 class BatchShader {
  public:
-  /// Sum over the photons of f_r(x, w_j, w_o) times flux, of the broad lobes; added up in double precision.
+  /// Sum over the photons of f_r(x, w_j, w_o) times flux, for the broad lobes, in double precision.
   RGB shade(const QueryBsdf& query, const GatheredPhotons& photons);
-  /// The same added to `sum`, photon after photon: the same bits however the photons are cut into calls.
+  /// Adds the same to `sum`, photon by photon: the result does not depend on how the photons are divided into calls.
   void add(const QueryBsdf& query, const GatheredPhotons& photons, std::array<double, 3>& sum);
 
  private:

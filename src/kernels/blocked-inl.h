@@ -18,7 +18,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// What `array` holds is read anew after this, not kept in registers.
+// Makes the compiler read `array` again after this, instead of keeping it in registers.
 #undef GLOWWORM_KEEP_IN_MEMORY
 #define GLOWWORM_KEEP_IN_MEMORY(array) asm volatile("" : : "r"(array) : "memory")
 
@@ -31,26 +31,26 @@ using BlockMask = hn::Mask<BlockTag>;
 using TileVector = hn::Vec<TileTag>;
 
 constexpr std::size_t kTileLanes = hn::MaxLanes(TileTag());
-/// Vectors that go through the photons at once: more would not fit the registers of most instruction sets.
+/// Vectors that visit the photons together; more would exceed the registers of most instruction sets.
 constexpr std::size_t kTileVectors = 2;
 constexpr std::size_t kGroupWidth = kTileVectors * kTileLanes;
 constexpr std::size_t kGroups = kTileWidth / kGroupWidth;
 static_assert(kTileWidth % kGroupWidth == 0);
 
-/// Room for rounding in tests that must not lose a pair: the exact test follows.
+/// Margin for rounding in tests that must not lose a pair; the exact test follows.
 constexpr float kRimMargin = 1 + 1e-5f;
 constexpr float kNormalMargin = 1e-5f;
 
-/// Photons that a list holds before it is worked off.
+/// Capacity of a list of photons.
 constexpr std::ptrdiff_t kListLength = 4096;
 constexpr std::size_t kListRoom = kListLength + 2 * kBlockWidth;
-/// Shares of the pairs tested in a tile that count: above the first, the next tile lists photons for all its points at
-/// once, which tests more pairs but every photon once; below the second, for each group again.
+/// Shares of useful pairs among the pairs tested in a tile. Above the first, the next tile makes one list of photons
+/// for all its points, which tests more pairs but reads every photon once; below the second, one for each group again.
 constexpr double kJoinAbove = 0.25, kPartBelow = 0.15;
-/// How far ahead of their test photons are asked for, in blocks.
+/// Prefetch distance, in blocks.
 constexpr std::ptrdiff_t kBlocksAhead = 3;
 
-/// The box around some query points, and a vector with all their normals within `spread` of it.
+/// The box around some query points, and a vector within `spread` of all their normals.
 struct QueryBounds {
   float min[3], max[3], normal[3], spread;
 };
@@ -85,7 +85,7 @@ HWY_INLINE QueryBounds bounds_of(const QueryRun& run, std::size_t first, std::si
   return bounds;
 }
 
-/// QueryBounds spread over the lanes of a block vector.
+/// QueryBounds broadcast to the lanes of a block vector.
 struct SpreadBounds {
   BlockVector min[3], max[3], normal[3], lowest_cosine;
   SpreadBounds() = default;
@@ -101,7 +101,7 @@ struct SpreadBounds {
   }
 };
 
-/// By the bits of a mask: the lanes that are set, in order.
+/// For each mask: the set lanes, in order.
 struct LaneTable {
   alignas(8) std::uint8_t lanes[256][kBlockWidth] = {};
   constexpr LaneTable() {
@@ -112,7 +112,7 @@ struct LaneTable {
 };
 constexpr LaneTable kLaneTable;
 
-/// Appends first + i for every lane i that is set to a list that has room for a whole vector more, and moves its end.
+/// Appends first + i for every set lane i to a list with room for another whole vector, and advances its end.
 /// (CompressStore of Highway 1.0 copies its table to the stack each time.)
 HWY_INLINE void append_lanes(BlockMask mask, std::uint32_t first, std::uint32_t*& end) {
   const BlockTag d;
@@ -153,7 +153,7 @@ inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, Blocked
   scratch.nodes.clear();
   if (tree.levels == 0) return;
   const SpreadBounds q(bounds, tree.min_normal_cosine);
-  // Level by level: the nodes that are left of one level stand in one list, in order.
+  // Level by level: one list holds the remaining nodes of a level, in order.
   std::vector<std::uint32_t>&above = scratch.blocks, &below = scratch.nodes;
   below.assign(1, 0);
   for (int level = tree.levels - 1; level > 0; --level) {
@@ -165,8 +165,8 @@ inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, Blocked
   }
 }
 
-/// Sums the photons of lists at a group of query points. What changes stays in registers; the points themselves are
-/// read from memory again and again, since most instruction sets have no registers left for them.
+/// Sums the photons of lists at a group of query points. The sums stay in registers; the points are read from memory
+/// each time, because most instruction sets have no registers left for them.
 template <KernelShape shape>
 class Group {
  public:
@@ -180,14 +180,14 @@ class Group {
         hn::Store(hn::LoadU(d, run.position[axis] + first + i), d, position_[axis] + i);
         hn::Store(hn::LoadU(d, run.normal[axis] + first + i), d, normal_[axis] + i);
       }
-    // Padding goes where no photon reaches.
+    // Padding is beyond the reach of all photons.
     for (std::size_t i = valid_; i < kGroupWidth; ++i) position_[0][i] = 1e19f;
   }
 
-  /// Points that are not padding.
+  /// Number of points without padding.
   HWY_INLINE std::size_t valid() const { return valid_; }
 
-  /// Adds the photons that begin at floats list[0 .. length) of the tree's blocks. Returns how many pairs were inside.
+  /// Adds the photons at floats list[0 .. length) of the tree's blocks. Returns the number of pairs inside.
   template <bool compare_normals>
   HWY_INLINE std::uint64_t add(const BlockTree& tree, const std::uint32_t* list, std::size_t length) {
     const auto* photons = reinterpret_cast<const float*>(tree.blocks);
@@ -225,7 +225,7 @@ class Group {
         t[v] = hn::Mul(t[v], scale);
         hn::Mask<TileTag> inside = hn::Lt(t[v], one);
         if constexpr (compare_normals) {
-          // Without fused operations: the same bits as the dot product of two Vec3.
+          // Without fused operations, for the same bits as the dot product of two Vec3.
           const auto product = [&](std::size_t axis) HWY_ATTR {
             return hn::Mul(hn::Load(d, normal_[axis] + v * kTileLanes), hn::Set(d, p[(4 + axis) * kBlockWidth]));
           };
@@ -268,7 +268,7 @@ class Group {
   alignas(64) float sums_[3][kGroupWidth];
 };
 
-/// Sums the photons at the points of a run, by groups.
+/// Sums the photons at the points of a run, group by group.
 template <class Group>
 class RunSummer {
  public:
@@ -296,11 +296,11 @@ class RunSummer {
   }
 
  private:
-  /// Photons near some points of the tile, in the order of the tree: so every point's sum is added up in that order,
-  /// whatever points are looked up with it.
+  /// Photons near some points of the tile, in the order of the tree: every point's sum is added in that order, whatever
+  /// other points are in the call.
   struct List {
     std::uint32_t *first, *end;
-    bool compares = false;  ///< normals, which some photon of the list leaves in doubt for some point
+    bool compares = false;  ///< whether to test normals: some photon of the list is undecided for some point
     bool full() const { return end - first > kListLength; }
   };
 
@@ -321,7 +321,7 @@ class RunSummer {
   }
 
   /// Tests the photons of the listed blocks against the bounds of each list's points, and lists those that may be in
-  /// support. Photons are read once for all lists, since most come from far up in the memory hierarchy.
+  /// support. Reads photons once for all lists, because most are not in the caches.
   template <std::size_t lists>
   void list_photons(std::size_t first, const std::uint32_t* end) {
     const BlockTag d;
@@ -370,7 +370,7 @@ class RunSummer {
     }
   }
 
-  /// Works one of the lists off and empties it.
+  /// Processes one of the lists and empties it.
   template <std::size_t lists>
   void add(std::size_t l) {
     List& list = lists_[l];

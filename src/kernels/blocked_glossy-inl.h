@@ -14,7 +14,7 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Group for points of a glossy model: tests a photon against a vector of points, and evaluates f where it reaches one.
+/// A group of points of a glossy model: tests a photon against a vector of points, and evaluates f if it reaches one.
 template <GlossyModel model>
 class GlossyGroup {
  public:
@@ -79,7 +79,7 @@ class GlossyGroup {
  private:
   HWY_INLINE void add_color(std::size_t channel, std::size_t first, TileVector flux, TileVector f) {
     const TileTag d;
-    // Lanes that the photon does not reach may hold anything but numbers beyond all bounds: their flux is 0.
+    // Lanes beyond the photon's reach may hold any finite number: their flux is 0.
     float* sum = sums_[channel] + first;
     hn::Store(hn::MulAdd(flux, f, hn::Load(d, sum)), d, sum);
   }

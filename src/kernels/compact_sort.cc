@@ -20,9 +20,9 @@ using F = hn::CappedTag<float, 8>;
 using I = hn::RebindToSigned<F>;
 constexpr std::size_t kLanes = hn::MaxLanes(F());
 constexpr std::size_t kCoordinates = 8;
-// Halvings of an interval of numbers, before it is halved by how many floats lie in it.
+// Bisections of an interval of numbers before bisection by the count of floats in it.
 constexpr int kEvenSteps = 16;
-// Numbers up to which all are compared with all.
+// Up to this many numbers, all are compared with all.
 constexpr std::size_t kFew = 32;
 
 /// Smallest and largest of each coordinate.
@@ -51,13 +51,13 @@ HWY_INLINE std::size_t count_below(const float* column, std::size_t count, float
   return static_cast<std::size_t>(hn::GetLane(hn::SumOfLanes(whole, counts)));
 }
 
-/// Where a column is cut: numbers below `bound` and the first `ties` of those that equal it are on the left.
+/// Cut of a column: numbers below `bound` and the first `ties` of those equal to it are on the left.
 struct Cut {
   float bound;
   std::size_t ties;
 };
 
-/// The cut of a short column with `half` numbers on the left: counts for each number how many are below it.
+/// The cut of a short column with `half` numbers on the left: counts for each number the numbers below it.
 /// @param count a multiple of kLanes
 HWY_INLINE Cut find_cut_of_few(const float* column, std::size_t count, std::size_t half) {
   const F f;
@@ -70,7 +70,7 @@ HWY_INLINE Cut find_cut_of_few(const float* column, std::size_t count, std::size
     auto below = hn::Zero(whole);
     for (std::size_t j = 0; j < count; ++j)
       below = hn::Sub(below, hn::VecFromMask(whole, hn::RebindMask(whole, hn::Lt(hn::Set(f, column[j]), numbers))));
-    // The number with `half` below it, or the largest with fewer.
+    // The number with `half` below it, or else the largest with fewer.
     const auto in_question = hn::Not(hn::Gt(below, most));
     bound = hn::IfThenElse(hn::RebindMask(f, in_question), hn::Max(bound, numbers), bound);
     below_bound = hn::IfThenElse(in_question, hn::Max(below_bound, below), below_bound);
@@ -79,7 +79,7 @@ HWY_INLINE Cut find_cut_of_few(const float* column, std::size_t count, std::size
   return {hn::GetLane(hn::MaxOfLanes(f, bound)), half - below};
 }
 
-/// Whole numbers in the order of floats, so that neighbouring floats differ by one.
+/// Integers in the order of floats: neighbouring floats differ by one.
 HWY_INLINE std::int64_t rank(float x) {
   const auto bits = std::bit_cast<std::int32_t>(x);
   return bits ^ ((bits >> 31) & 0x7fffffff);
@@ -89,8 +89,8 @@ HWY_INLINE float of_rank(std::int64_t rank) {
   return std::bit_cast<float>(bits ^ ((bits >> 31) & 0x7fffffff));
 }
 
-/// The cut with `half` numbers on the left, by bisection: no number moves, and no branch depends on one.
-/// @param low, high smallest and largest of the column; @param padded of its numbers and infinities after them
+/// The cut with `half` numbers on the left, by bisection: moves no number and branches on none.
+/// @param low, high smallest and largest of the column; @param padded the column, followed by infinities
 HWY_INLINE Cut find_cut(const float* column, std::size_t padded, std::size_t half, float low, float high) {
   std::size_t below_low = 0;
   std::int64_t first = rank(low), last = rank(high) + 1;  // at most half are below the first, and more below the last
@@ -142,7 +142,7 @@ HWY_INLINE void divide(const CompactRow* HWY_RESTRICT rows, CompactRow* HWY_REST
   }
 }
 
-/// @param rows, other change roles at every level; @param swapped the rows belong into `other`
+/// @param rows, other change roles at every level; @param swapped the result belongs in `other`
 void sort_rows(CompactRow* rows, CompactRow* other, float* column, std::size_t count, bool swapped) {
   if (count <= kCompactWidth) {
     if (swapped)

@@ -1,4 +1,4 @@
-// Sorting of a few hundred photons into blocks that reach little further than they must.
+// Sorting of a few hundred photons into compact blocks.
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -7,13 +7,13 @@
 
 namespace glowworm {
 
-/// Photons of a block: compact_sort() never cuts runs of so many.
+/// Photons in a block; compact_sort() never divides a block.
 inline constexpr std::size_t kCompactWidth = 8;
-/// What distance, in radii, counts as much as a difference of one between normals, and how often a difference of radii
-/// counts. (Measured: fewest blocks tested on the atrium.)
+/// The distance, in radii, that weighs as much as a difference of one between normals, and the weight of a difference
+/// of radii. (Measured: fewest blocks tested on the atrium.)
 inline constexpr float kCompactNormalWeight = 1, kCompactRadiusWeight = 2;
 
-/// What sorting looks at of a photon, all of it finite.
+/// Sort data of a photon, all finite.
 struct alignas(32) CompactRow {
   static constexpr int kRadius = 6, kIndex = 7;
 
@@ -23,17 +23,17 @@ struct alignas(32) CompactRow {
   void set_index(std::uint32_t index) { coordinate[kIndex] = std::bit_cast<float>(index); }
 };
 
-/// Sorts rows so that every aligned run of 8, 16, 32, ... of them is compact: cuts them in two, along what spreads
-/// them most, where the first part is a power of two of blocks, and goes on with both. Rows with the same coordinate
-/// keep their order. The same order on every instruction set. (Runs on that of set_simd().)
-/// @param scratch as many rows, to work in
-/// @param column  room for as many numbers, rounded up to a multiple of 8
+/// Sorts rows so that every aligned run of 8, 16, 32, ... of them is compact: divides them along the coordinate with
+/// the largest spread, with a power of two of blocks in the first part, and continues with both parts. Rows with the
+/// same coordinate keep their order. The order is the same on every instruction set. (Runs on that of set_simd().)
+/// @param scratch working memory for as many rows
+/// @param column  working memory for as many numbers, rounded up to a multiple of 8
 void compact_sort(std::span<CompactRow> rows, std::span<CompactRow> scratch, std::span<float> column);
 
-/// The same in plain C++: what the vector code is tested against.
+/// The same in plain C++: the reference for tests of the vector code.
 void compact_sort_reference(std::span<CompactRow> rows);
 
-/// Along which coordinate rows within these bounds are spread most, as far as that makes their block reach further.
+/// The coordinate whose spread within these bounds extends a block most.
 /// @param low, high smallest and largest of each coordinate
 inline int compact_axis(const float* low, const float* high) {
   const auto widest = [&](int first) {

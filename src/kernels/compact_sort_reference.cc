@@ -22,7 +22,7 @@ void compact_sort_reference(std::span<CompactRow> rows) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return rows[a].coordinate[axis] < rows[b].coordinate[axis]; });
-  // Both parts in the order that they had.
+  // Both parts keep the order of the input.
   std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half));
   std::sort(order.begin() + static_cast<std::ptrdiff_t>(half), order.end());
   const std::vector<CompactRow> before(rows.begin(), rows.end());

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-// Arrays of vectors need vectors whose size is known.
+// Arrays of vectors need vectors of known size.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/forward.cc"
@@ -18,7 +18,7 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// A packet of kLanes query points, in as many registers as that takes on this machine.
+/// A packet of kLanes query points, in as many registers as it needs on this machine.
 template <int kLanes>
 struct Packet {
   using D = hn::CappedTag<float, kLanes>;
@@ -66,7 +66,7 @@ struct Packet {
   }
 };
 
-/// Adds photons up, for Lambertian query points.
+/// Sums photons, for Lambertian query points.
 template <int kLanes>
 struct Sums {
   using P = Packet<kLanes>;
@@ -83,7 +83,7 @@ struct Sums {
   }
 };
 
-/// Writes pairs down, for query points that are not Lambertian.
+/// Records pairs, for query points that are not Lambertian.
 template <int kLanes>
 struct Collected {
   using P = Packet<kLanes>;
@@ -104,7 +104,7 @@ struct Collected {
   }
 };
 
-/// "ShadeCurrentNode" of [SF07]: tests the photon of a node by its true distance and shades where it counts.
+/// "ShadeCurrentNode" of [SF07]: tests the true distance of a node's photon and shades it if it counts.
 template <int kLanes, KernelShape shape, class Sink>
 HWY_INLINE void shade(const ForwardTree& tree, const Packet<kLanes>& packet,
                       const typename Packet<kLanes>::Active& active, std::uint32_t node, Sink& sink,
@@ -134,8 +134,8 @@ HWY_INLINE void shade(const ForwardTree& tree, const Packet<kLanes>& packet,
   }
 }
 
-/// The walk of one packet: pseudo-code of [SF07], section 5, with its signs mended, and with a reach for each side of
-/// a plane and for the photon on it, since radii may differ from photon to photon.
+/// Traversal by one packet: pseudo-code of [SF07], section 5, with corrected signs, and with a separate reach for each
+/// side of a plane and for the photon on it, because radii may differ between photons.
 template <int kLanes, KernelShape shape, class Sink>
 void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet<kLanes>::Active active, Sink& sink,
           ForwardCounts& counts) {
@@ -183,7 +183,7 @@ void walk(const ForwardTree& tree, const Packet<kLanes>& packet, typename Packet
   }
 }
 
-/// A vector of sums to memory, its first `count` lanes alone.
+/// Stores the first `count` lanes of a vector of sums.
 template <class D, class V>
 void add_lanes(D d, V sum, float* to, std::size_t count) {
   HWY_ALIGN float lanes[hn::MaxLanes(D())];
@@ -219,7 +219,7 @@ void collect_with(const ForwardTree& tree, const ForwardQueries& queries, std::s
                       counts);
 }
 
-/// Calls work(lanes, shape) with both as constants.
+/// Calls work(lanes, shape) with both as compile-time constants.
 template <class Work>
 HWY_INLINE void dispatch(int lanes, KernelShape kernel, Work&& work) {
   with_kernel_shape(kernel, [&](auto shape) HWY_ATTR {

@@ -7,7 +7,7 @@ namespace glowworm {
 
 namespace {
 
-/// The walk of one query point.
+/// Traversal by one query point.
 class Walk {
  public:
   Walk(const ForwardTree& tree, const ForwardQueries& q, std::size_t i, ForwardCounts& counts)

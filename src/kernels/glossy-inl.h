@@ -18,8 +18,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Reflectance of a dielectric (fresnel_dielectric() of bsdf/fresnel.h): where all is reflected, the cosine
-/// beyond is 0 and both terms are 1.
+/// Reflectance of a dielectric (fresnel_dielectric() of bsdf/fresnel.h): for total reflection the cosine beyond is 0
+/// and both terms are 1.
 template <class D>
 HWY_INLINE hn::Vec<D> glossy_dielectric(D d, hn::Vec<D> cosine, hn::Vec<D> eta) {
   const auto one = hn::Set(d, 1.0f);
@@ -50,7 +50,7 @@ HWY_INLINE hn::Vec<D> glossy_conductor(D d, hn::Vec<D> cosine, hn::Vec<D> eta, h
   return hn::Min(one, hn::Max(zero, hn::Mul(half, hn::MulAdd(perpendicular, ratio, perpendicular))));
 }
 
-/// Where the curves of a vector of points are read for a cosine.
+/// Positions in the curves of a vector of points, for a cosine.
 template <class D>
 struct GlossyPlace {
   hn::Vec<hn::RebindToSigned<D>> index;
@@ -74,7 +74,7 @@ struct GlossyPlace {
   }
 };
 
-/// f times pi, by channel; of lanes where wi is behind the surface: black.
+/// f times pi, by channel; black for lanes with wi behind the surface.
 template <class D>
 struct GlossyValue {
   hn::Vec<D> r, g, b;
@@ -105,7 +105,7 @@ HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::siz
                                  hn::Mul(half, hn::Sqrt(hn::MulAdd(alpha2, hn::Max(zero, hn::Sub(one, c2)), c2))));
   const V lobe = hn::Div(hn::Mul(field(kGlossyLobe), hn::Mul(length2, length2)),
                          hn::Max(hn::Mul(hn::Mul(spread, spread), shadowing), hn::Set(d, 1e-30f)));
-  // Of unit vectors.
+  // For unit vectors.
   const V cosine_of_half = hn::Mul(half, hn::Sqrt(length2));
 
   GlossyValue<D> f;

@@ -1,4 +1,4 @@
-// Glossy query points as the kernels see them: the numbers of their BSDFs, point by point in arrays.
+// Glossy query points for the kernels: arrays of the numbers of their BSDFs.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -7,11 +7,11 @@
 
 namespace glowworm {
 
-/// How the numbers of a point are put together (what each means is said in bsdf/reflection.h).
+/// How the numbers of a point are combined (bsdf/reflection.h describes each).
 enum class GlossyModel : std::uint8_t { coated, conductor, schlick };
 inline constexpr std::size_t kGlossyModels = 3;
 
-/// Calls work(c), where c is a std::integral_constant of the model: code for each model from a choice at run time.
+/// Calls work(c), where c is a std::integral_constant of the model: one instance of the code for each model.
 template <class Work>
 [[gnu::always_inline]] inline void with_glossy_model(GlossyModel model, Work&& work) {
   switch (model) {
@@ -24,7 +24,7 @@ template <class Work>
   }
 }
 
-/// The numbers of a point. Factors of f are multiplied by pi, since the photons of the kernels are divided by it.
+/// The numbers of a point. Factors of f are multiplied by pi, because the kernels' photon flux is divided by it.
 enum GlossyField : std::size_t {
   kGlossyNormal = 0,          ///< x, y, z of the shading normal, on the side of wo
   kGlossyWo = 3,              ///< x, y, z, world space
@@ -36,7 +36,7 @@ enum GlossyField : std::size_t {
   kGlossySecond = 15,         ///< r, g, b
   kGlossyFirstGrazing = 18,   ///< schlick; of coated surfaces the index
   kGlossySecondGrazing = 19,  ///< schlick; of coated surfaces the thickness
-  kGlossyTable = 20,          ///< where the point's curves begin in the tables, as the bits of an int32; < 0: none
+  kGlossyTable = 20,          ///< start of the point's curves in the tables, as bits
   kGlossyFields = 21,
 };
 inline constexpr std::size_t kGlossyIndex = kGlossyFirstGrazing, kGlossyThickness = kGlossySecondGrazing;

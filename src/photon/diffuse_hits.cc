@@ -8,13 +8,13 @@ namespace glowworm {
 
 namespace {
 
-/// Bits of a triangle's kind that decide whether the kernel serves it.
+/// Bits of a triangle's kind that must be set for the kernel.
 constexpr std::uint32_t kServed = DiffuseTriangle::kDiffuse | DiffuseTriangle::kMapped;
 
-/// Triangles that fit the second cache besides the rest, and need not be fetched ahead.
+/// Triangles that fit the second-level cache with the other data and need no prefetch.
 constexpr std::size_t kTrianglesInCache = 2048;
 
-/// What paths that hit nothing go through, as if it were a black surface: a branch would mispredict often.
+/// Paths without a hit are treated as hits on a black surface: a branch would mispredict often.
 constexpr DiffuseTriangle kNothing{{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}},    {0, 0, 1},
                                    RGB(0.0f), DiffuseTriangle::kDiffuse, 0};
 
@@ -64,7 +64,7 @@ void DiffuseHits::place_normals(const Geometry& geometry, const Hit* hits, std::
 void DiffuseHits::scatter(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::size_t first,
                           std::size_t count, const ArrivedPaths& paths) {
   place(scene, hits, first, count);
-  // Else they are all zero, as they were made.
+  // Otherwise they keep their initial zeros.
   if (scene.smooth()) place_normals(scene.geometry(), hits.data() + first, count);
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3 direction = rays[first + i].direction;

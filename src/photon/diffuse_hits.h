@@ -1,4 +1,4 @@
-// Light paths that hit surfaces of diffuse reflection, brought into the arrays that the kernel takes.
+// Light paths that hit diffuse surfaces, as arrays for the kernel.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -11,28 +11,28 @@
 
 namespace glowworm {
 
-/// A block of paths on their way through the kernel. Its arrays fit the first cache.
+/// A block of paths for the kernel. Its arrays fit the first-level cache.
 class DiffuseHits {
  public:
   static constexpr std::size_t kBlock = 128;
 
   /// Scatters paths [first, first + count) of those that have rays, count <= kBlock; path `first` is number 0 of the
-  /// block. Paths that hit nothing leave nothing.
+  /// block. Paths without a hit leave no photon.
   /// @param paths the flux of all paths, their roulette and their square; the padding is read
   void scatter(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::size_t first,
                std::size_t count, const ArrivedPaths& paths);
 
-  /// All bits where path i hit nothing, else none.
+  /// All bits if path i hit nothing, else none.
   const std::uint32_t* missed() const { return missed_; }
-  /// Path i hit a surface that the kernel does not serve. What comes of it may be put() in.
+  /// Whether path i hit a surface that the kernel does not support. put() stores its outcome.
   bool left_over(std::size_t i) const { return other_[i] != 0; }
   void put_photon(std::size_t i, Vec3 position, Vec3 normal, RGB flux);
-  /// The direction, as back(), that the photon is to have.
+  /// The direction of the photon, as in back().
   void put_back(std::size_t i, Vec3 back);
   void put_path(std::size_t i, Vec3 origin, Vec3 direction, RGB flux);
   void put_outcome(std::size_t i, std::uint32_t outcome) { outcome_[i] = outcome; }
 
-  /// Bits of DiffuseOutcome; the rest holds where they say so, but for flux(), which is 0 where a path ends.
+  /// Bits of DiffuseOutcome. They say which of the other results are valid; flux() is 0 where a path ends.
   std::uint32_t outcome(std::size_t i) const { return outcome_[i]; }
   Vec3 back(std::size_t i) const { return vector(back_, i); }
   Vec3 position(std::size_t i) const { return vector(position_, i); }

@@ -7,7 +7,7 @@ namespace glowworm {
 
 namespace {
 
-/// Arrays of a block as the kernels take them.
+/// Arrays of a block for the kernels.
 template <typename Pointers, typename Arrays>
 void point_to(Pointers& pointers, Arrays& arrays) {
   for (std::size_t k = 0; k < std::size(arrays); ++k) pointers[k] = arrays[k];

@@ -1,4 +1,4 @@
-// Photons emitted a block at a time. For photon_chunk.cc, and for benches.
+// Emission of photons in blocks. Used by photon_chunk.cc and benchmarks.
 #pragma once
 #include <cstdint>
 
@@ -8,13 +8,13 @@
 
 namespace glowworm {
 
-/// A block of photons on their way through the kernels that emit. What comes of number i is what sample_emission()
-/// gives, its flux times the guide's weight, to the bit.
+/// A block of photons for the emission kernels. Photon i equals the result of sample_emission(), bit for bit, with its
+/// flux times the guide's weight.
 class EmissionBlock {
  public:
   static constexpr std::size_t kBlock = 128;
 
-  /// The numbers that photon i is to be made of, and the factor on its flux.
+  /// The random numbers of photon i, and the factor on its flux.
   void set_numbers(std::size_t i, const EmissionNumbers& numbers, float guide_weight);
   /// Emits photons [0, count), count <= kBlock.
   void emit(const Scene& scene, std::size_t count);
@@ -29,7 +29,7 @@ class EmissionBlock {
  private:
   using Array = float[kBlock + kLightEmissionPadding];
   static Vec3 vector(const Array* arrays, std::size_t i) { return {arrays[0][i], arrays[1][i], arrays[2][i]}; }
-  /// What emits a photon: a kernel, or sample_emission() for it alone.
+  /// How a photon is emitted: by a kernel, or by sample_emission() alone.
   enum Kind : std::uint8_t { kTriangle, kDistant, kOther, kKinds };
 
   Kind choose(const Scene& scene, std::size_t i);

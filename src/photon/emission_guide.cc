@@ -11,12 +11,12 @@ namespace glowworm {
 namespace {
 
 constexpr int kAxes = 5;
-constexpr int kBins = 16;  // places along an axis at which a split is tried
-/// Paths with a score that a cell must hold to be split.
+constexpr int kBins = 16;  // candidate planes along an axis
+/// Least number of paths with a score in a cell that is split.
 constexpr std::size_t kFewest = 16;
-/// A split must gain this many times what chance alone makes the best of all planes tried gain.
+/// A split must gain this many times the best gain expected from chance.
 constexpr double kSignificance = 6;
-/// Paths' worth of trust in the mean of the larger cell against that of the cell itself.
+/// Weight of the larger cell's mean against that of the cell itself, in paths.
 constexpr double kPrior = 8;
 constexpr int kDeepest = 48;
 constexpr float kBelowOne = 0x1.fffffep-1f;
@@ -65,7 +65,7 @@ class EmissionGuide::Learner {
  private:
   double weight(std::uint32_t path) const { return static_cast<double>(paths_[path].score) / paths_[path].density; }
 
-  /// Integral of the score over a cell, as the paths order_[first..last) of it say.
+  /// Integral of the score over a cell, estimated from the paths order_[first..last).
   double mass(std::size_t first, std::size_t last) const {
     double sum = 0;
     for (std::size_t i = first; i < last; ++i) sum += weight(order_[i]);
@@ -90,7 +90,7 @@ class EmissionGuide::Learner {
     if (hits < kFewest) return best;
     const double fewest = kSignificance / static_cast<double>(hits);
     for (int a = 0; a < kAxes; ++a) {
-      // Beyond this, numbers of 24 bits would no longer tell the parts of a cell apart.
+      // Beyond this, 24-bit random numbers cannot distinguish parts of a cell.
       if (node.high[a] - node.low[a] < 0x1p-14f) continue;
       double left = 0;
       for (int b = 1; b < kBins; ++b) {
@@ -135,7 +135,7 @@ class EmissionGuide::Learner {
     grow(child + 1, middle, last, depth + 1);
   }
 
-  /// Probabilities of the cells, and up from them of all nodes. Children stand behind their parents.
+  /// Probabilities of the cells, and of all nodes from the bottom up. Children follow their parents.
   void share_out() {
     double sum = 0;
     for (std::size_t n = 0; n < nodes_.size(); ++n)

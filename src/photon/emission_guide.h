@@ -1,4 +1,4 @@
-// Emission of photons guided to where the image needs them.
+// Guided emission: photons go where the image needs them.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -7,35 +7,35 @@
 
 namespace glowworm {
 
-/// The random numbers in [0, 1) that an emitted photon is made of: choice of the light, place (2), direction (2).
+/// The random numbers in [0, 1) of an emitted photon: choice of the light, place (2), direction (2).
 using EmissionNumbers = std::array<float, 5>;
 
-/// A path of a pilot pass: the numbers it was emitted with, what it was worth, and the density of those numbers.
+/// A path of a pilot pass: its emission numbers, its score, and the density of the numbers.
 struct PilotPath {
   EmissionNumbers numbers;
-  float score = 0;    ///< what it brought to the image, as emitted without guiding; not negative
+  float score = 0;    ///< contribution to the image, as if emitted without guiding; not negative
   float density = 1;  ///< over [0, 1)^5, of all pilot passes together
 };
 
-/// A piecewise constant density over the five random numbers that make an emitted photon, learnt from pilot paths: one
-/// tree serves every light and every kind of light, since they all are made of these numbers. A path of density p
-/// carries 1 / p of its flux, so that all means stay what they are. (Guiding in primary sample space: Guo, Bauszat,
-/// Bikker, Eisemann, "Primary Sample Space Path Guiding", EGSR 2018.)
+/// A piecewise constant density over the five random numbers of an emitted photon, learnt from pilot paths. One tree
+/// serves all lights of any kind, because all use these numbers. A path of density p carries 1 / p of its flux, so the
+/// estimate stays unbiased. (Guiding in primary sample space: Guo, Bauszat, Bikker, Eisemann, "Primary Sample Space
+/// Path Guiding", EGSR 2018.)
 class EmissionGuide {
  public:
   EmissionGuide();  ///< the uniform density: no guiding
 
-  /// Learns a density. A split of a cell is the one after which the mean score varies least within both parts. The
-  /// density is in proportion to the root of the mean score, which is what spreads least the sum of what the photons
-  /// bring, where they bring it by chance; and never less than `kFloor`.
+  /// Learns a density. Splits minimise the variance of the mean score within both parts. The density is proportional to
+  /// the root of the mean score, which minimises the variance of the sum of contributions that photons make at random;
+  /// it is never less than `kFloor`.
   static EmissionGuide learn(std::span<const PilotPath> paths);
 
-  /// Turns uniform numbers into guided ones, strata into strata, and returns 1 / density at the place: the factor on
-  /// the path's flux.
+  /// Turns uniform numbers into guided ones, strata into strata, and returns 1 / density there: the factor on the
+  /// path's flux.
   float warp(EmissionNumbers& numbers) const;
   float density(const EmissionNumbers& numbers) const;
 
-  /// Mean score of guided paths over that of unguided ones, as the pilot paths say.
+  /// Mean score of guided paths divided by that of unguided ones, from the pilot paths.
   double gain() const { return gain_; }
   std::size_t cell_count() const { return (nodes_.size() + 1) / 2; }
 

@@ -8,12 +8,12 @@ namespace glowworm {
 
 namespace {
 
-/// Cells along the longest side of the box that holds nine tenths of the points along each axis.
+/// Cells along the longest side of the box that holds nine tenths of the points on each axis.
 constexpr float kCellsAcross = 32;
-/// Share of the mean importance from which on a place counts in full.
+/// Share of the mean importance at which a place counts in full.
 constexpr double kFullShare = 0.1;
 
-/// Extent along one axis without the outermost twentieths: a few points on far hills must not make all cells large.
+/// Extent along one axis without the outermost twentieths, so that a few points on far hills do not enlarge all cells.
 float inner_extent(std::span<const Vec3> positions, int axis) {
   std::vector<float> values;
   for (const Vec3& p : positions) values.push_back(p[axis]);
@@ -38,7 +38,7 @@ ImportanceGrid::ImportanceGrid(std::span<const Vec3> positions, std::span<const 
   float extent = 0;
   for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, inner_extent(positions, axis));
   cell_ = (extent > 0 ? extent : 1.0f) / kCellsAcross;
-  // The sum of a cell and its neighbours: photons reach over cells, and the sample of points has gaps.
+  // The sum of a cell and its neighbours: kernels overlap cells, and the sample of points has gaps.
   std::vector<std::uint64_t> own;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     own.push_back(key(positions[i], normals[i], 0, 0, 0));
@@ -63,7 +63,7 @@ float ImportanceGrid::value(Vec3 position, Vec3 normal) const {
 }
 
 std::uint64_t ImportanceGrid::key(Vec3 position, Vec3 normal, int dx, int dy, int dz) const {
-  // 20 bits an axis: cells a million apart share a key, which costs a little aim and no truth.
+  // 20 bits an axis: cells a million apart share a key, which makes guiding slightly less efficient but stays correct.
   const auto part = [&](float x, int d) {
     const double cell = std::floor(static_cast<double>(x) / cell_) + d;
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::clamp(cell, -1e15, 1e15))) & 0xfffffu;

@@ -1,4 +1,4 @@
-// Where photons are of use: a grid of the places that the image asks for.
+// Where photons are useful: a grid of the places that the image depends on.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -8,21 +8,20 @@
 
 namespace glowworm {
 
-/// How much the image asks of places, from a sample of its query points: "importons" gathered in cells of a grid, apart
-/// by the axis that the surface faces most (so that a wall's two sides are told apart). Peter and Pietrek, "Importance
-/// Driven Construction of Photon Maps", EGWR 1998; Keller and Wald, "Efficient Importance Sampling Techniques for the
-/// Photon Map", VMV 2000.
+/// Importance of places to the image, from a sample of its query points: "importons" in the cells of a grid, separated
+/// by the main axis of their normal (so the two sides of a wall differ). Peter and Pietrek, "Importance Driven
+/// Construction of Photon Maps", EGWR 1998; Keller and Wald, "Efficient Importance Sampling Techniques for the Photon
+/// Map", VMV 2000.
 class ImportanceGrid {
  public:
-  ImportanceGrid() = default;  ///< asks for nothing
-  /// @param positions metres; @param normals unit, on the side that is looked at; @param weights none negative: how
-  /// much
-  ///        the image depends on each point. All of one length.
+  ImportanceGrid() = default;  ///< zero everywhere
+  /// @param positions metres; @param normals unit, on the visible side; @param weights importance of each point, not
+  /// negative. All of one length.
   ImportanceGrid(std::span<const Vec3> positions, std::span<const Vec3> normals, std::span<const float> weights);
 
   bool empty() const { return cells_.empty(); }
-  /// From 0 (nothing near is ever asked about) to 1, which it reaches at a tenth of what the image asks of its places
-  /// in the mean: beyond, more photons would serve no better than elsewhere.
+  /// From 0 (no query point is near) to 1, which is reached at a tenth of the mean importance: beyond it, more photons
+  /// do not help more than elsewhere.
   float value(Vec3 position, Vec3 normal) const;
   /// Side of a cell, metres.
   float cell() const { return cell_; }

@@ -16,8 +16,8 @@ namespace glowworm {
 
 namespace {
 
-/// Light paths under way, in structure-of-arrays form; finished ones are compacted away after every bounce. The arrays
-/// keep the length of the chunk and the padding of kernels, `count` of them mean something.
+/// Light paths in structure-of-arrays form; finished paths are compacted away after every bounce. The arrays have the
+/// length of the chunk plus the padding of kernels; the first `count` elements are valid.
 struct Paths {
   Paths() {
     for (auto& channel : flux) channel.resize(kPathsPerChunk + kDiffuseScatterPadding);
@@ -32,17 +32,17 @@ struct Paths {
   std::vector<std::uint8_t> sharp_only = std::vector<std::uint8_t>(kPathsPerChunk);  // every bounce so far was sharp
 };
 
-/// A pair of random numbers of every path under way.
+/// A pair of random numbers for every path.
 struct Pairs {
   std::vector<float> x = std::vector<float>(kPathsPerChunk + kDiffuseScatterPadding), y = x;
 };
-/// Pairs that emission takes; every bounce takes two.
+/// Pairs of random numbers used by emission; every bounce takes two more.
 constexpr std::uint32_t kEmissionPairs = 3;
 
-/// Photons that a path leaves in the mean, or more.
+/// Photons that a path stores on average, or more.
 constexpr std::size_t kPhotonsEach = 2;
 
-/// Sum of `count` numbers, each a float, in four sums of which compilers make vectors.
+/// Sum of `count` floats, in four partial sums, which compilers vectorise.
 template <typename Value>
 double sum(std::size_t count, const Value& value) {
   double lanes[4] = {};
@@ -115,7 +115,7 @@ class ChunkTracers::ChunkTracer {
       emit_block(first, std::min(EmissionBlock::kBlock, count - first));
   }
 
-  /// Emits paths [first, first + count) and lines them up.
+  /// Emits paths [first, first + count) and appends them.
   void emit_block(std::size_t first, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t path = first + i;
@@ -144,8 +144,8 @@ class ChunkTracers::ChunkTracer {
     paths_.count = at;
   }
 
-  /// The numbers of a bounce, of all paths at once: a pair for the choice of the lobe and for Russian roulette, and one
-  /// for the direction.
+  /// The random numbers of a bounce for all paths: a pair for the lobe and Russian roulette, and a pair for the
+  /// direction.
   void draw_bounce(std::uint64_t first_path, int bounce) {
     for (std::size_t i = 0; i < paths_.count; ++i)
       index_[i] = static_cast<std::uint32_t>(first_path + paths_.number[i]);
@@ -154,8 +154,8 @@ class ChunkTracers::ChunkTracer {
     draw(dimension + 1, paths_.count, direction_);
   }
 
-  /// Stores the photons that paths [first, first + count) leave where they hit, and puts those that go on behind the
-  /// first `kept` paths. Returns how many there are then.
+  /// Stores the photons of paths [first, first + count) at their hits, and moves the paths that continue behind the
+  /// first `kept` paths. Returns the new number of paths.
   std::size_t scatter_block(std::size_t first, std::size_t count, int bounce, std::size_t kept) {
     ArrivedPaths numbers;
     numbers.roulette = choice_.y.data();
@@ -178,7 +178,7 @@ class ChunkTracers::ChunkTracer {
 
   RGB flux(std::size_t path) const { return {paths_.flux[0][path], paths_.flux[1][path], paths_.flux[2][path]}; }
 
-  /// Scatters one path, number i of its block, by any BSDF; true where it goes on by a sharp lobe.
+  /// Scatters one path, number i of its block, with any BSDF; true if it continues through a sharp lobe.
   bool scatter_other(std::size_t path, std::size_t i) {
     block_.put_outcome(i, 0);
     const Hit& hit = paths_.hits[path];
@@ -204,7 +204,7 @@ class ChunkTracers::ChunkTracer {
     return s.lobe == kSharp;
   }
 
-  /// Sends a path on in the direction that was sampled, or ends it by Russian roulette.
+  /// Continues a path in the sampled direction, or ends it by Russian roulette.
   bool leave(std::size_t path, std::size_t i, const SurfacePoint& point, RGB arriving, float u, const ScatteredRay& s) {
     const RGB next = arriving * s.weight;
     const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux(path)), 1e-30f));
@@ -213,7 +213,7 @@ class ChunkTracers::ChunkTracer {
     return true;
   }
 
-  /// Adds the flux of paths [first, first + count), a block, to where it goes.
+  /// Adds the flux of paths [first, first + count), a block, to the flux balance.
   void add_balance(std::size_t first, std::size_t count, bool last) {
     FluxBalance& balance = result_->balance;
     bool all_left = true;
@@ -236,8 +236,8 @@ class ChunkTracers::ChunkTracer {
     }
   }
 
-  /// Appends the photons that paths [first, first + count), a block, leave. What is written for a path without one, the
-  /// next one overwrites: a branch would mispredict often.
+  /// Appends the photons of paths [first, first + count), a block. A path without a photon writes one, too, which the
+  /// next path overwrites: a branch would mispredict often.
   void store_photons(std::size_t first, std::size_t count, int bounce) {
     PhotonChunk& photons = *result_;
     const std::size_t before = photons.count;
@@ -269,8 +269,8 @@ class ChunkTracers::ChunkTracer {
       photons.used[i] = demand_for(*pass_.demand, position[i], normal[i], caustic[i] != 0) > 0;
   }
 
-  /// Puts those of paths [first, first + count), a block, that go on behind the first `kept` paths; returns how many
-  /// there are then.
+  /// Moves those of paths [first, first + count), a block, that continue behind the first `kept` paths; returns the new
+  /// number of paths.
   std::size_t keep_paths(std::size_t first, std::size_t count, std::size_t kept) {
     Ray* const rays = paths_.rays.data();
     float* const flux[3] = {paths_.flux[0].data(), paths_.flux[1].data(), paths_.flux[2].data()};
@@ -300,7 +300,7 @@ class ChunkTracers::ChunkTracer {
   Pairs choice_, direction_, light_;
   EmissionBlock emission_;
   DiffuseHits block_;
-  std::array<std::uint8_t, DiffuseHits::kBlock> sharp_ = {};  // which of a block go on by a sharp lobe
+  std::array<std::uint8_t, DiffuseHits::kBlock> sharp_ = {};  // whether each path continues through a sharp lobe
   PhotonChunk* result_ = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// Light paths of a photon pass, a chunk at a time. For photon_tracer.cc alone.
+// Light paths of a photon pass, one chunk at a time. Used by photon_tracer.cc only.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -13,45 +13,45 @@ namespace glowworm {
 
 inline constexpr std::size_t kPathsPerChunk = 1024;
 
-/// What a chunk of paths leaves. Arrays of photons hold `count`, and have room for more; they are in order of bounce.
+/// Photons of a chunk of paths. The arrays hold `count` photons and may be longer; photons are in order of bounce.
 struct PhotonChunk {
   std::size_t count = 0;  ///< photons
   LargeArray<Vec3> position, direction, normal;
   LargeArray<RGB> flux;              ///< as emitted, not divided by the number of paths
   LargeArray<std::uint32_t> light;   ///< source, counted as in Scene::light_power()
-  LargeArray<std::uint32_t> path;    ///< counted from 0 within the chunk; written in pilot passes alone
-  LargeArray<std::uint8_t> caustic;  ///< every bounce before was sharp, and there was one
-  LargeArray<std::uint8_t> used;     ///< at a place that the image asks for; written where there is a demand
+  LargeArray<std::uint32_t> path;    ///< index of the path in the chunk; only in pilot passes
+  LargeArray<std::uint8_t> caustic;  ///< at least one bounce before, and all of them sharp
+  LargeArray<std::uint8_t> used;     ///< whether the image needs the place; only with a PhotonDemand
   FluxBalance balance;
-  std::vector<std::uint32_t> emitted_light;  ///< of each path; kNone where there is no light
-  std::vector<EmissionNumbers> numbers;      ///< that each path was emitted with; empty but in pilot passes
-  std::vector<float> guide_weight;           ///< and the factor on its flux; likewise
+  std::vector<std::uint32_t> emitted_light;  ///< of each path; kNone if there is no light
+  std::vector<EmissionNumbers> numbers;      ///< emission numbers of each path; only in pilot passes
+  std::vector<float> guide_weight;           ///< the factor on its flux; only in pilot passes
 
-  /// Makes room for so many photons.
+  /// Allocates memory for so many photons.
   void make_room(std::size_t most);
 };
 
-/// What all chunks of a pass share.
+/// Data that all chunks of a pass share.
 struct PhotonChunkSettings {
   const Tracer* tracer = nullptr;
   const PhotonPassSettings* pass = nullptr;
-  bool pilot = false;  ///< emission numbers and paths of photons are kept
+  bool pilot = false;  ///< keep emission numbers and the paths of photons
 };
 
-/// How much the image asks for a photon: of the global map and, where it is one, of the caustic map.
+/// Importance of a photon to the image: as part of the global map and, if it is a caustic photon, of the caustic map.
 float demand_for(const PhotonDemand& demand, Vec3 position, Vec3 normal, bool caustic);
 
-/// Traces chunks of paths, on any number of threads at once.
+/// Traces chunks of paths. Several threads may call it at once.
 class ChunkTracers {
  public:
-  /// What `settings` points to must outlive this.
+  /// The objects that `settings` points to must outlive this one.
   explicit ChunkTracers(const PhotonChunkSettings& settings);
   ~ChunkTracers();
   ChunkTracers(const ChunkTracers&) = delete;
   ChunkTracers& operator=(const ChunkTracers&) = delete;
 
-  /// Traces paths [first, first + count) of a pass on the calling thread, count <= kPathsPerChunk. What the chunk held
-  /// before is gone, its memory is used again.
+  /// Traces paths [first, first + count) of a pass on the calling thread, count <= kPathsPerChunk. Replaces the
+  /// contents of the chunk and reuses its memory.
   void trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk);
 
  private:
@@ -59,7 +59,7 @@ class ChunkTracers {
 
   const PhotonChunkSettings settings_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<ChunkTracer>> idle_;  // their arrays serve the next chunk
+  std::vector<std::unique_ptr<ChunkTracer>> idle_;  // their arrays are reused by the next chunk
 };
 
 }  // namespace glowworm

@@ -12,7 +12,7 @@ namespace glowworm {
 
 namespace {
 
-/// Photons that a thread scales at a time.
+/// Photons that one piece of work scales.
 constexpr std::size_t kScaledAtOnce = 1 << 15;
 
 void add(FluxBalance& sum, const FluxBalance& part) {
@@ -26,19 +26,19 @@ void add(FluxBalance& sum, const FluxBalance& part) {
   }
 }
 
-/// Adds up what the chunk left by light, and sets its caustic photons apart.
+/// Adds up a chunk's counts by light, and separates its caustic photons.
 void count(PhotonPass& pass, const PhotonChunk& chunk, bool demanded) {
   for (const std::uint32_t light : chunk.emitted_light)
     if (light != kNone) ++pass.emitted_by_light[light];
   for (std::size_t i = 0; i < chunk.count; ++i) ++pass.stored_by_light[chunk.light[i]];
-  // Without a demand all that are stored are used.
+  // Without a demand, all stored photons count as used.
   for (std::size_t i = 0; demanded && i < chunk.count; ++i) pass.used_by_light[chunk.light[i]] += chunk.used[i];
   for (std::size_t i = 0; i < chunk.count; ++i)
     if (chunk.caustic[i]) pass.caustic.push_back(chunk.position[i], chunk.direction[i], chunk.flux[i], chunk.normal[i]);
   add(pass.balance, chunk.balance);
 }
 
-/// Appends what a chunk left to the pass.
+/// Appends a chunk to the pass.
 void join(PhotonPass& pass, const PhotonChunk& chunk, bool demanded) {
   const auto append = [&](auto& to, const auto& from) { to.insert(to.end(), from.data(), from.data() + chunk.count); };
   append(pass.global.position, chunk.position);
@@ -68,13 +68,13 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   pass.emitted_by_light.resize(tracer.scene().light_source_count());
   pass.stored_by_light.resize(tracer.scene().light_source_count());
   pass.used_by_light.resize(tracer.scene().light_source_count());
-  // The last chunk brings more than are wanted; what is reserved and not written takes no memory.
+  // The last chunk exceeds the wanted number; reserved memory that is never written costs nothing.
   pass.global.reserve(settings.photons + 8 * kPathsPerChunk);
   ChunkTracers tracers({&tracer, &settings, false});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
   while (pass.global.size() < settings.photons && pass.emitted < limit) {
-    // Chunks are joined in order while others are traced.
+    // Chunks are joined in order while others are being traced.
     PartQueue<PhotonChunk> queue(next_chunks,
                                  [&](const PhotonChunk& chunk) { join(pass, chunk, settings.demand != nullptr); });
     parallel_for(0, next_chunks, 1, [&](std::size_t, std::size_t) {
@@ -84,12 +84,12 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
       queue.put(number, std::move(chunk));
     });
     pass.emitted += next_chunks * kPathsPerChunk;
-    // Where nothing at all is stored (glass alone, lights that miss the scene), more paths will not change that.
+    // If nothing is stored (only glass, or lights that miss the scene), more paths do not help.
     if (pass.global.size() == 0 && pass.emitted >= settings.photons) break;
-    // The yield so far says how many more paths are wanted; whole chunks, so that it never depends on threads.
+    // The yield so far gives the number of paths still needed, in whole chunks, so it does not depend on threads.
     const double yield = std::max(static_cast<double>(pass.global.size()) / static_cast<double>(pass.emitted), 1e-3);
     const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.global.size());
-    // A wave is at most as long as the photons wanted: the yield of a few paths may be far too low.
+    // The number of wanted photons bounds a wave: the yield of a few paths may be far too low.
     const std::uint64_t longest =
         std::min(settings.photons, limit - std::min(limit, pass.emitted)) / kPathsPerChunk + 1;
     next_chunks = std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1, longest);

@@ -1,4 +1,4 @@
-// The last barrier before the film: light that is no number.
+// Removes light that is not finite before it reaches the film.
 #pragma once
 #include <cstddef>
 
@@ -9,8 +9,8 @@ namespace glowworm {
 /// Radiance beyond this counts as infinite: sums of 2^24 samples stay finite. W sr^-1 m^-2.
 inline constexpr float kLargestRadiance = 1e30f;
 
-/// Sets samples to black in whose light a number is NaN, infinite or beyond kLargestRadiance; returns how many. They
-/// come of lights so near to a surface, or so bright, that floats do not hold what arrives.
+/// Sets samples to black if a number in their light is NaN, infinite or beyond kLargestRadiance; returns how many. They
+/// occur where a light is so near to a surface, or so bright, that floats overflow.
 std::size_t drop_infinite_samples(SlotRadiance& radiance);
 
 }  // namespace glowworm

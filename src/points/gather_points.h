@@ -1,4 +1,4 @@
-// Gather points: where camera paths first meet a surface that light is gathered for.
+// Gather points: the first surfaces on camera paths for which light is gathered.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace glowworm {
 
-/// A rectangle of pixels and the camera samples of a task in it. A slot is one camera sample of one pixel:
+/// A rectangle of pixels and their camera samples in a task. A slot is one camera sample of one pixel:
 /// slot = (sample - first_sample) * pixels + pixel of the tile, row by row.
 struct CameraTask {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1) x [y0, y1) of the picture
@@ -25,20 +25,20 @@ struct CameraTask {
 /// Arrays of one length, index i one gather point.
 struct GatherPoints {
   LargeVector<std::uint32_t> slot;      ///< camera sample of the task
-  LargeVector<std::uint32_t> sequence;  ///< pixel number in the picture: names its random numbers
+  LargeVector<std::uint32_t> sequence;  ///< pixel number in the picture: selects its random numbers
   LargeVector<std::uint32_t> sample;    ///< camera sample number of the pixel
   LargeVector<Vec3> position;           ///< metres
   LargeVector<Vec3> normal;             ///< unit, geometric, on the viewer's side
-  LargeVector<float> offset;            ///< how far along it, or against it, rays begin that leave, metres
-  LargeVector<Frame> frame;             ///< shading frame
-  LargeVector<Vec3> wo;                 ///< unit, world space, towards the viewer
-  LargeVector<Bsdf> bsdf;               ///< of which only the broad lobes are asked
-  LargeVector<RGB> throughput;          ///< of the camera path up to the point
+  LargeVector<float> offset;    ///< distance along the normal, or against it, at which leaving rays begin, metres
+  LargeVector<Frame> frame;     ///< shading frame
+  LargeVector<Vec3> wo;         ///< unit, world space, towards the viewer
+  LargeVector<Bsdf> bsdf;       ///< only its broad lobes are evaluated
+  LargeVector<RGB> throughput;  ///< of the camera path up to the point
 
   std::size_t size() const { return slot.size(); }
-  /// Takes memory for n points.
+  /// Reserves memory for n points.
   void reserve(std::size_t n);
-  /// Forgets all points but keeps their memory.
+  /// Removes all points but keeps their memory.
   void clear();
   void append(const GatherPoints& other);
   static constexpr std::size_t kBytesEach =
@@ -49,8 +49,8 @@ struct GatherPoints {
 struct SlotRadiance {
   std::vector<RGB> emitted;   ///< seen directly or through sharp bounces
   std::vector<RGB> direct;    ///< one broad bounce (or a rough sharp one) between light and viewer
-  std::vector<RGB> indirect;  ///< all that is gathered over surfaces
-  std::vector<RGB> caustic;   ///< light, sharp bounces, gather point
+  std::vector<RGB> indirect;  ///< all that is gathered from surfaces
+  std::vector<RGB> caustic;   ///< light through sharp bounces only
   void resize(std::size_t slots);
 };
 

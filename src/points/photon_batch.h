@@ -13,9 +13,9 @@ namespace glowworm {
 /// Flux that arrived at surfaces. All arrays have the same length; index i is one photon.
 struct PhotonBatch {
   LargeVector<Vec3> position;   ///< metres
-  LargeVector<Vec3> direction;  ///< unit, back along the way it came (w_j of the estimators)
+  LargeVector<Vec3> direction;  ///< unit, back along its path (w_j of the estimators)
   LargeVector<RGB> flux;        ///< W: dPhi_j
-  LargeVector<Vec3> normal;     ///< unit, geometric, on the side that the photon arrived at
+  LargeVector<Vec3> normal;     ///< unit, geometric, on the side where the photon arrived
 
   std::size_t size() const { return position.size(); }
   void resize(std::size_t n) {

@@ -1,4 +1,4 @@
-// Query points (the "reverse photons" of [HHS05]): where the photon map is asked for radiance.
+// Query points (the "reverse photons" of [HHS05]): where the photon map is looked up.
 #pragma once
 #include <cstdint>
 
@@ -9,7 +9,7 @@
 
 namespace glowworm {
 
-/// Index into QueryPoints::bsdfs of a point that is Lambertian.
+/// Value of QueryPoints::bsdf for Lambertian points.
 inline constexpr std::uint32_t kLambertianQuery = 0xffffffffu;
 
 /// A BSDF with its shading frame, for query points that are not Lambertian.
@@ -19,21 +19,21 @@ struct QueryBsdf {
   Vec3 wo;       ///< unit, world space, towards the gather point, by ShadedSurface::seen_from()
 };
 
-/// Points at which outgoing radiance is wanted. Arrays of one length, index i one point; `weight` and `gather_point`
-/// are for completion, the engines read the others.
+/// Points whose outgoing radiance is estimated. Arrays of one length, index i one point. Completion reads `weight` and
+/// `gather_point`; the engines read the others.
 struct QueryPoints {
   LargeVector<Vec3> position;               ///< metres
-  LargeVector<Vec3> normal;                 ///< unit, geometric, on the side that is seen
+  LargeVector<Vec3> normal;                 ///< unit, geometric, on the visible side
   LargeVector<RGB> reflectance;             ///< Lambertian: albedo; others: unused
   LargeVector<std::uint32_t> bsdf;          ///< index into bsdfs, or kLambertianQuery
   LargeVector<QueryBsdf> bsdfs;             ///< one for each point that is not Lambertian
   LargeVector<RGB> weight;                  ///< f_r cos / (pdf N) at the gather point: factor on the radiance
-  LargeVector<std::uint32_t> gather_point;  ///< the gather point (or any target index) this one belongs to
+  LargeVector<std::uint32_t> gather_point;  ///< the gather point (or any other target index) of this point
 
   std::size_t size() const { return position.size(); }
-  /// Forgets all points but keeps their memory.
+  /// Removes all points but keeps their memory.
   void clear();
-  /// Takes memory for n points, of which bsdfs has none.
+  /// Reserves memory for n points, but none for bsdfs.
   void reserve(std::size_t n);
   void push_back(Vec3 p, Vec3 n, RGB albedo, RGB w, std::uint32_t target) {
     position.push_back(p);

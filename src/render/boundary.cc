@@ -13,19 +13,19 @@ namespace glowworm {
 
 namespace {
 
-/// Lines to an area as large as a photon's disc: first that look whether anything is amiss, and in all where it is.
+/// Lines per area of a photon's disc: first lines to detect a deviation, and all lines where there is one.
 constexpr float kFirstLines = 8, kAllLines = 32;
 constexpr std::size_t kClustersPerChunk = 64;
-/// A cluster whose photons' masses are all this near to 1 by the first lines is plain.
+/// A cluster is plain if the first lines give all its photons a mass within this distance of 1.
 constexpr float kTolerance = 0.02f;
-/// Share of a line that is skipped behind a surface, besides rounding, so that it is not met again. Nothing else bounds
-/// the surfaces of a line: the slats of a blind that it did not reach would be missing in the mass.
+/// Share of a line that is skipped behind a surface, in addition to rounding, so that the surface is not hit again.
+/// There is no limit on the number of surfaces: without all slats of a blind, the mass would be too small.
 constexpr float kStep = 1e-3f;
-/// Surfaces that a line all but grazes tell nothing, and have no photon's normal.
+/// Surfaces nearly parallel to a line are ignored; they have no photon's normal.
 constexpr float kLeastCosine = 0.25f;
 /// Share of the cosine within which a place lies in a cluster's plane.
 constexpr float kFlatness = 1e-4f;
-/// Bounds of the mass: beyond them a few lines say nothing.
+/// Bounds of the mass: beyond them, a few lines are not significant.
 constexpr float kSmallestMass = 0.125f, kLargestMass = 4;
 
 /// A line along the cluster's normal through a point of its disc, from above its photons to below them.
@@ -33,16 +33,16 @@ struct Line {
   Ray ray;
   std::uint32_t cluster;     ///< of the chunk
   std::uint32_t number;      ///< within it
-  int depth = 0;             ///< of solids entered less left since the photon; what lies in a solid nobody sees
+  int depth = 0;             ///< solids entered minus solids left since the photon; places inside a solid are invisible
   std::uint32_t places = 0;  ///< found on it
-  float step = kStep;        ///< share of it, or of the way to it, that is skipped behind a surface
-  bool plain = true;         ///< its places, where there are any, lie in the cluster's plane
+  float step = kStep;        ///< share of the line, or of the path to it, that is skipped behind a surface
+  bool plain = true;         ///< all its places lie in the cluster's plane
 
   /// Takes the line through a surface.
   void cross(bool front) { depth += front ? 1 : -1; }
 };
 
-/// Where query points may be, found on a line.
+/// A place on a line where query points may lie.
 struct Place {
   Vec3 position, normal;
   float area;          ///< of surface over area of disc
@@ -96,7 +96,7 @@ class Chunk {
     Line line;
     line.cluster = c;
     line.number = number;
-    // The way from a photon is half as long or longer.
+    // The path from a photon has at least half the length.
     line.step = kStep + 2 * cluster.step;
     line.ray = {start, 0, cluster.normal * (cluster.low - cluster.high), 1};
     return line;
@@ -120,8 +120,8 @@ class Chunk {
     }
   }
 
-  /// Counts the solids that the starts of the lines lie in, on the way to each from a photon, which lies in none: a
-  /// floor goes on beneath what stands on it, and beyond the walls.
+  /// Counts the solids that contain the start of each line, along the path from a photon, which lies in none: a floor
+  /// continues beneath objects on it and beyond the walls.
   void find_depths() {
     const auto way = [&](const Line& line) {
       const auto photons = members(line.cluster);
@@ -133,7 +133,7 @@ class Chunk {
     });
   }
 
-  /// Follows a ray for each line of the batch through all that it meets.
+  /// Traces a ray for each line of the batch through all its hits.
   template <typename MakeRay, typename Meet>
   void walk(MakeRay&& make_ray, Meet&& meet) {
     active_.resize(batch_.size());
@@ -159,7 +159,7 @@ class Chunk {
     }
   }
 
-  /// Takes line j through a hit, which is a place unless it is buried.
+  /// Takes line j through a hit, which is a place unless it is inside a solid.
   void meet(std::uint32_t j, const Hit& hit) {
     Line& line = batch_[j];
     const BoundaryCluster& cluster = clusters_[line.cluster];
@@ -168,7 +168,7 @@ class Chunk {
     const bool buried = line.depth > 0;
     line.cross(cosine > 0);
     if (buried || std::abs(cosine) < kLeastCosine) return;
-    // A single sheet may be wound either way.
+    // A single sheet may have either winding.
     if (cosine < 0) normal = -normal;
     const Vec3 position = line.ray.origin + line.ray.direction * hit.distance;
     const float height = dot(position - cluster.center, cluster.normal);
@@ -177,8 +177,8 @@ class Chunk {
     found_.push_back({position, normal, 1 / std::abs(cosine), j});
   }
 
-  /// The kernel's integral for a photon. What the lines find is counted against what they would find in the photon's
-  /// plane without an end, whose integral is 1: so chance enters only where there is a difference.
+  /// The kernel's integral for a photon. The lines' result is compared with their result on an infinite plane, whose
+  /// integral is 1, so noise arises only where there is a difference.
   float mass(std::uint32_t c, std::uint32_t photon, float min_cosine) const {
     const BoundaryCluster& cluster = clusters_[c];
     const std::vector<Line>& lines = lines_[c];

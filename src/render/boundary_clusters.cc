@@ -11,13 +11,13 @@ namespace glowworm {
 
 namespace {
 
-/// Photons of a leaf of the tree: with the usual number to a radius, a cluster is about as wide as a photon's disc.
+/// Photons of a leaf of the tree: with the default k, a cluster is about as wide as a photon's disc.
 constexpr std::uint32_t kLeafSize = 24;
 /// Normals of a cluster's photons have a dot product above this with that of its first.
 constexpr float kLikeNormal = 0.9f;
-/// Clusters with a wider disc fall apart into single photons.
+/// Clusters with a wider disc are split into single photons.
 constexpr float kWidest = 12;
-/// Deviation, as a share of the reach, up to which a cluster is flat, besides rounding.
+/// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
 constexpr float kFlatness = 1e-4f;
 constexpr std::size_t kLeafGrain = 64;
 
@@ -25,7 +25,7 @@ class Clusterer {
  public:
   Clusterer(const PhotonBatch& photons, std::span<const float> radii) : photons_(photons), radii_(radii) {}
 
-  /// Cuts the photons of a leaf, which are reordered for it.
+  /// Divides the photons of a leaf, which are reordered.
   void cut(std::span<std::uint32_t> photons, std::uint32_t first, std::vector<BoundaryCluster>& out) const {
     std::size_t begin = 0;
     while (begin < photons.size()) {
@@ -33,7 +33,7 @@ class Clusterer {
       const auto rest = photons.subspan(begin);
       const auto end = std::stable_partition(
           rest.begin(), rest.end(), [&](std::uint32_t p) { return dot(photons_.normal[p], normal) > kLikeNormal; });
-      // A photon of no normal is not like itself either.
+      // A photon without a normal does not match itself either.
       const std::size_t count = std::max<std::size_t>(1, static_cast<std::size_t>(end - rest.begin()));
       const BoundaryCluster whole = measure(rest.first(count), first + static_cast<std::uint32_t>(begin));
       if (whole.wideness <= kWidest) {

@@ -1,4 +1,4 @@
-// Photons that lie together on one surface, for boundary correction.
+// Groups of photons on one surface, for boundary correction.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -9,16 +9,16 @@
 
 namespace glowworm {
 
-/// Neighbouring photons of like normals, which share their look at the surfaces around them.
+/// Neighbouring photons with similar normals, which share their lines.
 struct BoundaryCluster {
   Vec3 center;              ///< mean of the photons, metres
   Vec3 normal;              ///< mean of theirs, unit
   float reach = 0;          ///< radius of the disc around `center` that holds all discs of the photons, metres
   float low = 0, high = 0;  ///< ends of the balls of the photons along `normal`, from `center`, metres
   float wideness = 1;       ///< area of that disc over that of a photon's
-  float flatness = 0;       ///< how far from the plane of `center` a place may be to lie in it, metres
-  float step = 0;           ///< share of a line from `high` to `low` in which rounding may find a surface again
-  bool flat = false;        ///< all photons lie in the plane of `center` and have its normal
+  float flatness = 0;  ///< largest distance of a place from the plane of `center` that counts as in the plane, metres
+  float step = 0;      ///< share of a line from `high` to `low` in which rounding may hit a surface again
+  bool flat = false;   ///< all photons lie in the plane of `center` and have its normal
   std::uint32_t first = 0, count = 0;  ///< a run of BoundaryClusters::photons
 };
 
@@ -28,7 +28,7 @@ struct BoundaryClusters {
   std::vector<std::uint32_t> photons;  ///< indices of the batch, each once
 };
 
-/// Cuts a batch into clusters; the same for any number of threads. @param radii of the photons' kernels, metres
+/// Divides a batch into clusters; the result does not depend on threads. @param radii of the kernels, metres
 BoundaryClusters make_boundary_clusters(const PhotonBatch& photons, std::span<const float> radii);
 
 }  // namespace glowworm

@@ -15,7 +15,7 @@ namespace {
 
 constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '4'};
 
-/// Writes, and takes the fingerprint of what it wrote.
+/// Writes bytes and computes their fingerprint.
 class Writer {
  public:
   explicit Writer(const std::string& path) : file_(path) { file_.write(kMagic, sizeof kMagic); }
@@ -35,7 +35,7 @@ class Writer {
   ContentHash fingerprint_;
 };
 
-/// Reads what Writer wrote; tells where the file is too short or another one.
+/// Reads the output of Writer; detects files that are too short or of another kind.
 class Reader {
  public:
   explicit Reader(std::ifstream& file, std::uint64_t size) : file_(file), left_(size) {}
@@ -52,7 +52,7 @@ class Reader {
     fingerprint_ = ContentHash();
     return good;
   }
-  /// A number of items to come of that size each; false where the file cannot hold them.
+  /// Reads a number of items of that size; false if the file cannot hold them.
   bool take_count(std::uint64_t& count, std::uint64_t item) {
     return take(&count, sizeof count) && count <= left_ / item;
   }

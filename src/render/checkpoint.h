@@ -1,4 +1,4 @@
-// Checkpoints: the film between two tasks, so that a render that was cut off goes on to the same bits.
+// Checkpoints: the film between two tasks. An interrupted render continues to the same bits.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -7,18 +7,18 @@
 
 namespace glowworm {
 
-/// The state of a render after a whole number of tasks. Nothing else need be kept: all randomness belongs to the
-/// numbers of pass, pixel and photon.
+/// The state of a render after a whole number of tasks. It is complete, because all randomness belongs to the numbers
+/// of pass, pixel and photon.
 struct Checkpoint {
-  std::string key;                  ///< names scene, settings and version; a render goes on only from its own
-  std::uint32_t passes = 0;         ///< whole passes in the film, which may hold a part of the next
+  std::string key;  ///< identifies scene, settings and version; a render continues only from its own checkpoint
+  std::uint32_t passes = 0;         ///< complete passes in the film, which may hold a part of the next
   std::vector<std::uint32_t> film;  ///< Film::save()
 };
 
-/// Writes a checkpoint, whole or not at all. Throws Error where it cannot be written.
+/// Writes a checkpoint, whole or not at all. Throws Error if it cannot be written.
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
 
-/// Reads a checkpoint; nothing where there is no such file. Throws Error where the file is not a whole checkpoint.
+/// Reads a checkpoint; nothing if there is no such file. Throws Error if the file is not a complete checkpoint.
 std::optional<Checkpoint> read_checkpoint(const std::string& path);
 
 }  // namespace glowworm

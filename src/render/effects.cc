@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::size_t kMostLines = 8;
 
-/// GGX alpha of the sharpest lobe that a material may have; above 1 where it has none.
+/// GGX alpha of the sharpest lobe of a material; above 1 if it has none.
 float sharpest_alpha(const Material& m) {
   constexpr float kNoLobe = 2;
-  // A texture may go down to nothing.
+  // A texture may contain 0.
   const auto least = [](const FloatInput& input) { return input.texture == kNone ? input.value : 0.0f; };
   const float base = std::sqrt(least(m.roughness_u) * least(m.roughness_v)), coat = least(m.coat_roughness);
   switch (m.kind) {
@@ -43,7 +43,7 @@ bool makes_caustics(const Material& m) {
 std::vector<bool> find_used(const Scene& scene) {
   std::vector<bool> used(scene.materials().size(), false);
   for (const std::uint32_t material : scene.geometry().material) used[material] = true;
-  // The parts of a mix come before it or after it, and may be mixes.
+  // The parts of a mix may come before or after it, and may be mixes themselves.
   for (std::size_t round = 0; round < used.size(); ++round) {
     bool changed = false;
     for (std::size_t i = 0; i < used.size(); ++i) {

@@ -1,4 +1,4 @@
-// Which effects of light a render shows or leaves out, in words.
+// Which effects of light a render includes or leaves out, as text.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace glowworm {
 
-/// One line for each material in use that makes caustics, like 'roughness 0.02 on "glass": caustics on', and why they
-/// are off where the settings leave them out. Roughness is the GGX alpha; many materials are summed up in the last
-/// line.
+/// One line for each material in use that makes caustics, like 'roughness 0.02 on "glass": caustics on', with the
+/// reason if the settings leave them out. Roughness is the GGX alpha; the last line summarises the rest if there are
+/// many materials.
 std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& settings);
 
 }  // namespace glowworm

@@ -10,62 +10,62 @@
 
 namespace glowworm {
 
-/// Sums of radiance and of what was first hit, one entry a pixel, row by row. The sums are exact (core/exact_sum.h):
-/// they depend on the samples alone, not on their order, nor on which of them were added up together.
+/// Sums of radiance and of first hits, one entry a pixel, row by row. The sums are exact (core/exact_sum.h): they do
+/// not depend on the order or the grouping of the samples.
 class Film {
  public:
-  /// Samples of a pixel at most: as many as the sums have room for.
+  /// Most samples of a pixel; more could overflow the sums.
   static constexpr std::uint32_t kMostSamples = 1u << ExactSum<Int128, 64>::kTermBits;
 
-  /// @param indirect_only the image is the indirect light alone
-  /// @param layers        keep the parts of the light, and what was first hit, apart; else mean() and depth() have
-  ///                      nothing to tell, and radiance() gives the image whatever it is asked
+  /// @param indirect_only the image is the indirect light only
+  /// @param layers        keep the parts of the light, and the first hits, apart; without them mean() and depth() are
+  /// not available, and radiance() returns the image for every part
   explicit Film(int width, int height, bool indirect_only = false, bool layers = true);
 
   int width() const { return width_; }
   int height() const { return height_; }
   std::size_t pixel_count() const { return count_.size(); }
 
-  /// Adds the samples of a task. A pixel that has a sample already, as after a checkpoint within a pass, keeps it.
+  /// Adds the samples of a task. Skips pixels that have their samples already, as after a checkpoint within a pass.
   void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit);
   /// Whether every pixel of the task has its samples.
   bool has(const CameraTask& task) const;
-  /// Samples that every pixel has.
+  /// Number of samples that every pixel has.
   std::uint32_t whole_passes() const;
-  /// Whether no pixel has more samples than another.
+  /// Whether all pixels have the same number of samples.
   bool is_even() const;
 
-  /// Means over the samples taken so far; black (or 0) where there are none.
+  /// Means over the samples so far; black (or 0) if there are none.
   enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal };
   RGB mean(Layer layer, std::size_t pixel) const;
-  /// Mean depth over the samples that hit something; infinity for none.
+  /// Mean depth over the samples that hit something; infinity if none did.
   float depth(std::size_t pixel) const;
-  /// Radiance of the pixel: all light, or the indirect alone. W sr^-1 m^-2.
+  /// Radiance of the pixel: all light, or only the indirect light. W sr^-1 m^-2.
   RGB radiance(std::size_t pixel, bool indirect_only) const;
   std::uint32_t sample_count(std::size_t pixel) const { return count_[pixel]; }
 
-  /// Relative standard error of the image: the root over pixels of the mean of var(mean) / (mean^2 + 0.01 M^2), with M
-  /// the mean of the image, from the spread of the samples of each pixel. Infinity under two samples.
+  /// Relative standard error of the image: the root of the mean over pixels of var(mean) / (mean^2 + 0.01 M^2), where M
+  /// is the mean of the image, from the spread of the samples of each pixel. Infinity for fewer than two samples.
   double noise() const;
 
-  /// Bytes that a film of that size holds.
+  /// Size in bytes of a film of these dimensions.
   static std::uint64_t bytes(int width, int height, bool layers = true);
 
-  /// Counts camera samples that were left black because their light was not finite (points/finite_light.h).
+  /// Counts camera samples that are black because their light was not finite (points/finite_light.h).
   void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
   std::uint64_t not_finite() const { return not_finite_; }
 
-  /// The film's whole state, for checkpoints.
+  /// The complete state of the film, for checkpoints.
   std::vector<std::uint32_t> save() const;
-  /// Restores what save() gave; false where it is of another size, or where no samples can have given it.
+  /// Restores the result of save(); returns false if the size differs or the state is impossible.
   bool restore(const std::vector<std::uint32_t>& state);
 
  private:
-  /// Radiance to 5e-20, up to 3e11 W sr^-1 m^-2.
+  /// Radiance with resolution 5e-20, up to 3e11 W sr^-1 m^-2.
   using LightSum = ExactSum<Int128, 64>;
-  /// Squares of luminance to 9e-16, up to 4e15.
+  /// Squares of luminance with resolution 9e-16, up to 4e15.
   using SquareSum = ExactSum<Int128, 50>;
-  /// Of albedo and normal, which stay within [-1, 1], to 4e-12.
+  /// Albedo and normal, within [-1, 1], with resolution 4e-12.
   using UnitSum = ExactSum<std::int64_t, 37>;
 
   template <typename Sum>
@@ -77,7 +77,7 @@ class Film {
 
   int width_, height_;
   bool indirect_only_, layers_;
-  std::vector<std::array<LightSum, 3>> light_[4];  // without layers all light of the image is in the first
+  std::vector<std::array<LightSum, 3>> light_[4];  // without layers, the first holds all light of the image
   std::vector<std::array<UnitSum, 3>> albedo_, normal_;
   std::vector<LightSum> depth_sum_;
   std::vector<SquareSum> square_sum_;  // of the luminance of single samples

@@ -108,7 +108,7 @@ void Job::run() {
 }
 
 bool Job::should_stop(double next_s) {
-  // The limit is passed where that comes nearer to it than stopping before it does.
+  // Passes the limit if that comes closer to it than stopping before.
   if (interrupt_.requested())
     ending_ = Ending::cancelled;
   else if (settings_.time_limit_s > 0 && passes_ > 0 && spent_s_ + seconds() + next_s / 2 >= settings_.time_limit_s)
@@ -167,7 +167,7 @@ PassSettings Job::pass_settings() const {
 void Job::shoot_photons(std::uint32_t pass) {
   const CancellationScope scope(interrupt_);
   const double start = seconds();
-  // Photons may take all memory that tasks have left.
+  // Photons may use all memory that tasks leave.
   memory_.clear();
   if (settings_.guiding && !guide_) {
     const PhaseTimer timer(statistics_, Phase::trace_photons);
@@ -186,7 +186,7 @@ void Job::render_passes() {
   pass_ = pass_settings();
   const bool mapped = settings_.integrator != Integrator::path;
   const std::uint32_t first_pass = passes_;
-  // A render may have been cut off between its last pass and the look at its noise.
+  // The checkpoint may have been written after the last pass but before its noise test.
   if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
   for (std::uint32_t done = first_pass; done < settings_.samples; done = passes_) {
     if (should_stop(settings_.progressive ? photon_seconds_ + task_seconds_ : task_seconds_)) return;

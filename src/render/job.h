@@ -1,4 +1,4 @@
-// A render under way: one future-like object for the command line, the viewer, tests and benchmarks.
+// A running render: one future-like object for the command line, tests and benchmarks.
 #pragma once
 #include <atomic>
 #include <exception>
@@ -26,59 +26,59 @@ namespace glowworm {
 /// Why a render ended.
 enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
 
-/// A render in a thread of its own (its parallel loops use all threads). Every pass renders one camera sample of every
-/// pixel, in tiles; so the first pass already is a whole, noisy image.
+/// A render in its own thread (its parallel loops use all threads). Every pass renders one camera sample of every
+/// pixel, in tiles, so the first pass is a whole, noisy image.
 class Job {
  public:
-  /// Starts at once. @param asked is resolved first; errors of that are thrown here, later ones by wait().
-  /// @param resume goes on from this film; throws Error where the checkpoint is of another render
-  /// @param spent_s seconds of the limit of time that are over already, in loading the scene
+  /// Starts the render. @param asked is resolved first; throws its errors here, later ones from wait().
+  /// @param resume continues from this film; throws Error if the checkpoint belongs to another render
+  /// @param spent_s seconds of the time limit already used, for loading the scene
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
       const Checkpoint* resume = nullptr, double spent_s = 0);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
 
-  /// Asks the render to stop: after the task under way, or at once where photons are being traced. Safe in signal
-  /// handlers.
+  /// Stops the render after the task under way, or at once during photon tracing.
+  /// Safe in signal handlers.
   void cancel() { interrupt_.request(); }
-  /// Waits for the end; throws what the render threw.
+  /// Waits for the end; throws the render's error.
   void wait();
-  /// True once it has ended, for whatever reason.
+  /// True once the render has ended, for any reason.
   bool done() const { return done_; }
   Ending ending() const { return ending_; }
 
-  /// Share of the work done, in [0, 1]: by samples, or by time where that will end it first.
+  /// Finished share of the work, in [0, 1]: by samples, or by time if the time limit ends it first.
   double progress() const;
   /// Passes (camera samples of every pixel) done so far.
   std::uint32_t passes() const { return passes_; }
-  /// Tasks done so far: parts of the picture that went the whole way at once.
+  /// Finished tasks: parts of the picture that are computed from start to end at once.
   std::uint64_t tasks() const { return tasks_; }
-  /// Wall seconds since the start (until the end).
+  /// Wall seconds since the start, or up to the end.
   double seconds() const;
 
-  /// A copy of the film as it is now; any time.
+  /// A copy of the current film; at any time.
   Film snapshot() const;
-  /// What a render goes on from: the film after the last whole task; any time. The first call hashes the scene.
+  /// The state to continue from: the film after the last complete task; at any time. The first call hashes the scene.
   Checkpoint checkpoint() const;
-  /// Film::not_finite() of the film as it is now; any time.
+  /// Film::not_finite() of the current film; at any time.
   std::uint64_t samples_not_finite() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
-  /// What became of the photons so far, light by light; any time. Empty with the path tracer.
+  /// Fate of the photons so far, by light; at any time. Empty for the path tracer.
   std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
   const Scene& scene() const { return *scene_; }
-  /// What went through the caches of files with query points; once the render has ended.
+  /// Statistics of the caches of query point files, after the end of the render.
   const PagedCounts& paged_counts() const { return memory_.paged; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
   std::uint64_t query_point_bytes() const { return query_point_bytes_; }
-  /// What the process held when the render began: program, scene and what rays are traced against.
+  /// Memory of the process at the start of the render: program, scene and acceleration structure.
   std::uint64_t scene_bytes() const { return scene_bytes_; }
-  /// The most that the process held since then, beyond scene_bytes(); 0 where the system cannot tell.
+  /// Peak memory of the process since then, beyond scene_bytes(); 0 if the system does not report it.
   std::uint64_t peak_beside_scene_bytes() const;
-  /// The most that the process ever held.
+  /// Peak memory of the process.
   std::uint64_t peak_resident() const;
 
  private:
@@ -89,7 +89,7 @@ class Job {
   PassSettings pass_settings() const;
   const RenderKey& key() const;
   void shoot_photons(std::uint32_t pass);
-  /// @param next_s seconds that the next piece of work will take, about
+  /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);
   void resume(const Checkpoint& checkpoint);
   bool reached_noise_target();
@@ -98,8 +98,8 @@ class Job {
   std::shared_ptr<const Tracer> tracer_;
   RenderSettings settings_;
   MemoryBudget budget_;
-  // The film is copied for those who look at it while the render goes on. Made before it, so that one that does not fit
-  // is never allocated.
+  // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is
+  // never allocated.
   Reservation film_memory_{budget_, "film",
                            2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers)};
   Statistics statistics_;

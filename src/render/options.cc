@@ -41,7 +41,7 @@ constexpr Unit kByteUnits[] = {{"", 1},     {"K", 1e3},    {"KB", 1e3},  {"KiB",
                                {"MB", 1e6}, {"MiB", kMiB}, {"G", 1e9},   {"GB", 1e9},   {"GiB", kGiB},
                                {"T", 1e12}, {"TB", 1e12},  {"TiB", kTiB}};
 
-/// A decimal number with one of the units behind it, times the unit's factor; not a number where it is none.
+/// A decimal number with an optional unit, times the unit's factor; NaN if the text is none.
 double parse_quantity(std::string_view text, std::span<const Unit> units) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -52,7 +52,7 @@ double parse_quantity(std::string_view text, std::span<const Unit> units) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Single letters to insert, delete or replace that make one word of the other.
+/// Number of letters to insert, delete or replace to turn one word into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -66,8 +66,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// Completes a row whose setting is one member: `read` makes its value of a text, `print` does the reverse, and
-/// `report` makes what statistics say of it.
+/// Completes a row for a setting that is one member: `read` parses a text, `print` is the reverse, and `report` makes
+/// the value for statistics.
 template <typename T, typename Read, typename Print, typename Report>
 Option member(Option row, T RenderSettings::*field, Read read, Print print, Report report) {
   row.parse = [field, read](RenderSettings& s, const std::string& text) { s.*field = static_cast<T>(read(text)); };
@@ -79,7 +79,7 @@ Option member(Option row, T RenderSettings::*field, Read read, Print print, Repo
 
 constexpr auto kAsItIs = [](const auto& value) { return value; };
 
-/// The values of a number.
+/// The range and the names of a number.
 struct Range {
   const char* zero;  ///< name of the value 0
   std::span<const Unit> units;
@@ -120,7 +120,7 @@ Option choice(Option row, T RenderSettings::*field, const Names& names) {
 
 constexpr const char *kGiven = "given", *kNotGiven = "not given";
 
-/// @param value of the setting where the flag is given
+/// @param value of the setting if the flag is given
 Option flag(Option row, bool RenderSettings::*field, bool value = true) {
   row.is_flag = true;
   const auto read = [value, name = row.name](const std::string& text) {
@@ -194,7 +194,7 @@ std::vector<Option> picture_options() {
   return {
       size_row(
           {"--size", kPicture, nullptr, "WxH", "the scene's, or 512x512", "the scene's, or 512x512", "Pixels", true}),
-      // Which camera shows in the picture by its place and lens, which the key holds a hash of.
+      // Which camera it is shows in the scene's hash, which is part of the key.
       member({"--camera", kPicture, "camera", "NAME", "the first", "the first",
               "Camera of the scene; 'glowworm info SCENE' lists them"},
              &RenderSettings::camera, kAsItIs, kAsItIs, kAsItIs),
@@ -309,7 +309,7 @@ std::vector<Option> machine_options() {
   };
 }
 
-/// Settings that programs choose, not people.
+/// Settings that only programs choose.
 std::vector<Option> inner_options() {
   using S = RenderSettings;
   return {

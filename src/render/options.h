@@ -1,5 +1,5 @@
-// The options of a render, one row for each: what the command line, views, statistics and the key of checkpoints know
-// of RenderSettings. A new setting takes a member there and a row in options.cc.
+// The options of a render, one row for each. The rows serve the command line, views, statistics and the key of
+// checkpoints. A new setting takes a member of RenderSettings and a row in options.cc.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -12,25 +12,25 @@
 namespace glowworm {
 
 struct Option {
-  const char* name;               ///< "--samples"; without dashes: a setting that no command line gives
+  const char* name;               ///< "--samples"; without dashes: not on the command line
   std::string group = "";         ///< heading in the help; empty: not on the command line
   const char* key = nullptr;      ///< in the settings of statistics and metadata
-  std::string values = "";        ///< what to give, for the help: "N", "half|float"
-  std::string standard = "";      ///< what holds where the option is not given, for the help
-  const char* in_view = nullptr;  ///< the same for `glowworm view`; null: it has no such option
+  std::string values = "";        ///< placeholder in the help: "N", "half|float"
+  std::string standard = "";      ///< default value in the help
+  const char* in_view = nullptr;  ///< default of `glowworm view`; null: it has no such option
   std::string meaning = "";
-  bool shows = false;  ///< changes bits of the samples, and so belongs to the key of a checkpoint
-  /// The option, with its value, that keeps this one from having an effect; "" where it has one. Null: it always has.
+  bool shows = false;  ///< changes bits of the samples; part of the key of a checkpoint
+  /// The option, with its value, that disables this one; "" if none does. Null: it always has an effect.
   std::string (*overruled_by)(const RenderSettings&) = nullptr;
-  bool is_list = false;  ///< given again, it adds to its list
+  bool is_list = false;  ///< may be repeated; each use adds to its list
   bool is_flag = false;  ///< takes no value
 
-  /// Sets what the text says. Throws Error that names the option, the text and what is expected. Flags: "given" or "not
-  /// given".
+  /// Parses the text. Throws Error that names the option, the text and what is expected.
+  /// Flags: "given" or "not given".
   std::function<void(RenderSettings&, const std::string&)> parse = nullptr;
-  /// The text that parse() makes the same setting of.
+  /// The text that parse() turns into the same setting.
   std::function<std::string(const RenderSettings&)> print = nullptr;
-  /// Adds the setting to a JSON object; null: it is not in statistics.
+  /// Adds the setting to a JSON object; null: not in statistics.
   std::function<void(const RenderSettings&, nlohmann::json&)> report = nullptr;
 
   bool has_effect(const RenderSettings& settings) const { return !overruled_by || overruled_by(settings).empty(); }
@@ -40,12 +40,12 @@ struct Option {
 /// All options, in the order of the help.
 const std::vector<Option>& render_options();
 
-/// What to write on a command line so that an option has this value, as print() gives it: "--gather 4", "--preview", or
-/// "no --preview" for a flag that is not to be given.
+/// The command-line text that gives an option this value, as print() formats it: "--gather 4", "--preview", or "no
+/// --preview" for a flag that must be absent.
 std::string command_line_text(const Option& option, const std::string& value);
 
-/// Index of `text` among `names`. Throws Error that names `what` ("--engine"), lists the names, and says which of them
-/// is near to the text.
+/// Index of `text` among `names`. Throws Error that names `what` ("--engine"), lists the names, and suggests the names
+/// closest to the text.
 std::size_t name_index(const std::string& what, const std::string& text, const std::vector<std::string>& names);
 
 }  // namespace glowworm

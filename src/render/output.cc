@@ -39,7 +39,7 @@ json settings_json(const RenderSettings& s) {
   return out;
 }
 
-/// Names of lights and cameras come from files, and need not be the UTF-8 that JSON asks for.
+/// Names of lights and cameras come from files, and may be invalid UTF-8, which JSON does not allow.
 std::string text_of(const json& value, int indent = -1) {
   return value.dump(indent, ' ', false, json::error_handler_t::replace);
 }
@@ -74,7 +74,7 @@ void add_layer(Image& image, const Film& film, const std::string& aov) {
 }  // namespace
 
 std::uint64_t image_bytes(const RenderSettings& settings) {
-  // A layer as it is put together, as the image's channels, and as the file's.
+  // A layer in three forms: as assembled, as the image's channels, and in the file.
   constexpr std::uint64_t kBytesPerLayer = 3 * sizeof(RGB);
   return static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height) * kBytesPerLayer *
          (settings.aovs.size() + 1);

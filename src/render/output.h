@@ -12,11 +12,11 @@ namespace glowworm {
 /// The program's version.
 const char* version();
 
-/// The film as a picture: the image itself, and a layer for each AOV that the settings ask for; settings, version, seed
-/// and time in its metadata.
+/// The film as a picture: the image, and a layer for each AOV in the settings; its metadata holds settings, version,
+/// seed and time.
 Image make_image(const Film& film, const Job& job);
 
-/// Bytes that make_image() and writing its picture take.
+/// Bytes that make_image() and writing its picture need.
 std::uint64_t image_bytes(const RenderSettings& settings);
 
 /// The statistics of a render as one JSON object; docs/guide.md lists the keys and their units.

@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-/// Memory for the cache of a file with query points.
+/// Memory of the cache of a query point file.
 constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::uint64_t{64} << 20;
 
 class PassRenderer {
@@ -76,7 +76,7 @@ class PassRenderer {
     return out;
   }
 
-  /// Final gathering in portions: each is traced, looked up and completed before the next.
+  /// Final gathering in portions: each portion is traced, looked up and completed before the next.
   void gather(const GatherPoints& points) {
     const FinalGatherSettings gather = gather_settings();
     const std::size_t rays_each = gather.rays + (gather.looks_at_patches() ? gather.patch_samples : 0);
@@ -106,7 +106,7 @@ class PassRenderer {
     }
     const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kLeastCache, kMostCache);
     const Reservation cache(budget_, "disk cache", cache_bytes);
-    // A ray that ends on a translucent sheet gives two.
+    // A ray that ends on a translucent sheet gives two query points.
     QueryStore store(maps_.bounds(), 2 * points.size() * rays_each, cache_bytes);
     for (std::size_t first = 0; first < points.size(); first += step) {
       trace(first);
@@ -132,7 +132,7 @@ class PassRenderer {
   }
 
   void count(QueryPoints& queries) {
-    // Lambertian of reflectance pi: what the index holds is summed as it is.
+    // With a Lambertian reflectance of pi the result is the plain sum.
     std::fill(queries.reflectance.begin(), queries.reflectance.end(), RGB(kPi));
     std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
     std::fill(queries.weight.begin(), queries.weight.end(), RGB(1.0f));

@@ -1,4 +1,4 @@
-// One pass over a task: from the camera to radiance. Renders and sessions share it.
+// One pass over a task, from the camera to radiance. Renders and sessions share it.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,50 +14,50 @@
 
 namespace glowworm {
 
-/// What a pass finds out for its slots.
+/// Output of a pass for its slots.
 enum class PassKind : std::uint8_t {
   gather,          ///< light by final gathering
   photons,         ///< the photon map shown directly
-  surfaces,        ///< FirstHit alone
+  surfaces,        ///< FirstHit only
   count_seen,      ///< photons around the gather points: PhotonMaps::diagnosis()
   count_gathered,  ///< photons around the ends of gather rays
 };
 
-/// What a pass renders.
+/// Settings of a pass.
 struct PassSettings {
   PassKind kind = PassKind::gather;
   int width = 0, height = 0;        ///< of the whole picture, pixels
   std::uint32_t gather = 16;        ///< final gather rays of each camera sample
   std::uint32_t light_samples = 0;  ///< light samples of each gather point
   std::uint32_t seed = 0;
-  bool direct = true, indirect = true, caustic = true;  ///< parts of gathered light that are wanted
+  bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
-  bool patches = true;                                  ///< some gather rays go to bright patches
-  std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, where the budget allows
+  bool patches = true;                                  ///< send some gather rays to bright patches
+  std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, if the budget allows
   bool by_disk = false;  ///< kind gather: query points go through a file (density/query_store.h)
 };
 
-/// What a pass found; one entry a slot.
+/// Results of a pass; one entry a slot.
 struct PassResult {
   SlotRadiance radiance;  ///< W sr^-1 m^-2; of kinds that show light
   FirstHit first_hit;
   std::vector<RGB> diagnosis;  ///< of kinds that count: as photon_diagnosis() takes it, summed over query points
 };
 
-/// Where passes work, one after another. Its arrays grow and are used again: memory that was used before need not be
-/// cleared by the system.
+/// Working memory of passes, one after another. Its arrays grow and are reused, because the system need not clear
+/// memory that is reused.
 struct PassMemory {
   GatherPoints points;
   QueryPoints queries;
   QueryPoints secondary_queries;       ///< of the secondary gather, for the caustic map
   LargeVector<RGB> found;              ///< radiance of the query points
-  std::uint64_t most_query_bytes = 0;  ///< the most that query points took at once
-  PagedCounts paged;                   ///< what went through the caches of files
+  std::uint64_t most_query_bytes = 0;  ///< peak size of query points
+  PagedCounts paged;                   ///< statistics of the files' caches
 
-  /// Frees the arrays. Counts stay.
+  /// Frees the arrays; keeps the counts.
   void clear();
-  /// Between passes: reserves what the arrays hold in the budget; frees it where that is more than half of what is
-  /// left.
+  /// Between passes: reserves the arrays' size in the budget; frees them if that is more than half of the remaining
+  /// budget.
   void keep(MemoryBudget& budget);
   std::unique_ptr<Reservation> reservation;  ///< of what is kept
 };

@@ -18,9 +18,9 @@ namespace {
 constexpr std::size_t kSamplesPerChunk = 256;
 constexpr int kRouletteAfter = 3;
 
-/// Which bounces a path has had, as far as that decides where its light belongs.
+/// Bounces of a path so far, as far as they decide the layer of its light.
 struct History {
-  bool gathered = false;     ///< a broad bounce: the gather point is passed
+  bool gathered = false;     ///< a broad bounce: the path has passed the gather point
   bool rough_sharp = false;  ///< a sharp bounce that is not a delta, before the gather point
   bool sharp_after_gather = false;
   bool broad_after_gather = false;
@@ -88,7 +88,7 @@ class Path {
     history_.destination(radiance_, slot_) += throughput_ * light * weight;
   }
 
-  /// Next-event estimation, apart by lobes so that each part goes where it belongs.
+  /// Next-event estimation, separately for each kind of lobe, whose light belongs to different layers.
   void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo) {
     const Vec2 pair = sampler_.next2();
     const float u_light = pair.x;
@@ -109,7 +109,7 @@ class Path {
     }
   }
 
-  /// Goes on in a direction of the BSDF; false where the path ends.
+  /// Continues in a direction sampled from the BSDF; false if the path ends.
   bool scatter(const SurfacePoint& point, const ShadedSurface& surface, Vec3 wo, int bounce, Ray& ray) {
     const float u_lobe = sampler_.next1();
     const ScatteredRay s = surface.sample(wo, u_lobe, sampler_.next2(), kAllLobes);
@@ -136,7 +136,7 @@ class Path {
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
   RGB throughput_{1.0f};
-  float last_pdf_ = 0;  // of the last bounce; 0 for the camera and deltas, at which no light was sampled
+  float last_pdf_ = 0;  // of the last bounce; 0 for the camera and delta lobes, where no light was sampled
   Vec3 last_position_;
   History history_;
 };

@@ -14,22 +14,22 @@ namespace {
 
 constexpr double kPilotPixels = 4096;
 constexpr std::uint32_t kPilotGatherRays = 6;
-/// Pilot rounds: the first is emitted by power alone, the others are guided by those before them.
+/// Pilot rounds: the first emits in proportion to power, and each later one is guided by those before it.
 constexpr int kRounds = 4;
-/// More rounds, while fewer than this share of a round's paths bring something.
+/// Continues with more rounds while less than this share of a round's paths contribute.
 constexpr int kMostRounds = 10;
 constexpr double kHardShare = 0.2;
-/// Paths of a round: a share of the photons wanted, within bounds.
+/// Paths of a round: a share of the wanted photons, within bounds.
 constexpr std::uint64_t kPhotonsAPath = 8, kFewestPaths = 16384, kMostPaths = 65536;
-/// Where fewer of the first paths than this bring anything, more are sent,
+/// If fewer of the first paths than this contribute, more are emitted,
 constexpr std::size_t kFewestHits = 128;
-/// up to so many times as many.
+/// up to this many times as many.
 constexpr std::size_t kMoreFirstPaths = 32;
-/// Share of paths that bring something from which on guiding cannot gain much.
+/// Share of contributing paths above which guiding cannot gain much.
 constexpr double kEasyShare = 0.4;
-/// Gain of the mean score that pays for the unevenness of the photons' flux.
+/// Least gain of the mean score that justifies the uneven flux of photons.
 constexpr double kLeastGain = 1.5;
-/// Paths whose densities are one piece of work.
+/// Paths in one piece of work.
 constexpr std::size_t kPathGrain = 2048;
 
 ImportanceGrid importance(const QueryPoints& queries) {
@@ -48,10 +48,10 @@ PhotonDemand find_demand(const Tracer& tracer, const Camera& camera, const Rende
   CameraTask task;
   task.x1 = camera_settings.width;
   task.y1 = camera_settings.height;
-  // A small picture is looked at with more samples a pixel.
+  // A small picture takes more samples a pixel.
   task.sample_count =
       static_cast<std::uint32_t>(std::clamp(kPilotPixels / (static_cast<double>(task.x1) * task.y1), 1.0, 64.0));
-  Statistics statistics;  // of the pilot, which is no part of the render's counts
+  Statistics statistics;  // of the pilot, which is not part of the render's counts
   SlotRadiance radiance;
   FirstHit first_hit;
   const GatherPoints points = camera_pass(tracer, camera, task, camera_settings, radiance, first_hit, statistics);
@@ -79,7 +79,7 @@ std::size_t count_hits(std::span<const PilotPath> paths) {
 /// Learns from the paths of all rounds so far. @param guides of the rounds; @param counts their numbers of paths
 EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGuide>& guides,
                     const std::vector<std::size_t>& counts) {
-  // Balance heuristic over the rounds: each path has the density of all of them together.
+  // Balance heuristic over the rounds: each path has the combined density of all rounds.
   parallel_for(0, paths.size(), kPathGrain, [&](std::size_t first, std::size_t last) {
     for (PilotPath& path : std::span(paths).subspan(first, last - first)) {
       double density = 0;
@@ -103,13 +103,13 @@ PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const Re
   if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
   PhotonPassSettings pilot;
   pilot.seed = settings.seed;
-  pilot.pass = kPilotStream;  // a pass that photons themselves never use
+  pilot.pass = kPilotStream;  // a pass number that photons never use
   pilot.demand = &out.demand;
   std::vector<PilotPath> paths;
   std::vector<EmissionGuide> guides;
   std::vector<std::size_t> counts;
   const auto count = static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kFewestPaths, kMostPaths));
-  double share = 0;  // of the paths of the last round that brought something
+  double share = 0;  // share of contributing paths in the last round
   for (int round = 0; round < kRounds || (round < kMostRounds && share < kHardShare); ++round) {
     const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts);
     pilot.guide = &guide;

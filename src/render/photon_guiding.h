@@ -1,4 +1,4 @@
-// Pilot passes that find out where the image needs photons, and which light paths bring them there.
+// Pilot passes that find where the image needs photons, and which light paths reach those places.
 #pragma once
 #include "photon/photon_tracer.h"
 #include "render/settings.h"
@@ -6,19 +6,18 @@
 
 namespace glowworm {
 
-/// What guides the photons of a render.
+/// The guide of a render's photons.
 struct PhotonGuiding {
   PhotonDemand demand;
-  EmissionGuide guide;  ///< uniform where guiding would not pay
+  EmissionGuide guide;  ///< uniform if guiding does not pay
 };
 
-/// Sends a coarse picture's camera and gather rays to see where photons will be asked for, then photons in a few
-/// rounds, each guided by those before. Where photons reach those places easily, emission stays as it is, bit for bit.
-/// Takes about as long as half of the photons do, and an eighth where they reach those places easily. The same for any
-/// number of threads.
+/// Traces a coarse picture's camera and gather rays to find where photons are needed, then photons in a few rounds,
+/// each guided by those before. If photons reach those places easily, emission stays unguided, bit for bit. Takes about
+/// half as long as the photons, and an eighth in the easy case. The result does not depend on the number of threads.
 /// @param settings resolved
 PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings);
-/// The same for a camera that is none of the scene's.
+/// As above, for a camera that is not in the scene.
 PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const RenderSettings& settings);
 
 }  // namespace glowworm

@@ -17,18 +17,18 @@ namespace glowworm {
 
 namespace {
 
-/// Photons at which find_patches() looks how bright the scene is, at most, and what each takes meanwhile.
+/// Most photons from which find_patches() estimates the brightness of the scene, and the memory of each.
 constexpr std::uint64_t kMostLitPlaces = 32768, kBytesPerLitPlace = 512;
-/// What a photon takes beside its batch where photons are kept: its radius, its place in the order, its factor.
+/// Memory of a photon in addition to its batch if photons are kept: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
-/// Passes of photons that a caustic map is made of at most.
+/// Most passes of photons in a caustic map.
 constexpr std::uint64_t kMostCausticPasses = 8;
-/// Photons of the caustic map that are enough, as a share of those of the global map.
+/// Sufficient size of the caustic map, as a share of the global map.
 constexpr double kCausticShare = 0.5;
-/// Photons that are traced for the caustic map alone, at most, for each gather ray of a sample of all pixels.
+/// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
 constexpr double kCausticPhotonsPerRay = 2;
 
-/// Gives photons other values in place of their flux while it lives, also where building an index is cancelled.
+/// Replaces the flux of photons while it lives, also if building an index is cancelled.
 class BorrowedFlux {
  public:
   BorrowedFlux(PhotonBatch& photons, LargeVector<RGB> values) : photons_(photons), own_(std::move(values)) {
@@ -43,9 +43,9 @@ class BorrowedFlux {
   LargeVector<RGB> own_;
 };
 
-/// Memory for the photons of a pass. Throws Error where they do not fit: fewer would be another picture.
+/// Memory for the photons of a pass. Throws Error if they do not fit: fewer photons would change the picture.
 std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget& budget) {
-  constexpr double kMegabyte = 1e6;  // as --memory counts
+  constexpr double kMegabyte = 1e6;  // the unit of --memory
   const std::uint64_t wanted = photons * kBytesPerPhoton, there = budget.available();
   if (wanted > there)
     throw Error(fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
@@ -58,8 +58,7 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget
   return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
 
-/// Photons that an estimate of the caustic map should catch, where one of the global map catches `nearest`: caustics
-/// are sharp.
+/// Photons in an estimate of the caustic map if one of the global map has `nearest`: fewer, because caustics are sharp.
 std::uint32_t caustic_nearest(std::uint32_t nearest) { return std::max<std::uint32_t>(1, nearest / 2); }
 
 std::vector<float> scaled(std::vector<float> radii, float factor) {
@@ -93,7 +92,7 @@ void PhotonMaps::forget() {
   reservation_.reset();
 }
 
-/// Drops what other settings have made out of date.
+/// Drops the results that other settings have invalidated.
 void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   const PhotonMapSettings& now = settings_;
   if (old.photons != now.photons || old.photons_traced != now.photons_traced || old.seed != now.seed ||
@@ -169,8 +168,8 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
   policy.radii = scaled(map.radii.radii, settings_.radius_scale);
   policy.order = map.radii.order;
   if (policy.radii.empty()) return policy;
-  // Where photons are few, the nearest may be in another part of the scene: no estimate reaches further than the
-  // widest of the radii that density asks for.
+  // Where photons are few, the nearest may be in another part of the scene: an estimate never reaches further than the
+  // largest radius that density estimation uses.
   policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
   if (settings_.fixed_radius) {
     policy.kind = RadiusKind::fixed;
@@ -179,7 +178,7 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
   return policy;
 }
 
-/// Measures, corrects and indexes a map, as far as that is not done.
+/// Measures, corrects and indexes a map, unless that is done already.
 void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics) {
   if (!map.measured) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
@@ -235,7 +234,7 @@ void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
 void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) {
   if (caustic_.count == 0) return;
   if (caustic_passes_ < caustic_passes()) add_caustic_photons(tracer, statistics);
-  // More photons in the same radii: the same blur with less noise.
+  // More photons within the same radii: the same blur, less noise.
   const double growth = static_cast<double>(caustic_.count) / static_cast<double>(first_caustic_);
   const double nearest = growth * caustic_nearest(settings_.nearest);
   bring_up(caustic_, static_cast<std::uint32_t>(std::lround(nearest)), tracer, statistics);
@@ -245,7 +244,7 @@ void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) 
   caustic_.factors = std::vector<float>();
 }
 
-/// Passes that the caustic map should be made of, if each brings as many photons as the first.
+/// Number of passes for the caustic map if each brings as many photons as the first.
 std::uint64_t PhotonMaps::caustic_passes() const {
   if (first_caustic_ == 0 || settings_.more_caustic_photons == 0) return 1;
   const std::uint64_t affordable = settings_.more_caustic_photons / pass_settings().photons;
@@ -301,7 +300,7 @@ void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {
 void PhotonMaps::diagnose(Statistics& statistics) {
   RadiusPolicy counting = policy_of(global_);
   counting.kind = RadiusKind::per_photon;
-  // K(box) / h^2 = 1 / (pi h^2): times 1, times h, and times what makes it 1.
+  // K(box) / h^2 = 1 / (pi h^2): times 1, times h, and times its inverse.
   counting.kernel = KernelShape::box;
   LargeVector<RGB> counts(global_.count);
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -314,7 +313,7 @@ void PhotonMaps::diagnose(Statistics& statistics) {
   diagnosis_ = std::move(engine);
 }
 
-/// Reserves what stays when the maps are made.
+/// Reserves what remains after the maps are made.
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;
   std::uint64_t bytes = global_.engine->plan(0, count, 0).bytes;

@@ -16,66 +16,66 @@
 
 namespace glowworm {
 
-/// Which maps are wanted. The light itself is not part of it: call PhotonMaps::forget() when it changes.
+/// Which maps to make. The lights are not part of it: call PhotonMaps::forget() when they change.
 struct PhotonMapSettings {
   std::uint64_t photons = 500'000;   ///< in the global map
-  std::uint64_t photons_traced = 0;  ///< traced for it, and thinned to `photons` by density control; 0: `photons`
-  std::uint32_t nearest = 50;        ///< k: photons that an estimate should catch
+  std::uint64_t photons_traced = 0;  ///< traced for the global map and thinned to `photons`; 0: `photons`
+  std::uint32_t nearest = 50;        ///< k: target number of photons in an estimate
   std::string engine = kAutomaticEngine;
   std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
   KernelShape kernel = KernelShape::epanechnikov;
   bool fixed_radius = false;         ///< one radius for all photons in place of one for each
-  std::uint32_t seed = 0, pass = 0;  ///< name the photons
+  std::uint32_t seed = 0, pass = 0;  ///< select the photons
   float radius_scale = 1;            ///< factor on the radii
   int max_bounces = 64;              ///< of a photon path
-  /// How emission is guided; null: by power alone. Two guides are the same where they are one object.
+  /// Guide of the emission; null: in proportion to power. Two guides are equal if they are the same object.
   std::shared_ptr<const EmissionGuide> guide;
-  /// Places that the image asks for, by which used photons are counted; null: all count as used.
+  /// Decides which photons count as used; null: all.
   std::shared_ptr<const PhotonDemand> demand;
 
-  // Steps that a view in motion may leave out. Where they are done already, they stay.
-  bool corrected = false;         ///< make up for kernels that reach over edges (render/boundary.h)
-  bool secondary_gather = false;  ///< PhotonMaps::radii()
-  bool patches = false;           ///< PhotonMaps::bright_patches()
-  /// Photons that further passes may trace to make the caustic map less noisy; 0: no further passes.
+  // Steps that a moving view may leave out. Finished steps stay.
+  bool corrected = false;         ///< correct kernels that extend over edges (render/boundary.h)
+  bool secondary_gather = false;  ///< make PhotonMaps::radii()
+  bool patches = false;           ///< make PhotonMaps::bright_patches()
+  /// Photons that further passes may trace to reduce the noise of the caustic map; 0: no further passes.
   std::uint64_t more_caustic_photons = 0;
 
   bool diagnosed = false;  ///< an index that counts photons, for false colours
-  /// Keep the photons beside the engines' indices, so that other radii, kernels and engines need no tracing.
+  /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
 };
 
-/// What the diagnosing index sums for a query point of Lambertian reflectance pi: r photons per m^2, g the same times
+/// Sums of the diagnosing index for a query point of Lambertian reflectance pi: r photons per m^2, g the same times
 /// their radii, b shader operations.
 struct PhotonDiagnosis {
   float density = 0;            ///< photons per m^2
-  float mean_radius = 0;        ///< metres; 0 where there is no photon
+  float mean_radius = 0;        ///< metres; 0 if there is no photon
   float shader_operations = 0;  ///< photons within their radius
 };
 PhotonDiagnosis photon_diagnosis(RGB sum);
 
-/// Bounces of a photon path where a light path has at most `max_bounces`: the path goes on where its flux is looked up.
+/// Bounces of a photon path if a light path has at most `max_bounces`: the lookup adds the rest of the path.
 inline int photon_bounces(int max_bounces) { return max_bounces > 2 ? max_bounces - 1 : 1; }
 
 /// Factor on the radii in a pass of progressive photon mapping: r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1) (Knaus and
 /// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
 float progressive_radius_scale(std::uint32_t pass);
 
-/// Photons that PhotonMapSettings::more_caustic_photons may be where a camera sample of all pixels has so many gather
-/// rays: tracing them takes a small part of a render with default_samples.
+/// Value for PhotonMapSettings::more_caustic_photons if a camera sample of all pixels has so many gather rays: tracing
+/// these photons takes a small part of a render with kDefaultSamples.
 std::uint64_t affordable_caustic_photons(double gather_rays);
 
 /// Global and caustic map with the engines over them. update() redoes only the steps whose input changed.
 class PhotonMaps {
  public:
-  /// @param budget must outlive the maps; holds what they take under the name "photon map"
+  /// @param budget must outlive the maps; they reserve their memory in it as "photon map"
   explicit PhotonMaps(MemoryBudget& budget) : budget_(&budget) {}
 
-  /// Brings the maps to what is wanted; does nothing where they are that already. Runs on all threads; the same maps
-  /// for any number of them. Throws Cancelled within a CancellationScope that is interrupted, and Error where the
-  /// budget is too small; steps that were done until then are kept.
+  /// Makes the maps for these settings; does nothing if they are up to date. Runs on all threads; the maps do not
+  /// depend on their number. Throws Cancelled within an interrupted CancellationScope, and Error if the budget is too
+  /// small; finished steps are kept.
   void update(const Tracer& tracer, const PhotonMapSettings& settings, Statistics& statistics);
-  /// The light has changed: nothing may be kept.
+  /// Discards everything. Call it when the lights have changed.
   void forget();
 
   bool empty() const { return global_.count == 0; }
@@ -83,17 +83,17 @@ class PhotonMaps {
   std::size_t global_count() const { return global_.count; }
   std::size_t caustic_count() const { return caustic_.count; }
   const DensityEngine& engine() const { return *global_.engine; }
-  /// Over the caustic map; null where there are no caustics.
+  /// The engine over the caustic map; null if there are no caustics.
   const DensityEngine* caustic_engine() const { return caustic_.engine.get(); }
-  /// Over counts instead of flux; null unless PhotonMapSettings::diagnosed.
+  /// The engine over counts instead of flux; null without PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_.get(); }
-  /// Radii by place, for the secondary gather; empty unless PhotonMapSettings::secondary_gather.
+  /// Radii by place, for the secondary gather; empty without PhotonMapSettings::secondary_gather.
   const RadiusGrid& radii() const { return radius_grid_; }
-  /// Places to look at on purpose; none unless PhotonMapSettings::patches.
+  /// Targets of extra gather rays; empty without PhotonMapSettings::patches.
   const BrightPatches& bright_patches() const { return patches_; }
-  /// Whether boundary correction is in the maps.
+  /// Whether the maps include boundary correction.
   bool corrected() const { return global_.corrected; }
-  /// Where the photons of the global map lie, metres.
+  /// Positions of the photons of the global map, metres.
   const Box3& bounds() const { return bounds_; }
   /// Counts and flux balance of the pass. Its photon batches are empty.
   const PhotonPass& pass() const { return pass_; }
@@ -101,7 +101,7 @@ class PhotonMaps {
   std::uint64_t bytes() const { return (global_.count + caustic_.count) * (PhotonBatch::kBytesEach + sizeof(float)); }
 
  private:
-  /// One map. Its photons are there until they are indexed, or as long as the maps where they are kept.
+  /// One map. Its photons live until they are indexed, or as long as the map if they are kept.
   struct Map {
     PhotonBatch photons;
     std::size_t count = 0;
@@ -133,8 +133,8 @@ class PhotonMaps {
   bool traced_ = false, gridded_ = false, patched_ = false;
   PhotonPass pass_;
   Map global_, caustic_;
-  std::size_t first_caustic_ = 0;     // photons of the caustic map that the first pass brought
-  std::uint64_t caustic_passes_ = 1;  // that are in the caustic map
+  std::size_t first_caustic_ = 0;     // photons of the caustic map from the first pass
+  std::uint64_t caustic_passes_ = 1;  // passes in the caustic map
   std::unique_ptr<DensityEngine> diagnosis_;
   RadiusGrid radius_grid_;
   BrightPatches patches_;

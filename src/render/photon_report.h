@@ -1,4 +1,4 @@
-// What became of the photons, light by light.
+// Fate of the photons, by light.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -15,11 +15,11 @@ struct LightPhotons {
   std::uint64_t sources = 0;  ///< light sources of this name: the triangles of a lamp, for example
   std::uint64_t emitted = 0;  ///< paths
   std::uint64_t stored = 0;   ///< photons of the global map
-  std::uint64_t used = 0;     ///< of these, the ones at places that the image asks for; the others are wasted
+  std::uint64_t used = 0;     ///< those at places that the image needs; the others are wasted
   std::uint64_t wasted() const { return stored - used; }
 };
 
-/// Sums over the sources of each name, in order of the scene; names beyond the hundredth are joined in "others".
+/// Sums over the sources of each name, in the order of the scene; "others" sums up names beyond the hundredth.
 std::vector<LightPhotons> photons_by_light(const Scene& scene, const PhotonPass& pass);
 
 /// Adds the photons of a further pass of the same scene to `sum`, which may be empty.

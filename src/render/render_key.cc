@@ -42,7 +42,7 @@ bool is_of_scene(const std::string& name) {
   return name == kGeometry || name == kMaterials || name == kLights || name == kCamera;
 }
 
-/// What to give on the command line for a value of the key; "" where no option gives it.
+/// The command-line text for a value of the key; "" if no option gives it.
 std::string remedy_for(const std::string& name, const std::string& value) {
   for (const Option& option : render_options())
     if (option.is_on_command_line() && name == option.name && value != kUnknown)
@@ -68,7 +68,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s) {
                    {kCamera, hex(hash.camera)}};
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
-  // With little time the caustic map gets no passes of its own.
+  // If time is short, the caustic map gets no passes of its own.
   if (s.integrator == Integrator::gather)
     key.push_back({"length of --time", has_time_for_caustics(s) ? "long or none" : "short"});
   return key;
@@ -92,7 +92,7 @@ RenderKey parse_key(const std::string& text) {
 }
 
 void check_same_render(const RenderKey& own, const RenderKey& other, const std::string& kept) {
-  // Of another version the other parts may mean something else.
+  // In another version the other parts may have another meaning.
   for (const char* what : {kVersion, kKernels, kRays})
     if (value_of(own, what) != value_of(other, what))
       refuse_other_program(kept, what, value_of(own, what), value_of(other, what));

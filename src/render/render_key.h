@@ -1,4 +1,4 @@
-// What determines the bits of a picture, as a list of names and values: what two renders must share to be one.
+// The properties that determine the bits of a picture, as a list of names and values.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,25 +8,25 @@
 
 namespace glowworm {
 
-/// One property of a render. Settings go by the option that gives them.
+/// One property of a render. Settings have the name of their option.
 struct KeyPart {
   std::string name, value;
   bool operator==(const KeyPart&) const = default;
 };
 
-/// Everything that the samples of a render depend on, beside their numbers: version, instruction sets, hashes of the
-/// scene, settings. Renders with the same key give the same samples, bit for bit.
+/// Everything that determines the samples of a render: version, instruction sets, hashes of the scene, settings.
+/// Renders with the same key give the same samples, bit for bit.
 using RenderKey = std::vector<KeyPart>;
 
 /// @param settings resolved
-/// Hashes the whole scene (scene/scene_hash.h), so it is for renders that are kept.
+/// It hashes the whole scene (scene/scene_hash.h), so call it only for renders that are saved.
 RenderKey render_key(const Scene& scene, const RenderSettings& settings);
 
-/// The key as one line of text, and back; nothing where the text is no key.
+/// The key as one line of text, and back; nothing if the text is not a key.
 std::string key_text(const RenderKey& key);
 RenderKey parse_key(const std::string& text);
 
-/// Throws Error that says in what the key of `kept`, as "the checkpoint", differs from this render's, and what to do.
+/// Throws Error if the key of `kept`, such as "the checkpoint", differs from this render's; names the difference.
 void check_same_render(const RenderKey& own, const RenderKey& other, const std::string& kept);
 
 }  // namespace glowworm

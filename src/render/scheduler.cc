@@ -12,31 +12,32 @@ namespace glowworm {
 
 namespace {
 
-// Query points looked up at once, where the budget allows.
+// Batch size of query points, if the budget allows.
 constexpr std::uint64_t kMostQueries = DensityEngine::kMostPointsAtOnce;
-// Below this a portion is hardly worth the work around it.
+// Smaller portions are not worth their overhead.
 constexpr std::uint64_t kFewestQueries = 4096;
-// A task of a render with a limit of time looks no more points up than slow cores do in this share of it, since the
-// limit is met to half a task; but no fewer than are worth a task.
+// A task of a render with a time limit looks up at most the points that slow cores manage in this share of the limit,
+// because the limit is met to half a task; but at least the points of a useful task.
 constexpr double kTaskShareOfTime = 0.1;
 constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
-// Query points that a file takes at once: a few gigabytes.
+// Most query points in a file: a few gigabytes.
 constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
-// Below so many query points a photon in a portion, photons that find hardly any dominate a reverse engine's work.
+// Below this number of query points per photon in a portion, photons that find almost none dominate the cost of a
+// reverse engine.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
-// From so many on it makes leaves as large as it ever does.
+// From this number on, its leaves have their largest size.
 constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
-// What portions cost beside rays (atrium, two threads): memory that is written for the first time 190 ns for each query
-// point of a portion, once, since the system clears it; lookups 31 ns + 25 ns / Q^0.6 for each of the render's points,
-// with Q million of them at once.
+// Costs of portions in addition to rays (atrium, two threads): 190 ns for each query point of a portion, once, for
+// memory that is written for the first time; 31 ns + 25 ns / Q^0.6 for each lookup of the render, in batches of Q
+// million.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
-// Sides of tiles are multiples of this, the side of the blocks in which the camera pass takes pixels.
+// Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
 constexpr int kSmallestTile = 16;
 constexpr std::uint64_t kSmallestSlots = std::uint64_t{kSmallestTile} * kSmallestTile;
-// Tiles go over the whole width where they are no lower than this.
+// Tiles span the whole width if they are at least this high.
 constexpr int kLowestBand = 64;
 
-/// Query points of a task at most, for the sake of a limit of time.
+/// Most query points of a task, because of the time limit.
 std::uint64_t most_timed_queries(const RenderSettings& settings) {
   if (settings.time_limit_s <= 0) return kMostOnDisk;
   const double seconds = settings.time_limit_s * kTaskShareOfTime;
@@ -45,11 +46,12 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
                     kMostOnDisk);
 }
 
-/// Query points of a portion with which all portions of the render together cost the least, where photons leave it.
+/// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
-  // Not of the samples asked for: a render that goes on from a checkpoint with more of them keeps its portions.
+  // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
+  // portions.
   const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kDefaultSamples;
-  // Where the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower is zero.
+  // The zero of the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon =
       engine_traits(settings.engine).goes_over_photons ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
@@ -57,7 +59,7 @@ std::uint64_t query_batch_size(const RenderSettings& settings) {
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
 }
 
-/// Cuts a length into pieces as even as may be, no longer than `most`.
+/// Divides a length into even pieces no longer than `most`.
 int even_piece(int length, int most) {
   const int pieces = (length + most - 1) / most;
   const int piece = (length + pieces - 1) / pieces;
@@ -77,16 +79,16 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   const std::uint64_t left = room - rays;
   const bool gathers = settings.integrator == Integrator::gather;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
-  // A part is left free for what allocators hold beside.
+  // A part stays free for the overhead of allocators.
   const std::uint64_t for_queries = (left - kSmallestSlots * kBytesPerSlot) / 8 * 7;
   schedule.queries_at_once = static_cast<std::size_t>(
       std::clamp(for_queries / (kBytesPerQuery + kBytesPerSlot / per_slot), kFewestQueries, kMostQueries));
-  // Every portion costs a reverse engine a look at all photons; what comes back from a file by place, at those near.
+  // With a reverse engine, every portion visits all photons. Lookups in spatial order from a file visit only near ones.
   schedule.by_disk =
       gathers && (settings.disk == DiskUse::always ||
                   (settings.disk == DiskUse::automatic && engine_traits(settings.engine).goes_over_photons &&
                    schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMostQueries)));
-  // The cache of the file takes its share, too.
+  // The file's cache needs memory, too.
   if (schedule.by_disk)
     schedule.queries_at_once =
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
@@ -94,12 +96,12 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
     schedule.queries_at_once = std::min<std::size_t>(schedule.queries_at_once, query_batch_size(settings));
   const std::uint64_t task_queries =
       std::min<std::uint64_t>(schedule.by_disk ? kMostOnDisk : schedule.queries_at_once, most_timed_queries(settings));
-  // A task as large as a portion of its query points, so that a picture comes in even steps.
+  // A task matches a portion of its query points, so that the picture grows in even steps.
   const std::uint64_t for_slots = schedule.by_disk ? left / 3 : left - schedule.queries_at_once * kBytesPerQuery;
   schedule.slots_at_once =
       std::max<std::uint64_t>(std::min(for_slots / kBytesPerSlot, task_queries / per_slot), kSmallestSlots);
-  // Small pictures give few query points a sample. Where photons look for query points, later passes take several
-  // samples at once, but for progressive renders, whose photons are those of one sample.
+  // Small pictures have few query points per sample. For engines whose photons search, later passes take several
+  // samples at once. Progressive renders do not, because each sample has its own photons.
   if (!gathers || settings.progressive) return schedule;
   const std::uint64_t pixels = static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height);
   std::uint64_t samples = 1;
@@ -122,7 +124,7 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
 }
 
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
-  // The samples after which noise is looked at, and so those of the image, may not depend on memory.
+  // The samples after which noise is measured, which determine the image's, must not depend on memory.
   if (settings.noise_target > 0) return std::min(1u, settings.samples - done);
   const bool open_ended = settings.time_limit_s > 0;
   const bool all = settings.preference == Preference::quality && !open_ended && done > 0;

@@ -20,22 +20,22 @@ namespace glowworm {
 namespace {
 
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
-/// Camera samples of a render that ends by time or noise, at most.
+/// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 constexpr std::uint32_t kDefaultGather = 25;
-/// Photons of a render, within what its picture is worth: one for so many gather rays, since a photon costs as much as
-/// some tens of them, and more photons than the rays can tell apart make no better picture. The least is what a room
-/// needs in which most light stays behind a door: one map's noise lies over all of a picture, however small.
+/// Photons of a render, in proportion to its gather rays: a photon costs as much as some tens of rays, and photons
+/// beyond what the rays can resolve do not improve the picture. The least number is for a room lit through a door: the
+/// noise of one map covers the whole picture, however small.
 constexpr double kRaysPerPhoton = 200;
 constexpr double kFewestPhotons = 500'000, kMostPhotons = 1'000'000;
-/// Where photons look for so many query points each or more, thinning them to a quarter costs less than it saves, at no
-/// larger error.
+/// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
+/// with no larger error.
 constexpr double kQueriesThatPayControl = 100;
 constexpr std::uint64_t kShareKept = 4;
-/// Photons that a core of the year 2020 traces in a second at least.
+/// Photons that a core of 2020 traces in a second, at least.
 constexpr double kPhotonsPerSecond = 40'000;
-/// A render with a limit of time takes a first image within this share of it, on a machine of so many cores: another
-/// machine must not choose otherwise.
+/// A render with a time limit makes its first image within this share of it, on a machine with this number of cores. It
+/// is a constant because the choice must not depend on the machine.
 constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
 
 void resolve_size(RenderSettings& s, const Scene& scene) {
@@ -94,7 +94,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
   resolve_size(s, scene);
   for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());
-  engine_traits(s.engine);  // throws where there is no such engine
+  engine_traits(s.engine);  // throws if there is no such engine
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
@@ -108,8 +108,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     if (s.gather == 0) resolve_gather(s);
     if (s.photons == 0) resolve_photons(s);
     s.photons_traced = std::max(s.photons_traced, s.photons);
-    // What knn costs grows with k, and final gathering averages over many of its estimates; [SF07] and [HHS05] went no
-    // lower than 30.
+    // The cost of knn grows with k, and final gathering averages many of its estimates. [SF07] and [HHS05] use k >= 30.
     if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = default_light_samples(s.gather);
   }

@@ -30,7 +30,7 @@ Vec2 screen_point(const Camera& camera, Vec2 film, int width, int height) {
 CameraRay generate_ray(const Camera& camera, Vec2 film, int width, int height, Vec2 lens) {
   const Transform& m = camera.to_world;
   const Vec2 p = screen_point(camera, film, width, height) * camera.half_extent;
-  // Lengths are metres in the world, so the axes count by their directions where to_world scales.
+  // Lengths are metres in the world, so only the directions of the axes count if to_world scales.
   Vec3 origin = m.translation, direction;
   if (camera.kind == CameraKind::orthographic) {
     origin += normalize(m.x) * p.x + normalize(m.y) * p.y;
@@ -53,7 +53,7 @@ Camera look_at(Vec3 eye, Vec3 target, Vec3 up, float field_of_view_degrees) {
   const Vec3 towards = target - eye;
   const Vec3 forward = length_squared(towards) > 0 ? normalize(towards) : Vec3{0, 0, -1};
   Vec3 right = cross(forward, up);
-  // Looking along `up`, any roll is as good as another.
+  // When looking along `up`, any roll is possible.
   if (length_squared(right) <= 1e-12f * length_squared(up)) right = Frame::from_normal(forward).s;
   right = normalize(right);
   Camera camera;

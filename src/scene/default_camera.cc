@@ -14,12 +14,11 @@ constexpr std::size_t kLevel = 4, kUp = 4;  ///< the first four are level
 
 enum class Side : std::uint8_t {
   open,
-  wall,   ///< a surface that faces the middle
-  solid,  ///< one that turns its back
+  wall,   ///< a surface that faces the centre
+  solid,  ///< a surface that faces away
 };
 
-/// What a ray from `origin` meets first (Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection",
-/// 1997).
+/// First hit of a ray from `origin` (Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997).
 Side first_surface(const Geometry& geometry, Vec3 origin, Vec3 direction) {
   float nearest = std::numeric_limits<float>::infinity();
   Side side = Side::open;

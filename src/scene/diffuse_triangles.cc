@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kTrianglesAtOnce = 16384;
 
-/// The upper half of a positive number's bits, of the next number above it that has no others.
+/// The upper half of the bits of a positive number, rounded up to the next number without lower bits.
 std::uint16_t upper_half(float x) {
   return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(x) + 0xffffu) >> 16);
 }

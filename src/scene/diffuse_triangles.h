@@ -1,4 +1,4 @@
-// What rays ask most often of a triangle, in one line of memory.
+// The triangle data that rays read most often, in one cache line.
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -13,13 +13,13 @@
 
 namespace glowworm {
 
-/// A triangle as rays that end on diffuse surfaces see it: hits of incoherent rays lie all over the scene, and what
-/// they would read of its tables lies in nine places. The place holds for triangles of any material, and `kind` says
-/// how much of the rest means something.
+/// Triangle data for rays that end on diffuse surfaces. Hits of incoherent rays are scattered over the scene, and the
+/// data of a hit would come from nine tables. The position is valid for any material; `kind` says which of the other
+/// members are.
 struct alignas(64) DiffuseTriangle {
   // Bits of `kind`:
-  static constexpr std::uint16_t kDiffuse = 1;   ///< the material reflects diffusely, no more; else kind is 0
-  static constexpr std::uint16_t kTextured = 2;  ///< the reflectance is not one number: `reflectance` is black
+  static constexpr std::uint16_t kDiffuse = 1;   ///< the material only reflects diffusely; otherwise kind is 0
+  static constexpr std::uint16_t kTextured = 2;  ///< the reflectance varies: `reflectance` is black
   static constexpr std::uint16_t kMapped = 4;    ///< shading normals are turned by a normal or bump map
   static constexpr std::uint16_t kSmooth = 8;    ///< a vertex has a shading normal
   static constexpr std::uint16_t kEmits = 16;    ///< it has an emission
@@ -31,7 +31,7 @@ struct alignas(64) DiffuseTriangle {
   std::uint16_t kind = 0;
   std::uint16_t offset_bits = 0;  ///< the upper half of offset()
 
-  /// rounding_offset() of core/offset_origin.h, rounded up: how far from the triangle rays begin that leave it, metres.
+  /// rounding_offset() of core/offset_origin.h, rounded up: the distance at which leaving rays begin, metres.
   float offset() const { return std::bit_cast<float>(static_cast<std::uint32_t>(offset_bits) << 16); }
 };
 static_assert(sizeof(DiffuseTriangle) == 64);

@@ -19,8 +19,8 @@ Vec2 environment_coordinates(const Environment& environment, Vec3 direction);
 /// Steradians for each unit of area of the image (u, v in [0, 1]) at uv.
 float environment_solid_angle(const Environment& environment, Vec2 uv);
 
-/// Radiance from a direction together with the density per steradian with which `distribution`, made by
-/// environment_distribution(), gives that direction.
+/// Radiance from a direction, and the density per steradian with which sampling `distribution`, made by
+/// environment_distribution(), chooses it.
 struct EnvironmentValue {
   RGB radiance;
   float pdf;
@@ -31,14 +31,14 @@ EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribu
 /// the radiance is.
 Vec3 sample_environment_direction(const Environment& environment, const Distribution2D& distribution, Vec2 u);
 
-/// The same direction with what radiance_and_pdf() says of it, to rounding.
+/// The same direction with the result of radiance_and_pdf(), to rounding.
 struct EnvironmentDirection {
   Vec3 direction;  ///< unit, world space, towards the environment
   EnvironmentValue value;
 };
 EnvironmentDirection sample_environment(const Environment& environment, const Distribution2D& distribution, Vec2 u);
 
-/// Luminance times solid angle of each texel as a distribution over the image; empty where there is no image.
+/// Luminance times solid angle of each texel as a distribution over the image; empty if there is no image.
 Distribution2D environment_distribution(const Environment& environment);
 
 /// Integral of the radiance over all directions, W m^-2.

@@ -41,7 +41,7 @@ AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* n
                          std::uint32_t emission) {
   check_mesh(mesh, name);
   AppendResult result;
-  // Only vertices of triangles that stay are taken over, so that a stray NaN never reaches the bounds of the scene.
+  // Only vertices of kept triangles are copied, so that a stray NaN never reaches the bounds of the scene.
   std::vector<std::uint32_t> moved(mesh.positions.size(), kNone);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];

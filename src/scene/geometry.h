@@ -26,10 +26,10 @@ struct Geometry {
     const auto& [a, b, c] = triangles[triangle];
     return cross(positions[b] - positions[a], positions[c] - positions[a]);
   }
-  /// Twice the area in m^2, infinite or 0 only where float holds no such number.
+  /// Twice the area in m^2; infinite or 0 only if float cannot represent it.
   float doubled_area(std::uint32_t triangle) const {
     const Vec3 n = scaled_normal(triangle);
-    // The square of an area is beyond the range of float in scenes of micrometres and of billions of metres.
+    // The square of an area exceeds the range of float in scenes of micrometres and of billions of metres.
     const double x = n.x, y = n.y, z = n.z;
     return static_cast<float>(std::sqrt(x * x + y * y + z * z));
   }
@@ -49,9 +49,9 @@ struct Geometry {
 };
 
 /// Adds a mesh to a scene's geometry. Drops triangles without area and those with a vertex that is not finite, and
-/// counts them; throws Error naming `name` where an index is out of range.
-/// @param mesh triangles of one shape; its material and emission arrays may be empty, then the two last arguments
-///             hold for all its triangles
+/// counts them; throws Error naming `name` if an index is out of range.
+/// @param mesh triangles of one shape; if its material and emission arrays are empty, the last two arguments apply to
+/// all its triangles
 struct AppendResult {
   std::size_t degenerate = 0;  ///< triangles dropped for having no area
   std::size_t not_finite = 0;  ///< triangles dropped for a NaN or infinite vertex

@@ -12,7 +12,7 @@
 
 namespace glowworm {
 
-/// What an emissive triangle sends out: the same radiance in every direction of its front (and back).
+/// Emission of a triangle: the same radiance in every direction of its front (and back).
 struct Emission {
   std::string name;
   ColorInput radiance{RGB(1.0f)};  ///< W sr^-1 m^-2
@@ -38,7 +38,7 @@ enum class EnvironmentMapping : std::uint8_t {
   equal_area,  ///< Clarberg's octahedral equal-area map, as pbrt-v4 uses it (u, v of the file, first row v = 0)
 };
 
-/// Light from all around, from infinitely far. Radiance is `scale` times the image, or `scale` where there is none.
+/// Light from infinitely far in all directions. Radiance is `scale` times the image, or `scale` without one.
 struct Environment {
   std::string name;
   RGB scale{1.0f};  ///< W sr^-1 m^-2

@@ -21,7 +21,7 @@ int parts_of_edge(const Geometry& g, const std::vector<TextureNode>& textures, s
   float texels = 0;
   for (const Vec2 edge : {g.uvs[b] - g.uvs[a], g.uvs[c] - g.uvs[b], g.uvs[a] - g.uvs[c]}) {
     const float u = edge.x * node.uv_scale.x, v = edge.y * node.uv_scale.y;
-    // Turned by any angle, an edge crosses no more texels than this.
+    // At any angle, an edge crosses no more texels than this.
     const auto most = static_cast<float>(std::max(node.image->width(), node.image->height()));
     texels = std::max(texels, std::sqrt(u * u + v * v) * most);
   }
@@ -51,9 +51,9 @@ RGB mean_radiance(const Geometry& g, const SceneDescription& scene, std::uint32_
   if (input.texture == kNone) return input.value;
   const int parts = parts_of_edge(g, scene.textures, input.texture, triangle);
   const RGB mean = mean_over_parts(g, scene, input, triangle, std::min(parts, kMostParts));
-  // Where every texel was read and is black, the triangle is none of the lights.
+  // A triangle whose texels are all black is not a light.
   if (parts <= kMostParts && is_black(mean)) return RGB(0.0f);
-  // What the points miss must still have a chance to be found, or it would be lost to sampling altogether.
+  // Light that the points miss keeps a small chance, so that sampling can still find it.
   const RGB floor = input.value * 1e-3f;
   return {std::max(mean.r, floor.r), std::max(mean.g, floor.g), std::max(mean.b, floor.b)};
 }

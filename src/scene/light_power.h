@@ -1,4 +1,4 @@
-// How much flux each light source sends out.
+// Flux of each light source.
 #pragma once
 #include "scene/scene.h"
 
@@ -12,11 +12,11 @@ RGB mean_radiance(const Geometry& geometry, const SceneDescription& scene, std::
 /// Flux of an emissive triangle, W: pi A L, twice where it is two-sided.
 RGB triangle_power(const Geometry& geometry, const SceneDescription& scene, std::uint32_t triangle);
 
-/// Flux of a light, W. A directional light's is what passes a disc of the scene's radius (metres).
+/// Flux of a light, W. For a directional light, the flux through a disc of the scene's radius (metres).
 RGB light_power(const Light& light, float scene_radius);
 
-/// Share (0 to 1) of its intensity that a spot sends at an angle whose cosine to its direction is cos_theta:
-/// Khronos' KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as pbrt-v4's spot.
+/// Share (0 to 1) of a spot's intensity at an angle whose cosine to its direction is cos_theta: Khronos'
+/// KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as in pbrt-v4's spot.
 float spot_falloff(const Light& light, float cos_theta);
 
 /// Mean of spot_falloff() over the cosines between the two cones.

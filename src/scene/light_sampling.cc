@@ -16,7 +16,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 using Choice = LightSelector::Choice;
 
-/// A number that chose a light of at least this share has digits enough left to choose the place on it.
+/// If a light has at least this share, the number that chose it has enough digits left to choose the place on it.
 constexpr float kSmallestStretched = 1.0f / 4096;
 
 Choice choose_source(const Scene& scene, float u) {
@@ -41,9 +41,9 @@ const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
 
-/// Density per steradian at a point of a uniform choice by area; 0 from behind.
-/// @param scaled_normal twice the area long, m^2
-/// @param direction unit, from the point to the light; @param distance to there, metres
+/// Density per steradian of a uniform choice by area, seen from a point; 0 from behind.
+/// @param scaled_normal length twice the area, m^2
+/// @param direction unit, from the point to the light; @param distance metres
 float triangle_solid_angle_pdf(Vec3 scaled_normal, bool two_sided, Vec3 direction, float distance) {
   // 1/A * d^2 / cos = 2 d^2 / |scaled . direction|, with |scaled| = 2 A.
   const float facing = -dot(scaled_normal, direction);
@@ -113,7 +113,7 @@ EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec
   return out;
 }
 
-/// A direction of a spot in proportion to its falloff, or nearly; the flux makes up for the difference.
+/// A direction of a spot in approximate proportion to its falloff; the flux compensates for the difference.
 EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
   const float core = 1 - light.cos_inner, edge = (light.cos_inner - light.cos_outer) * mean_spot_falloff(light);
   const float core_share = core + edge > 0 ? core / (core + edge) : 1.0f;
@@ -135,7 +135,7 @@ EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
   return out;
 }
 
-/// A place on the disc across `direction` before the scene, whose flux is `irradiance` times the disc's area.
+/// A place on the disc across `direction` in front of the scene, whose flux is `irradiance` times the disc's area.
 EmittedPhoton emit_from_afar(const Scene& scene, Vec3 direction, RGB irradiance, Vec2 u) {
   const Vec2 disk = square_to_disk(u) * scene.radius();
   EmittedPhoton out;
@@ -178,7 +178,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
   } else {
     const Environment& environment = *scene.environment();
     out.direction = sample_environment_direction(environment, scene.environment_distribution(), u);
-    // Both read back from the direction, as the other strategies that it is weighed against find it.
+    // Recomputed from the direction, as the other strategies of the heuristic compute it.
     const auto [radiance, pdf] = radiance_and_pdf(environment, scene.environment_distribution(), out.direction);
     out.pdf = pdf;
     out.radiance = radiance;

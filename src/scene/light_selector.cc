@@ -9,7 +9,7 @@ namespace glowworm {
 
 namespace {
 
-/// Near and far light each get at least this share where there are both: what they bring is an estimate that knows no
+/// Near and far lights each get at least this share if both exist, because the estimates of their irradiance ignore
 /// shadows.
 constexpr float kLeastShare = 0.1f;
 

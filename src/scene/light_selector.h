@@ -1,4 +1,4 @@
-// Which light source to sample at a point: by a tree those at finite places, by power those infinitely far.
+// Choice of the light source to sample at a point: a tree for those at finite places, power for those infinitely far.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -15,9 +15,9 @@ namespace glowworm {
 class LightSelector {
  public:
   LightSelector() = default;
-  /// @param emissive_triangles of `geometry`, whose sources come first
-  /// @param lights the sources behind them
-  /// @param powers of all sources, W (luminance); one more than triangles and lights where there is an environment
+  /// @param emissive_triangles of `geometry`; their sources come first
+  /// @param lights the sources after them
+  /// @param powers of all sources, W (luminance); one more than triangles and lights if there is an environment
   /// @param disc area through which far light reaches the scene, m^2
   LightSelector(const Geometry& geometry, std::span<const std::uint32_t> emissive_triangles,
                 std::span<const Emission> emissions, std::span<const Light> lights, std::span<const float> powers,
@@ -30,7 +30,7 @@ class LightSelector {
   };
   /// @param position metres; @param u in [0, 1)
   Choice choose(Vec3 position, float u) const;
-  /// The probability with which choose() gives that source.
+  /// The probability with which choose() returns that source.
   float probability(Vec3 position, std::uint32_t source) const;
 
  private:

@@ -12,14 +12,14 @@ namespace glowworm {
 namespace {
 
 constexpr int kBuckets = 12;
-/// From this depth on nodes are halved by number, so that no way is longer than the 64 bits it is kept in.
+/// Below this depth nodes are halved by number, so that every path fits the 64 bits that store it.
 constexpr int kDepthOfHalving = 24;
 constexpr std::uint8_t kNotThere = 255;
-/// Levels that irradiance() looks down where the point is among the lights.
+/// Levels that irradiance() descends if the point is among the lights.
 constexpr int kIrradianceLevels = 5;
 /// Two to the power of those levels of it are finite.
 constexpr float kMostImportance = std::numeric_limits<float>::max() / (1 << (kIrradianceLevels + 1));
-/// Share of the area of the box around all lights that a cluster's counts for at least: point lights have none.
+/// Least area of a cluster, as a share of the box around all lights: point lights have none.
 constexpr double kLeastArea = 1e-12;
 
 float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
@@ -29,7 +29,7 @@ struct Cone {
   float cosine;
 };
 
-/// The smallest cone that holds both.
+/// The smallest cone that contains both.
 Cone merge_cones(Cone a, Cone b) {
   float angle_a = safe_acos(a.cosine), angle_b = safe_acos(b.cosine);
   if (angle_b > angle_a) {
@@ -80,16 +80,16 @@ LightBounds merge(const LightBounds& a, const LightBounds& b) {
 float light_importance(const LightBounds& lights, Vec3 position) {
   const Vec3 offset = position - lights.box.center();
   const float squared = length_squared(offset), radius_squared = length_squared(lights.box.diagonal()) / 4;
-  // At a point light itself, as much as float can hold of many lights.
+  // At a point light itself, the largest value that float holds for many lights.
   const auto over_squares = [&](float intensity) {
     return std::min(intensity / std::max(squared, radius_squared), kMostImportance);
   };
-  // Inside of the sphere around the lights they may shine from anywhere.
+  // Inside the sphere around the lights, light may come from any direction.
   if (squared <= radius_squared || lights.cos_normals <= -1) return over_squares(lights.intensity);
   float cos_axis = dot(lights.axis, offset) / std::sqrt(squared);
   if (lights.two_sided) cos_axis = std::abs(cos_axis);
   const float subtended = std::asin(std::sqrt(std::min(1.0f, radius_squared / squared)));
-  // A little wider than it is, since what rounding calls dark would never be found.
+  // With a margin, because a light that rounding makes dark would never be chosen.
   const float off = safe_acos(cos_axis) - safe_acos(lights.cos_normals) - subtended - 1e-3f;
   const float cosine = off <= 0 ? 1.0f : std::cos(off);
   return cosine <= lights.cos_emission ? 0.0f : over_squares(lights.intensity * cosine);
@@ -192,7 +192,7 @@ class LightTree::Builder {
     return std::clamp(static_cast<int>(at * kBuckets), 0, kBuckets - 1);
   }
 
-  /// Conty Estevez and Kulla 2018, equation 2, without the node's own measures, which are alike for all splits.
+  /// Conty Estevez and Kulla 2018, equation 2, without the node's own measures, which are equal for all splits.
   double cost(const LightBounds& b) const {
     if (!(b.intensity > 0)) return 0;
     return b.intensity * orientation_measure(b) * std::max(surface_area(b.box), least_area_);

@@ -1,4 +1,4 @@
-// Choosing one of many lights for a point by how much it may light it.
+// Choice among many lights in proportion to an estimate of their light at a point.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace glowworm {
 
-/// What the tree knows of one or more lights: where they are, where they shine, how strongly at most.
+/// Bounds of one or more lights: positions, directions and largest intensity.
 struct LightBounds {
   Box3 box;
   Vec3 axis{0, 0, 1};      ///< unit: middle of the cone of normals (or of a spot's directions)
@@ -19,9 +19,9 @@ struct LightBounds {
   float intensity = 0;  ///< luminance of the sum of greatest intensities, W sr^-1
 };
 
-/// A binary tree over lights at finite places. A light is chosen by going down from the root, at each node to one child
-/// with a probability in proportion to a bound of what its lights may send to the point, by distance and direction: A.
-/// Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, section 4.
+/// A binary tree over lights at finite places. To choose a light, it descends from the root and takes a child with a
+/// probability proportional to a bound of its lights at the point, by distance and direction: A. Conty Estevez and C.
+/// Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, section 4.
 class LightTree {
  public:
   LightTree() = default;
@@ -37,9 +37,9 @@ class LightTree {
   };
   /// @param position the point to be lit, metres; @param u in [0, 1)
   Choice choose(Vec3 position, float u) const;
-  /// The probability with which choose() gives that light.
+  /// The probability with which choose() returns that light.
   float probability(Vec3 position, std::uint32_t light) const;
-  /// An estimate of the irradiance (luminance, W m^-2) at the point of a surface that faces all lights, none hidden.
+  /// An estimate of the unoccluded irradiance (luminance, W m^-2) at a point of a surface that faces all lights.
   float irradiance(Vec3 position) const;
 
  private:
@@ -56,11 +56,11 @@ class LightTree {
   std::vector<std::uint8_t> depth_;  // of each light's leaf; kNotThere for lights without intensity
 };
 
-/// Bounds of two sets of lights together.
+/// The combined bounds of two sets of lights.
 LightBounds merge(const LightBounds& a, const LightBounds& b);
 
-/// A bound, near enough to choose by, of the irradiance (W m^-2) that the lights send over a surface at `position` that
-/// faces them; 0 only where none of them can reach it.
+/// An approximate bound of the lights' irradiance (W m^-2) on a surface at `position` that faces them; 0 only if none
+/// of them can reach it.
 float light_importance(const LightBounds& lights, Vec3 position);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Materials: what a surface is made of, as the scene file says it. bsdf.h holds what becomes of one at a point.
+// Materials as scene files describe them. bsdf.h has their form at a point.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -9,8 +9,8 @@
 namespace glowworm {
 
 enum class MaterialKind : std::uint8_t {
-  diffuse,             ///< Lambertian reflection: reflectance; and transmission where transmittance is not black
-  conductor,           ///< metal: eta + ik, or Schlick's F0 = reflectance where use_reflectance
+  diffuse,             ///< Lambertian reflection: reflectance; transmission if transmittance is not black
+  conductor,           ///< metal: eta + ik, or Schlick's F0 = reflectance with use_reflectance
   dielectric,          ///< glass: eta, roughness; reflectance and transmittance tint the two
   thin_dielectric,     ///< a pane without thickness: eta
   coated_diffuse,      ///< a diffuse base under a dielectric coat of eta and roughness
@@ -22,7 +22,7 @@ enum class MaterialKind : std::uint8_t {
 /// The kind's name, as enumerated.
 const char* name(MaterialKind kind);
 
-/// A material of the scene. Inputs that a kind does not name are not read.
+/// A material of the scene. Each kind reads only the inputs listed for it.
 struct Material {
   std::string name;
   MaterialKind kind = MaterialKind::diffuse;

@@ -17,7 +17,7 @@ namespace glowworm {
 
 namespace {
 
-/// True where an alpha test could ever let a ray pass.
+/// Whether an alpha test could ever let a ray pass.
 bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) {
   if (m.alpha.texture == kNone) return m.alpha_cutoff >= 0 ? m.alpha.value < m.alpha_cutoff : m.alpha.value < 1;
   const TextureNode& node = textures[m.alpha.texture];
@@ -26,7 +26,7 @@ bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) 
   return !opaque_image;
 }
 
-/// Makes the axes of an environment orthonormal: a direction has no length, and shear would bend the sky.
+/// Makes the axes of an environment orthonormal: scale has no meaning for directions, and shear would distort the sky.
 void straighten(Environment& environment, std::vector<std::string>& notes) {
   Transform& m = environment.to_world;
   const Vec3 x = normalize(m.x), y = normalize(m.y - x * dot(x, m.y));
@@ -38,7 +38,7 @@ void straighten(Environment& environment, std::vector<std::string>& notes) {
   m = {x, y, z, {0, 0, 0}};
 }
 
-/// Mends what a description says loosely where the meaning is plain.
+/// Normalises values of a description whose meaning is clear.
 void normalize_lights(SceneDescription& d) {
   for (Light& light : d.lights) {
     if (length_squared(light.direction) > 0) light.direction = normalize(light.direction);

@@ -1,4 +1,4 @@
-// The scene: immutable tables that every room reads.
+// The scene: immutable tables for all rooms.
 #pragma once
 #include <memory>
 #include <optional>
@@ -17,14 +17,14 @@
 
 namespace glowworm {
 
-/// What a file asks of the picture; 0 or empty where it does not say.
+/// Picture settings of a file; 0 or empty if it has none.
 struct FilmRequest {
   int width = 0, height = 0;
   float crop[4] = {0, 1, 0, 1};  ///< x0, x1, y0, y1 as fractions of the whole picture
   float scale = 1;               ///< factor on radiance (a sensor's imaging ratio)
 };
 
-/// What importers and the built-in scenes fill in.
+/// The description that importers and built-in scenes fill in.
 struct SceneDescription {
   std::string name;
   Geometry geometry;
@@ -35,28 +35,28 @@ struct SceneDescription {
   std::optional<Environment> environment;
   std::vector<Camera> cameras;
   FilmRequest film;
-  /// One line each: what the file asks for and this program does not do, or had to guess.
+  /// Features of the file that are not supported or had to be guessed; one line each.
   std::vector<std::string> notes;
 };
 
-/// What of a scene a person at a viewer changes. Everything else is the scene's that it is laid over.
+/// The changes that a user makes in a viewer. Everything else comes from the underlying scene.
 struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
   std::vector<Light> lights;        ///< as many as the scene has
   std::optional<Environment> environment;
   std::shared_ptr<const Geometry> geometry;  ///< the same triangles with other positions; null: the scene's own
-  std::vector<Camera> more_cameras;          ///< beside the scene's own
+  std::vector<Camera> more_cameras;          ///< in addition to the scene's own
   std::string name;                          ///< empty: the scene's own
 };
 
 /// An immutable scene with the tables derived from its description.
 class Scene {
  public:
-  /// Checks all indices, adds a camera that frames the scene where it has none, and a sky where it has no light (and
-  /// says so in the notes). Throws Error for a scene without triangles.
+  /// Checks all indices, adds a camera that frames the scene if it has none, and a sky if it has no light.
+  /// Throws Error for a scene without triangles.
   explicit Scene(SceneDescription description);
-  /// The same scene in another light; shares the geometry. No sky is added where nothing emits: then light_power() has
-  /// a total of 0, and no light may be sampled. Throws Error where the edit is not of this scene.
+  /// The same scene with other lights; shares the geometry. Adds no sky if nothing emits: then light_power() has a
+  /// total of 0, and no light may be sampled. Throws Error if the edit does not fit this scene.
   Scene(const Scene& scene, SceneEdit edit);
 
   const std::string& name() const { return d_.name; }
@@ -72,33 +72,33 @@ class Scene {
   const FilmRequest& film() const { return d_.film; }
   const std::vector<std::string>& notes() const { return d_.notes; }
 
-  /// The camera of that name; an empty name is the first. Throws Error that lists the names there are.
+  /// The camera of that name; an empty name is the first. Throws Error, which lists the names, for another name.
   const Camera& camera(const std::string& name) const;
 
   /// Whether any vertex has a shading normal.
   bool smooth() const { return smooth_; }
   Box3 bounds() const { return bounds_; }
   Vec3 center() const { return center_; }
-  /// Radius of a sphere around center() that holds the scene, metres.
+  /// Radius of a sphere around center() that contains the scene, metres.
   float radius() const { return radius_; }
-  /// Triangles that emit, in order; not those whose texture of emission is black all over them.
+  /// Emissive triangles, in order; without those whose emission texture is black all over them.
   const std::vector<std::uint32_t>& emissive_triangles() const { return emissive_triangles_; }
-  /// Place of a triangle in emissive_triangles(), or kNone.
+  /// Index of a triangle in emissive_triangles(), or kNone.
   std::uint32_t emissive_index(std::uint32_t triangle) const {
     return emissive_index_.empty() ? kNone : emissive_index_[triangle];
   }
   /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then the
   /// environment. Its total is the power of all light, in W (luminance).
   const Distribution1D& light_power() const { return light_power_; }
-  /// Power of each light source in W, counted as in light_power(); of a textured emission, an estimate.
+  /// Power of each light source in W, counted as in light_power(); an estimate for textured emission.
   const std::vector<RGB>& source_powers() const { return source_powers_; }
   std::size_t light_source_count() const {
     return emissive_triangles_.size() + d_.lights.size() + (d_.environment ? 1 : 0);
   }
-  /// Chooses a light source for a point that is to be lit.
+  /// Chooses a light source for a point.
   const LightSelector& light_selector() const { return light_selector_; }
   const Distribution2D& environment_distribution() const { return environment_distribution_; }
-  /// True where a material has an alpha that rays must be tested against.
+  /// Whether a material has an alpha that rays must test.
   bool has_alpha(std::uint32_t material) const { return material_has_alpha_[material]; }
 
  private:

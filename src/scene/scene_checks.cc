@@ -13,10 +13,10 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kImporterRemedy = "The scene file is inconsistent; export it again.";
-/// What evaluating one texture may cost, in nodes; far above what any picture needs, far below what hangs.
+/// Largest cost of one texture lookup, in nodes: far above real textures, and low enough not to hang.
 constexpr double kMaximalTextureCost = 4096;
 constexpr int kMaximalTextureDepth = 256;
-/// Of kLargestLight it leaves a finite number.
+/// kLargestLight times this is still finite.
 constexpr float kLargestFilmScale = 1e8f;
 
 void check_size(std::size_t size, std::size_t wanted, const char* what) {
@@ -74,7 +74,7 @@ void check_texture_index(const SceneDescription& d, std::uint32_t texture, const
     throw Error(fmt::format("{} refers to texture {} of {}", owner, texture, d.textures.size()), kImporterRemedy);
 }
 
-/// Follows mixes from `material`; `state`: 0 not seen, 1 on the way, 2 done.
+/// Follows mixes from `material`; `state`: 0 new, 1 on the path, 2 done.
 void check_mix(const SceneDescription& d, std::uint32_t material, std::vector<char>& state, int depth) {
   const Material& m = d.materials[material];
   if (m.kind != MaterialKind::mix || state[material] == 2) return;
@@ -111,7 +111,7 @@ void check_brightness(RGB value, const std::string& what) {
   const auto numbers = [&] { return fmt::format("({:g}, {:g}, {:g})", value.r, value.g, value.b); };
   if (!is_finite(value))
     throw Error(fmt::format("{} has values that are not finite: {}", what, numbers()), kImporterRemedy);
-  // A component may be negative: the colour of a spectral line is outside of the triangle of red, green and blue.
+  // A component may be negative: spectral colours lie outside the triangle of red, green and blue.
   if (luminance(value) < 0)
     throw Error(fmt::format("{} is negative: {}", what, numbers()), "Give it a positive value.");
   if (std::max({std::abs(value.r), std::abs(value.g), std::abs(value.b)}) > kLargestLight)

@@ -1,25 +1,25 @@
-// What a scene's description must keep, checked once so that nothing later needs to.
+// Conditions on a scene's description, checked once so that later code can rely on them.
 #pragma once
 #include "scene/scene.h"
 
 namespace glowworm {
 
-/// Largest coordinate and length of a scene in metres. Embree takes coordinates below 1.844e18 alone, whose squares
-/// stay far from the largest float, and aborts on some that lie beyond.
+/// Largest coordinate and length of a scene in metres. Embree accepts only coordinates below 1.844e18, whose squares
+/// stay far from the largest float, and aborts on some beyond.
 inline constexpr float kLargestCoordinate = 1e18f;
 /// Largest radiance, intensity or irradiance of a light: sums over lights and samples stay finite.
 inline constexpr float kLargestLight = 1e30f;
 
 /// Whether a point is finite and within kLargestCoordinate.
 bool is_within_bounds(Vec3 p);
-/// Throws Error, naming `what` and the value, where a point is not within bounds.
+/// Throws Error, naming `what` and the value, if a point is not within bounds.
 void check_within_bounds(Vec3 p, const std::string& what);
 
-/// Throws Error where a description holds an index out of range, arrays of unequal length, a vertex, camera or lens
-/// that is not finite or too far out, a light that is negative or too bright, textures or mixed materials that refer to
+/// Throws Error if a description has an index out of range, arrays of unequal length, a vertex, camera or lens that is
+/// not finite or too far out, a light that is negative or too bright, textures or mixed materials that refer to
 /// themselves, or no triangle.
 void check_description(const SceneDescription& description);
-/// The same of lights and cameras alone, for those of a SceneEdit.
+/// The same for only lights and cameras, as in a SceneEdit.
 void check_lights(const SceneDescription& description);
 void check_cameras(const SceneDescription& description);
 

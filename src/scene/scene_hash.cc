@@ -19,7 +19,7 @@ void add(ContentHash& hash, const FloatInput& input) {
 
 void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
-// A structure that grows has a member that is not hashed yet: add it, then mend the size.
+// When a structure gets a new member: hash it, then correct the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 280 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 88 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
@@ -45,7 +45,7 @@ void add(ContentHash& hash, const Material& m) {
   hash.add(m.normal_scale);
 }
 
-/// Of all texels, looked up at their centres.
+/// Hashes all texels, looked up at their centres.
 std::uint64_t hash_image(const TextureImage& image) {
   constexpr std::size_t kRowsAtOnce = 16;
   const int width = image.width();
@@ -67,7 +67,7 @@ std::uint64_t hash_image(const TextureImage& image) {
   hash.add(image.height());
   hash.add(image.has_alpha());
   hash.add_array(std::span<const std::uint64_t>(parts));
-  // What lies outside the unit square is the wrap's.
+  // Lookups outside the unit square depend on the wrap mode.
   for (const float t : {-1.3f, -0.3f, 1.3f, 2.3f})
     for (const Vec2 uv : {Vec2{t, 0.4f}, Vec2{0.4f, t}}) hash.add(image.color(uv));
   return hash.value();

@@ -1,4 +1,4 @@
-// Hashes of what a scene's pictures depend on.
+// Hashes of the scene data that pictures depend on.
 #pragma once
 #include <cstdint>
 
@@ -6,8 +6,7 @@
 
 namespace glowworm {
 
-/// Hashes of the parts of a scene. Names count where they are looked up only, so that a part is the same under another
-/// name.
+/// Hashes of the parts of a scene. Names count only if they are looked up, so renaming a part does not change its hash.
 struct SceneHash {
   std::uint64_t geometry;   ///< positions, normals, texture coordinates, and which material each triangle has
   std::uint64_t materials;  ///< with their textures, to the texel
@@ -15,7 +14,7 @@ struct SceneHash {
   std::uint64_t camera;
 };
 
-/// Goes over all tables and texels, on all threads: some seconds for gigabytes of textures.
+/// Reads all tables and texels, on all threads: some seconds for gigabytes of textures.
 SceneHash hash_scene(const Scene& scene, const Camera& camera);
 
 }  // namespace glowworm

@@ -16,7 +16,7 @@ std::uint32_t hash_point(std::uint32_t seed, Vec3 p) {
   return hash_combine(seed, std::bit_cast<std::uint32_t>(p.z));
 }
 
-/// Derivatives of the position by the texture coordinates; `valid` is false where these do not span the triangle.
+/// Derivatives of the position by the texture coordinates; `valid` is false if these do not span the triangle.
 struct TextureTangents {
   Vec3 du, dv;
   bool valid = false;
@@ -34,7 +34,7 @@ TextureTangents texture_tangents(const Geometry& g, std::uint32_t triangle) {
   return out;
 }
 
-/// The frame around the unit vector n whose s is the part of `tangent` across n; any frame where that part is nothing.
+/// The frame around the unit vector n whose s is the part of `tangent` across n; any frame if that part is zero.
 Frame frame_along(Vec3 n, Vec3 tangent) {
   const Vec3 across = tangent - n * dot(n, tangent);
   const float squared = length_squared(across);
@@ -43,7 +43,7 @@ Frame frame_along(Vec3 n, Vec3 tangent) {
   return {s, cross(n, s), n};
 }
 
-/// Gives the frame a new normal, keeping its s as near as may be. A normal that left the geometric side is refused.
+/// Gives the frame a new normal, with s close to the old one. Ignores a normal on the other geometric side.
 void turn_to(SurfacePoint& point, Vec3 n) {
   const float squared = length_squared(n);
   if (!(squared > 0) || !std::isfinite(squared) || dot(n, point.geometric_normal) <= 0) return;
@@ -54,7 +54,7 @@ void apply_normal_map(const Scene& scene, const Material& m, SurfacePoint& point
   const TextureTangents tangents = texture_tangents(scene.geometry(), point.triangle);
   const RGB c = evaluate(scene.textures(), m.normal_map, point.uv);
   const Vec3 n = {(2 * c.r - 1) * m.normal_scale, (2 * c.g - 1) * m.normal_scale, 2 * c.b - 1};
-  // Mirrored texture coordinates turn the green axis of the map, but not the frame's, which stays right-handed.
+  // Mirrored texture coordinates flip the green axis of the map, but the frame stays right-handed.
   const float side = tangents.valid && dot(tangents.dv, point.frame.t) < 0 ? -1.0f : 1.0f;
   turn_to(point, point.frame.to_world({n.x, n.y * side, n.z}));
 }
@@ -72,7 +72,7 @@ void apply_bump(const Scene& scene, const Material& m, SurfacePoint& point) {
   turn_to(point, face_forward(cross(du + n * by_u, dv + n * by_v), n));
 }
 
-/// The vertices' normals between them, on the side of the geometric one, which stands in where there is none.
+/// Interpolates the vertices' normals, on the side of the geometric one, which replaces a missing one.
 Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycentric, Vec3 geometric_normal) {
   const auto& [a, b, c] = g.triangles[triangle];
   const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
@@ -81,7 +81,7 @@ Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycen
   return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
 }
 
-/// Follows mixed materials to one that is not mixed, by a number that belongs to the place.
+/// Follows mixed materials to an unmixed one, by a random number of the place.
 std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfacePoint& point) {
   while (scene.materials()[material].kind == MaterialKind::mix) {
     const Material& m = scene.materials()[material];

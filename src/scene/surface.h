@@ -1,4 +1,4 @@
-// From a triangle and barycentric coordinates to everything that shading needs.
+// From a triangle and barycentric coordinates to shading data.
 #pragma once
 #include "bsdf/bsdf.h"
 #include "bsdf/shaded_surface.h"
@@ -11,8 +11,8 @@ namespace glowworm {
 struct SurfacePoint {
   Vec3 position;          ///< metres
   Vec3 geometric_normal;  ///< unit, by the winding
-  float offset = 0;       ///< how far along it, or against it, rays begin that leave (offset_origin()), metres
-  Frame frame;            ///< shading frame: its n on the side of geometric_normal, s along the texture's u
+  float offset = 0;  ///< distance along the normal or against it where leaving rays begin (offset_origin()), metres
+  Frame frame;       ///< shading frame: its n on the side of geometric_normal, s along the texture's u
   Vec2 uv;
   std::uint32_t triangle = kNone;
   std::uint32_t material = kNone;
@@ -21,32 +21,32 @@ struct SurfacePoint {
 /// @param barycentric weights of the second and third vertex
 SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// The material at a point, its textures evaluated. Applies normal and bump maps to point.frame, but for normals that
-/// leave the side of the geometric one. Mixed materials are chosen by a hash of the position.
+/// The material at a point, its textures evaluated. Applies normal and bump maps to point.frame unless the normal would
+/// leave the side of the geometric one. A hash of the position chooses between mixed materials.
 Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point);
 
-/// The BSDF of a point, as viewers and lights in world space see it.
+/// The BSDF of a point, for directions in world space.
 inline ShadedSurface shaded(const SurfacePoint& point, const Bsdf& bsdf) {
   return {bsdf, point.frame, point.geometric_normal};
 }
 
-/// The shading normal, or its opposite, on the side of the surface that wo (unit, world space) is on.
+/// The shading normal, or its opposite, on the side of wo (unit, world space).
 inline Vec3 shading_normal_towards(Vec3 shading_normal, Vec3 geometric_normal, Vec3 wo) {
   return dot(geometric_normal, wo) < 0 ? -shading_normal : shading_normal;
 }
 
-/// What a density estimate asks of a surface that only reflects diffusely.
+/// Data of a purely diffuse surface for density estimation.
 struct DiffusePoint {
   Vec3 position;          ///< metres
   Vec3 geometric_normal;  ///< unit, by the winding
   RGB reflectance;
 };
 
-/// Reflectance of a triangle whose material is diffuse reflection alone, in [0, 1].
+/// Reflectance of a triangle whose material is diffuse reflection only, in [0, 1].
 RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// Where the triangle's material is diffuse reflection alone, fills `point` with the numbers that surface_point() and
-/// resolve_bsdf() would give, at a fraction of their cost, and returns true; else returns false.
+/// If the triangle's material is diffuse reflection only, fills `point` with the numbers of surface_point() and
+/// resolve_bsdf(), at a fraction of their cost, and returns true; otherwise returns false.
 inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point) {
   const DiffuseTriangle& t = scene.diffuse_triangle(triangle);
   if (!(t.kind & DiffuseTriangle::kDiffuse)) return false;
@@ -57,19 +57,19 @@ inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 baryc
   return true;
 }
 
-/// The shading normal that surface_point() and resolve_bsdf() would give where no map turns it, at a fraction of their
-/// cost: unit, on the side of point.geometric_normal. Returns false where there is a map.
+/// The shading normal of surface_point() and resolve_bsdf() if no map changes it, at a fraction of their cost: unit, on
+/// the side of point.geometric_normal. Returns false if there is a map.
 /// @param point diffuse_point() of the same place
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
                             Vec3& normal);
 
-/// Asks the processor for what surface_point() and diffuse_point() read, since hits of incoherent rays lie all over the
-/// scene: each hit is fetched in three steps, kFetchAhead hits apart, that read what the one before has fetched; the
-/// last two only where diffuse_point() is not enough. Called with `next` from 0 on before hit `next` is used, it has
-/// fetched that hit in time.
-/// @tparam kSmoothToo whether shading normals are asked for, too
+/// Prefetches the data of surface_point() and diffuse_point(), because hits of incoherent rays are scattered over the
+/// scene. Each hit is fetched in three steps, kFetchAhead hits apart, each of which reads data that the one before has
+/// fetched; the last two only if diffuse_point() is not enough. Call it with `next` from 0 on, before hit `next` is
+/// used.
+/// @tparam kSmoothToo whether to fetch shading normals, too
 /// @param triangle_of the triangle of hit i, or kNone
-// Inlined, since GCC takes a function that only prefetches for one without effect, and drops its calls.
+// Inlined, because GCC drops calls of a function that only prefetches.
 template <bool kSmoothToo, typename TriangleOf>
 [[gnu::always_inline]] inline void fetch_ahead(const Scene& scene, std::size_t next, std::size_t count,
                                                TriangleOf&& triangle_of) {
@@ -98,10 +98,10 @@ template <bool kSmoothToo, typename TriangleOf>
   }
 }
 
-/// Radiance (W sr^-1 m^-2) that the surface itself emits towards wo; black where it is no emitter or seen from behind.
+/// Radiance (W sr^-1 m^-2) that the surface emits towards wo; black if it does not emit or wo is behind it.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 
-/// Whether an alpha-tested surface is there for the ray: by the cut-off, or by chance that depends on the ray alone.
+/// Whether the ray meets an alpha-tested surface: by the cut-off, or at random by a hash of the ray.
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);
 
 }  // namespace glowworm

@@ -15,7 +15,7 @@ Vec2 transformed(const TextureNode& node, Vec2 uv) {
 }
 
 bool in_odd_cell(Vec2 uv) {
-  // In floating point, since texture coordinates may lie beyond the range of any integer.
+  // In floating point, because texture coordinates may exceed the range of any integer.
   const float sum = std::floor(uv.x) + std::floor(uv.y);
   return sum - 2 * std::floor(sum / 2) != 0;
 }
@@ -47,7 +47,7 @@ RGB color_of(const std::vector<TextureNode>& textures, std::uint32_t id, Vec2 uv
     case TextureKind::mix: {
       const Vec2 inner = transformed(node, uv);
       const float amount = mix_amount(textures, node, inner);
-      // A texture under a weight of 0 is not read: it may be the dearer one.
+      // A texture with weight 0 is not read, because it may be expensive.
       if (amount <= 0) return child_color(textures, node, node.child_a, inner);
       if (amount >= 1) return child_color(textures, node, node.child_b, inner);
       return lerp(child_color(textures, node, node.child_a, inner), child_color(textures, node, node.child_b, inner),

@@ -11,7 +11,7 @@
 
 namespace glowworm {
 
-/// An image that textures read. The importers give one that decodes files through the image room; tests give their own.
+/// An image for textures. The importers decode files with the image room; tests supply their own.
 class TextureImage {
  public:
   virtual ~TextureImage() = default;
@@ -39,7 +39,7 @@ struct TextureNode {
   std::uint32_t child_amount = kNone;  ///< mix: amount (its mean)
 };
 
-/// A colour or a number of a material: a constant times, where given, a texture.
+/// A colour or a number of a material: a constant, times an optional texture.
 struct ColorInput {
   RGB value{1.0f};
   std::uint32_t texture = kNone;

@@ -10,7 +10,7 @@ std::string ray_instruction_set() {
   if (!device) return "none";
   const auto has = [&](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property) != 0; };
   const auto version = [&](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property); };
-  // Embree tells the width of its vectors alone.
+  // Embree reports only the width of its vectors.
   const char* name = has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) ? "avx512" : "sse";
 #if defined(__x86_64__)
   if (!has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) && has(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))

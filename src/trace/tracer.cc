@@ -14,16 +14,16 @@ namespace glowworm {
 
 namespace {
 
-/// Rays go to Embree in packets of this many: as wide as AVX2, which Embree runs on every machine it is built for.
+/// Size of Embree's ray packets: the width of AVX2, which is available wherever this Embree runs.
 constexpr std::size_t kPacket = 8;
-/// Coherent rays (from the camera) gain from wider packets.
+/// Coherent rays (from the camera) are faster in wider packets.
 constexpr std::size_t kCoherentPacket = 16;
 
-/// The triangles of one Embree geometry, by their place in the scene's geometry.
+/// The triangles of one Embree geometry, as indices into the scene's geometry.
 using TriangleList = std::vector<std::uint32_t>;
 
-/// Embree's geometries by their number: what no ray passes, what may be partly absent (Scene::has_alpha), and the same
-/// of triangles that follow() may move.
+/// Numbers of Embree's geometries: opaque triangles, triangles that may be partly absent (Scene::has_alpha), and the
+/// same for triangles that follow() may move.
 constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4;
 
 [[noreturn]] void fail(RTCError code, const char* doing) {
@@ -48,7 +48,7 @@ void throw_on_error(RTCDevice device, const char* doing) {
 
 struct Tracer::Implementation {
   const Scene* scene;
-  std::shared_ptr<const Geometry> geometry;  ///< whose positions the structure is of
+  std::shared_ptr<const Geometry> geometry;  ///< geometry that `world` is built from
   RTCDevice device = nullptr;
   RTCScene world = nullptr;
   TriangleList lists[kGeometries];
@@ -58,13 +58,13 @@ struct Tracer::Implementation {
 
   explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {}
   ~Implementation() {
-    // Embree 3.13 ends the program where a scene is released whose build ran out of memory; such a scene is left.
+    // Embree 3.13 ends the program when it releases a scene whose build ran out of memory. Such a scene leaks instead.
     if (!whole) return;
     if (world) rtcReleaseScene(world);
     if (device) rtcReleaseDevice(device);
   }
 
-  /// Builds what has changed; throws Error where that fails.
+  /// Builds whatever changed; throws Error if that fails.
   void commit() {
     whole = false;
     rtcCommitScene(world);
@@ -72,7 +72,7 @@ struct Tracer::Implementation {
     whole = true;
   }
 
-  /// Where all triangles are in one geometry, its list says nothing, and is not looked up.
+  /// If all triangles are in one geometry, the list is the identity and is not read.
   std::uint32_t triangle(unsigned id, unsigned primitive) const { return one_list ? primitive : lists[id][primitive]; }
   void sort_triangles(std::span<const std::uint32_t> movable);
   void add_geometry(unsigned id);
@@ -81,7 +81,7 @@ struct Tracer::Implementation {
 
 namespace {
 
-/// Called for a hit on a surface that may be partly absent; rejects it where it is.
+/// Embree calls this for a hit on a surface that may be partly absent. Rejects the hit where it is.
 void alpha_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
@@ -188,7 +188,7 @@ void Tracer::Implementation::add_geometry(unsigned id) {
   if (list.empty()) return;
   RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   throw_on_error(device, "take the triangles");
-  // A movable triangle has vertices of its own here, so that as few as possible are written anew.
+  // Movable triangles have vertices of their own here, so that few vertices are written when they move.
   const bool own_vertices = id >= kMovable;
   const std::size_t vertex_count = own_vertices ? 3 * list.size() : geometry->positions.size();
   auto* vertices = static_cast<Vec3*>(
@@ -226,13 +226,13 @@ Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
     : implementation_(std::make_unique<Implementation>(scene)) {
   Implementation& self = *implementation_;
   self.device = rtcNewDevice(nullptr);
-  // The error of a device that was not made is that of the calling thread.
+  // If the device was not made, the error belongs to the calling thread.
   if (!self.device) fail(rtcGetDeviceError(nullptr), "start");
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
   self.world = rtcNewScene(self.device);
   throw_on_error(self.device, "start");
-  // Only a dynamic scene has a structure for each of its geometries, and builds those anew that changed; others are
-  // built once, so that more time for it pays.
+  // Only a dynamic scene has a structure for each of its geometries, and rebuilds those that changed. Other scenes are
+  // built once, so a slower build with better quality pays.
   if (movable.empty())
     rtcSetSceneBuildQuality(self.world, RTC_BUILD_QUALITY_HIGH);
   else

@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// A ray; direction need not be unit, distances are in its lengths.
+/// A ray. Its direction need not be unit; distances are multiples of its length.
 struct Ray {
   Vec3 origin;
   float t_min = 0;
@@ -25,30 +25,30 @@ struct Hit {
   Vec2 barycentric;  ///< weights of the second and third vertex
 };
 
-/// How a batch is traced; the answers are the same.
+/// How a batch is traced; the results are the same.
 enum class RayOrder : std::uint8_t {
-  incoherent,  ///< neighbours in the batch have nothing in common
-  coherent,    ///< neighbours start close together and point the same way
+  incoherent,  ///< neighbours in the batch are unrelated
+  coherent,    ///< neighbours start close together and point in similar directions
 };
 
-/// The scene in the form that rays are traced against. Immutable after it is made but for
-/// follow(); all other calls are thread-safe.
+/// The scene as a structure for ray tracing.
+/// Immutable except for follow(); all other calls are thread-safe.
 class Tracer {
  public:
   /// Builds the acceleration structure, on all threads. The scene must outlive the tracer.
   explicit Tracer(const Scene& scene);
-  /// The same with triangles that follow() may move: they have a structure of their own, which alone is built anew.
+  /// As above; triangles that follow() may move have their own structure, and only that is rebuilt.
   Tracer(const Scene& scene, std::span<const std::uint32_t> movable);
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
 
-  /// From now on traces `scene`: the scene so far in other light (Scene's second constructor), in which of the
-  /// positions only those of movable triangles may differ. It must outlive the tracer. No other call may be under way.
+  /// Traces `scene` from now on: the same scene with other lights (Scene's second constructor), in which only the
+  /// positions of movable triangles may differ. It must outlive the tracer. No other call may run at the same time.
   void follow(const Scene& scene);
 
   const Scene& scene() const;
-  /// Bytes that the acceleration structure holds.
+  /// Size of the acceleration structure in bytes.
   std::uint64_t bytes() const;
 
   Hit intersect(const Ray& ray) const;
@@ -56,7 +56,7 @@ class Tracer {
 
   /// Traces a batch on the calling thread. hits.size() == rays.size().
   void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;
-  /// out[i] is 1 where something lies between t_min and t_max of ray i, else 0.
+  /// Sets out[i] to 1 if something lies between t_min and t_max of ray i, else to 0.
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const;
 
   struct Implementation;
