@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "apps/output_files.h"
 #include "import/import.h"
 #include "scene/scene.h"
 
@@ -10,6 +11,9 @@ namespace glowworm {
 
 /// Loads a scene file or a built-in scene. Throws Error that names the file, also for what is wrong with the scene as a
 /// whole.
-std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options);
+/// @param files what the command writes, where it writes anything: gets all files that the scene consists of as inputs,
+/// and throws CommandLineError where it would write over one of them
+std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options,
+                                        OutputFiles* files = nullptr);
 
 }  // namespace glowworm

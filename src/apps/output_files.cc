@@ -17,22 +17,26 @@ namespace {
 /// Files that warnings and the error at the end name; a full disk fails every frame of a session.
 constexpr std::size_t kMostNames = 8;
 
+[[noreturn]] void refuse(const std::string& what, const std::string& path, const std::string& other) {
+  throw CommandLineError(fmt::format("{} '{}' and {} are one file", what, path, other), "Give each its own name.");
+}
+
 }  // namespace
 
 void OutputFiles::add_input(const std::string& what, const std::string& path) {
-  named_.emplace(output_identity(path), what);
+  const auto [other, added] = named_.emplace(output_identity(path), Named{what, false});
+  if (!added && other->second.written) refuse(what, path, other->second.what);
 }
 
 void OutputFiles::add(const std::string& what, const std::string& path) {
   check(what, path);
-  if (const std::string identity = output_identity(path); !identity.empty()) named_.emplace(identity, what);
+  if (const std::string identity = output_identity(path); !identity.empty())
+    named_.emplace(identity, Named{what, true});
 }
 
 void OutputFiles::check(const std::string& what, const std::string& path) const {
   const auto other = named_.find(output_identity(path));
-  if (other != named_.end() && !other->first.empty())
-    throw CommandLineError(fmt::format("{} '{}' and {} are one file", what, path, other->second),
-                           "Give each its own name.");
+  if (other != named_.end() && !other->first.empty()) refuse(what, path, other->second.what);
 }
 
 bool OutputFiles::probe(const std::string& path) {

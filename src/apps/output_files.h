@@ -12,7 +12,8 @@ namespace glowworm {
 /// the end.
 class OutputFiles {
  public:
-  /// Adds a file that is read. @param what the place on the command line that names it, for messages
+  /// Adds a file that is read. Throws CommandLineError where it is one that is written.
+  /// @param what the place on the command line that names it, for messages
   void add_input(const std::string& what, const std::string& path);
   /// Adds a file that is written. Throws CommandLineError where it is one that was added already.
   void add(const std::string& what, const std::string& path);
@@ -32,8 +33,12 @@ class OutputFiles {
  private:
   bool note_failure(const std::string& path, const std::string& message);
 
-  std::map<std::string, std::string> named_;  // what names a file, by output_identity()
-  std::set<std::string> warned_, failed_;     // paths
+  struct Named {
+    std::string what;  // names the file
+    bool written;
+  };
+  std::map<std::string, Named> named_;     // by output_identity()
+  std::set<std::string> warned_, failed_;  // paths
 };
 
 }  // namespace glowworm

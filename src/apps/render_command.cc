@@ -243,7 +243,7 @@ int run_render(RenderOptions& o) {
   import_options.budget = loading_budget(o.settings.memory_bytes);
   TevStream tev(o.tev);
   const std::shared_ptr<const Scene> scene =
-      scene_of_view(open_scene(o.scene, import_options), o.lights, o.view, o.settings.camera);
+      scene_of_view(open_scene(o.scene, import_options, &files), o.lights, o.view, o.settings.camera);
   const Clock::time_point loaded = Clock::now();
   for (const std::string& note : scene->notes()) inform(fmt::format("note: {}: {}", o.scene, note));
   const auto tracer = std::make_shared<const Tracer>(*scene);

@@ -57,22 +57,31 @@ struct Stage {
   std::unique_ptr<Session> session;
   ViewState state;
 
-  Stage(const ViewOptions& o, const Script& script, const std::string& scene)
-      : session(std::make_unique<Session>(open_scene(scene, {loading_budget(session_settings(o, false).memory_bytes)}),
-                                          session_settings(o, false))),
+  Stage(const ViewOptions& o, const Script& script, const std::string& scene, OutputFiles& files)
+      : session(std::make_unique<Session>(
+            open_scene(scene, {loading_budget(session_settings(o, false).memory_bytes)}, &files),
+            session_settings(o, false))),
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
 /// Puts another scene in the place of this one; an interrupt leaves it as it is.
-void change_scene(Stage& stage, const ViewOptions& o, const Script& script, const std::string& scene) try {
+void change_scene(Stage& stage, const ViewOptions& o, const Script& script, const std::string& scene,
+                  OutputFiles& files) try {
   const CancellationScope scope(signal_interrupt());
-  stage = Stage(o, script, scene);
+  stage = Stage(o, script, scene, files);
 } catch (const Cancelled&) {
 }
 
 bool is_frame_name(const std::string& name, const std::string& format) {
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
   return digits >= 5 && name.substr(digits) == "." + format;
+}
+
+/// Throws CommandLineError where a frame would replace another file of the session.
+void check_frames(const ViewOptions& o, const OutputFiles& files) {
+  std::error_code not_there_yet;
+  for (const auto& entry : std::filesystem::directory_iterator(o.out, not_there_yet))
+    if (is_frame_name(entry.path().filename(), o.format)) files.check("the frame", entry.path());
 }
 
 /// Throws CommandLineError where two files that the session writes, or one that it reads, are one.
@@ -90,9 +99,7 @@ void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& fi
       const std::filesystem::path name = std::filesystem::path(*move.screenshot).filename();
       if (is_frame_name(name, o.format)) files.check("the frame", folder / name);
     }
-  std::error_code not_there_yet;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, not_there_yet))
-    if (is_frame_name(entry.path().filename(), o.format)) files.check("the frame", entry.path());
+  check_frames(o, files);
 }
 
 /// Plays the script, and adds a row to the table for each frame.
@@ -102,7 +109,7 @@ void play_frames(const ViewOptions& o, const Script& script, Stage& stage, Outpu
   double clock = 0;
   for (std::uint32_t i = 0; i < frames && !caught_interrupt(); ++i) {
     for (const ScriptMove& move : script.moves)
-      if (move.drop && move.from == i) change_scene(stage, o, script, *move.drop);
+      if (move.drop && move.from == i) change_scene(stage, o, script, *move.drop, files);
     if (caught_interrupt()) break;
     play(script, i, stage.session->scene(), stage.session->rig(), i > 0 ? &frame : nullptr, stage.state);
     frame = stage.session->next_frame(stage.state, clock);
@@ -122,7 +129,8 @@ void play_frames(const ViewOptions& o, const Script& script, Stage& stage, Outpu
 int run_headless_view(const ViewOptions& o, const Script& script) {
   OutputFiles files;
   prepare_outputs(o, script, files);
-  Stage stage(o, script, o.scene);
+  Stage stage(o, script, o.scene, files);
+  check_frames(o, files);
   for (const std::string& note : stage.session->scene().notes()) inform(fmt::format("note: {}: {}", o.scene, note));
   std::error_code error;
   std::filesystem::create_directories(o.out, error);

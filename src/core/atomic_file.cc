@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <limits.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -34,6 +35,9 @@ std::string remedy_for(int error_number, const std::string& folder) {
       return "Raise the file size limit (ulimit -f) or choose a smaller image.";
     case ENAMETOOLONG:
       return "Choose a shorter path.";
+    case ENXIO:
+    case ETIMEDOUT:
+      return "Start the program that reads the pipe first, let it read all, or choose another output path.";
     case ELOOP:
       return "Mend the symbolic links, which lead in a circle, or choose another output path.";
     default:
@@ -80,6 +84,14 @@ std::string follow_links(std::string path) {
   return {};
 }
 
+// Waits until a pipe or a device takes more bytes; false with errno where it does not for ten seconds.
+bool wait_for_reader(int descriptor) {
+  pollfd wanted{descriptor, POLLOUT, 0};
+  const int ready = poll(&wanted, 1, 10'000);
+  if (ready == 0) errno = ETIMEDOUT;
+  return ready > 0 || (ready < 0 && errno == EINTR);
+}
+
 // A name in the target's own folder, since a rename cannot cross file systems; new for every process and call.
 std::string temporary_name(const std::string& target) {
   static std::atomic<std::uint32_t> calls{0};
@@ -100,8 +112,10 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(follow_li
   const bool exists = stat(path.c_str(), &info) == 0;
   if (exists && S_ISDIR(info.st_mode)) fail("the output path is a folder", EISDIR);
   if (exists && !S_ISREG(info.st_mode)) {
-    descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor_ < 0) fail("cannot write", errno);
+    // Without blocking: a FIFO that nothing reads, or whose reader has stopped, would keep all other files from their
+    // output.
+    descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (descriptor_ < 0) fail(errno == ENXIO ? "nothing reads from this pipe" : "cannot write", errno);
     return;
   }
   if (exists && access(path.c_str(), W_OK) != 0) fail("the existing file cannot be written over", errno);
@@ -138,7 +152,7 @@ void AtomicFile::write(const void* data, std::size_t bytes) {
     // At most 1 GiB at a time: Linux itself writes no more than 2 GiB by one call.
     const ssize_t written = ::write(descriptor_, next, std::min<std::size_t>(bytes, std::size_t{1} << 30));
     if (written < 0) {
-      if (errno == EINTR) continue;
+      if (errno == EINTR || (errno == EAGAIN && wait_for_reader(descriptor_))) continue;
       fail("cannot write", errno);
     }
     next += written;

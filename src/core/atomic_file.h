@@ -18,7 +18,8 @@ class DiskError : public Error {
 
 /// A file being written under a temporary name beside its final one. commit() brings the bytes to the disk and gives
 /// the file its name; without commit(), or after a failure, nothing is left and an older file of that name stays as
-/// it was. A path that is a device or a pipe (/dev/stdout) is written to directly. A symbolic link is followed, to a
+/// it was. A path that is a device or a pipe (/dev/stdout) is written to directly, and fails
+/// where a pipe has no reader or its reader takes nothing for ten seconds. A symbolic link is followed, to a
 /// file that does not exist yet, too. A file that replaces another one keeps its permissions, without setuid, setgid
 /// and sticky bits.
 class AtomicFile {

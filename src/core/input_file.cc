@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstdint>
+#include <mutex>
 
 #include "core/error.h"
 
@@ -34,7 +35,35 @@ class Descriptor {
   int number_;
 };
 
+struct Recorded {
+  std::mutex mutex;
+  const InputRecord* record = nullptr;
+  std::set<std::string> names;
+};
+
+Recorded& recorded() {
+  static Recorded all;
+  return all;
+}
+
 }  // namespace
+
+InputRecord::InputRecord() {
+  const std::lock_guard lock(recorded().mutex);
+  if (!recorded().record) recorded().record = this;
+}
+
+InputRecord::~InputRecord() {
+  const std::lock_guard lock(recorded().mutex);
+  if (recorded().record != this) return;
+  recorded().record = nullptr;
+  recorded().names.clear();
+}
+
+std::set<std::string> InputRecord::names() const {
+  const std::lock_guard lock(recorded().mutex);
+  return recorded().record == this ? recorded().names : std::set<std::string>();
+}
 
 void check_input_file(const std::string& path) {
   struct stat status {};
@@ -43,6 +72,8 @@ void check_input_file(const std::string& path) {
     throw Error({path}, "cannot be opened", "Check that you may read it.");
   }
   check_kind(status, path);
+  const std::lock_guard lock(recorded().mutex);
+  if (recorded().record) recorded().names.insert(path);
 }
 
 namespace {

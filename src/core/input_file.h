@@ -1,6 +1,7 @@
 // Files that are read.
 #pragma once
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,19 @@ namespace glowworm {
 /// Throws Error where `path` is not there or is not a regular file: to open or read a FIFO or a device may block for
 /// ever. Call it before a file is opened by its name.
 void check_input_file(const std::string& path);
+
+/// Remembers, while it lives, the names of all files that pass check_input_file() in any thread, also on their way into
+/// read_input_file(). There may be one at a time; a second one remembers nothing.
+class InputRecord {
+ public:
+  InputRecord();
+  ~InputRecord();
+  InputRecord(const InputRecord&) = delete;
+  InputRecord& operator=(const InputRecord&) = delete;
+
+  /// The names so far, as they were given.
+  std::set<std::string> names() const;
+};
 
 /// Reads a whole file. Throws Error as check_input_file() does, and where the file cannot be read or is larger than the
 /// machine's memory.

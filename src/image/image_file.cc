@@ -14,6 +14,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
+#include "image/exr_header.h"
 #include "image/image_format.h"
 #include "image/image_reader.h"
 #include "image/tone_map.h"
@@ -105,6 +106,7 @@ const ImageFormat& format_of(const std::string& path) {
 Input open_input(const std::string& path) {
   check_input_file(path);
   Input input{&format_of(path), nullptr, {}};
+  if (input.format->name == std::string_view("EXR")) check_exr_header(path);
   std::string failure;
   input.reader = open_image_reader(path, input.format->plugin, failure);
   if (!input.reader) {

@@ -10,7 +10,10 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <future>
 #include <memory>
+#include <thread>
+#include <utility>
 
 #include "core/error.h"
 
@@ -63,6 +66,43 @@ bool connect_by(int descriptor, const addrinfo& to, std::chrono::steady_clock::t
   if (errno != EINPROGRESS || !wait_to_write(descriptor, deadline)) return false;
   socklen_t size = sizeof(errno);
   return getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &errno, &size) == 0 && errno == 0;
+}
+
+using Addresses = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
+
+/// What getaddrinfo() says of a place, and null where its code is not 0.
+struct Lookup {
+  int code = 0;
+  Addresses list{nullptr, freeaddrinfo};
+};
+
+Lookup look_up(const Place& place, int flags) {
+  addrinfo wanted{};
+  wanted.ai_family = AF_UNSPEC;
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = AI_NUMERICSERV | flags;
+  addrinfo* found = nullptr;
+  Lookup lookup;
+  lookup.code = getaddrinfo(place.host.c_str(), place.port.c_str(), &wanted, &found);
+  if (lookup.code == 0) lookup.list.reset(found);
+  return lookup;
+}
+
+/// The addresses of a place; of a name in a thread of its own, which is left alone where the name's server does not
+/// answer: getaddrinfo() itself has no bound. Throws Error where there are none before the deadline.
+Addresses find_addresses(const Place& place, const std::string& address,
+                         std::chrono::steady_clock::time_point deadline) {
+  Lookup lookup = look_up(place, AI_NUMERICHOST);
+  if (lookup.code == EAI_NONAME) {
+    std::promise<Lookup> answer;
+    std::future<Lookup> answered = answer.get_future();
+    std::thread([place, answer = std::move(answer)]() mutable { answer.set_value(look_up(place, 0)); }).detach();
+    if (answered.wait_until(deadline) != std::future_status::ready)
+      throw Error(fmt::format("--tev '{}': no address was found in time", address), kRemedy);
+    lookup = answered.get();
+  }
+  if (lookup.code != 0) throw Error(fmt::format("--tev '{}': {}", address, gai_strerror(lookup.code)), kRemedy);
+  return std::move(lookup.list);
 }
 
 /// A socket, which does not block, connected to one of the addresses; or -1 with errno of the last try.
@@ -152,14 +192,9 @@ TevPacket TevPacket::close_image(std::string_view name) {
 TevConnection::TevConnection(const std::string& address, double patience_s)
     : address_(address), patience_s_(patience_s) {
   const Place place = parse_address(address);
-  addrinfo wanted{};
-  wanted.ai_family = AF_UNSPEC;
-  wanted.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (const int code = getaddrinfo(place.host.c_str(), place.port.c_str(), &wanted, &found); code != 0)
-    throw Error(fmt::format("--tev '{}': {}", address, gai_strerror(code)), kRemedy);
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> list(found, freeaddrinfo);
-  socket_ = connect_to(list.get(), deadline());
+  const Clock::time_point end = deadline();
+  const Addresses list = find_addresses(place, address, end);
+  socket_ = connect_to(list.get(), end);
   if (socket_ < 0) throw Error(fmt::format("--tev '{}': {}", address, std::strerror(errno)), kRemedy);
 }
 

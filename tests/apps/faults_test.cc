@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include <cerrno>
+#include <chrono>
 #include <sstream>
 
 #include "image/image.h"
@@ -169,6 +170,16 @@ TEST_F(SlowFaultsTest, RefusedMemoryIsAnError) {
       expect_error(run_refused(arguments, {{"REFUSE_MEMORY", n}, {"REFUSE_MEMORY_TO", "1000000000"}}));
     }
   }
+}
+
+TEST_F(SlowFaultsTest, NamesThatNoServerAnswersForAreNotWaitedForLong) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<std::string> arguments = tiny_render({"--tev", "picture.example:14158"});
+  EXPECT_TRUE(refused(run_refused(arguments, {{"REFUSE_NAMES", "1"}}), {"--tev", "no address was found in time"}));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+  // Numbers need no server.
+  arguments.back() = "127.0.0.1:9";
+  EXPECT_TRUE(refused(run_refused(arguments, {{"REFUSE_NAMES", "1"}}), {"--tev", "Connection refused"}));
 }
 
 TEST_F(SlowFaultsTest, EmbreeWithoutMemorySaysSo) {

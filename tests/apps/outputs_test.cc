@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -144,6 +145,70 @@ TEST_F(OutputsTest, TwoOutputsOfOneNameAreRefused) {
     arguments.insert(arguments.begin(), {"render", scene});
     expect_one_file(arguments);
   }
+}
+
+/// Files that only reading the scene brings to light.
+TEST_F(OutputsTest, FilesThatASceneConsistsOfAreNotWrittenOver) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "wood.png", "-o", "sky.exr", "-q"}).status, 0);
+  write("part.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 -1\n-1 0 1\n1 0 1\n3 0 1 2\n");
+  write("inner.pbrt", "Shape \"plymesh\" \"string filename\" \"part.ply\"\n");
+  const std::string pbrt =
+      write("a.pbrt",
+            "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\" \"string filename\" \"sky.exr\"\n"
+            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"wood.png\"\n"
+            "Material \"diffuse\" \"texture reflectance\" \"t\"\nInclude \"inner.pbrt\"\n");
+  write("a.mtl", "newmtl m\nmap_Kd wood.png\n");
+  const std::string obj = write("a.obj", "mtllib a.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl m\nf 1 2 3\n");
+  write("a.bin", std::string(14, '\0') + "\x80\x3f" + std::string(14, '\0') + "\x80\x3f" + std::string(4, '\0'));
+  const std::string gltf =
+      write("a.gltf", R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+      "buffers": [{"uri": "a.bin", "byteLength": 36}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]})");
+  fs::create_symlink("sky.exr", path("link.exr"));
+  const std::vector<std::string> tiny = {"--size", "8x8", "--samples", "1", "--photons", "100"};
+  const auto render_of = [&](const std::string& scene, const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"render", scene};
+    all.insert(all.end(), tiny.begin(), tiny.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  expect_one_file(render_of(pbrt, {"-o", "wood.png", "--preview"}));
+  expect_one_file(render_of(pbrt, {"-o", "link.exr"}));
+  expect_one_file(render_of(pbrt, {"-o", "x.exr", "--stats", "./inner.pbrt"}));
+  expect_one_file(render_of(pbrt, {"-o", "x.exr", "--stats", "part.ply"}));
+  expect_one_file(render_of(obj, {"-o", "wood.png"}));
+  expect_one_file(render_of(obj, {"-o", "x.exr", "--stats", "a.mtl"}));
+  expect_one_file(render_of(gltf, {"-o", "x.exr", "--stats", "a.bin"}));
+  // A session's frames and screenshots, too.
+  fs::create_directory(path("frames"));
+  fs::copy_file(path("wood.png"), path("frames/00001.png"));
+  const std::string framed = write("framed.obj", "mtllib b.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl m\nf 1 2 3\n");
+  write("b.mtl", "newmtl m\nmap_Kd frames/00001.png\n");
+  expect_one_file({"view", framed, "--frames", "3", "--size", "8x8", "--out", "frames"});
+  EXPECT_THAT(run(render_of(pbrt, {"-o", "wood.png"})).err, HasSubstr("'" + path("wood.png") + "' and -o"));
+}
+
+TEST_F(OutputsTest, APipeThatNothingReadsLosesNoOtherFile) {
+  ASSERT_EQ(mkfifo(path("pipe.exr").c_str(), 0600), 0);
+  const Outcome outcome = render("builtin:cornell", {"-o", "pipe.exr", "-o", "ok.png"});
+  EXPECT_TRUE(
+      refused(outcome, {"pipe.exr: nothing reads from this pipe", "Start the program", "not written: pipe.exr"}));
+  EXPECT_EQ(read_image(path("ok.png")).width(), 16);
+}
+
+TEST_F(OutputsTest, APipeTakesAPictureAsAFileDoes) {
+  ASSERT_EQ(mkfifo(path("pipe.exr").c_str(), 0600), 0);
+  const int reader = open(path("pipe.exr").c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_EQ(render("builtin:cornell", {"-o", "pipe.exr", "-o", "a.exr", "-q"}).status, 0);
+  std::string bytes(1 << 16, '\0');
+  const ssize_t count = ::read(reader, bytes.data(), bytes.size());
+  close(reader);
+  ASSERT_GT(count, 0);
+  bytes.resize(static_cast<std::size_t>(count));
+  EXPECT_EQ(bytes, read(path("a.exr")));
 }
 
 TEST_F(OutputsTest, AComparisonDoesNotWriteOverItsPictures) {

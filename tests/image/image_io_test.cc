@@ -11,6 +11,7 @@
 #include <fstream>
 #include <limits>
 
+#include "core/memory_budget.h"
 #include "core/random.h"
 #include "image/image.h"
 #include "image/temporary_folder.h"
@@ -256,6 +257,42 @@ TEST_F(ImageIo, HeadersThatClaimTooMuchOrNothingAreErrors) {
   EXPECT_THAT(message_of([&] { read_image(path("none.bmp")); }), HasSubstr("none.bmp"));
   EXPECT_THAT(message_of([] { Image(0, 0); }), HasSubstr("0 x 0"));
   EXPECT_THAT(message_of([] { Image(5, -1); }), HasSubstr("5 x -1"));
+}
+
+/// The beginning of an EXR file: its mark, version with flags, and one attribute of a type that OpenEXR does not know,
+/// with the size that it claims.
+std::string exr_header(std::uint32_t flags, std::uint32_t claimed) {
+  std::string bytes("\x76\x2f\x31\x01", 4);
+  const auto add = [&](std::uint32_t value) {
+    for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(value >> shift));
+  };
+  add(2 | flags);
+  bytes += std::string("note\0noted", 11);
+  add(claimed);
+  return bytes;
+}
+
+TEST_F(ImageIo, AttributesThatClaimMoreThanTheFileTakeNoMemory) {
+  write_exr(path("whole.exr"), make_image());
+  EXPECT_EQ(message_of([&] { read_image(path("whole.exr")); }), "");  // OpenImageIO is loaded from here on
+  constexpr std::uint32_t kClaimed = 1'750'000'000;
+  const std::string part = exr_header(0x1000, 4) + std::string("abcd\0", 5);
+  const std::string files[] = {exr_header(0, kClaimed) + std::string(200, 'x'),
+                               exr_header(0x1000, kClaimed) + std::string(200, 'x'),
+                               part + exr_header(0, kClaimed).substr(8)};  // in the second of many parts
+  for (const std::string& bytes : files) {
+    write_bytes("forged.exr", bytes);
+    restart_peak_resident();
+    const std::uint64_t before = peak_resident_bytes();
+    EXPECT_THAT(message_of([&] { read_image(path("forged.exr")); }),
+                AllOf(HasSubstr("forged.exr"), HasSubstr("attribute \"note\" claims 1750000000 bytes")));
+    EXPECT_LT(peak_resident_bytes() - before, std::uint64_t{16} << 20);
+  }
+  // A size below zero, and headers that do not end.
+  for (const std::string& bytes : {exr_header(0, 0x80000000), exr_header(0, 0), part, exr_header(0, 0) + "unended"}) {
+    write_bytes("forged.exr", bytes);
+    EXPECT_THAT(message_of([&] { read_image(path("forged.exr")); }), HasSubstr("truncated or damaged"));
+  }
 }
 
 TEST_F(ImageIo, FilesMayBeAsSmallAsTheirFormatAllows) {

@@ -5,11 +5,13 @@
 //   REFUSE_MEMORY=N      the N-th allocation fails
 //   REFUSE_MEMORY_TO=M   and all after it up to the M-th
 //   REFUSE_EMBREE=N      the N-th allocation fails of those that Embree makes while it makes a device
+//   REFUSE_NAMES=1       the names of machines are looked up for ever, as where no server answers
 //   REFUSE_REPORT=FILE   at the end FILE holds how many calls and allocations there were
 // Calls that the C library makes inside itself (stdio) are not seen.
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <netdb.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -125,6 +127,11 @@ void* rtcNewDevice(const char* settings) {
   void* device = make(settings);
   before_refusal = 0;
   return device;
+}
+
+int getaddrinfo(const char* host, const char* port, const addrinfo* wanted, addrinfo** found) {
+  while (armed && number_of("REFUSE_NAMES") > 0 && (wanted->ai_flags & AI_NUMERICHOST) == 0) pause();
+  return next<int(const char*, const char*, const addrinfo*, addrinfo**)>("getaddrinfo")(host, port, wanted, found);
 }
 
 int open(const char* path, int flags, ...) {
