@@ -149,24 +149,8 @@ TEST_F(OutputsTest, TwoOutputsOfOneNameAreRefused) {
 
 /// Files that only reading the scene brings to light.
 TEST_F(OutputsTest, FilesThatASceneConsistsOfAreNotWrittenOver) {
-  ASSERT_EQ(render("builtin:cornell", {"-o", "wood.png", "-o", "sky.exr", "-q"}).status, 0);
-  write("part.ply",
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 -1\n-1 0 1\n1 0 1\n3 0 1 2\n");
-  write("inner.pbrt", "Shape \"plymesh\" \"string filename\" \"part.ply\"\n");
-  const std::string pbrt =
-      write("a.pbrt",
-            "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\" \"string filename\" \"sky.exr\"\n"
-            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"wood.png\"\n"
-            "Material \"diffuse\" \"texture reflectance\" \"t\"\nInclude \"inner.pbrt\"\n");
-  write("a.mtl", "newmtl m\nmap_Kd wood.png\n");
-  const std::string obj = write("a.obj", "mtllib a.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl m\nf 1 2 3\n");
-  write("a.bin", std::string(14, '\0') + "\x80\x3f" + std::string(14, '\0') + "\x80\x3f" + std::string(4, '\0'));
-  const std::string gltf =
-      write("a.gltf", R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-      "buffers": [{"uri": "a.bin", "byteLength": 36}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
-      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
-      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]})");
+  write_scenes();
+  const std::string pbrt = path("a.pbrt"), obj = path("a.obj"), gltf = path("a.gltf");
   fs::create_symlink("sky.exr", path("link.exr"));
   const std::vector<std::string> tiny = {"--size", "8x8", "--samples", "1", "--photons", "100"};
   const auto render_of = [&](const std::string& scene, const std::vector<std::string>& more) {

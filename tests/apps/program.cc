@@ -11,6 +11,8 @@
 #include <fstream>
 #include <thread>
 
+#include "image/image.h"
+
 namespace glowworm {
 
 namespace {
@@ -125,6 +127,31 @@ bool ProgramTest::wait_until(const std::function<bool()>& condition, double seco
 
 bool ProgramTest::wait_for_file(const std::string& name, double seconds) const {
   return wait_until([&] { return std::filesystem::exists(folder_ / name); }, seconds);
+}
+
+void ProgramTest::write_scenes() const {
+  Image image(3, 2);
+  image.add_rgb("", std::vector<RGB>(6, RGB(0.5f)));
+  write_png(path("wood.png"), image);
+  write_exr(path("sky.exr"), image);
+  write("part.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 -1\n-1 0 1\n1 0 1\n3 0 1 2\n");
+  write("inner.pbrt", "Shape \"plymesh\" \"string filename\" \"part.ply\"\n");
+  write("a.pbrt",
+        "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\" \"string filename\" \"sky.exr\"\n"
+        "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"wood.png\"\n"
+        "Material \"diffuse\" \"texture reflectance\" \"t\"\nInclude \"inner.pbrt\"\n");
+  write("a.mtl", "newmtl m\nmap_Kd wood.png\n");
+  write("a.obj", "mtllib a.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl m\nf 1 2 3\n");
+  write("a.bin", std::string(14, '\0') + "\x80\x3f" + std::string(14, '\0') + "\x80\x3f" + std::string(4, '\0'));
+  write("a.gltf", R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+      "buffers": [{"uri": "a.bin", "byteLength": 36}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                     "min": [0, 0, 0], "max": [1, 1, 0]}],
+      "images": [{"uri": "wood.png"}], "textures": [{"source": 0}],
+      "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}]})");
 }
 
 Outcome ProgramTest::run(const std::vector<std::string>& arguments, const std::function<void()>& prepare) const {

@@ -63,6 +63,10 @@ class ProgramTest : public testing::Test {
   Outcome render(const std::string& scene, const std::vector<std::string>& more,
                  const std::function<void()>& prepare = {}) const;
 
+  /// Writes scenes of several files: a.pbrt with inner.pbrt, part.ply, wood.png and sky.exr; a.obj with a.mtl and
+  /// wood.png; a.gltf with a.bin and wood.png.
+  void write_scenes() const;
+
   std::filesystem::path folder_;
 
  private:
