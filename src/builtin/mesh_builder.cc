@@ -129,18 +129,6 @@ void MeshBuilder::lathe(std::span<const ProfilePoint> profile, int segments, flo
   }
 }
 
-void MeshBuilder::prism(std::span<const Vec2> plan, float y0, float y1, bool convex_caps) {
-  const std::size_t n = plan.size();
-  const auto at = [&](std::size_t k, float y) { return Vec3{plan[k % n].x, y, -plan[k % n].y}; };
-  for (std::size_t k = 0; k < n; ++k) quad(at(k, y0), at(k + 1, y0), at(k + 1, y1), at(k, y1));
-  if (!convex_caps) return;
-  std::vector<Vec3> top, bottom;
-  for (std::size_t k = 0; k < n; ++k) top.push_back(at(k, y1));
-  for (std::size_t k = n; k-- > 0;) bottom.push_back(at(k, y0));
-  polygon(top);
-  polygon(bottom);
-}
-
 void MeshBuilder::patch(const std::function<Vec3(float, float)>& surface, int nu, int nv) {
   const float du = 1.0f / static_cast<float>(nu), dv = 1.0f / static_cast<float>(nv);
   const std::uint32_t first = static_cast<std::uint32_t>(geometry_.positions.size());

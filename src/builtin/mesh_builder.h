@@ -54,11 +54,6 @@ class MeshBuilder {
   /// @param arc_begin, arc_end part of the turn in radians, from +x towards -z; a whole turn closes without a seam
   void lathe(std::span<const ProfilePoint> profile, int segments, float arc_begin = 0, float arc_end = 2 * kPi);
 
-  /// A solid whose ground plan is a simple polygon of points (x, z) = (p.x, -p.y), counter-clockwise seen from above,
-  /// between the heights y0 < y1.
-  /// @param convex_caps adds top and bottom; the polygon must be convex for them
-  void prism(std::span<const Vec2> plan, float y0, float y1, bool convex_caps = true);
-
   /// A smooth patch of nu x nv cells over the unit square with the front where d/du x d/dv points. Normals are found by
   /// central differences. The borders v = 0 and v = 1 may shrink to a
   /// point. Opposite borders that coincide do so exactly only if `surface` gives the same bits there.

@@ -1,8 +1,7 @@
 #include "import/mesh_tools.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
+#include <bit>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -11,25 +10,10 @@ namespace glowworm {
 
 namespace {
 
-using VertexBits = std::array<std::uint32_t, 8>;
-
-struct VertexBitsHash {
-  std::size_t operator()(const VertexBits& bits) const {
-    std::uint64_t hash = 0xcbf29ce484222325ull;  // FNV-1a, a word at a time
-    for (const std::uint32_t word : bits) {
-      hash = (hash ^ word) * 0x100000001b3ull;
-      hash ^= hash >> 29;
-    }
-    return static_cast<std::size_t>(hash);
-  }
-};
-
-VertexBits vertex_bits(const Geometry& mesh, std::size_t i) {
+FloatBits<8> vertex_bits(const Geometry& mesh, std::size_t i) {
   const float values[8] = {mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z, mesh.normals[i].x,
                            mesh.normals[i].y,   mesh.normals[i].z,   mesh.uvs[i].x,       mesh.uvs[i].y};
-  VertexBits bits;
-  std::memcpy(bits.data(), values, sizeof values);
-  return bits;
+  return std::bit_cast<FloatBits<8>>(values);
 }
 
 }  // namespace
@@ -60,7 +44,7 @@ void transform_mesh(Geometry& mesh, const Transform& to_world) {
 }
 
 void merge_identical_vertices(Geometry& mesh) {
-  std::unordered_map<VertexBits, std::uint32_t, VertexBitsHash> seen;
+  std::unordered_map<FloatBits<8>, std::uint32_t, FloatBitsHash> seen;
   seen.reserve(mesh.positions.size() / 2);
   std::vector<std::uint32_t> target(mesh.positions.size());
   std::uint32_t kept = 0;

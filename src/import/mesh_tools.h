@@ -1,5 +1,6 @@
-// What every importer does to a mesh before it joins the scene.
+// Operations on a mesh that all importers share.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -9,6 +10,22 @@
 #include "scene/geometry.h"
 
 namespace glowworm {
+
+/// The bits of n floats, as a key of hash tables.
+template <std::size_t n>
+using FloatBits = std::array<std::uint32_t, n>;
+
+struct FloatBitsHash {
+  template <std::size_t n>
+  std::size_t operator()(const FloatBits<n>& bits) const {
+    std::uint64_t hash = 0xcbf29ce484222325ull;  // FNV-1a, a word at a time
+    for (const std::uint32_t word : bits) {
+      hash = (hash ^ word) * 0x100000001b3ull;
+      hash ^= hash >> 29;
+    }
+    return static_cast<std::size_t>(hash);
+  }
+};
 
 /// Bytes of memory that the arrays of a mesh take.
 std::uint64_t mesh_bytes(const Geometry& mesh);

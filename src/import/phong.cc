@@ -17,18 +17,18 @@ constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5, which
 
 /// The material with every number in its range.
 PhongMaterial bounded(PhongMaterial p) {
-  const PhongMaterial usual;
+  const PhongMaterial defaults;
   const auto color = [](RGB& c, RGB otherwise) {
     c = is_finite(c) ? RGB(std::max(0.0f, c.r), std::max(0.0f, c.g), std::max(0.0f, c.b)) : otherwise;
   };
   const auto number = [](float& x, float otherwise) { x = std::isfinite(x) ? x : otherwise; };
-  color(p.diffuse, usual.diffuse);
-  color(p.specular, usual.specular);
-  color(p.emissive, usual.emissive);
-  color(p.filter, usual.filter);
-  number(p.exponent, usual.exponent);
-  number(p.opacity, usual.opacity);
-  number(p.ior, usual.ior);
+  color(p.diffuse, defaults.diffuse);
+  color(p.specular, defaults.specular);
+  color(p.emissive, defaults.emissive);
+  color(p.filter, defaults.filter);
+  number(p.exponent, defaults.exponent);
+  number(p.opacity, defaults.opacity);
+  number(p.ior, defaults.ior);
   p.filter = clamp(p.filter, 0, 1);
   p.exponent = std::max(0.0f, p.exponent);
   p.opacity = std::clamp(p.opacity, 0.0f, 1.0f);

@@ -15,7 +15,7 @@ namespace glowworm {
 
 namespace {
 
-/// A word that a POSIX shell reads as it is.
+/// A word that needs no quotes in a POSIX shell.
 std::string quoted(const std::string& word) {
   constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/";
   if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
@@ -24,7 +24,7 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-/// The scene's camera that has the same lens, whose name the command gives.
+/// The scene's camera with the same lens, whose name the command uses.
 const Camera& like_camera(const Scene& scene, const Camera& camera) {
   for (const Camera& c : scene.cameras())
     if (c.name == camera.name) return c;
@@ -83,11 +83,11 @@ std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, c
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
                                 const ViewState& state) {
   std::string text = fmt::format("glowworm render {}", quoted(path));
-  RenderSettings usual = render_settings(ViewState());
-  usual.width = usual.height = 0;
+  RenderSettings defaults = render_settings(ViewState());
+  defaults.width = defaults.height = 0;
   const RenderSettings wanted = render_settings(state);
   for (const Option& option : render_options())
-    if (const std::string value = option.print(wanted); value != option.print(usual))
+    if (const std::string value = option.print(wanted); value != option.print(defaults))
       text += " " + command_line_text(option, value);
   const Camera& base = like_camera(scene, state.camera);
   if (&base != &scene.cameras().front()) text += fmt::format(" --camera {}", quoted(base.name));

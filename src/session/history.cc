@@ -11,8 +11,8 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kPixelsAtOnce = 2048;
-/// Two points are of one surface where one lies no further from the other's plane than this share of its distance,
-/// and their normals are no further apart than this cosine.
+/// Two points are on one surface if one lies no further from the other's plane than this share of its distance, and the
+/// cosine between their normals is at least this.
 constexpr float kPlaneTolerance = 0.01f;
 constexpr float kNormalCosine = 0.9f;
 
@@ -41,43 +41,36 @@ History::Found History::look_up(Vec3 position, Vec3 normal, bool hit) const {
     found.weight += weight_[i] * w;
     sum += w;
   }
-  // A sliver of the right surface is no estimate of the pixel.
+  // Too small a part of the pixel shows the same surface.
   if (sum < 0.1f) return {};
   found.light = found.light / sum;
   found.weight /= sum;
   return found;
 }
 
-void History::blend(ViewImage& image, float weight, double seconds) {
-  std::vector<float> weights(image.size(), weight);
-  if (!empty()) {
-    const auto kept = static_cast<float>(std::pow(kRest, std::max(seconds, 0.0) / kLifetime));
-    parallel_for(0, image.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
-        if (found.weight <= 0) continue;
-        // The mean over all frames, but never more of the old than time leaves of it.
-        const float old = std::min(found.weight / (found.weight + weight), kept);
-        image.light[i] = lerp(image.light[i], found.light, old);
-        weights[i] = weight / (1 - old);
-      }
-    });
-  }
-  last_ = image;
-  weight_ = std::move(weights);
-}
-
-void History::blend_resting(ViewImage& image, float weight, double seconds) const {
-  if (empty() || seconds >= kLifetime) return;
+void History::blend_with_last(ViewImage& image, float weight, double seconds, std::span<float> weights) const {
   const auto kept = static_cast<float>(std::pow(kRest, std::max(seconds, 0.0) / kLifetime));
   parallel_for(0, image.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
       if (found.weight <= 0) continue;
+      // The mean over all frames, but the old share is limited by its age.
       const float old = std::min(found.weight / (found.weight + weight), kept);
       image.light[i] = lerp(image.light[i], found.light, old);
+      if (!weights.empty()) weights[i] = weight / (1 - old);
     }
   });
+}
+
+void History::blend(ViewImage& image, float weight, double seconds) {
+  std::vector<float> weights(image.size(), weight);
+  if (!empty()) blend_with_last(image, weight, seconds, weights);
+  last_ = image;
+  weight_ = std::move(weights);
+}
+
+void History::blend_resting(ViewImage& image, float weight, double seconds) const {
+  if (!empty() && seconds < kLifetime) blend_with_last(image, weight, seconds, {});
 }
 
 }  // namespace glowworm

@@ -45,14 +45,6 @@ TEST(MeshBuilder, LatheOfAClosedOutlineIsClosedAndLooksOutwards) {
   EXPECT_NEAR(signed_volume(g), prism, 1e-3);
 }
 
-TEST(MeshBuilder, PrismIsClosedAndLooksOutwards) {
-  Geometry g;
-  const Vec2 plan[] = {{0, 0}, {2, 0}, {2, 1}, {0, 1}};
-  MeshBuilder(g).prism(plan, -1, 2);
-  EXPECT_EQ(unmatched_edges(g), 0u);
-  EXPECT_NEAR(signed_volume(g), 6.0, 1e-5);
-}
-
 TEST(MeshBuilder, PatchHasItsFrontWhereTheCrossProductPoints) {
   Geometry g;
   MeshBuilder(g).patch([](float u, float v) { return Vec3{u, 0.1f * u * u, -v}; }, 4, 3);

@@ -81,10 +81,10 @@ TEST_P(Parallel, PiecesHaveTheFloatingPointSettingsOfTheCaller) {
   std::thread([&] {
     volatile float denormal = std::numeric_limits<float>::denorm_min();
     const auto look = [&] { lost += !(denormal * 1.0f > 0); };
-    const unsigned int usual = _mm_getcsr();
-    _mm_setcsr(usual | 0x8040);  // flush to zero, and denormals are zero
+    const unsigned int saved = _mm_getcsr();
+    _mm_setcsr(saved | 0x8040);  // flush to zero, and denormals are zero
     parallel_for(0, 100, 1, [](std::size_t, std::size_t) {});
-    _mm_setcsr(usual);
+    _mm_setcsr(saved);
     parallel_for(0, 100, 1, [&](std::size_t, std::size_t) { look(); });
     parallel_invoke(look, look);
   }).join();

@@ -1,9 +1,10 @@
 #include "import/obj/smooth.h"
 
-#include <array>
-#include <cstring>
+#include <bit>
 #include <unordered_map>
 #include <vector>
+
+#include "import/mesh_tools.h"
 
 namespace glowworm {
 
@@ -11,25 +12,7 @@ namespace {
 
 constexpr float kCosLimit = 0.5f;  ///< of 60 degrees
 
-using PlaceBits = std::array<std::uint32_t, 3>;
-
-struct PlaceHash {
-  std::size_t operator()(const PlaceBits& bits) const {
-    std::uint64_t hash = 0xcbf29ce484222325ull;  // FNV-1a, a word at a time
-    for (const std::uint32_t word : bits) {
-      hash = (hash ^ word) * 0x100000001b3ull;
-      hash ^= hash >> 29;
-    }
-    return static_cast<std::size_t>(hash);
-  }
-};
-
-PlaceBits place_of(Vec3 p) {
-  const float values[3] = {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f};  // -0 is 0
-  PlaceBits bits;
-  std::memcpy(bits.data(), values, sizeof values);
-  return bits;
-}
+FloatBits<3> place_of(Vec3 p) { return std::bit_cast<FloatBits<3>>(p + Vec3{0, 0, 0}); }  // -0 becomes 0
 
 /// Triangles at one place whose normals lie within 60 degrees of the first one's. No more than a dozen or so directions
 /// can be farther than that from each other, so that the bundles of a place are few, whatever the triangles.
@@ -40,7 +23,7 @@ struct Bundle {
 }  // namespace
 
 void smooth_normals(Geometry& mesh, std::span<const std::uint32_t> chosen) {
-  std::unordered_map<PlaceBits, std::vector<Bundle>, PlaceHash> places;
+  std::unordered_map<FloatBits<3>, std::vector<Bundle>, FloatBitsHash> places;
   std::vector<std::uint32_t> bundle_of(3 * chosen.size(), kNone);
   for (std::size_t i = 0; i < 3 * chosen.size(); ++i) {
     const std::uint32_t triangle = chosen[i / 3];
