@@ -44,7 +44,7 @@ std::span<const float> Image::channel(std::string_view name) const {
 
 std::span<float> Image::channel(std::string_view name) {
   const std::span<const float> found = std::as_const(*this).channel(name);
-  return {const_cast<float*>(found.data()), found.size()};  // this picture is not const, so nor are its samples
+  return {const_cast<float*>(found.data()), found.size()};  // this picture is not const, so its samples are not, either
 }
 
 std::span<float> Image::add_channel(const std::string& name) {

@@ -33,12 +33,12 @@ class Image {
 
   const std::vector<ImageChannel>& channels() const { return channels_; }
   bool has_channel(std::string_view name) const;
-  /// Samples of the channel of that name; throws Error naming those that there are, where there is none.
+  /// Samples of the channel of that name; throws Error, which names the existing ones, if there is none.
   std::span<const float> channel(std::string_view name) const;
   std::span<float> channel(std::string_view name);
 
-  /// Adds a channel of zeros (or replaces one of that name) and returns its samples, which stay where they are until
-  /// it is replaced.
+  /// Adds a channel of zeros (or replaces one of that name) and returns its samples, whose address is stable until it
+  /// is replaced.
   std::span<float> add_channel(const std::string& name);
   /// Adds a layer of three channels R, G, B; the layer "" is the beauty. Throws Error where the size is not
   /// pixel_count().
@@ -51,7 +51,7 @@ class Image {
   /// Linear RGB of a layer as an array of pixels; the layer "" is the beauty.
   std::vector<RGB> rgb(std::string_view layer = "") const;
 
-  /// What is kept in the header of a file: settings, version, seed, time.
+  /// Metadata in the header of a file: settings, version, seed, time.
   std::map<std::string, std::string> metadata;
 
  private:
@@ -59,18 +59,17 @@ class Image {
   std::vector<ImageChannel> channels_;
 };
 
-/// Reads any image file that OpenImageIO reads (the first picture of it). Files of integers are taken as the colour
-/// space that they name, sRGB where they name none, and come out linear; so do all others. A grey picture has R, G
-/// and B alike; alpha stays as stored. Throws Error where the file is missing, truncated, empty, too large for the
-/// machine's memory, or not an image.
+/// Reads the first picture of any supported image file. Files of integers are converted to linear numbers from their
+/// colour space, sRGB by default. In a grey picture R, G and B are equal; alpha stays as stored. Throws Error if the
+/// file is missing, truncated, empty, too large for the machine's memory, or not an image.
 Image read_image(const std::string& path);
 
-/// Throws Error for a picture that has nothing to write.
+/// Throws Error if the picture is empty.
 void check_not_empty(const std::string& path, const Image& image);
 
 /// How numbers are stored in an EXR file.
 enum class ExrPrecision {
-  half,  ///< 16-bit floats; what is beyond their range becomes the largest of them. The channel "depth.Z" stays 32-bit.
+  half,   ///< 16-bit floats, clamped to their range. The channel "depth.Z" stays 32-bit.
   single  ///< 32-bit floats
 };
 

@@ -48,7 +48,7 @@ std::size_t size_of(SampleType type) {
 
 namespace {
 
-// Rows that scan_image_file holds at once of files that are not tiled.
+// Rows that scan_image_file holds at a time for files without tiles.
 constexpr int kBandRows = 64;
 // No format and no renderer needs more; products of a few such numbers stay far below 2^64.
 constexpr int kLargestSide = 1 << 20, kMostChannels = 1024;
@@ -123,11 +123,11 @@ Input open_input(const std::string& path) {
   return input;
 }
 
-// Throws where a reading of pixels was not complete.
+// Throws if a read of pixels was incomplete.
 void check_report(const std::string& path, const Input& input, bool complete) {
   const std::string report = first_line(input.reader->report());
-  // Readers of TIFF and JPEG say that they succeeded and yet report what is missing; libjpeg's other reports are of
-  // blemishes that any viewer passes over.
+  // Readers of TIFF and JPEG report success and also what is missing; libjpeg's other messages are about blemishes that
+  // any viewer ignores.
   const bool blemish =
       complete && input.format->name == std::string_view("JPEG") && report.find("Premature end") == std::string::npos;
   if (!complete || (!report.empty() && !blemish)) {

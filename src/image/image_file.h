@@ -1,4 +1,4 @@
-// What an image file holds, as plain data.
+// Contents of an image file, as plain data.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace glowworm {
 
-/// How a number of a file becomes a linear one.
+/// Conversion of a file's numbers to linear ones.
 struct TransferFunction {
   enum class Kind : std::uint8_t { linear, srgb, power };
   Kind kind = Kind::linear;
@@ -22,13 +22,13 @@ struct TransferFunction {
 enum class SampleType : std::uint8_t { uint8, uint16, half, single };
 std::size_t size_of(SampleType type);
 
-/// Everything that a file says before its pixels.
+/// The header of an image file.
 struct ImageFileHeader {
   int width = 0, height = 0;
   int channels = 0;
   int alpha_channel = -1;  ///< -1: none
   SampleType type = SampleType::single;
-  TransferFunction transfer;  ///< of the colour channels; alpha is linear always
+  TransferFunction transfer;  ///< of the colour channels; alpha is always linear
   std::vector<std::string> channel_names;
   int rows_at_once = 0;                         ///< rows that reading by bands holds, and decodes, at once
   std::map<std::string, std::string> metadata;  ///< attributes that are text

@@ -1,5 +1,5 @@
-// The way to OpenImageIO: a shared library of our own, which alone is linked with it and is loaded when the first file
-// is read. OpenImageIO brings some 250 libraries along, whose loading takes longer than a small render.
+// Access to OpenImageIO through a shared library, which is loaded when the first file is read. OpenImageIO has some 250
+// dependencies, whose loading takes longer than a small render.
 #pragma once
 #include <memory>
 #include <string>
@@ -8,8 +8,7 @@
 
 namespace glowworm {
 
-/// An image file that has been opened. What goes wrong is told by results, not thrown: the library holds no code of
-/// other rooms.
+/// An open image file. Errors are results, not exceptions: the library contains no code of other rooms.
 class ImageReader {
  public:
   virtual ~ImageReader() = default;
@@ -22,7 +21,7 @@ class ImageReader {
   /// Reads rows [first, last), which begin at a tile's first row and end at a tile's last or the picture's, as samples
   /// of a type. Returns whether all came.
   virtual bool read_rows(int first, int last, SampleType type, void* samples) = 0;
-  /// What the reader has to complain of since the last call.
+  /// Error messages of the reader since the last call.
   virtual std::string report() = 0;
 
  protected:

@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr double kRelativeFloor = 0.01;   // keeps black pixels of the reference from deciding
+constexpr double kRelativeFloor = 0.01;   // limits the weight of black pixels in the reference
 constexpr float kDifferenceFloor = 0.1f;  // its square root, for errors that are not squared
 
 void check_sizes(const Image& image, const Image& reference) {
@@ -119,7 +119,7 @@ ZTest z_test(const EstimateSpan& a, const EstimateSpan& b, double significance) 
     } else {
       p = difference <= 1e-5 * std::max(std::abs(a.mean[i]), std::abs(b.mean[i])) ? 1 : 0;
     }
-    // A mean that is not a number agrees with nothing.
+    // A NaN mean agrees with nothing.
     if (!(p >= result.threshold)) ++result.rejected;
     result.smallest_p = std::isnan(p) ? 0 : std::min(result.smallest_p, p);
   }

@@ -1,4 +1,4 @@
-// How far a picture is from its reference.
+// Measures of the difference between a picture and its reference.
 #pragma once
 #include <cstddef>
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// What compare_images finds. I: the picture, R: the reference; a mean is one over pixels and the three channels.
+/// Result of compare_images. I: the picture, R: the reference; means are over pixels and the three channels.
 struct ImageComparison {
   double mse = 0;                     ///< mean of (I - R)^2
   double relative_mse = 0;            ///< mean of (I - R)^2 / (R^2 + 0.01)
@@ -22,8 +22,8 @@ struct ImageComparison {
 
 /// Compares the beauty of two pictures of one size; throws Error where the sizes differ or a picture has no R, G, B.
 /// A ratio of two zeros is 1; one over zero is infinite.
-/// @param left_out_share share in [0, 1) of the pixels, those of greatest error, that mse and relative_mse (each by
-/// its own order) leave out, so that a few fireflies of a noisy reference do not decide
+/// @param left_out_share share in [0, 1) of the pixels, those with the largest error, that mse and relative_mse (each
+/// by its own order) leave out, so that a few fireflies of a noisy reference have no effect
 ImageComparison compare_images(const Image& image, const Image& reference, double left_out_share = 0);
 
 /// Signed relative error of the luminance, (I - R) / (|R| + 0.1), in false colour: grey where both agree, red where

@@ -121,7 +121,7 @@ int connect_to(const addrinfo* list, std::chrono::steady_clock::time_point deadl
 }  // namespace
 
 TevPacket::TevPacket(std::uint8_t kind) {
-  add(std::uint32_t{0});  // the length, known at the end
+  add(std::uint32_t{0});  // the length, filled in at the end
   add(kind);
 }
 
@@ -138,7 +138,7 @@ void TevPacket::add(Integer value) {
 }
 
 void TevPacket::add_text(std::string_view text) {
-  // A zero inside would end the text.
+  // Text must not contain a zero byte.
   add_bytes(text.data(), std::min(text.size(), text.find('\0')));
   add('\0');
 }

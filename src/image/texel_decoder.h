@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// The transfer function that `options` ask for, given the one that the file names.
+/// The transfer function for `options`, given the one that the file names.
 TransferFunction resolve_encoding(const TextureOptions& options, const TransferFunction& of_file);
 
 /// Decodes samples of one type and transfer function; integers by a table.

@@ -53,10 +53,10 @@ struct StoredTexels {
   }
 };
 
-/// What came of storing a picture.
+/// Result of storing a picture.
 struct StoringOutcome {
   StoredTexels texels;
-  std::string problem;  ///< why the store could not take them; empty where it did
+  std::string problem;  ///< why the store could not take the texels; empty on success
 };
 
 /// Decodes a picture once, by bands of rows, into blocks of a store from `first` on. Throws Error as read_image_file

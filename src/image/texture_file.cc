@@ -104,7 +104,7 @@ TextureFile::Texel TextureFile::look_up(Vec2 uv) const {
   Texel sum{RGB(0.0f), 0};
   for (int i = 0; i < 4; ++i) {
     const float weight = across.weight[i % 2] * down.weight[i / 2];
-    if (weight == 0) continue;  // an infinite texel has no say where its weight is zero
+    if (weight == 0) continue;  // an infinite texel with weight 0 must not count
     sum.color += texels[i].color * weight;
     sum.alpha += texels[i].alpha * weight;
   }

@@ -13,19 +13,19 @@
 
 namespace glowworm {
 
-/// What a texture is outside the unit square.
+/// Value of a texture outside the unit square.
 enum class TextureWrap : std::uint8_t {
   repeat,
   clamp,
-  mirror,  ///< every other copy is turned over
-  black    ///< zero; alpha zero too where the file has alpha
+  mirror,  ///< every other copy is mirrored
+  black    ///< zero; also alpha, if the file has it
 };
 
 enum class TextureFilter : std::uint8_t { bilinear, nearest };
 
-/// How the colour channels of a file are meant. Alpha is linear always.
+/// Encoding of the colour channels of a file. Alpha is always linear.
 enum class TextureEncoding : std::uint8_t {
-  automatic,  ///< as the file says; sRGB for integers and linear for floats where it says nothing
+  automatic,  ///< from the file; by default sRGB for integers and linear for floats
   srgb,
   linear,  ///< for data: normals, roughness
   power    ///< linear = encoded^exponent

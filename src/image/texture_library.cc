@@ -17,7 +17,7 @@ namespace glowworm {
 namespace {
 
 constexpr std::uint64_t kMegabyte = 1u << 20;
-// With less than some blocks of each texture that a ray may meet, look-ups do nothing but read.
+// With a smaller cache, lookups would read from disk nearly every time.
 constexpr std::uint64_t kSmallestCache = kMegabyte;
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
@@ -47,7 +47,7 @@ class StoredTexture final : public TextureFile {
       store_->read(texels_.block_of(x, y), texels_.offset_of(x, y),
                    std::span(samples, static_cast<std::size_t>(texels_.texel_bytes)));
     } catch (const Error& error) {
-      // Look-ups are called from within libraries that no exception may pass.
+      // Lookups are called from libraries that do not allow exceptions.
       if (!lost_.exchange(true)) {
         warn(fmt::format("{}: some of its texels are magenta ({})", name_, first_line(error.what())));
       }

@@ -8,7 +8,7 @@ namespace glowworm {
 
 /// The curve that radiance goes through before it is stored in 8 bits.
 enum class ToneCurve : std::uint8_t {
-  srgb,   ///< clipped at 1: numbers can be read off the picture
+  srgb,   ///< clipped at 1: values can be read back from the picture
   filmic  ///< toe and shoulder: highlights keep their detail
 };
 
@@ -24,7 +24,7 @@ float srgb_decode(std::uint8_t code);
 /// transform by K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015: x(2.51x + 0.03) / (x(2.43x + 0.59) + 0.14).
 float filmic_curve(float linear);
 
-/// Linear radiance to encoded display values in [0, 1]; what is not a number becomes 0.
+/// Linear radiance to encoded display values in [0, 1]; NaN becomes 0.
 /// @param exposure in stops: multiplied by 2^exposure first
 RGB tone_map(RGB linear, ToneCurve curve, float exposure);
 

@@ -22,7 +22,7 @@ struct Encoding {
   char failure[128] = "out of memory";
 };
 
-/// False where memory is short: no exception may pass through libpng.
+/// False if memory is short: libpng does not allow exceptions.
 bool append(std::string& to, png_bytep bytes, png_size_t count) {
   try {
     to.append(reinterpret_cast<const char*>(bytes), count);

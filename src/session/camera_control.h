@@ -1,5 +1,5 @@
-// Moving a camera by hand: each function returns the camera moved. Cameras that mirror stay mirrored, and whatever is
-// not said to change (field of view, lens, window) stays.
+// Camera movements: each function returns the moved camera. Mirroring cameras stay mirrored, and all properties that
+// are not mentioned (field of view, lens, window) stay.
 #pragma once
 #include "core/vec.h"
 #include "scene/camera.h"
@@ -9,17 +9,17 @@ namespace glowworm {
 /// v turned by a rotation vector (axis times radians; Rodrigues' formula).
 Vec3 rotate(Vec3 v, Vec3 rotation_vector);
 
-/// The world axis, with its sign, that is nearest to the camera's up: y for most files, z for some.
+/// The world axis, with sign, nearest to the camera's up direction: y for most files, z for some.
 Vec3 nearest_up(const Camera& camera);
 
-/// Unit, the way the camera looks.
+/// Unit viewing direction.
 Vec3 forward(const Camera& camera);
 
 /// Turns around the point `pivot_distance` metres in front: by `yaw` radians about `up`, then by `pitch` about the
 /// camera's own horizontal; stops short of looking along `up`.
 Camera orbit(const Camera& camera, float pivot_distance, Vec3 up, float yaw, float pitch);
 
-/// Turns where it stands, by the same angles.
+/// Turns in place, by the same angles.
 Camera look(const Camera& camera, Vec3 up, float yaw, float pitch);
 
 /// Moves along its own axes (right, up, forward), metres.
@@ -28,7 +28,7 @@ Camera fly(const Camera& camera, Vec3 by);
 /// Turns to look at a point of the world, keeping `up` up.
 Camera look_towards(const Camera& camera, Vec3 point, Vec3 up);
 
-/// Stands at `eye` and looks at `target`. Throws Error where both are the same point or `up` is along the view.
+/// Places the camera at `eye`, looking at `target`. Throws Error if both are equal or `up` is along the view.
 Camera placed(const Camera& camera, Vec3 eye, Vec3 target, Vec3 up);
 
 /// A point of the world in the picture.

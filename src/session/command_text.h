@@ -13,10 +13,10 @@ namespace glowworm {
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
                                 const ViewState& state);
 
-/// A camera's place as the text of --view: eye, target and up, nine numbers with commas.
+/// A camera's position as text for --view: eye, target and up, nine numbers with commas.
 std::string view_text(const Camera& camera);
-/// A camera of that kind, lens and field of view at the place a --view text says, named after it. Throws Error with an
-/// example for a text that is none.
+/// A camera of the same kind, lens and field of view at the position of a --view text, named after it. Throws Error
+/// with an example if the text is not valid.
 Camera camera_of_view(const Camera& camera, const std::string& text);
 
 /// The scene with the lights edited as texts say (parse_light_edit()) and, where `view` is not empty, one more camera

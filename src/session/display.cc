@@ -36,7 +36,7 @@ const std::vector<std::uint8_t>& Display::bytes(const ViewFrame& frame, ToneCurv
     tabulate(ToneCurve::srgb, 0);
   const std::vector<RGB>& light = frame.image.light;
   bytes_.resize(4 * light.size());
-  // Negative numbers and what is not a number show as black, infinity as white.
+  // Negative numbers and NaN become black, infinity becomes white.
   const auto look_up = [&](float value) -> std::uint8_t {
     if (!(value > 0)) return 0;
     const std::uint32_t place = std::bit_cast<std::uint32_t>(value) >> kDropped;

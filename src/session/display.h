@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// The tone curve of a display as a table, so that frames come fast.
+/// The tone curve of a display as a table, for speed.
 class Display {
  public:
   /// 8-bit RGBA of a frame, row by row from the top; within one step of what write_png() writes. @param exposure stops

@@ -25,7 +25,7 @@ ColorScale fitting_scale(std::span<const float> values) {
     return *place;
   };
   const float low = percentile(0.02), high = percentile(0.98);
-  // A scale needs some width to tell anything apart.
+  // A scale needs some width.
   return {low, std::max(high, 2 * low)};
 }
 

@@ -12,13 +12,13 @@ struct ColorScale {
   float low = 0, high = 0;
 };
 
-/// A colour for t in [0, 1], linear RGB for display as it is: black, blue, cyan, green, yellow, red, white.
+/// A colour for t in [0, 1], as linear display RGB: black, blue, cyan, green, yellow, red, white.
 RGB false_color(float t);
 
-/// The scale that shows nearly all of the values that are above 0: from their 2nd to their 98th percentile.
+/// The scale for nearly all positive values: from their 2nd to their 98th percentile.
 ColorScale fitting_scale(std::span<const float> values);
 
-/// Each value's colour on a scale; black where the value is 0 or less.
+/// Colours of values on a scale; black for values of 0 or less.
 std::vector<RGB> false_colors(std::span<const float> values, ColorScale scale);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// The sums of all passes of a view at rest.
+// Sums over all passes of a view at rest.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -9,16 +9,16 @@
 
 namespace glowworm {
 
-/// Adds passes up, pixel by pixel.
+/// Adds passes, pixel by pixel.
 class FrameSums {
  public:
   void clear() { count_ = 0; }
   void add(PassResult&& pass);
   std::uint32_t count() const { return count_; }
 
-  /// Means as a picture: light of the part asked for times `factor`, and the surfaces. Positions are not set.
+  /// Means as a picture: light of the given part times `factor`, and the surfaces. Does not set positions.
   ViewImage image(const Camera& camera, int width, int height, LightPart part, float factor) const;
-  /// Means of the diagnosis; empty where there was none.
+  /// Means of the diagnosis; empty if there was none.
   std::vector<RGB> diagnosis() const;
 
  private:

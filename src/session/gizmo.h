@@ -11,14 +11,14 @@ struct Gizmo {
   float length = 1;
 };
 
-/// A gizmo that looks equally large wherever it is: about a tenth of the picture.
+/// A gizmo of constant size on the screen: about a tenth of the picture.
 Gizmo make_gizmo(const Camera& camera, Vec3 origin, int width, int height);
 
 /// The axis (0, 1, 2) whose handle is within `reach` pixels of a point of the picture, or -1.
 int picked_axis(const Gizmo& gizmo, const Camera& camera, Vec2 film, int width, int height, float reach);
 
-/// How far along an axis from the origin, in metres, the pointer is: the point of the axis nearest to the ray under it.
-/// The last value holds (`otherwise`) where the ray is along the axis.
+/// Position of the pointer along an axis, in metres from the origin: the point of the axis nearest to the ray under it.
+/// Returns `otherwise` if the ray is along the axis.
 float axis_position(const Gizmo& gizmo, int axis, const Camera& camera, Vec2 film, int width, int height,
                     float otherwise);
 

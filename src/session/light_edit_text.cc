@@ -16,7 +16,7 @@ namespace {
               "(metres; axis times radians).");
 }
 
-/// Numbers with colons between them; false where there are not exactly `count`.
+/// Parses numbers with colons between them; false if there are not exactly `count`.
 bool read_numbers(std::string_view text, float* out, int count) {
   for (int i = 0; i < count; ++i) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out[i]);
@@ -58,7 +58,7 @@ std::string light_edit_text(const std::string& name, const LightEdit& edit) {
 std::pair<std::string, LightEdit> parse_light_edit(const std::string& text) {
   LightEdit edit;
   std::string_view rest = text;
-  // A name may hold commas: what differs stands at the end.
+  // Names may contain commas, so the edit is at the end.
   bool any = false;
   for (std::size_t comma; (comma = rest.rfind(',')) != std::string_view::npos;) {
     if (!read_part(rest.substr(comma + 1), edit)) break;

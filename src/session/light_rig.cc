@@ -48,7 +48,7 @@ std::vector<RigLight> area_lights(const Scene& scene) {
   return lights;
 }
 
-/// The same name twice could not be told apart.
+/// Makes duplicate names unique.
 void number_names(std::vector<RigLight>& lights) {
   std::map<std::string, int> seen;
   for (const RigLight& light : lights) ++seen[light.name];
@@ -110,7 +110,7 @@ std::shared_ptr<const Geometry> LightRig::moved_geometry(const std::vector<Light
     const Vec3 center = lights_[i].center, to = center + edits[i].move;
     for (const std::uint32_t triangle : lights_[i].triangles)
       for (std::uint32_t& vertex : geometry->triangles[triangle]) {
-        // Vertices of their own: a neighbour that does not shine stays where it is.
+        // Their own vertices, so that neighbouring triangles that do not emit stay in place.
         geometry->positions.push_back(to + rotate(geometry->positions[vertex] - center, edits[i].turn));
         geometry->normals.push_back(rotate(geometry->normals[vertex], edits[i].turn));
         geometry->uvs.push_back(geometry->uvs[vertex]);

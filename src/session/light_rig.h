@@ -1,4 +1,4 @@
-// The lights of a scene as a person changes them: listed, edited, and made into the tables of a scene in that light.
+// The lights of a scene in an editor: listed, edited, and converted to the tables of an edited scene.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,30 +14,31 @@ enum class RigLightKind : std::uint8_t { area, point, spot, directional, environ
 
 /// A light that can be edited: an emission with all its triangles, a light without extent, or the environment.
 struct RigLight {
-  std::string name;  ///< of its own in the list
+  std::string name;  ///< unique in the list
   RigLightKind kind = RigLightKind::area;
   std::uint32_t index = 0;               ///< into the emissions or the lights
-  Vec3 center{0, 0, 0};                  ///< metres, before any edit; unused for what is infinitely far
-  Vec3 direction{0, 0, 0};               ///< spot, directional: the way the light travels, before any edit
+  Vec3 center{0, 0, 0};                  ///< metres, before any edit; unused for lights infinitely far away
+  Vec3 direction{0, 0, 0};               ///< spot, directional: direction of travel, before any edit
   std::vector<std::uint32_t> triangles;  ///< of an area light
 
   bool has_place() const { return kind != RigLightKind::directional && kind != RigLightKind::environment; }
 };
 
-/// The lights of a scene. The scene must outlive what is made of it.
+/// The lights of a scene. The scene must outlive this object and the edited scenes.
 class LightRig {
  public:
   explicit LightRig(std::shared_ptr<const Scene> scene);
 
   const std::vector<RigLight>& lights() const { return lights_; }
-  /// Place of the light of that name, or of that number written in digits; throws Error that lists the names.
+  /// Index of the light with that name, or of that number in digits; throws Error, which lists the names, if there is
+  /// none.
   std::size_t find(const std::string& name) const;
   /// Triangles that an edit may move.
   std::vector<std::uint32_t> movable_triangles() const;
 
-  /// Whether the two differ in where triangles are.
+  /// Whether positions of triangles differ between the two.
   bool same_geometry(const std::vector<LightEdit>& a, const std::vector<LightEdit>& b) const;
-  /// The scene in the edited light. @param edits one for each of lights(), or none: the scene as it is
+  /// The scene with edited lights. @param edits one for each of lights(), or none: the scene unchanged
   std::shared_ptr<const Scene> edited(const std::vector<LightEdit>& edits) const;
 
  private:
@@ -47,21 +48,21 @@ class LightRig {
   std::vector<RigLight> lights_;
 };
 
-/// Where a light's direction points from, as people say it of the sun: radians.
+/// Position of a light in the sky, as for the sun: radians.
 struct SunAngles {
   float azimuth = 0;    ///< about `up`, from -pi to pi
   float elevation = 0;  ///< above the horizon
 };
-/// @param direction the way the light travels, unit; @param up unit
+/// @param direction direction of travel, unit; @param up unit
 SunAngles sun_angles(Vec3 direction, Vec3 up);
-/// The direction the light of such a sun travels.
+/// Direction of travel of the light of such a sun.
 Vec3 sun_direction(SunAngles angles, Vec3 up);
 /// The rotation vector that turns one direction into another by the shortest way.
 Vec3 rotation_between(Vec3 from, Vec3 to);
 
 /// An edit as one word of a command line: "NAME,off", "NAME,scale=2,move=0:1:0,turn=0:0.5:0".
 std::string light_edit_text(const std::string& name, const LightEdit& edit);
-/// Reads such a word; throws Error with an example where it is none.
+/// Parses such a word; throws Error with an example if it is not valid.
 std::pair<std::string, LightEdit> parse_light_edit(const std::string& text);
 
 }  // namespace glowworm

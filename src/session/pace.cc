@@ -7,20 +7,20 @@ namespace glowworm {
 
 namespace {
 
-/// Of the time asked for, what is planned with. An input waits for the frame under way as well as for its own; at 15
-/// frames a second both shall be over after 100 ms, though now and then a frame takes twice what was planned.
+/// Share of the requested frame time that is planned. An input waits for the current frame and for its own; at 15
+/// frames a second both end within 100 ms, even if a frame sometimes takes twice the planned time.
 constexpr double kMargin = 0.5;
-/// Of that, what photons may take where they must be traced.
+/// Of that, the share for photons if they must be traced.
 constexpr double kPhotonShare = 0.5;
-/// Weight of a new measurement against what was known.
+/// Weight of a new measurement against the running value.
 constexpr double kLearning = 0.5;
 
 void learn_rate(double& known, double seconds, std::uint64_t count) {
-  // A handful tells more of what a frame costs at all than of its parts.
+  // With few items, fixed costs of a frame dominate.
   constexpr std::uint64_t kEnough = 1000;
   if (count < kEnough || !(seconds > 0)) return;
   const double measured = seconds / static_cast<double>(count);
-  // Slower counts at once: a frame too long is worse than one too short.
+  // Slower measurements count at once: a frame that is too long is worse than one that is too short.
   known = measured > known ? measured : known + kLearning * (measured - known);
 }
 

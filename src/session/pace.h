@@ -1,43 +1,43 @@
-// How much of a frame is done while the view moves, so that frames come at the rate asked for.
+// Frame pacing: how much work a frame does while the view moves, to reach the requested frame rate.
 #pragma once
 #include <cstdint>
 
 namespace glowworm {
 
-/// What a frame did and how long it took.
+/// Work and time of a frame.
 struct FrameWork {
   std::uint64_t pixels = 0, gather_rays = 0, photons = 0;
-  double camera_seconds = 0;  ///< all that goes by the pixel: camera rays, direct light, reuse, filter
-  double gather_seconds = 0;  ///< all that goes by the gather ray: tracing, density estimation, completion
-  double photon_seconds = 0;  ///< all that goes by the photon: tracing, radii, index
+  double camera_seconds = 0;  ///< work per pixel: camera rays, direct light, reuse, filter
+  double gather_seconds = 0;  ///< work per gather ray: tracing, density estimation, completion
+  double photon_seconds = 0;  ///< work per photon: tracing, radii, index
 };
 
-/// What a frame is to do.
+/// Planned work of a frame.
 struct FrameEffort {
   float scale = 1;           ///< of both sides of the picture
   std::uint32_t gather = 1;  ///< final gather rays of each camera sample
   std::uint64_t photons = 0;
 };
 
-/// Learns what pixels, rays and photons cost on this machine and scene, and plans frames with that.
+/// Measures the cost of pixels, rays and photons on this machine and scene, and plans frames with it.
 class Pace {
  public:
   static constexpr float kSmallestScale = 0.25f;
   static constexpr std::uint64_t kFewestPhotons = 10'000;
 
-  /// Learns from a frame; parts that did nothing leave what is known of them.
+  /// Updates the costs from a frame; work that the frame did not do keeps its cost.
   void learn(const FrameWork& work);
 
-  /// What fits into `seconds`. Rays are given up first, down to a quarter, then pixels, then rays again.
+  /// Work that fits into `seconds`. Reduces rays first, down to a quarter, then pixels, then rays again.
   /// @param pixels, gather, photons of the whole frame; @param new_photons whether photons must be traced
   FrameEffort plan(std::uint64_t pixels, std::uint32_t gather, std::uint64_t photons, bool new_photons,
                    double seconds) const;
 
-  /// Gather rays for a pass at rest that shall take about `seconds`: 1 to `gather`.
+  /// Gather rays for a pass at rest of about `seconds`: 1 to `gather`.
   std::uint32_t resting_gather(std::uint64_t pixels, std::uint32_t gather, double seconds) const;
 
  private:
-  // Seconds each; at first those of a slow machine, so that the first frames come soon.
+  // Seconds each; initial values of a slow machine, so that the first frames are quick.
   double pixel_ = 1e-6, ray_ = 1e-6, photon_ = 4e-6;
 };
 

@@ -23,13 +23,13 @@ RGB shading_albedo(RGB albedo) {
 
 float squared(float x) { return x * x; }
 
-/// Luminance in [0, 1): differences of bright values count as the eye sees them.
+/// Luminance in [0, 1), compressed roughly as the eye perceives bright values.
 float compressed(RGB light) {
   const float l = std::max(luminance(light), 0.0f);
   return l / (1 + l);
 }
 
-/// cos^32 of the angle between two normals; 1 where both are nothing.
+/// cos^32 of the angle between two normals; 1 if both are zero.
 float normal_weight(Vec3 a, Vec3 b) {
   float c = a == b ? 1.0f : std::max(dot(a, b), 0.0f);
   for (int i = 0; i < 5; ++i) c *= c;

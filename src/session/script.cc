@@ -23,7 +23,7 @@ void play_settings(const ScriptMove& move, const Scene& scene, ViewState& state)
   if (move.part) set_part(state, *move.part);
   if (move.kernel) set_kernel(state, *move.kernel);
   if (move.engine) {
-    engine_traits(*move.engine);  // throws where there is no such engine
+    engine_traits(*move.engine);  // throws if there is no such engine
     state.engine = *move.engine;
   }
   state.gather = move.gather.value_or(state.gather);
@@ -41,7 +41,7 @@ void play_sun(const ScriptLight& wanted, float step, const RigLight& light, Vec3
   edit.turn = rotation_between(light.direction, sun_direction(angles, up));
 }
 
-/// @param share of the whole move that a frame does, @param step of what is left of it
+/// @param share of the whole move in a frame, @param step of the remaining move
 void play_light(const ScriptLight& wanted, bool first, float share, float step, const LightRig& rig, ViewState& state) {
   const std::size_t i = rig.find(wanted.name);
   state.lights.resize(rig.lights().size());

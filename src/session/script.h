@@ -1,4 +1,4 @@
-// Scripts: what a person would do in a session, frame by frame, from a JSON file. docs/guide.md has the keys.
+// Scripts: user actions in a session, frame by frame, from a JSON file. docs/guide.md lists the keys.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace glowworm {
 
-/// What happens to one light during a move.
+/// Changes of one light during a move.
 struct ScriptLight {
   std::string name;
   std::optional<bool> on;
@@ -21,7 +21,7 @@ struct ScriptLight {
   std::optional<float> azimuth, elevation;  ///< degrees at the last frame, approached evenly
 };
 
-/// What happens in the window alone; sessions without one pass over it.
+/// An action of the window; sessions without a window ignore it.
 struct WindowAction {
   std::string command;  ///< "minimise", "restore", "close", "lose-context", "resize"
   int width = 0, height = 0;
@@ -44,27 +44,27 @@ struct ScriptMove {
 };
 
 struct Script {
-  std::uint32_t frames = 0;       ///< as the file says; 0 where it does not
+  std::uint32_t frames = 0;       ///< from the file; 0 if absent
   double frames_per_second = 30;  ///< of the session's clock
-  int width = 0, height = 0;      ///< 0 where the file does not say
+  int width = 0, height = 0;      ///< 0 if absent
   std::vector<ScriptMove> moves;
 };
 
-/// Reads a script. Throws Error with file, line or entry, and the keys there are, for one that makes no sense.
+/// Reads a script. Throws Error with file, line or entry, and the valid keys, if it is not valid.
 Script read_script(const std::string& path);
 /// The same from text; `name` is named in errors.
 Script parse_script(const std::string& text, const std::string& name);
 
-/// Applies what a script says of a frame to the state. @param shown the frame before, for focusing; may be null.
-/// Throws Error for a camera, light, mode, engine or kernel that there is not.
+/// Applies a script's actions for a frame to the state. @param shown the previous frame, for focusing; may be null.
+/// Throws Error for an unknown camera, light, mode, engine or kernel.
 void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
           ViewState& state);
 
-/// Turns the camera to the surface under a point of a frame, which becomes what it orbits; nothing where there is none.
+/// Turns the camera to the surface under a point of a frame, which becomes the pivot; does nothing if there is none.
 /// @param share of the frame's sides, from the upper left corner
 void focus_on(const ViewFrame& frame, Vec2 share, ViewState& state);
 
-/// Sets the mode, part or kernel of that name; throws Error that lists the names there are.
+/// Sets the mode, part or kernel by name; throws Error, which lists the names, for an unknown name.
 void set_mode(ViewState& state, const std::string& name);
 void set_part(ViewState& state, const std::string& name);
 void set_kernel(ViewState& state, const std::string& name);

@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr std::uint32_t kMostFrames = 10'000'000;
 
-/// Reads the values of one JSON object, and knows where it is for errors.
+/// Reads the values of one JSON object, and names its place in errors.
 class Entry {
  public:
   Entry(const json& object, std::string place, const std::vector<std::string>& keys)
@@ -52,7 +52,7 @@ class Entry {
       fail(fmt::format("\"{}\" is not a whole number from {} to {}", key, least, most), "");
     return static_cast<std::uint32_t>(value.get<double>());
   }
-  /// Numbers of an array of that many; nothing where there is no such key.
+  /// The numbers of an array of that length; nothing if the key is absent.
   template <int kCount>
   std::optional<std::array<float, kCount>> numbers(const char* key) const {
     if (!has(key)) return std::nullopt;

@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Passes of a view at rest that share photons, before others are traced.
+/// Passes of a view at rest that share photons before new ones are traced.
 constexpr std::uint32_t kPassesOfMaps = 16;
 constexpr int kLargestSide = 16384;
 /// Of large arrays that were freed.
@@ -28,7 +28,7 @@ constexpr std::uint64_t kMostSpareBytes = std::uint64_t{128} << 20;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Takes the difference of two readings of the statistics.
+/// Replaces a reading of the statistics by its difference from an earlier one.
 class CostMeter {
  public:
   explicit CostMeter(const Statistics& statistics) : statistics_(statistics), start_(Clock::now()) {
@@ -60,7 +60,7 @@ void check_state(const ViewState& s) {
   if (s.photons == 0) throw Error("a view needs at least one photon");
 }
 
-/// Keeps what a pass worked in for the next, also where it was cancelled.
+/// Keeps the working memory of a pass for the next, also if the pass was cancelled.
 class PassMemoryKeeper {
  public:
   PassMemoryKeeper(PassMemory& memory, MemoryBudget& budget) : memory_(memory), budget_(budget) {}
@@ -79,11 +79,11 @@ int scaled(int side, float scale) {
 
 }  // namespace
 
-/// What differs from the last state.
+/// Differences from the last state.
 struct Session::Change {
-  bool lights = false;   ///< light itself
-  bool camera = false;   ///< where the view is from
-  bool picture = false;  ///< what is shown, and how large
+  bool lights = false;   ///< the lights
+  bool camera = false;   ///< the camera's position
+  bool picture = false;  ///< content or size of the picture
   bool any() const { return lights || camera || picture; }
 };
 
@@ -110,7 +110,7 @@ ViewState Session::initial_state() const {
     state.width = base_->film().width;
     state.height = base_->film().height;
   }
-  // Orbiting goes around what is in the middle of the picture.
+  // Orbits around the centre of the picture.
   const CameraRay ray = generate_ray(state.camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
   const Hit hit = tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
   state.pivot_distance = hit.triangle != kNone ? hit.distance : base_->radius();
@@ -182,10 +182,10 @@ void Session::update_maps(const ViewState& state, std::uint64_t photons, bool mo
   PhotonMapSettings wanted = map_settings(state, photons, moving);
   wanted.guide = hasty ? map_guide_ : guide_;
   const bool others = photons != map_photons_ || wanted.guide != map_guide_;
-  // Photons come first.
+  // Photons first.
   if (others) pass_memory_.clear();
   if (others && has_maps_ && settings_.adapt && budget_.available() >= photons * kBytesPerPhoton) {
-    // Until better photons are there, those that are stay: should this be interrupted, the next frame has a map.
+    // The old photons stay until better ones exist: if this is interrupted, the next frame has a map.
     PhotonMaps better(budget_);
     better.update(*tracer_, wanted, statistics_);
     maps_ = std::move(better);
@@ -203,7 +203,7 @@ std::shared_ptr<const EmissionGuide> Session::make_guide(const ViewState& state)
   RenderSettings settings = render_settings(state);
   settings.seed = settings_.seed;
   auto guide = std::make_shared<const EmissionGuide>(guide_photons(*tracer_, state.camera, settings).guide);
-  // Without gain it is the uniform one, with which photons are those that there were.
+  // Without gain this is the uniform guide, with which the photons do not change.
   return guide->gain() > 1 ? guide : nullptr;
 }
 
@@ -246,9 +246,9 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   state_ = state;
   started_ = true;
   const bool moving = change.any() || first || (settings_.adapt && interacting);
-  // Frames that are to be mixed need noise of their own; others shall not flicker.
+  // Frames that are mixed need independent noise; others must not flicker.
   if (moving) first_sample_ = state.reuse && shows_light(state.mode) ? first_sample_ + 1 : 0;
-  // A frame that must come in time comes: were it left for the next state, a moving view would show nothing at all.
+  // A timed frame is always finished: if every new state interrupted it, a moving view would show nothing.
   const Interrupt none;
   ViewFrame frame;
   {
@@ -277,7 +277,7 @@ FrameEffort Session::plan(const ViewState& state, bool moving) const {
   if (moving) {
     effort = pace_.plan(pixels, gathers ? state.gather : 0, state.photons, needs_photons(state.mode) && !has_maps_,
                         1 / settings_.frames_per_second);
-    // A map of this light is good enough, whatever its photons, until the view rests.
+    // Any map of this light is good enough until the view rests.
     if (has_maps_) effort.photons = map_photons_;
   } else if (gathers) {
     effort.gather = pace_.resting_gather(pixels, state.gather, settings_.resting_seconds);
@@ -311,7 +311,7 @@ ViewFrame Session::render(const ViewState& state, bool moving) {
   const FrameEffort effort = plan(state, moving);
   if (moving) update_maps(state, effort.photons, true);
   const PhotonMaps& maps = moving ? maps_ : resting_maps(state);
-  // A view at rest begins anew, with better maps.
+  // A view at rest starts again, with better maps.
   FrameSums own;
   FrameSums& sums = moving ? own : sums_;
   const PassSettings pass = pass_settings(state, effort, moving);
@@ -386,7 +386,7 @@ void Session::learn(const ViewFrame& frame) {
   FrameWork work;
   work.pixels = frame.image.size();
   work.photon_seconds = cost.phase(Phase::trace_photons) + cost.phase(Phase::build_photon_map);
-  // Correction, which frames in motion do without, would make photons look dear.
+  // Excludes correction, which frames in motion skip and which would make photons look expensive.
   if (frame.moving && cost.count(Counter::photons_stored) > 0) work.photons = cost.count(Counter::photons_stored);
   const double lookup = cost.phase(Phase::reorder) + cost.phase(Phase::density) + cost.phase(Phase::completion);
   work.gather_rays = cost.count(Counter::gather_rays);

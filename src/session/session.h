@@ -20,21 +20,21 @@
 
 namespace glowworm {
 
-/// How a session works, whatever it shows.
+/// Settings of a session that do not depend on the view.
 struct SessionSettings {
-  bool adapt = false;             ///< frames of a view in motion come in time, by fewer pixels, rays and photons
-  double frames_per_second = 15;  ///< that adapting holds
-  double resting_seconds = 0.25;  ///< that a pass of a view at rest takes, about, where frames adapt
+  bool adapt = false;             ///< keep the frame rate of moving views with fewer pixels, rays and photons
+  double frames_per_second = 15;  ///< target of adapting
+  double resting_seconds = 0.25;  ///< approximate duration of a pass at rest, if frames adapt
   std::uint32_t seed = 0;
   std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
 };
 
-/// Renders frame after frame of one scene, and redoes only what changed from state to state: the photon map outlives a
-/// moved camera, radii and indices outlive a changed mode, light edits build no structure anew but that of the moved
-/// lights. Frames of a changed view are quick: their maps lack boundary correction and bright patches unless these are
-/// there. While the state stays, passes add up without end, with the maps of a Job; after some, with photons of their
-/// own and smaller radii, as in progressive renders. Where frames do not adapt, they depend on states and times alone,
-/// not on the machine.
+/// Renders frame after frame of one scene and redoes only what changed from state to state: the photon map survives a
+/// moved camera, radii and indices survive a changed mode, and light edits rebuild only the structure of moved lights.
+/// Frames of a changed view are quick: their maps lack boundary correction and bright patches unless these exist
+/// already. While the state stays, passes accumulate without end, with the maps of a Job; after some, with new photons
+/// and smaller radii, as in progressive renders. If frames do not adapt, they depend only on states and times, not on
+/// the machine.
 class Session {
  public:
   /// Builds the acceleration structure, on all threads.
@@ -43,22 +43,22 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// The scene's first camera, all lights as they are, in the scene's size or 512 x 512.
+  /// The scene's first camera, unedited lights, and the scene's size or 512 x 512.
   ViewState initial_state() const;
   const Scene& scene() const { return *base_; }
   const LightRig& rig() const { return rig_; }
 
-  /// The next frame. Throws Error for a state that cannot be shown, and Cancelled where the interrupt was requested;
-  /// then the next call goes on from what is done.
-  /// @param seconds of the session's clock; never less than in the call before
-  /// @param interacting a person is at it: frames must come in time though nothing changed since the last
+  /// Renders the next frame. Throws Error for an impossible state, and Cancelled when interrupted; the next call then
+  /// continues from the finished steps.
+  /// @param seconds of the session's clock; never less than in the previous call
+  /// @param interacting the user is active: the frame is timed even if nothing changed
   ViewFrame next_frame(const ViewState& state, double seconds, bool interacting, const Interrupt& interrupt);
-  /// The same without anybody to interrupt it.
+  /// As above, without interruption.
   ViewFrame next_frame(const ViewState& state, double seconds);
 
-  /// Photons are traced anew for the next frame, though light has not changed: for measurements.
+  /// Makes the next frame trace new photons although the lights are unchanged: for measurements.
   void forget_photons();
-  /// The next frame starts from nothing but the maps: for measurements.
+  /// Makes the next frame start with nothing but the maps: for measurements.
   void forget_frames();
 
   const MemoryBudget& budget() const { return budget_; }

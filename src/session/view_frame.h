@@ -12,9 +12,9 @@
 
 namespace glowworm {
 
-/// What a frame cost.
+/// Cost of a frame.
 struct FrameCost {
-  double seconds = 0;  ///< wall time, all in all
+  double seconds = 0;  ///< wall time of the whole frame
   std::array<double, static_cast<std::size_t>(Phase::count_)> phase_seconds{};
   std::array<std::uint64_t, static_cast<std::size_t>(Counter::count_)> counts{};
   double reuse_seconds = 0, filter_seconds = 0;
@@ -27,17 +27,17 @@ struct FrameCost {
   }
 };
 
-/// A picture of a state, at the size it was rendered in.
+/// A picture of a state, at its rendered size.
 struct ViewFrame {
   ViewImage image;
-  bool is_light = true;       ///< radiance, which a tone curve belongs on; else colours to be shown as they are
+  bool is_light = true;       ///< radiance, which needs a tone curve; otherwise display colours
   ColorScale scale;           ///< of false colours
-  std::string unit;           ///< of false colours: what the scale measures
-  std::uint32_t samples = 0;  ///< camera samples of each pixel in it
-  bool moving = false;        ///< one of those that had to come in time
+  std::string unit;           ///< of false colours: unit of the scale
+  std::uint32_t samples = 0;  ///< camera samples of each pixel
+  bool moving = false;        ///< a timed frame of a moving view
   FrameEffort effort;
-  std::uint64_t photons = 0;  ///< in the global map it was made with
-  std::string engine;         ///< that looked photons up in it
+  std::uint64_t photons = 0;  ///< in its global map
+  std::string engine;         ///< that looked up its photons
   FrameCost cost;
 };
 

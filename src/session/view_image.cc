@@ -9,7 +9,7 @@
 namespace glowworm {
 
 namespace {
-/// Stands for infinitely far, in metres: far enough, and its square is a float.
+/// Distance in metres that stands for infinity: its square is a float.
 constexpr float kFar = 1e9f;
 constexpr std::size_t kRows = 8;
 }  // namespace

@@ -1,4 +1,4 @@
-// A picture of a view with what is known of the surfaces in it.
+// A picture of a view with the surfaces in it.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -13,11 +13,11 @@ namespace glowworm {
 struct ViewImage {
   Camera camera;
   int width = 0, height = 0;
-  std::vector<RGB> light;      ///< radiance, W sr^-1 m^-2 (or what is shown instead)
+  std::vector<RGB> light;      ///< radiance, W sr^-1 m^-2 (or the quantity of another mode)
   std::vector<RGB> albedo;     ///< of the first surface
   std::vector<Vec3> normal;    ///< unit, or (0, 0, 0) for nothing
   std::vector<float> depth;    ///< metres along the ray to the first surface; infinity for none
-  std::vector<Vec3> position;  ///< of the first surface, metres; where there is none, far along the ray
+  std::vector<Vec3> position;  ///< of the first surface, metres; if there is none, far along the ray
 
   std::size_t size() const { return light.size(); }
   bool empty() const { return light.empty(); }

@@ -1,4 +1,4 @@
-// What an interactive session shows: plain data, which a window, a script or a test changes as it likes.
+// The state of an interactive session: plain data, which a window, a script or a test changes.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// What the pixels of a view are.
+/// Meaning of a view's pixels.
 enum class ViewMode : std::uint8_t {
   gather,   ///< light by final gathering
   photons,  ///< the photon map shown directly, without gathering
@@ -21,19 +21,19 @@ enum class ViewMode : std::uint8_t {
   cost      ///< shader operations for each pixel, false colour
 };
 
-/// Which light is shown where light is shown.
+/// Which part of the light the modes gather and photons show.
 enum class LightPart : std::uint8_t { all, direct, indirect, caustic };
 
-/// How a light differs from the scene file's. Applied about the light's own centre.
+/// Difference of a light from the scene file. Applied about the light's own centre.
 struct LightEdit {
   bool on = true;
   float scale = 1;     ///< factor on its radiance or intensity
-  Vec3 move{0, 0, 0};  ///< metres; without effect on what comes from infinitely far
+  Vec3 move{0, 0, 0};  ///< metres; no effect on lights infinitely far away
   Vec3 turn{0, 0, 0};  ///< rotation vector: axis times radians
   bool operator==(const LightEdit&) const = default;
 };
 
-/// A view of a scene. Two equal states give the same picture, refined further.
+/// A view of a scene. Equal states give the same picture, which is refined further.
 struct ViewState {
   Camera camera;
   float pivot_distance = 1;       ///< from the camera along its axis to the point that it orbits, metres
@@ -44,17 +44,17 @@ struct ViewState {
   std::string engine = "auto";  ///< density engine; auto: kAutomaticEngine
   KernelShape kernel = KernelShape::epanechnikov;
   std::uint64_t photons = 500'000;  ///< in the global map
-  std::uint32_t nearest = 50;       ///< k: photons that an estimate should catch
+  std::uint32_t nearest = 50;       ///< k: target number of photons in an estimate
   int width = 512, height = 512;    ///< pixels
   bool secondary_gather = true;     ///< sharper corners, slower
   bool filter = false;              ///< the edge-aware filter of the preview
-  bool reuse = true;                ///< take earlier frames over where they show the same surface
+  bool reuse = true;                ///< reuse earlier frames where they show the same surface
 };
 
-/// What a render of the view has of its settings; camera and lights, which no name stands for, and effort are left out.
+/// The view as settings of a render, without camera, lights and effort.
 RenderSettings render_settings(const ViewState& state);
 
-/// Whether a mode shows light, or else surfaces and counts.
+/// Whether a mode shows light, as opposed to surfaces and counts.
 bool shows_light(ViewMode mode);
 /// Whether a mode needs photons.
 bool needs_photons(ViewMode mode);

@@ -118,7 +118,7 @@ void SessionWorker::load_scene(const std::string& path) {
   const std::shared_ptr<const Scene> scene = load_(path);
   auto session = std::make_unique<Session>(scene, settings_);
   LoadedScene loaded{path, scene, session->rig().lights(), session->initial_state()};
-  // The memory of one scene is in the way of the next one's.
+  // Frees the memory of the old scene before the next one is loaded.
   session_.reset();
   return_free_memory();
   session_ = std::move(session);
@@ -147,7 +147,7 @@ void SessionWorker::render() {
   out.frame = session_->next_frame(state, now, interacting, interrupt_);
   out.latency = std::chrono::duration<double>(Clock::now() - posted).count();
   const std::lock_guard lock(mutex_);
-  // A scene that was asked for meanwhile makes this picture one of another.
+  // If another scene was requested meanwhile, this picture is obsolete.
   if (!wanted_scene_) frame_ = std::move(out);
 }
 

@@ -1,4 +1,4 @@
-// A session in a thread of its own, so that a window never waits for a frame.
+// A session in its own thread, so that a window never waits for a frame.
 #pragma once
 #include <condition_variable>
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace glowworm {
 
-/// A scene that was loaded, for whoever lists its cameras and lights.
+/// A loaded scene, for lists of cameras and lights.
 struct LoadedScene {
   std::string path;
   std::shared_ptr<const Scene> scene;
@@ -21,32 +21,32 @@ struct LoadedScene {
   ViewState state;  ///< Session::initial_state()
 };
 
-/// A frame, and the state it is of.
+/// A frame and its state.
 struct WorkerFrame {
   ViewFrame frame;
-  std::uint64_t number = 0;  ///< that post() gave the newest state in it
+  std::uint64_t number = 0;  ///< number of its newest state, from post()
   double latency = 0;        ///< seconds from that post() to the frame
 };
 
-/// Renders the newest state posted, over and over. All functions may be called from one other thread.
+/// Renders the newest posted state, again and again. One other thread may call all functions.
 class SessionWorker {
  public:
-  /// @param load makes a scene of a path; called in the worker's thread, may throw
-  /// @param wake called in the worker's thread when there is something to take
+  /// @param load loads a scene by path; called in the worker's thread, may throw
+  /// @param wake called in the worker's thread when a result is ready
   SessionWorker(const SessionSettings& settings, std::function<std::shared_ptr<const Scene>(const std::string&)> load,
                 std::function<void()> wake);
   ~SessionWorker();  ///< interrupts and waits
   SessionWorker(const SessionWorker&) = delete;
   SessionWorker& operator=(const SessionWorker&) = delete;
 
-  /// Opens a scene; where that fails, the one before stays. States posted before it is there are dropped.
+  /// Opens a scene; if that fails, the old one stays. States posted before it is loaded are dropped.
   void open(const std::string& path);
-  /// Shows a state from now on; leaves a frame of a view at rest that is under way. Returns the state's number.
+  /// Shows a state from now on; abandons the frame of a view at rest under way. Returns the state's number.
   std::uint64_t post(const ViewState& state, bool interacting);
-  /// Renders nothing until it is called with false: nobody sees it.
+  /// Pauses rendering until it is called with false, for hidden windows.
   void pause(bool paused);
 
-  /// What there is since the last call; nothing where there is nothing new.
+  /// Results since the last call; nothing if there are none.
   std::optional<WorkerFrame> take_frame();
   std::optional<LoadedScene> take_scene();
   std::optional<std::string> take_error();
@@ -67,7 +67,7 @@ class SessionWorker {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   Interrupt interrupt_;
-  Interrupt loading_interrupt_;  ///< of the scene that is being loaded: it is wanted no more
+  Interrupt loading_interrupt_;  ///< of the scene being loaded, when it is no longer needed
   bool ending_ = false, paused_ = false, loading_ = false, failed_ = false, interacting_ = false;
   std::optional<std::string> wanted_scene_;
   std::optional<ViewState> state_;  // newest

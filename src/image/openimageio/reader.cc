@@ -50,7 +50,7 @@ TransferFunction transfer_function(const OIIO::ImageSpec& spec) {
   return {};
 }
 
-/// The alpha channel, or -1. The reader of GIF names one beyond the last.
+/// The alpha channel, or -1. The reader of GIF returns an index beyond the last channel.
 int alpha_channel(const OIIO::ImageSpec& spec) {
   if (spec.alpha_channel < spec.nchannels) return std::max(spec.alpha_channel, -1);
   return spec.nchannels == 2 || spec.nchannels == 4 ? spec.nchannels - 1 : -1;
