@@ -117,6 +117,7 @@ void SceneBuilder::add_mesh(const Mesh& mesh) {
     emission = static_cast<std::uint32_t>(scene.emissions.size());
     scene.emissions.push_back(std::move(light));
   }
+  scene.geometry.begin_object(mesh.name);
   append_mesh(scene.geometry, geometry, mesh.name.c_str(), mesh.material, emission);
 }
 

@@ -16,4 +16,7 @@ namespace glowworm {
 std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options,
                                         OutputFiles* files = nullptr);
 
+/// Tells the notes of a scene; what is wrong with its files is a warning.
+void tell_notes(const Scene& scene, const std::string& path);
+
 }  // namespace glowworm

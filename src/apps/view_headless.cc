@@ -27,7 +27,8 @@ void write_frame(const ViewOptions& o, const ViewFrame& frame, const std::string
   }
   // False colours are for display as they are.
   const bool tone = frame.is_light && o.tone == "filmic";
-  write_png(path, frame_image(frame), tone ? ToneCurve::filmic : ToneCurve::srgb, frame.is_light ? o.exposure : 0);
+  write_png(path, frame_image(frame), tone ? ToneCurve::filmic : ToneCurve::srgb,
+            frame.is_light ? static_cast<float>(o.exposure) : 0);
 }
 
 std::string table_head() {
@@ -131,7 +132,7 @@ int run_headless_view(const ViewOptions& o, const Script& script) {
   prepare_outputs(o, script, files);
   Stage stage(o, script, o.scene, files);
   check_frames(o, files);
-  for (const std::string& note : stage.session->scene().notes()) inform(fmt::format("note: {}: {}", o.scene, note));
+  tell_notes(stage.session->scene(), o.scene);
   std::error_code error;
   std::filesystem::create_directories(o.out, error);
   if (error)

@@ -54,7 +54,7 @@ ViewModel::ViewModel(const ViewOptions& o, const Script& s, std::function<void()
           },
           std::move(wake)),
       tone(o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic),
-      exposure(o.exposure) {}
+      exposure(static_cast<float>(o.exposure)) {}
 
 Vec3 ViewModel::up() const { return scene ? nearest_up(scene->scene->cameras().front()) : Vec3{0, 1, 0}; }
 
@@ -87,7 +87,7 @@ bool ViewModel::take() {
     const int width = state.width, height = state.height;
     scene = std::move(loaded);
     rig = std::make_unique<LightRig>(scene->scene);
-    for (const std::string& note : scene->scene->notes()) inform(fmt::format("note: {}: {}", scene->path, note));
+    tell_notes(*scene->scene, scene->path);
     ViewState fresh = first ? first_state(options, script, *scene->scene, scene->state) : scene->state;
     if (!first) {
       // Another scene is shown the way the last one was.

@@ -39,17 +39,25 @@ SceneDescription builtin_cornell() {
 
   MeshBuilder mesh(scene.geometry);
   mesh.set_material(white);
+  scene.geometry.begin_object("floor");
   mesh.quad(mm(552.8f, 0, 0), mm(0, 0, 0), mm(0, 0, 559.2f), mm(549.6f, 0, 559.2f));
+  scene.geometry.begin_object("ceiling");
   add_ceiling(mesh);
+  scene.geometry.begin_object("back wall");
   mesh.quad(mm(549.6f, 0, 559.2f), mm(0, 0, 559.2f), mm(0, 548.8f, 559.2f), mm(556, 548.8f, 559.2f));
+  scene.geometry.begin_object("right wall");
   mesh.set_material(green);
   mesh.quad(mm(0, 0, 559.2f), mm(0, 0, 0), mm(0, 548.8f, 0), mm(0, 548.8f, 559.2f));
+  scene.geometry.begin_object("left wall");
   mesh.set_material(red);
   mesh.quad(mm(552.8f, 0, 0), mm(549.6f, 0, 559.2f), mm(556, 548.8f, 559.2f), mm(556, 548.8f, 0));
+  scene.geometry.begin_object("lamp");
   mesh.set_material(lamp, light);
   mesh.quad(mm(343, 548.8f, 227), mm(343, 548.8f, 332), mm(213, 548.8f, 332), mm(213, 548.8f, 227));
   mesh.set_material(white);
+  scene.geometry.begin_object("short block");
   add_block(mesh, {mm(130, 165, 65), mm(82, 165, 225), mm(240, 165, 272), mm(290, 165, 114)});
+  scene.geometry.begin_object("tall block");
   add_block(mesh, {mm(423, 330, 247), mm(265, 330, 296), mm(314, 330, 456), mm(472, 330, 406)});
 
   Camera camera;

@@ -107,6 +107,12 @@ std::string temporary_name(const std::string& target) {
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(follow_links(path)) {
   if (path.empty()) throw Error("the output path is empty", "Give a file name.");
+  if (path == kStandardOutput) {
+    path_ = "standard output";
+    descriptor_ = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
+    if (descriptor_ < 0) fail("cannot write", errno);
+    return;
+  }
   if (target_.empty()) fail("cannot write", errno);
   struct stat info {};
   const bool exists = stat(path.c_str(), &info) == 0;
@@ -192,6 +198,7 @@ void write_file(const std::string& path, std::string_view content) {
 }
 
 std::string output_identity(const std::string& path) {
+  if (path == kStandardOutput) return path;
   struct stat info {};
   if (stat(path.c_str(), &info) == 0)
     return S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode) ? "" : fmt::format("{}:{}", info.st_dev, info.st_ino);

@@ -16,6 +16,9 @@ class DiskError : public Error {
   using Error::Error;
 };
 
+/// The path that stands for standard output; "./-" is a file of that name.
+inline constexpr std::string_view kStandardOutput = "-";
+
 /// A file being written under a temporary name beside its final one. commit() brings the bytes to the disk and gives
 /// the file its name; without commit(), or after a failure, nothing is left and an older file of that name stays as
 /// it was. A path that is a device or a pipe (/dev/stdout) is written to directly, and fails

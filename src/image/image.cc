@@ -1,8 +1,11 @@
 #include "image/image.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "core/error.h"
@@ -78,6 +81,62 @@ void Image::add_vec3(std::string_view layer, std::span<const Vec3> pixels) {
 void Image::add_scalar(const std::string& name, std::span<const float> pixels) {
   check_size(pixels.size(), *this, name);
   std::copy(pixels.begin(), pixels.end(), add_channel(name).begin());
+}
+
+Image layer_of(const Image& image, std::string_view layer) {
+  Image out(image.width(), image.height());
+  out.place = image.place;
+  std::vector<const ImageChannel*> found;
+  std::set<std::string> layers;
+  for (const ImageChannel& channel : image.channels()) {
+    const std::size_t dot = channel.name.rfind('.');
+    const std::string own = dot == std::string::npos ? "" : channel.name.substr(0, dot);
+    if (!own.empty()) layers.insert(own);
+    if (own == layer && (!layer.empty() || channel.name != "A")) found.push_back(&channel);
+  }
+  if (found.empty())
+    throw Error(fmt::format("the picture has no layer \"{}\"", layer),
+                layers.empty() ? "It has no layers." : fmt::format("It has: {}.", fmt::join(layers, ", ")));
+  for (const auto& [name, other, index] : {std::tuple{"R", "X", 0u}, {"G", "Y", 1u}, {"B", "Z", 2u}}) {
+    const ImageChannel* taken = found[std::min<std::size_t>(index, found.size() - 1)];
+    for (const ImageChannel* channel : found)
+      if (channel->name.ends_with(name) || channel->name.ends_with(other)) taken = channel;
+    out.add_scalar(name, found.size() == 1 ? found[0]->samples : taken->samples);
+  }
+  return out;
+}
+
+Image cut(const Image& image, int x0, int y0, int x1, int y1) {
+  const int left = x0 - image.place.x0, top = y0 - image.place.y0, width = x1 - x0, height = y1 - y0;
+  if (left < 0 || top < 0 || width <= 0 || height <= 0 || left + width > image.width() || top + height > image.height())
+    throw Error(
+        fmt::format("the picture has no part {},{},{},{}: its pixels are {},{},{},{}", x0, y0, x1, y1, image.place.x0,
+                    image.place.y0, image.place.x0 + image.width(), image.place.y0 + image.height()),
+        "Give x0,y0,x1,y1 within them.");
+  Image out(width, height);
+  out.place = image.place;
+  out.place.x0 = x0;
+  out.place.y0 = y0;
+  for (const ImageChannel& channel : image.channels()) {
+    const std::span<float> samples = out.add_channel(channel.name);
+    for (int y = 0; y < height; ++y)
+      std::copy_n(channel.samples.begin() + static_cast<std::ptrdiff_t>(top + y) * image.width() + left, width,
+                  samples.begin() + static_cast<std::ptrdiff_t>(y) * width);
+  }
+  return out;
+}
+
+void cut_to_common_part(Image& a, Image& b) {
+  const auto whole = [](const Image& i) {
+    return i.place.whole_width > 0 ? std::pair{i.place.whole_width, i.place.whole_height}
+                                   : std::pair{i.width(), i.height()};
+  };
+  if (whole(a) != whole(b)) return;
+  const int x0 = std::max(a.place.x0, b.place.x0), y0 = std::max(a.place.y0, b.place.y0);
+  const int x1 = std::min(a.place.x0 + a.width(), b.place.x0 + b.width());
+  const int y1 = std::min(a.place.y0 + a.height(), b.place.y0 + b.height());
+  a = cut(a, x0, y0, x1, y1);
+  b = cut(b, x0, y0, x1, y1);
 }
 
 std::vector<RGB> Image::rgb(std::string_view layer) const {

@@ -1,5 +1,6 @@
 // Pictures in memory and in files.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <map>
 #include <span>
@@ -17,6 +18,13 @@ namespace glowworm {
 struct ImageChannel {
   std::string name;
   std::vector<float> samples;  ///< row-major, the first row on top; width * height of them
+};
+
+/// Where a picture lies in a larger one that it is a part of; all zero: it is a whole one.
+struct PicturePlace {
+  int x0 = 0, y0 = 0;                     ///< the upper left pixel, in pixels of the whole
+  int whole_width = 0, whole_height = 0;  ///< pixels of the whole
+  bool operator==(const PicturePlace&) const = default;
 };
 
 /// A picture made of named planes of floats. The beauty's channels are R, G, B (and A); another layer's are
@@ -51,13 +59,29 @@ class Image {
   /// Linear RGB of a layer as an array of pixels; the layer "" is the beauty.
   std::vector<RGB> rgb(std::string_view layer = "") const;
 
+  /// In EXR files the place is the data window, and the whole the display window; PNG files have only the part.
+  PicturePlace place;
+
   /// Metadata in the header of a file: settings, version, seed, time.
   std::map<std::string, std::string> metadata;
+  /// Matrices of the header of EXR files, in rows: a point is a row that they are multiplied to from the right.
+  std::map<std::string, std::array<float, 16>> matrices;
 
  private:
   int width_ = 0, height_ = 0;
   std::vector<ImageChannel> channels_;
 };
+
+/// The layer of a picture as the beauty of another: R, G, B or X, Y, Z become R, G, B; one channel becomes grey. "" is
+/// the beauty. Throws Error that lists the layers there are.
+Image layer_of(const Image& image, std::string_view layer);
+
+/// Pixels [x0, x1) x [y0, y1) of the whole picture that `image` is, or is a part of. Throws Error where they are not
+/// all there.
+Image cut(const Image& image, int x0, int y0, int x1, int y1);
+
+/// Cuts two pictures to the pixels that both have, where they are parts of wholes of one size.
+void cut_to_common_part(Image& a, Image& b);
 
 /// Reads the first picture of any supported image file. Files of integers are converted to linear numbers from their
 /// colour space, sRGB by default. In a grey picture R, G and B are equal; alpha stays as stored. Throws Error if the

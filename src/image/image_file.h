@@ -7,7 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
+
 namespace glowworm {
+
+/// Thrown where no image file can be read, since a library of the program is missing.
+class MissingLibrary : public Error {
+ public:
+  using Error::Error;
+};
 
 /// Conversion of a file's numbers to linear ones.
 struct TransferFunction {
@@ -25,6 +33,7 @@ std::size_t size_of(SampleType type);
 /// The header of an image file.
 struct ImageFileHeader {
   int width = 0, height = 0;
+  int x0 = 0, y0 = 0, whole_width = 0, whole_height = 0;  ///< place in a larger picture (Image::place)
   int channels = 0;
   int alpha_channel = -1;  ///< -1: none
   SampleType type = SampleType::single;

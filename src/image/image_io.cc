@@ -23,6 +23,7 @@ Image read_image(const std::string& path) {
   const ImageFileHeader& header = data.header;
   Image image(header.width, header.height);
   image.metadata = header.metadata;
+  image.place = {header.x0, header.y0, header.whole_width, header.whole_height};
   const auto channels = static_cast<std::size_t>(header.channels);
   for (std::size_t c = 0; c < channels; ++c) {
     const bool is_alpha = static_cast<int>(c) == header.alpha_channel;

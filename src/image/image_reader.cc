@@ -21,8 +21,9 @@ OpenImageFunction* load_library() {
   std::fesetenv(&arithmetic);
   void* function = library ? dlsym(library, kOpenImageFunction) : nullptr;
   if (!function) {
-    throw Error(fmt::format("the library that reads image files cannot be loaded ({})", dlerror()),
-                fmt::format("Keep {} in the folder of the program, and install Debian's libopenimageio2.4.", kLibrary));
+    throw MissingLibrary(
+        fmt::format("the library that reads image files cannot be loaded ({})", dlerror()),
+        fmt::format("Keep {} in the folder of the program, and install Debian's libopenimageio2.4.", kLibrary));
   }
   return reinterpret_cast<OpenImageFunction*>(function);
 }

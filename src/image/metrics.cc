@@ -50,7 +50,7 @@ ImageComparison compare_images(const Image& image, const Image& reference, doubl
   std::vector<double> squares, relative_squares;
   squares.reserve(is.size());
   relative_squares.reserve(is.size());
-  double sum_image[3] = {}, sum_reference[3] = {}, luminance_image = 0, luminance_reference = 0;
+  double peak = 0, sum_image[3] = {}, sum_reference[3] = {}, luminance_image = 0, luminance_reference = 0;
   for (std::size_t i = 0; i < is.size(); ++i) {
     if (!is_finite(is[i]) || !is_finite(should_be[i])) {
       ++result.non_finite_pixels;
@@ -61,6 +61,7 @@ ImageComparison compare_images(const Image& image, const Image& reference, doubl
       const double value = is[i][c], truth = should_be[i][c], difference = value - truth;
       square += difference * difference / 3;
       relative_square += difference * difference / (truth * truth + kRelativeFloor) / 3;
+      peak = std::max(peak, truth);
       sum_image[c] += value;
       sum_reference[c] += truth;
       result.largest_difference = std::max(result.largest_difference, std::abs(difference));
@@ -75,6 +76,7 @@ ImageComparison compare_images(const Image& image, const Image& reference, doubl
   result.mse = trimmed_mean(squares, result.pixels - left_out);
   result.relative_mse = trimmed_mean(relative_squares, result.pixels - left_out);
   result.relative_rmse = std::sqrt(result.relative_mse);
+  result.psnr = 10 * std::log10(ratio(peak * peak, result.mse));
   for (int c = 0; c < 3; ++c) result.mean_ratio[c] = ratio(sum_image[c], sum_reference[c]);
   result.luminance_ratio = ratio(luminance_image, luminance_reference);
   return result;

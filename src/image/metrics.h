@@ -13,6 +13,7 @@ struct ImageComparison {
   double mse = 0;                     ///< mean of (I - R)^2
   double relative_mse = 0;            ///< mean of (I - R)^2 / (R^2 + 0.01)
   double relative_rmse = 0;           ///< its square root
+  double psnr = 0;                    ///< dB: 10 log10(P^2 / mse), P the largest number of R; infinite where mse is 0
   double mean_ratio[3] = {};          ///< mean of I over mean of R, for red, green and blue
   double luminance_ratio = 0;         ///< the same of the luminance
   double largest_difference = 0;      ///< greatest |I - R|

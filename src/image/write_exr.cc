@@ -4,11 +4,14 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -44,8 +47,15 @@ class Encoded : public Imf::OStream {
   std::size_t at_ = 0;
 };
 
+/// Whether a channel holds numbers for which 16 bits are too few: places, or ids.
+bool is_exact(const std::string& channel) {
+  const std::string layer = channel.substr(0, channel.find('.'));
+  static const std::set<std::string, std::less<>> exact = {"depth", "position", "uv", "object-id", "material-id"};
+  return channel.ends_with("depth.Z") || exact.contains(layer) || layer.starts_with("Crypto");
+}
+
 bool is_half(const ImageChannel& channel, ExrPrecision precision) {
-  return precision == ExrPrecision::half && !channel.name.ends_with("depth.Z");
+  return precision == ExrPrecision::half && !is_exact(channel.name);
 }
 
 std::vector<Imath::half> halves(const std::vector<float>& samples) {
@@ -57,15 +67,24 @@ std::vector<Imath::half> halves(const std::vector<float>& samples) {
 
 /// A slice of samples that lie row by row; OpenEXR only reads them, though it asks for a pointer to write by.
 template <typename Sample>
-Imf::Slice slice(Imf::PixelType type, const std::vector<Sample>& samples, int width) {
-  return {type, reinterpret_cast<char*>(const_cast<Sample*>(samples.data())), sizeof(Sample),
-          sizeof(Sample) * static_cast<std::size_t>(width)};
+Imf::Slice slice(Imf::PixelType type, const std::vector<Sample>& samples, const Imath::Box2i& window) {
+  return Imf::Slice::Make(type, samples.data(), window, sizeof(Sample),
+                          sizeof(Sample) * static_cast<std::size_t>(window.max.x - window.min.x + 1));
 }
 
 void encode(Encoded& out, const Image& image, ExrPrecision precision) {
-  Imf::Header header(image.width(), image.height());
+  const PicturePlace& place = image.place;
+  const int x0 = place.x0, y0 = place.y0;
+  const Imath::Box2i part({x0, y0}, {x0 + image.width() - 1, y0 + image.height() - 1});
+  const bool is_whole = place.whole_width == 0 || place.whole_height == 0;
+  Imf::Header header(is_whole ? part : Imath::Box2i({0, 0}, {place.whole_width - 1, place.whole_height - 1}), part);
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const auto& [key, value] : image.metadata) header.insert(key, Imf::StringAttribute(value));
+  for (const auto& [key, m] : image.matrices)
+    header.insert(key, Imf::M44fAttribute({m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10], m[11],
+                                           m[12], m[13], m[14], m[15]}));
+  // Rec. 709, which is the default of that type.
+  Imf::addChromaticities(header, Imf::Chromaticities());
   Imf::FrameBuffer frame;
   std::vector<std::vector<Imath::half>> rounded;
   rounded.reserve(image.channels().size());
@@ -73,8 +92,8 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
     const Imf::PixelType type = is_half(channel, precision) ? Imf::HALF : Imf::FLOAT;
     header.channels().insert(channel.name, Imf::Channel(type));
     if (type == Imf::HALF) rounded.push_back(halves(channel.samples));
-    frame.insert(channel.name, type == Imf::HALF ? slice(type, rounded.back(), image.width())
-                                                 : slice(type, channel.samples, image.width()));
+    frame.insert(channel.name,
+                 type == Imf::HALF ? slice(type, rounded.back(), part) : slice(type, channel.samples, part));
   }
   Imf::OutputFile file(out, header);
   file.setFrameBuffer(frame);

@@ -88,6 +88,8 @@ auto by_way_of_a_file(std::span<const std::uint8_t> bytes, const Read& read) {
     return read(file);
   } catch (const MemoryError&) {
     throw;
+  } catch (const MissingLibrary&) {
+    throw;
   } catch (const Error& error) {
     throw Error(problem_of(file, error.what()));
   }
@@ -184,9 +186,7 @@ TextureCache::~TextureCache() = default;
 
 std::shared_ptr<const TextureImage> TextureCache::missing(const std::string& name, const std::string& problem) {
   if (state_->failed.insert(name).second) {
-    const std::string message = "texture '" + name + "' is magenta: " + problem_of(name, problem);
-    warn(message);
-    state_->notes.add(message);
+    state_->notes.add("texture '" + name + "' is magenta: " + problem_of(name, problem));
   }
   return state_->magenta;
 }
@@ -198,11 +198,18 @@ std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& p
     return state_->read_file(path, options);
   } catch (const MemoryError&) {
     throw;
+  } catch (const MissingLibrary&) {
+    throw;
   } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
     return missing(path, e.what());
   }
+}
+
+std::shared_ptr<const TextureImage> TextureCache::load_needed_file(const std::string& path,
+                                                                   const TextureOptions& options) {
+  return state_->read_file(path, options);
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string& name,
@@ -212,6 +219,8 @@ std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&
   try {
     return state_->read_memory(name, bytes, options);
   } catch (const MemoryError&) {
+    throw;
+  } catch (const MissingLibrary&) {
     throw;
   } catch (const Cancelled&) {
     throw;

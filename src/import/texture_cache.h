@@ -13,8 +13,8 @@
 
 namespace glowworm {
 
-/// Decodes textures for one import. What cannot be read becomes magenta, with a warning and a note; where the budget
-/// has no room, MemoryError is thrown.
+/// Decodes textures for one import. What cannot be read becomes magenta, with a note; where the budget has no room,
+/// MemoryError is thrown, and where the program cannot read any image, MissingLibrary.
 class TextureCache {
  public:
   /// @param options the budget that textures take a part of, and whether they are read at once
@@ -30,7 +30,9 @@ class TextureCache {
   /// @param name tells it from others, and from the files, of this import, and names it in messages
   std::shared_ptr<const TextureImage> load_memory(const std::string& name, std::span<const std::uint8_t> bytes,
                                                   const TextureOptions& options = {});
-  /// What stands for an image that cannot be read: magenta. Warns and notes `problem`.
+  /// The same, but throws Error where the file cannot be read.
+  std::shared_ptr<const TextureImage> load_needed_file(const std::string& path, const TextureOptions& options = {});
+  /// What stands for an image that cannot be read: magenta. Notes `problem`.
   std::shared_ptr<const TextureImage> missing(const std::string& name, const std::string& problem);
 
  private:

@@ -10,22 +10,30 @@ namespace glowworm {
 
 namespace {
 
+/// The same in units of half_extent.
+ScreenWindow unit_window(const Camera& camera, float width, float height) {
+  const float* window = camera.window;
+  if (window[0] != 0 || window[1] != 0 || window[2] != 0 || window[3] != 0)
+    return {window[0], window[1], window[2], window[3]};
+  const float shorter = std::min(width, height);
+  return {-width / shorter, width / shorter, -height / shorter, height / shorter};
+}
+
 /// The point of the picture plane under `film`, in units of half_extent.
 Vec2 screen_point(const Camera& camera, Vec2 film, int width, int height) {
   const float w = static_cast<float>(std::max(width, 1)), h = static_cast<float>(std::max(height, 1));
-  const float* window = camera.window;
-  float left = window[0], right = window[1], bottom = window[2], top = window[3];
-  if (left == 0 && right == 0 && bottom == 0 && top == 0) {
-    const float shorter = std::min(w, h);
-    right = w / shorter;
-    left = -right;
-    top = h / shorter;
-    bottom = -top;
-  }
+  const auto [left, right, bottom, top] = unit_window(camera, w, h);
   return {left + (right - left) * (film.x / w), top + (bottom - top) * (film.y / h)};
 }
 
 }  // namespace
+
+ScreenWindow screen_window(const Camera& camera, int width, int height) {
+  const auto [left, right, bottom, top] =
+      unit_window(camera, static_cast<float>(std::max(width, 1)), static_cast<float>(std::max(height, 1)));
+  const float unit = camera.half_extent;
+  return {left * unit, right * unit, bottom * unit, top * unit};
+}
 
 CameraRay generate_ray(const Camera& camera, Vec2 film, int width, int height, Vec2 lens) {
   const Transform& m = camera.to_world;

@@ -26,6 +26,12 @@ struct Camera {
   float focal_distance = 1;  ///< metres along the axis
 };
 
+/// The sides of the picture plane at z = 1, in units of the camera's space.
+struct ScreenWindow {
+  float left, right, bottom, top;
+};
+ScreenWindow screen_window(const Camera& camera, int width, int height);
+
 struct CameraRay {
   Vec3 origin;
   Vec3 direction;  ///< unit

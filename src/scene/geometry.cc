@@ -1,5 +1,6 @@
 #include "scene/geometry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -36,6 +37,20 @@ Vec3 unit_or_zero(Vec3 n) {
 }
 
 }  // namespace
+
+std::uint32_t Geometry::object_of(std::uint32_t triangle) const {
+  const auto after = std::upper_bound(objects.begin(), objects.end(), triangle,
+                                      [](std::uint32_t t, const ObjectStart& o) { return t < o.first_triangle; });
+  return after == objects.begin() ? kNone : static_cast<std::uint32_t>(after - objects.begin() - 1);
+}
+
+void Geometry::begin_object(const std::string& name) {
+  const auto first = static_cast<std::uint32_t>(triangles.size());
+  if (!objects.empty() && objects.back().name == name) return;
+  // One that got no triangles is none.
+  if (!objects.empty() && objects.back().first_triangle == first) objects.pop_back();
+  objects.push_back({first, name});
+}
 
 AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* name, std::uint32_t material,
                          std::uint32_t emission) {

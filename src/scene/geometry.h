@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/box.h"
@@ -11,6 +12,12 @@ namespace glowworm {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
+/// The first triangle of an object, whose triangles follow one another, and its name in the file.
+struct ObjectStart {
+  std::uint32_t first_triangle = 0;
+  std::string name;
+};
+
 /// All triangles of a scene. Instances are resolved by the importers: everything is in world space, metres.
 struct Geometry {
   std::vector<Vec3> positions;                          ///< one a vertex
@@ -19,8 +26,13 @@ struct Geometry {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< vertex indices, counter-clockwise seen from outside
   std::vector<std::uint32_t> material;                  ///< one a triangle: index into the materials
   std::vector<std::uint32_t> emission;                  ///< one a triangle: index into the emissions, or kNone
+  std::vector<ObjectStart> objects;                     ///< in the order of triangles; may be empty
 
   std::size_t triangle_count() const { return triangles.size(); }
+  /// Index into objects of the object that a triangle is of; kNone where there is none.
+  std::uint32_t object_of(std::uint32_t triangle) const;
+  /// Begins an object with the triangle that comes next; the same name again goes on with it.
+  void begin_object(const std::string& name);
   /// Twice the area times the unit normal (m^2), by the winding.
   Vec3 scaled_normal(std::uint32_t triangle) const {
     const auto& [a, b, c] = triangles[triangle];

@@ -58,6 +58,14 @@ void normalize_lights(SceneDescription& d) {
         fmt::format("environment \"{}\": {} texels are negative or not finite; set to 0", d.environment->name, mended));
 }
 
+/// Whether the file has lights, though they may be black. A texture of emission that is black makes none.
+bool has_lights(const SceneDescription& d, const Geometry& geometry) {
+  return !d.lights.empty() || d.environment ||
+         std::any_of(geometry.emission.begin(), geometry.emission.end(), [&](std::uint32_t emission) {
+           return emission != kNone && d.emissions[emission].radiance.texture == kNone;
+         });
+}
+
 float power_weight(RGB power) {
   if (!is_finite(power))
     throw Error(fmt::format("a light has a power of ({:g}, {:g}, {:g}) W", power.r, power.g, power.b),
@@ -79,6 +87,10 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   find_light_sources();
   if (light_power_.total() > 0) return;
+  if (has_lights(d_, *geometry_)) {
+    d_.notes.push_back("all lights of the scene are black");
+    return;
+  }
   d_.environment = Environment{};
   d_.environment->name = "default sky";
   d_.notes.push_back("the scene has no light; a uniform sky of radiance 1 was added");

@@ -22,6 +22,8 @@ struct FilmRequest {
   int width = 0, height = 0;
   float crop[4] = {0, 1, 0, 1};  ///< x0, x1, y0, y1 as fractions of the whole picture
   float scale = 1;               ///< factor on radiance (a sensor's imaging ratio)
+  std::string file;              ///< name of the picture's file, without folders
+  std::uint32_t samples = 0;     ///< samples of each pixel that its path tracer takes
 };
 
 /// The description that importers and built-in scenes fill in.

@@ -23,7 +23,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 280 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 88 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
-static_assert(sizeof(Geometry) == 6 * sizeof(std::vector<Vec3>));
+static_assert(sizeof(Geometry) == 7 * sizeof(std::vector<Vec3>));
 
 void add(ContentHash& hash, const Material& m) {
   hash.add(m.kind);
@@ -110,6 +110,8 @@ std::uint64_t hash_geometry(const Geometry& g) {
   hash.add_array(std::span(g.triangles));
   hash.add_array(std::span(g.material));
   hash.add_array(std::span(g.emission));
+  // Names of objects show in no sample.
+  for (const ObjectStart& object : g.objects) hash.add(object.first_triangle);
   return hash.value();
 }
 

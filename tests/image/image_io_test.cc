@@ -99,6 +99,50 @@ TEST_F(ImageIo, HalfExrKeepsElevenBitsAndDepthWhole) {
   EXPECT_EQ(spec.channelformat(spec.channelindex("depth.Z")), OIIO::TypeDesc::FLOAT);
 }
 
+TEST_F(ImageIo, ExrSaysWhereAPartLiesAndHowItWasSeen) {
+  Image image = make_image();
+  image.place = {100, 50, 640, 360};
+  for (std::size_t i = 0; i < 16; ++i) image.matrices["worldToCamera"][i] = static_cast<float>(i);
+  image.add_scalar("CryptoObject00.R", std::vector<float>(image.pixel_count(), 1e-30f));
+  write_exr(path("a.exr"), image);
+  const auto input = OIIO::ImageInput::open(path("a.exr"));
+  ASSERT_TRUE(input);
+  const OIIO::ImageSpec& spec = input->spec();
+  EXPECT_EQ(std::tuple(spec.x, spec.y, spec.width, spec.height), std::tuple(100, 50, kWidth, kHeight));
+  EXPECT_EQ(std::tuple(spec.full_x, spec.full_y, spec.full_width, spec.full_height), std::tuple(0, 0, 640, 360));
+  float matrix[16] = {}, chromaticities[8] = {};
+  ASSERT_TRUE(spec.getattribute("worldtocamera", OIIO::TypeMatrix, matrix));
+  EXPECT_EQ(matrix[7], 7);
+  ASSERT_TRUE(spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), chromaticities));
+  EXPECT_FLOAT_EQ(chromaticities[0], 0.64f);  // x of red, Rec. 709
+  EXPECT_EQ(spec.channelformat(spec.channelindex("CryptoObject00.R")), OIIO::TypeDesc::FLOAT);
+  const Image read = read_image(path("a.exr"));
+  EXPECT_EQ(read.place, image.place);
+  EXPECT_EQ(read.channel("CryptoObject00.R")[0], 1e-30f);
+}
+
+TEST_F(ImageIo, PartsAndLayersAreCutOut) {
+  const Image whole = make_image();
+  const Image part = cut(whole, 5, 4, 9, 10);
+  EXPECT_EQ(part.width(), 4);
+  EXPECT_EQ(part.channel("G")[4], whole.channel("G")[5 * kWidth + 5]);
+  EXPECT_EQ(layer_of(part, "normal").rgb()[0].b, whole.channel("normal.Z")[4 * kWidth + 5]);
+  EXPECT_EQ(layer_of(part, "depth").rgb()[0].g, whole.channel("depth.Z")[4 * kWidth + 5]);
+  EXPECT_EQ(layer_of(part, "").rgb(), part.rgb());
+  try {
+    layer_of(part, "direct");
+    ADD_FAILURE();
+  } catch (const std::exception& error) {
+    EXPECT_THAT(error.what(), HasSubstr("albedo, depth, normal"));
+  }
+  Image a = part, b = whole;
+  a.place.whole_width = kWidth;
+  a.place.whole_height = kHeight;
+  cut_to_common_part(a, b);
+  EXPECT_EQ(a.rgb(), b.rgb());
+  EXPECT_THROW(cut(part, 0, 0, 3, 3), std::exception);
+}
+
 TEST_F(ImageIo, WhatIsTooLargeForHalfStaysFinite) {
   Image image(2, 1);
   image.add_rgb("", std::vector<RGB>{{1e9f, -1e9f, std::numeric_limits<float>::infinity()}, {65504, 1, 2}});

@@ -158,6 +158,25 @@ TEST(PbrtCamera, OthersAreReplacedAndNoted) {
             std::string::npos);
 }
 
+TEST(PbrtFilm, PixelBoundsFileNameAndWhatIsNotUsed) {
+  const SceneDescription scene = load_text(
+      "Film \"rgb\" \"integer xresolution\" 640 \"integer yresolution\" 360 \"string filename\" \"../up/a.exr\" "
+      "\"integer pixelbounds\" [160 320 90 1000] Sampler \"halton\" \"integer pixelsamples\" 64 "
+      "Integrator \"volpath\" \"integer maxdepth\" 5 PixelFilter \"gaussian\"");
+  EXPECT_EQ(scene.film.crop[0], 0.25f);
+  EXPECT_EQ(scene.film.crop[1], 0.5f);
+  EXPECT_EQ(scene.film.crop[2], 0.25f);
+  EXPECT_EQ(scene.film.crop[3], 1);
+  EXPECT_EQ(scene.film.file, "a.exr");
+  EXPECT_EQ(scene.film.samples, 64u);
+  ASSERT_EQ(scene.notes.size(), 3u);
+  EXPECT_NE(scene.notes[0].find("pixelsamples 64"), std::string::npos);
+  EXPECT_NE(scene.notes[1].find("maxdepth 5"), std::string::npos);
+  EXPECT_NE(scene.notes[2].find("pixel filter \"gaussian\""), std::string::npos);
+  EXPECT_TRUE(load_text("PixelFilter \"box\"").notes.empty());
+  EXPECT_NE(error_of("Film \"rgb\" \"integer pixelbounds\" [5 2 0 1]").find("pixelbounds"), std::string::npos);
+}
+
 TEST(PbrtFilm, SizeCropAndSensor) {
   const SceneDescription scene = load_text(
       "Film \"rgb\" \"integer xresolution\" 640 \"integer yresolution\" 360 \"float cropwindow\" [.25 .5 0 1] "

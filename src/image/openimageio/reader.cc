@@ -60,6 +60,12 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   ImageFileHeader header;
   header.width = spec.width;
   header.height = spec.height;
+  if (spec.full_x == 0 && spec.full_y == 0 && (spec.full_width != spec.width || spec.full_height != spec.height)) {
+    header.x0 = spec.x;
+    header.y0 = spec.y;
+    header.whole_width = spec.full_width;
+    header.whole_height = spec.full_height;
+  }
   header.channels = spec.nchannels;
   header.alpha_channel = alpha_channel(spec);
   header.type = sample_type(spec);

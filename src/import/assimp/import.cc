@@ -85,6 +85,7 @@ class ForeignBuilder {
     notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
     transform_mesh(mesh, to_world);
     triangles_.grow(scene_bytes(mesh));
+    description_.geometry.begin_object(source.name);
     append_counted(description_.geometry, mesh, path_ + ": " + source.name, source.material,
                    emissions_[source.material], notes_);
   }

@@ -211,6 +211,8 @@ class GltfBuilder {
 
   void add_mesh(int index, const Transform& to_world) {
     check_cancelled();
+    const std::string& name = model_.meshes[static_cast<std::size_t>(index)].name;
+    description_.geometry.begin_object(name.empty() ? fmt::format("mesh {}", index) : name);
     for_each_primitive(index, [&](const GltfPrimitive& p, std::uint32_t material, const std::string& where) {
       if (p.mesh.triangles.empty()) return;
       const std::uint32_t emission = material_info_.at(material).emission;

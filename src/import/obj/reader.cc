@@ -83,6 +83,7 @@ class ObjParser {
       use_material(trimmed(rest));
     } else if (key == "o" || key == "g") {
       end_mesh();
+      object_ = std::string(trimmed(rest));
     } else if (key == "mtllib") {
       visit_library(std::string(trimmed(rest)));
     } else if (key == "l" || key == "p") {
@@ -207,6 +208,7 @@ class ObjParser {
     merge_identical_vertices(mesh_);
     notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh_));
     triangles_.grow(scene_bytes(mesh_));
+    if (!object_.empty()) description_.geometry.begin_object(object_);
     append_counted(description_.geometry, mesh_, file_, material_, kNone, notes_);
     mesh_ = {};
     smooth_triangles_.clear();
@@ -264,6 +266,7 @@ class ObjParser {
   Reservation lists_, faces_held_, triangles_;  ///< of the file's lists, mesh_, and the scene's triangles
   SceneDescription description_;
   int line_ = 0;
+  std::string object_;  // its name; empty before the first
   std::size_t faces_ = 0;
   bool smooth_ = false, smoothed_ = false;
   std::vector<Vec3> positions_, normals_;

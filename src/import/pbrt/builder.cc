@@ -128,6 +128,9 @@ struct PbrtBuilder::State {
   void reverse_orientation(PbrtDirective&) { now.reverse = !now.reverse; }
   void camera(PbrtDirective& d);
   void set_film(PbrtDirective& d) { film = d; }
+  void render_setting(PbrtDirective& d) {
+    note_render_settings(d.name, d.strings[0], d.parameters, context.scene.film);
+  }
   void world_begin(PbrtDirective& d);
   void medium(PbrtDirective& d);
   void texture(PbrtDirective& d);
@@ -171,6 +174,9 @@ PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) 
       Entry{"ColorSpace", &State::color_space},
       Entry{"Camera", &State::camera},
       Entry{"Film", &State::set_film},
+      Entry{"Sampler", &State::render_setting},
+      Entry{"Integrator", &State::render_setting},
+      Entry{"PixelFilter", &State::render_setting},
       Entry{"WorldBegin", &State::world_begin},
       Entry{"MakeNamedMedium", &State::medium},
       Entry{"MediumInterface", &State::medium},
@@ -184,7 +190,7 @@ PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) 
   for (const Entry& entry : kActions) {
     if (entry.name == name) return entry.action;
   }
-  // How to render (Integrator, Sampler, PixelFilter, Accelerator, Option, ...) is the program's own affair.
+  // How to render (Accelerator, Option, ...) is the program's own affair.
   return &State::ignore;
 }
 
@@ -409,7 +415,10 @@ void PbrtBuilder::finish() {
                               "The file may be cut off; close it with the matching End.");
   }
   if (state.film) {
-    state.context.scene.film = make_film(state.film->strings[0], state.film->parameters, state.exposure_seconds);
+    FilmRequest& film = state.context.scene.film;
+    const std::uint32_t samples = film.samples;
+    film = make_film(state.film->strings[0], state.film->parameters, state.exposure_seconds);
+    film.samples = samples;
   }
   state.materials.finish();
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace glowworm {
@@ -28,6 +29,34 @@ void set_window(Camera& camera, const PbrtParameters& parameters) {
     return;
   }
   for (int i = 0; i < 4; ++i) camera.window[i] = static_cast<float>(window[i]);
+}
+
+/// Sets the crop to the pixels of "pixelbounds", which a cropwindow overrules, as in pbrt.
+void set_pixel_bounds(FilmRequest& film, const PbrtParameters& parameters) {
+  const auto bounds = parameters.numbers("pixelbounds", PbrtType::integer);
+  if (bounds.empty() || film.width == 0) return;
+  const double size[2] = {static_cast<double>(film.width), static_cast<double>(film.height)};
+  if (bounds.size() != 4 || bounds[0] >= bounds[1] || bounds[2] >= bounds[3] || bounds[0] >= size[0] ||
+      bounds[2] >= size[1] || bounds[1] <= 0 || bounds[3] <= 0) {
+    parameters.diagnostics().error(parameters.place(), "pixelbounds is no part of the picture",
+                                   "Give x0 x1 y0 y1 in pixels with x0 < x1 and y0 < y1.");
+    return;
+  }
+  for (std::size_t i = 0; i < 4; ++i)
+    film.crop[i] = static_cast<float>(std::clamp(bounds[i], 0.0, size[i / 2]) / size[i / 2]);
+}
+
+void set_crop(FilmRequest& film, const PbrtParameters& parameters) {
+  set_pixel_bounds(film, parameters);
+  const auto crop = parameters.numbers("cropwindow", PbrtType::real);
+  if (crop.empty()) return;
+  if (crop.size() == 4 && crop[0] >= 0 && crop[0] < crop[1] && crop[1] <= 1 && crop[2] >= 0 && crop[2] < crop[3] &&
+      crop[3] <= 1) {
+    for (int i = 0; i < 4; ++i) film.crop[i] = static_cast<float>(crop[i]);
+  } else {
+    parameters.diagnostics().error(parameters.place(), "cropwindow is no part of the picture",
+                                   "Give x0 x1 y0 y1 with 0 <= x0 < x1 <= 1, and the same for y.");
+  }
 }
 
 }  // namespace
@@ -83,6 +112,28 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
   return camera;
 }
 
+void note_render_settings(std::string_view directive, const std::string& kind, const PbrtParameters& parameters,
+                          FilmRequest& film) {
+  PbrtDiagnostics& diagnostics = parameters.diagnostics();
+  if (directive == "Sampler") {
+    const int samples = std::clamp(parameters.integer("pixelsamples", 0), 0, 1 << 20);
+    if (samples == 0) return;
+    film.samples = static_cast<std::uint32_t>(samples);
+    diagnostics.note(parameters.place(),
+                     fmt::format("the default of --samples with --integrator path alone: pixelsamples {}", samples));
+  } else if (directive == "Integrator") {
+    if (parameters.has("maxdepth"))
+      diagnostics.note(parameters.place(),
+                       fmt::format("not supported, light goes on until nothing is left: maxdepth {}",
+                                   parameters.integer("maxdepth", 0)));
+  } else if (directive == "PixelFilter") {
+    // A box of one pixel, whatever its radii are, is the nearest to what is done here.
+    if (kind != "box")
+      diagnostics.note(parameters.place(),
+                       fmt::format("not supported, replaced by a box of one pixel: pixel filter {}", in_quotes(kind)));
+  }
+}
+
 FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters, float exposure_seconds) {
   FilmRequest film;
   if (kind != "rgb" && kind != "image" && kind != "gbuffer" && kind != "spectral") {
@@ -98,16 +149,10 @@ FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters,
                                    fmt::format("Give sides between 1 and {} pixels.", kLongestSide));
     film.width = film.height = 0;
   }
-  const auto crop = parameters.numbers("cropwindow", PbrtType::real);
-  if (!crop.empty()) {
-    if (crop.size() == 4 && crop[0] >= 0 && crop[0] < crop[1] && crop[1] <= 1 && crop[2] >= 0 && crop[2] < crop[3] &&
-        crop[3] <= 1) {
-      for (int i = 0; i < 4; ++i) film.crop[i] = static_cast<float>(crop[i]);
-    } else {
-      parameters.diagnostics().error(parameters.place(), "cropwindow is no part of the picture",
-                                     "Give x0 x1 y0 y1 with 0 <= x0 < x1 <= 1, and the same for y.");
-    }
-  }
+  set_crop(film, parameters);
+  // A file that comes from elsewhere must not choose a folder to write to.
+  const std::string name = parameters.string("filename", "");
+  film.file = name.substr(name.find_last_of('/') + 1);
   const std::string sensor = parameters.string("sensor", "cie1931");
   if (sensor != "cie1931") {
     parameters.diagnostics().note(parameters.place(),
@@ -118,12 +163,8 @@ FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters,
   }
   // PixelSensor::Create of pbrt-v4: exposure time times ISO / 100.
   film.scale = exposure_seconds * parameters.real("iso", 100) / 100 * parameters.real("scale", 1);
-  if (parameters.has("pixelbounds")) {
-    static_cast<void>(parameters.find("pixelbounds"));
-    parameters.diagnostics().note(parameters.place(), "not supported, give cropwindow instead: pixelbounds");
-  }
-  for (const char* ignored : {"filename", "savefp16", "diagonal", "maxcomponentvalue", "coordinatesystem", "nbuckets",
-                              "lambdamin", "lambdamax", "maxsampleluminance"}) {
+  for (const char* ignored : {"savefp16", "diagonal", "maxcomponentvalue", "coordinatesystem", "nbuckets", "lambdamin",
+                              "lambdamax", "maxsampleluminance"}) {
     static_cast<void>(parameters.find(ignored));
   }
   parameters.note_unused(fmt::format("film {}", in_quotes(kind)));

@@ -1,6 +1,7 @@
 // Cameras and films of pbrt scenes.
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "core/transform.h"
 #include "import/pbrt/context.h"
@@ -15,6 +16,11 @@ void set_frame_aspect(Camera& camera, const PbrtParameters& parameters);
 
 /// Seconds that the shutter is open, 1 where the file does not say.
 float exposure_time(const PbrtParameters& camera_parameters);
+
+/// Takes what is used of a directive Sampler, Integrator or PixelFilter, and notes what is not.
+/// @param kind the directive's type, as "halton"
+void note_render_settings(std::string_view directive, const std::string& kind, const PbrtParameters& parameters,
+                          FilmRequest& film);
 
 /// The picture that a Film directive asks for. @param exposure_seconds of the camera
 FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters, float exposure_seconds);

@@ -41,6 +41,7 @@ struct PbrtContext {
   std::unique_ptr<Reservation> sky;      ///< of the pixels of scene.environment
   std::size_t subdivided_triangles = 0;  ///< of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
+  PbrtImageLoader load_needed_image;  ///< throws Error where the file cannot be read
   std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;
 
   /// Full path of a file that a parameter names.

@@ -21,10 +21,14 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
   context.v3 = is_pbrt_v3(text);
   NoteCounter texture_notes;
   TextureCache textures(options, texture_notes);
-  context.load_image = [&textures](const std::string& file, const TextureOptions& texture_options) {
-    const std::filesystem::path full(file);
-    const std::string found = find_texture_file(full.parent_path().string(), full.filename().string());
-    return textures.load_file(found, texture_options);
+  const auto find = [](const std::filesystem::path& file) {
+    return find_texture_file(file.parent_path().string(), file.filename().string());
+  };
+  context.load_image = [&](const std::string& file, const TextureOptions& texture_options) {
+    return textures.load_file(find(file), texture_options);
+  };
+  context.load_needed_image = [&](const std::string& file, const TextureOptions& texture_options) {
+    return textures.load_needed_file(find(file), texture_options);
   };
   PbrtBuilder builder(context);
   parse_pbrt_text(text, path, context.diagnostics, *options.budget, [&](PbrtDirective& directive) {

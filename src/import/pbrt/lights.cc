@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/interrupt.h"
+#include "core/memory_budget.h"
+#include "image/image_file.h"
 #include "import/pbrt/textures.h"
 
 namespace glowworm {
@@ -164,10 +167,31 @@ class LightBuilder {
     return std::copysign(1 - r * r, distance);
   }
 
+  /// The image of a light; null, with an error, where it cannot be read: no colour stands for the light of a sky.
+  std::shared_ptr<const TextureImage> needed_image(const std::string& path) {
+    try {
+      return context_.load_needed_image(path, default_image_options(path));
+    } catch (const MemoryError&) {
+      throw;
+    } catch (const MissingLibrary&) {
+      throw;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& error) {
+      const std::string message = error.what();
+      context_.diagnostics.error(
+          parameters_.place(),
+          "the picture of an infinite light cannot be read: " + message.substr(0, message.find('\n')),
+          "Put the file where the scene says, or leave the light out.");
+      return nullptr;
+    }
+  }
+
   /// Square images are equal-area maps as pbrt-v4 wants them, twice as wide ones are lat-long maps.
   void read_image(Environment& environment, const std::string& file) {
     const std::string path = context_.resolve(file, parameters_.place());
-    const auto image = context_.load_image(path, default_image_options(path));
+    const auto image = needed_image(path);
+    if (!image) return;
     environment.width = image->width();
     environment.height = image->height();
     const std::size_t pixels = static_cast<std::size_t>(environment.width) * environment.height;

@@ -124,8 +124,13 @@ void PbrtMaterialTable::remove_absent() {
   Geometry& geometry = context_.scene.geometry;
   Geometry kept;
   std::size_t count = 0;
+  std::uint32_t object = kNone;
   for (std::size_t t = 0; t < geometry.triangles.size(); ++t) {
     if (is_absent(materials[geometry.material[t]])) continue;
+    if (const std::uint32_t own = geometry.object_of(static_cast<std::uint32_t>(t)); own != object) {
+      object = own;
+      kept.objects.push_back({static_cast<std::uint32_t>(count), geometry.objects[own].name});
+    }
     geometry.triangles[count] = geometry.triangles[t];
     geometry.material[count] = geometry.material[t];
     geometry.emission[count] = geometry.emission[t];
