@@ -20,10 +20,13 @@ namespace glowworm {
 
 namespace {
 
-/// Pixels are taken in square blocks of this side, so that packets of rays are compact.
+/// Pixels are taken in square blocks of this side, so that packets of rays are compact. Blocks lie in the picture's
+/// grid, whatever part of the picture a task is: the packet that a ray is in shows in the last bits of its hit.
 constexpr int kBlock = 16;
 /// Pixels of a block are taken in squares of this side, as packets hold.
 constexpr int kSquare = 4;
+/// Slot of a camera ray that only fills a packet: it begins at a pixel outside of the task.
+constexpr std::uint32_t kNoSlot = 0xffffffffu;
 /// Sharp bounces after which Russian roulette sets in.
 constexpr int kRouletteAfter = 4;
 
@@ -99,7 +102,7 @@ class BlockTracer {
     rays_.clear();
     slot_.clear();
     pixel_.clear();
-    const int x1 = std::min(x0 + kBlock, task_.x1), y1 = std::min(y0 + kBlock, task_.y1);
+    const int x1 = std::min(x0 + kBlock, settings_.width), y1 = std::min(y0 + kBlock, settings_.height);
     for (std::uint32_t s = 0; s < task_.sample_count; ++s) {
       const std::size_t first = slot_.size();
       for (int y = y0; y < y1; y += kSquare)
@@ -114,8 +117,9 @@ class BlockTracer {
     const int width = task_.x1 - task_.x0;
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
-        slot_.push_back(static_cast<std::uint32_t>(s * task_.pixel_count() +
-                                                   static_cast<std::size_t>((y - task_.y0) * width + (x - task_.x0))));
+        const bool inside = x >= task_.x0 && x < task_.x1 && y >= task_.y0 && y < task_.y1;
+        const auto in_tile = static_cast<std::size_t>((y - task_.y0) * width + (x - task_.x0));
+        slot_.push_back(inside ? static_cast<std::uint32_t>(s * task_.pixel_count() + in_tile) : kNoSlot);
         pixel_.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) +
                          static_cast<std::uint32_t>(x));
       }
@@ -164,8 +168,13 @@ class BlockTracer {
 
   /// Takes camera ray i to what it sees first; true where it goes on from there, as the last of the paths.
   bool see(std::size_t i) {
+    if (slot_[i] == kNoSlot) return false;
     const Hit& hit = hits_[i];
     first_hit_.depth[slot_[i]] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (settings_.places) {
+      first_hit_.triangle[slot_[i]] = hit.triangle;
+      first_hit_.barycentric[slot_[i]] = hit.barycentric;
+    }
     if (as_queries_ && hit.triangle != kNone && see_diffuse(i)) return false;
     const std::size_t per_sample = slot_.size() / task_.sample_count;
     const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
@@ -317,24 +326,31 @@ template <typename Join>
 void trace_blocks(const Tracer& tracer, const Camera& camera, const CameraTask& task,
                   const CameraPassSettings& settings, bool as_queries, const PassOutput& output, Join&& join) {
   output.radiance.resize(task.slot_count());
-  output.first_hit.albedo.assign(task.slot_count(), RGB());
-  output.first_hit.normal.assign(task.slot_count(), Vec3());
-  output.first_hit.depth.assign(task.slot_count(), 0);
-  const int columns = (task.x1 - task.x0 + kBlock - 1) / kBlock, rows = (task.y1 - task.y0 + kBlock - 1) / kBlock;
+  output.first_hit.resize(task.slot_count(), settings.places);
+  const int x0 = task.x0 / kBlock * kBlock, y0 = task.y0 / kBlock * kBlock;
+  const int columns = (task.x1 - x0 + kBlock - 1) / kBlock, rows = (task.y1 - y0 + kBlock - 1) / kBlock;
   const auto blocks = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   PartQueue<BlockMemory> queue(blocks, join);
   parallel_for(0, blocks, 1, [&](std::size_t, std::size_t) {
     const std::size_t block = queue.take();
     std::unique_ptr<BlockMemory> memory = queue.borrow();
     BlockTracer block_tracer(tracer, camera, task, settings, as_queries, output.radiance, output.first_hit, *memory);
-    block_tracer.trace(task.x0 + static_cast<int>(block) % columns * kBlock,
-                       task.y0 + static_cast<int>(block) / columns * kBlock);
+    block_tracer.trace(x0 + static_cast<int>(block) % columns * kBlock,
+                       y0 + static_cast<int>(block) / columns * kBlock);
     output.statistics.add(Counter::camera_rays, block_tracer.rays_traced());
     queue.put(block, std::move(memory));
   });
 }
 
 }  // namespace
+
+void FirstHit::resize(std::size_t slots, bool places) {
+  albedo.assign(slots, RGB());
+  normal.assign(slots, Vec3());
+  depth.assign(slots, 0);
+  triangle.assign(places ? slots : 0, kNone);
+  barycentric.assign(places ? slots : 0, Vec2());
+}
 
 void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {

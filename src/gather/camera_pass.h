@@ -14,6 +14,7 @@ struct CameraPassSettings {
   int width = 0, height = 0;  ///< of the whole picture, pixels
   std::uint32_t seed = 0;
   int max_sharp_bounces = 32;
+  bool places = false;  ///< fill FirstHit::triangle and barycentric, too
 };
 
 /// What is seen first, through sharp bounces; one entry a slot.
@@ -21,6 +22,12 @@ struct FirstHit {
   std::vector<RGB> albedo;   ///< of all lobes of the gather point (white for lights)
   std::vector<Vec3> normal;  ///< shading normal on the viewer's side; (0,0,0) for nothing
   std::vector<float> depth;  ///< metres along the camera ray to the first surface; infinity for none
+  // Filled where they are asked for.
+  std::vector<std::uint32_t> triangle;  ///< first triangle hit; kNone for none
+  std::vector<Vec2> barycentric;        ///< where on it
+
+  /// Makes room for so many slots. @param places with triangles and barycentric coordinates
+  void resize(std::size_t slots, bool places);
 };
 
 /// Traces the task's camera samples on all threads. Fills `radiance.emitted` and adds to `radiance.direct` what rough

@@ -7,6 +7,8 @@
 #include "core/exact_sum.h"
 #include "gather/camera_pass.h"
 #include "points/gather_points.h"
+#include "render/settings.h"
+#include "scene/geometry.h"
 
 namespace glowworm {
 
@@ -20,14 +22,19 @@ class Film {
   /// @param indirect_only the image is the indirect light only
   /// @param layers        keep the parts of the light, and the first hits, apart; without them mean() and depth() are
   /// not available, and radiance() returns the image for every part
-  explicit Film(int width, int height, bool indirect_only = false, bool layers = true);
+  /// @param places        of first hits to keep, too; they need `layers`
+  explicit Film(const PixelBounds& bounds, bool indirect_only = false, bool layers = true, PlaceLayers places = {});
 
-  int width() const { return width_; }
-  int height() const { return height_; }
+  /// The part of the picture that the film holds.
+  const PixelBounds& bounds() const { return bounds_; }
+  int width() const { return bounds_.width(); }
+  int height() const { return bounds_.height(); }
   std::size_t pixel_count() const { return count_.size(); }
 
-  /// Adds the samples of a task. Skips pixels that have their samples already, as after a checkpoint within a pass.
-  void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit);
+  /// Adds the samples of a task within bounds(). Skips pixels that have their samples already, as after a checkpoint
+  /// within a pass.
+  /// @param geometry that the triangles of first_hit are of
+  void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit, const Geometry& geometry);
   /// Whether every pixel of the task has its samples.
   bool has(const CameraTask& task) const;
   /// Number of samples that every pixel has.
@@ -36,10 +43,25 @@ class Film {
   bool is_even() const;
 
   /// Means over the samples so far; black (or 0) if there are none.
-  enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal };
+  /// Position (metres) and uv (third component 0) are means over the samples that hit something.
+  enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal, position, uv };
   RGB mean(Layer layer, std::size_t pixel) const;
   /// Mean depth over the samples that hit something; infinity if none did.
   float depth(std::size_t pixel) const;
+  /// Share of the samples that hit something.
+  float coverage(std::size_t pixel) const;
+
+  /// An object or a material, and the samples that hit it.
+  struct IdCount {
+    std::uint32_t id = kNone, count = 0;
+  };
+  /// Those of a pixel at most; samples of further ones are not counted.
+  static constexpr std::size_t kMostIds = 6;
+  using IdCounts = std::array<IdCount, kMostIds>;
+  /// By Geometry::objects and by the scene's materials, one entry a pixel; empty where they are not kept.
+  const std::vector<IdCounts>& objects() const { return objects_; }
+  const std::vector<IdCounts>& materials() const { return materials_; }
+
   /// Radiance of the pixel: all light, or only the indirect light. W sr^-1 m^-2.
   RGB radiance(std::size_t pixel, bool indirect_only) const;
   std::uint32_t sample_count(std::size_t pixel) const { return count_[pixel]; }
@@ -49,7 +71,7 @@ class Film {
   double noise() const;
 
   /// Size in bytes of a film of these dimensions.
-  static std::uint64_t bytes(int width, int height, bool layers = true);
+  static std::uint64_t bytes(const PixelBounds& bounds, bool layers = true, PlaceLayers places = {});
 
   /// Counts camera samples that are black because their light was not finite (points/finite_light.h).
   void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
@@ -70,15 +92,19 @@ class Film {
 
   template <typename Sum>
   void add(std::array<Sum, 3>& sums, RGB value);
+  void add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t slot, const Geometry& geometry);
   /// Calls work(array) for each array of the state, in the order of save().
   template <typename Self, typename Work>
   static void for_arrays(Self& self, Work&& work);
   bool is_possible() const;
 
-  int width_, height_;
+  PixelBounds bounds_;
   bool indirect_only_, layers_;
+  PlaceLayers places_;
   std::vector<std::array<LightSum, 3>> light_[4];  // without layers, the first holds all light of the image
   std::vector<std::array<UnitSum, 3>> albedo_, normal_;
+  std::vector<std::array<LightSum, 3>> position_, uv_;
+  std::vector<IdCounts> objects_, materials_;
   std::vector<LightSum> depth_sum_;
   std::vector<SquareSum> square_sum_;  // of the luminance of single samples
   std::vector<std::uint32_t> depth_count_, count_;

@@ -20,7 +20,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       tracer_(std::move(tracer)),
       settings_(resolve(asked, *scene_)),
       budget_(settings_.memory_bytes),
-      film_(settings_.width, settings_.height, settings_.indirect_only, settings_.separate_layers),
+      film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers()),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()) {
   if (resume) this->resume(*resume);
@@ -158,6 +158,7 @@ PassSettings Job::pass_settings() const {
   pass.gather = s.gather;
   pass.light_samples = s.light_samples;
   pass.seed = s.seed;
+  pass.places = s.place_layers().any();
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;
@@ -169,6 +170,7 @@ void Job::shoot_photons(std::uint32_t pass) {
   const double start = seconds();
   // Photons may use all memory that tasks leave.
   memory_.clear();
+  is_mapping_ = true;
   if (settings_.guiding && !guide_) {
     const PhaseTimer timer(statistics_, Phase::trace_photons);
     PhotonGuiding guiding = guide_photons(*tracer_, settings_);
@@ -178,6 +180,7 @@ void Job::shoot_photons(std::uint32_t pass) {
   maps_.update(*tracer_, map_settings(pass), statistics_);
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = maps_.bytes();
+  is_mapping_ = false;
   const std::lock_guard lock(film_mutex_);
   add(light_photons_, photons_by_light(*scene_, maps_.pass()));
 }
@@ -223,7 +226,7 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
     ++tasks_;
     task_seconds_ = seconds() - start;
     const std::lock_guard lock(film_mutex_);
-    film_.add(task, result.radiance, result.first_hit);
+    film_.add(task, result.radiance, result.first_hit, scene_->geometry());
     film_.add_not_finite(not_finite);
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
   }

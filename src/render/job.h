@@ -52,6 +52,8 @@ class Job {
   double progress() const;
   /// Passes (camera samples of every pixel) done so far.
   std::uint32_t passes() const { return passes_; }
+  /// Whether photons are being traced, or their map is being built.
+  bool is_mapping() const { return is_mapping_; }
   /// Finished tasks: parts of the picture that are computed from start to end at once.
   std::uint64_t tasks() const { return tasks_; }
   /// Wall seconds since the start, or up to the end.
@@ -101,7 +103,7 @@ class Job {
   // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is
   // never allocated.
   Reservation film_memory_{budget_, "film",
-                           2 * Film::bytes(settings_.width, settings_.height, settings_.separate_layers)};
+                           2 * Film::bytes(settings_.bounds, settings_.separate_layers, settings_.place_layers())};
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
@@ -113,7 +115,7 @@ class Job {
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
   Interrupt interrupt_;
-  std::atomic<bool> done_{false};
+  std::atomic<bool> done_{false}, is_mapping_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};

@@ -33,7 +33,7 @@ struct Unit {
   std::string_view name;
   double factor;
 };
-constexpr Unit kNoUnits[] = {{"", 1}};
+constexpr Unit kShareUnits[] = {{"", 1}, {"%", 0.01}};
 constexpr Unit kCountUnits[] = {{"", 1}, {"k", 1e3}, {"M", 1e6}};
 constexpr Unit kTimeUnits[] = {{"", 1}, {"s", 1}, {"m", 60}, {"min", 60}, {"h", 3600}};
 constexpr double kKiB = 1024, kMiB = 1024 * kKiB, kGiB = 1024 * kMiB, kTiB = 1024 * kGiB;
@@ -156,6 +156,46 @@ Option size_row(Option row) {
   return row;
 }
 
+template <typename T>
+bool parse_four(std::string_view text, T (&out)[4]) {
+  const char *at = text.data(), *const end = at + text.size();
+  for (int i = 0; i < 4; ++i) {
+    const auto [next, error] = std::from_chars(at, end, out[i]);
+    if (error != std::errc() || (i < 3 ? next == end || *next != ',' : next != end)) return false;
+    at = next + 1;
+  }
+  return out[0] < out[2] && out[1] < out[3] && out[0] >= 0 && out[1] >= 0;
+}
+
+Option crop_row(Option row) {
+  const auto read = [name = row.name](const std::string& text) {
+    double n[4] = {};
+    if (text != "auto" && (!parse_four(text, n) || !(n[2] <= 1 && n[3] <= 1)))
+      throw Error(fmt::format("{} '{}' is not a part of a picture", name, text),
+                  "Give x0,y0,x1,y1 as fractions from 0 (left, top) to 1, for example 0.25,0,0.75,0.5.");
+    return CropWindow{n[0], n[1], n[2], n[3]};
+  };
+  const auto print = [](const CropWindow& c) {
+    return c.empty() ? "auto" : fmt::format("{},{},{},{}", c.x0, c.y0, c.x1, c.y1);
+  };
+  return member(std::move(row), &RenderSettings::crop, read, print, print);
+}
+
+Option pixel_bounds_row(Option row) {
+  const auto read = [name = row.name](const std::string& text) {
+    int n[4] = {};
+    if (text != "auto" && !parse_four(text, n))
+      throw Error(fmt::format("{} '{}' is not a rectangle of pixels", name, text),
+                  "Give x0,y0,x1,y1 in pixels from the upper left corner; x1 and y1 are one past the last.");
+    return PixelBounds{n[0], n[1], n[2], n[3]};
+  };
+  const auto print = [](const PixelBounds& b) {
+    return b.empty() ? "auto" : fmt::format("{},{},{},{}", b.x0, b.y0, b.x1, b.y1);
+  };
+  const auto report = [](const PixelBounds& b) { return json{b.x0, b.y0, b.x1, b.y1}; };
+  return member(std::move(row), &RenderSettings::bounds, read, print, report);
+}
+
 Option aov_row(Option row) {
   const auto read = [name = row.name](const std::string& text) {
     Names aovs;
@@ -175,6 +215,12 @@ std::string without_photons(const RenderSettings& s) {
   return s.integrator == Integrator::path ? "--integrator path" : "";
 }
 
+std::string by_more_photons(const RenderSettings& s) {
+  if (const std::string overruling = without_photons(s); !overruling.empty()) return overruling;
+  const bool fewer = s.photons_traced > 0 && s.photons_traced < s.photons;
+  return fewer ? fmt::format("--photons {}, which is more", s.photons) : "";
+}
+
 std::string without_gathering(const RenderSettings& s) {
   return s.integrator == Integrator::photons ? "--integrator photons" : without_photons(s);
 }
@@ -189,11 +235,18 @@ std::string without_packets(const RenderSettings& s) {
   return s.engine == "forward" ? "" : "--engine " + s.engine;
 }
 
+std::string by_pixel_bounds(const RenderSettings& s) { return s.bounds.empty() ? "" : "--pixel-bounds"; }
+
 // Rows: name, group, key, values, standard, in_view, meaning, shows, overruled_by.
 std::vector<Option> picture_options() {
   return {
       size_row(
           {"--size", kPicture, nullptr, "WxH", "the scene's, or 512x512", "the scene's, or 512x512", "Pixels", true}),
+      crop_row({"--crop", kPicture, nullptr, "X0,Y0,X1,Y1", "the scene's, or all", nullptr,
+                "Render a part of the picture, given by fractions of its width and height from the upper left corner",
+                false, by_pixel_bounds}),
+      pixel_bounds_row({"--pixel-bounds", kPicture, "pixel_bounds", "X0,Y0,X1,Y1", "by --crop", nullptr,
+                        "The same in pixels; X1 and Y1 are one past the last", true}),
       // Which camera it is shows in the scene's hash, which is part of the key.
       member({"--camera", kPicture, "camera", "NAME", "the first", "the first",
               "Camera of the scene; 'glowworm info SCENE' lists them"},
@@ -272,7 +325,7 @@ std::vector<Option> effort_options() {
             &S::photons, 1u << 30),
       count({"--traced", kEffort, "photons_traced", "N", "auto", nullptr,
              "Photons to trace; if they are more than --photons, density control thins them to that", true,
-             without_photons},
+             by_more_photons},
             &S::photons_traced, 1u << 30),
       count({"--nearest", kEffort, "nearest", "N", "auto", "50", "Photons that an estimate should catch (k)", true,
              without_photons},
@@ -285,9 +338,9 @@ std::vector<Option> effort_options() {
           {"--time", kEffort, "time_limit_s", "TIME", "none", nullptr, "Stop after this time, for example 60s, 5m, 2h"},
           &S::time_limit_s, {"none", kTimeUnits, 1e-9, 1e9, false, "a time", "Give for example 60s, 5m or 2h."}),
       number({"--noise", kEffort, "noise_target", "SHARE", "none", nullptr,
-              "Stop at this relative standard error of the image, for example 0.01"},
+              "Stop at this relative standard error of the image, for example 0.01 or 1%"},
              &S::noise_target,
-             {"none", kNoUnits, 1e-9, 1e9, false, "a share above 0", "Give for example 0.01, which is one percent."}),
+             {"none", kShareUnits, 1e-9, 1e9, false, "a share above 0", "Give for example 0.01 or 1%."}),
   };
 }
 
@@ -342,16 +395,26 @@ std::string command_line_text(const Option& option, const std::string& value) {
   return value == kGiven ? option.name : fmt::format("no {}", option.name);
 }
 
+bool parse_rectangle(std::string_view text, int (&out)[4]) { return parse_four(text, out); }
+bool parse_rectangle(std::string_view text, double (&out)[4]) { return parse_four(text, out); }
+
+std::string did_you_mean(const std::string& text, const Names& names) {
+  constexpr std::size_t kMostMistakes = 2;
+  std::size_t least = kMostMistakes + 1;
+  std::string nearest;
+  for (const std::string& name : names)
+    if (const std::size_t distance = edit_distance(text, name); text.size() > kMostMistakes && distance < least) {
+      least = distance;
+      nearest = name;
+    }
+  return nearest.empty() ? "" : fmt::format("Did you mean '{}'? ", nearest);
+}
+
 std::size_t name_index(const std::string& what, const std::string& text, const Names& names) {
   const auto found = std::find(names.begin(), names.end(), text);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  constexpr std::size_t kMostMistakes = 2;
-  std::string remedy;
-  for (const std::string& name : names)
-    if (remedy.empty() && text.size() > kMostMistakes && edit_distance(text, name) <= kMostMistakes)
-      remedy = fmt::format("Did you mean '{}'? ", name);
   throw Error(fmt::format("{} '{}' is not known", what, text),
-              fmt::format("{}Choose from: {}.", remedy, fmt::join(names, ", ")));
+              fmt::format("{}Choose from: {}.", did_you_mean(text, names), fmt::join(names, ", ")));
 }
 
 }  // namespace glowworm

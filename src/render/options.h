@@ -5,6 +5,7 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "render/settings.h"
@@ -43,6 +44,13 @@ const std::vector<Option>& render_options();
 /// The command-line text that gives an option this value, as print() formats it: "--gather 4", "--preview", or "no
 /// --preview" for a flag that must be absent.
 std::string command_line_text(const Option& option, const std::string& value);
+
+/// Reads x0,y0,x1,y1 with x0 < x1 and y0 < y1, all at least 0. Returns whether the text is that.
+bool parse_rectangle(std::string_view text, int (&out)[4]);
+bool parse_rectangle(std::string_view text, double (&out)[4]);
+
+/// "Did you mean 'NAME'? " with the name that is near to the text, or "" where none is.
+std::string did_you_mean(const std::string& text, const std::vector<std::string>& names);
 
 /// Index of `text` among `names`. Throws Error that names `what` ("--engine"), lists the names, and suggests the names
 /// closest to the text.

@@ -1,11 +1,16 @@
 #include "render/output.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "density/engine.h"
 #include "kernels/simd.h"
+#include "render/aov.h"
 #include "render/options.h"
 
 namespace glowworm {
@@ -44,40 +49,49 @@ std::string text_of(const json& value, int indent = -1) {
   return value.dump(indent, ' ', false, json::error_handler_t::replace);
 }
 
-void add_layer(Image& image, const Film& film, const std::string& aov) {
-  using Layer = Film::Layer;
-  if (aov == "depth") {
-    std::vector<float> depth(film.pixel_count());
-    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = film.depth(i);
-    image.add_scalar("depth.Z", depth);
-    return;
-  }
-  if (aov == "normal") {
-    std::vector<Vec3> normal(film.pixel_count());
-    for (std::size_t i = 0; i < normal.size(); ++i) {
-      const RGB n = film.mean(Layer::normal, i);
-      normal[i] = {n.r, n.g, n.b};
-    }
-    image.add_vec3("normal", normal);
-    return;
-  }
-  const Layer layer = aov == "emitted"    ? Layer::emitted
-                      : aov == "direct"   ? Layer::direct
-                      : aov == "indirect" ? Layer::indirect
-                      : aov == "caustic"  ? Layer::caustic
-                                          : Layer::albedo;
-  std::vector<RGB> pixels(film.pixel_count());
-  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = film.mean(layer, i);
-  image.add_rgb(aov, pixels);
+using Matrix = std::array<double, 16>;  // in rows; points are rows
+
+Matrix product(const Matrix& a, const Matrix& b) {
+  Matrix out{};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < 4; ++j)
+      for (std::size_t k = 0; k < 4; ++k) out[4 * i + j] += a[4 * i + k] * b[4 * k + j];
+  return out;
+}
+
+std::array<float, 16> rounded(const Matrix& m) {
+  std::array<float, 16> out{};
+  std::transform(m.begin(), m.end(), out.begin(), [](double v) { return static_cast<float>(v); });
+  return out;
+}
+
+/// Adds the matrices by which compositing programs find the camera. The camera looks along +z with y up; normalised
+/// device coordinates go from (0, 0) at the upper left corner of the picture to (1, 1), as in RenderMan.
+void add_camera(Image& image, const Camera& camera, int width, int height) {
+  Transform to_world = camera.to_world;
+  const bool divides = camera.kind == CameraKind::perspective;
+  // An orthographic camera takes its axes by their directions.
+  if (!divides) to_world = {normalize(to_world.x), normalize(to_world.y), normalize(to_world.z), to_world.translation};
+  const Transform t = inverse(to_world);
+  const Matrix to_camera = {t.x.x, t.x.y, t.x.z, 0, t.y.x,           t.y.y,           t.y.z,           0,
+                            t.z.x, t.z.y, t.z.z, 0, t.translation.x, t.translation.y, t.translation.z, 1};
+  const ScreenWindow window = screen_window(camera, width, height);
+  const double sx = 1 / (double{window.right} - window.left), sy = 1 / (double{window.bottom} - window.top);
+  const double x0 = -window.left * sx, y0 = -window.top * sy;
+  Matrix to_ndc = {sx, 0, 0, 0, 0, sy, 0, 0, 0, 0, 1, 0, x0, y0, 0, 1};
+  if (divides) to_ndc = {sx, 0, 0, 0, 0, sy, 0, 0, x0, y0, 1, 1, 0, 0, 0, 0};
+  image.matrices["worldToCamera"] = rounded(to_camera);
+  image.matrices["worldToNDC"] = rounded(product(to_camera, to_ndc));
 }
 
 }  // namespace
 
 std::uint64_t image_bytes(const RenderSettings& settings) {
-  // A layer in three forms: as assembled, as the image's channels, and in the file.
-  constexpr std::uint64_t kBytesPerLayer = 3 * sizeof(RGB);
-  return static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height) * kBytesPerLayer *
-         (settings.aovs.size() + 1);
+  // A channel in three forms: as assembled, as the image's, and in the file.
+  constexpr std::uint64_t kBytesPerChannel = 3 * sizeof(float);
+  std::uint64_t channels = 3;
+  for (const std::string& aov : settings.aovs) channels += layer_channels(aov);
+  return settings.bounds.pixel_count() * kBytesPerChannel * channels;
 }
 
 const char* version() { return "0.1.0"; }
@@ -85,11 +99,15 @@ const char* version() { return "0.1.0"; }
 Image make_image(const Film& film, const Job& job) {
   const RenderSettings& settings = job.settings();
   Image image(film.width(), film.height());
+  image.place = {film.bounds().x0, film.bounds().y0, settings.width, settings.height};
   const float scale = job.scene().film().scale;
   std::vector<RGB> beauty(film.pixel_count());
   for (std::size_t i = 0; i < beauty.size(); ++i) beauty[i] = film.radiance(i, settings.indirect_only) * scale;
   image.add_rgb("", beauty);
-  for (const std::string& aov : settings.aovs) add_layer(image, film, aov);
+  for (const std::string& aov : settings.aovs) add_layer(image, film, job.scene(), aov);
+  add_camera(image, job.scene().camera(settings.camera), settings.width, settings.height);
+  const std::time_t now = std::time(nullptr);
+  image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));
   image.metadata["Software"] = fmt::format("Glowworm {}", version());
   image.metadata["glowworm:scene"] = job.scene().name();
   image.metadata["glowworm:seed"] = std::to_string(settings.seed);

@@ -28,6 +28,7 @@ class PassRenderer {
     camera_settings.width = settings_.width;
     camera_settings.height = settings_.height;
     camera_settings.seed = settings_.seed;
+    camera_settings.places = settings_.places;
     if (settings_.kind == PassKind::photons) {
       camera_pass_queries(tracer_, camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
                           statistics_);

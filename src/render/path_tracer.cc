@@ -56,8 +56,7 @@ class Path {
   void trace(Ray ray) {
     for (int bounce = 0;; ++bounce) {
       const Hit hit = tracer_.intersect(ray);
-      if (bounce == 0)
-        first_hit_.depth[slot_] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+      if (bounce == 0) see(hit);
       if (hit.triangle == kNone) {
         add_light(environment_radiance(scene_, ray.direction),
                   last_pdf_ > 0 ? environment_pdf(scene_, last_position_, {0, 0, 0}, ray.direction) : 0);
@@ -83,6 +82,13 @@ class Path {
   std::uint64_t shadow_rays = 0;
 
  private:
+  void see(const Hit& hit) {
+    first_hit_.depth[slot_] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (first_hit_.triangle.empty()) return;
+    first_hit_.triangle[slot_] = hit.triangle;
+    first_hit_.barycentric[slot_] = hit.barycentric;
+  }
+
   void add_light(RGB light, float light_density) {
     const float weight = last_pdf_ > 0 ? balance_heuristic(1, last_pdf_, 1, light_density) : 1.0f;
     history_.destination(radiance_, slot_) += throughput_ * light * weight;
@@ -147,9 +153,7 @@ void trace_paths(const Tracer& tracer, const Camera& camera, const CameraTask& t
                  SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
   const std::size_t slots = task.slot_count();
   radiance.resize(slots);
-  first_hit.albedo.assign(slots, RGB());
-  first_hit.normal.assign(slots, Vec3());
-  first_hit.depth.assign(slots, 0);
+  first_hit.resize(slots, settings.place_layers().any());
   const int width = task.x1 - task.x0;
   parallel_for(0, slots, kSamplesPerChunk, [&](std::size_t first, std::size_t last) {
     std::uint64_t shadow_rays = 0;

@@ -50,6 +50,16 @@ std::string remedy_for(const std::string& name, const std::string& value) {
   return "";
 }
 
+std::string names_of(const PlaceLayers& layers) {
+  std::string names;
+  for (const auto& [kept, name] : {std::pair{layers.position, "position"},
+                                   {layers.uv, "uv"},
+                                   {layers.objects, "objects"},
+                                   {layers.materials, "materials"}})
+    if (kept) names += names.empty() ? name : std::string(",") + name;
+  return names.empty() ? "none" : names;
+}
+
 [[noreturn]] void refuse_other_program(const std::string& kept, const std::string& what, const std::string& own,
                                        const std::string& other) {
   throw Error(fmt::format("{} is of another render: its {} is {}, and here it is {}", kept, what, other, own),
@@ -68,6 +78,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s) {
                    {kCamera, hex(hash.camera)}};
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
+  key.push_back({"layers of first hits", names_of(s.place_layers())});
   // If time is short, the caustic map gets no passes of its own.
   if (s.integrator == Integrator::gather)
     key.push_back({"length of --time", has_time_for_caustics(s) ? "long or none" : "short"});

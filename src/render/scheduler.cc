@@ -50,13 +50,21 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 std::uint64_t query_batch_size(const RenderSettings& settings) {
   // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
   // portions.
-  const double queries = static_cast<double>(settings.width) * settings.height * settings.gather * kDefaultSamples;
+  const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * kDefaultSamples;
   // The zero of the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon =
       engine_traits(settings.engine).goes_over_photons ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
   const std::uint64_t fewest = std::min(std::max(per_photon * settings.photons, kFewestQueries), kMostQueries);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
+}
+
+/// The part that is rendered, with its upper left corner where a tile may begin: the camera pass traces whole blocks.
+PixelBounds tiled_bounds(const RenderSettings& settings) {
+  PixelBounds out = settings.bounds;
+  out.x0 = out.x0 / kSmallestTile * kSmallestTile;
+  out.y0 = out.y0 / kSmallestTile * kSmallestTile;
+  return out;
 }
 
 /// Divides a length into even pieces no longer than `most`.
@@ -103,7 +111,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   // Small pictures have few query points per sample. For engines whose photons search, later passes take several
   // samples at once. Progressive renders do not, because each sample has its own photons.
   if (!gathers || settings.progressive) return schedule;
-  const std::uint64_t pixels = static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height);
+  const std::uint64_t pixels = settings.bounds.pixel_count();
   std::uint64_t samples = 1;
   if (settings.preference == Preference::quality)
     samples = schedule.slots_at_once / kSmallestSlots;
@@ -115,12 +123,13 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
 
 TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count) {
   const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kSmallestSlots);
-  const auto width = static_cast<std::uint64_t>(settings.width);
+  const PixelBounds part = tiled_bounds(settings);
+  const auto width = static_cast<std::uint64_t>(part.width());
   const bool bands = slots / width >= kLowestBand;
   const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));
   const int most_height = bands ? static_cast<int>(std::min<std::uint64_t>(slots / width, 1u << 20)) : side;
-  return {bands ? settings.width : even_piece(settings.width, side / kSmallestTile * kSmallestTile),
-          even_piece(settings.height, most_height / kSmallestTile * kSmallestTile)};
+  return {bands ? part.width() : even_piece(part.width(), side / kSmallestTile * kSmallestTile),
+          even_piece(part.height(), most_height / kSmallestTile * kSmallestTile)};
 }
 
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
@@ -135,11 +144,12 @@ std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& se
 std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,
                                       std::uint32_t first_sample, std::uint32_t sample_count) {
   const TileSize tile = tile_size(schedule, settings, sample_count);
+  const PixelBounds part = tiled_bounds(settings), &all = settings.bounds;
   std::vector<CameraTask> tasks;
-  for (int y = 0; y < settings.height; y += tile.height)
-    for (int x = 0; x < settings.width; x += tile.width)
-      tasks.push_back({x, y, std::min(x + tile.width, settings.width), std::min(y + tile.height, settings.height),
-                       first_sample, sample_count});
+  for (int y = part.y0; y < part.y1; y += tile.height)
+    for (int x = part.x0; x < part.x1; x += tile.width)
+      tasks.push_back({std::max(x, all.x0), std::max(y, all.y0), std::min(x + tile.width, all.x1),
+                       std::min(y + tile.height, all.y1), first_sample, sample_count});
   return tasks;
 }
 

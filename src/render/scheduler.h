@@ -43,7 +43,7 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
 /// time if noise ends the render, because noise is measured after every pass.
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done);
 
-/// The tasks of a pass over the whole picture, row by row of tiles.
+/// The tasks of a pass over the part of the picture that is rendered, row by row of tiles.
 std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,
                                       std::uint32_t first_sample, std::uint32_t sample_count);
 

@@ -23,11 +23,15 @@ constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 constexpr std::uint32_t kDefaultGather = 25;
+/// Camera samples of a path-traced pixel, where the file does not say.
+constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as some tens of rays, and photons
 /// beyond what the rays can resolve do not improve the picture. The least number is for a room lit through a door: the
-/// noise of one map covers the whole picture, however small.
+/// noise of one map covers the whole picture.
 constexpr double kRaysPerPhoton = 200;
 constexpr double kFewestPhotons = 500'000, kMostPhotons = 1'000'000;
+/// Small pictures get fewer, since tracing them would be nearly all of the work.
+constexpr double kPhotonsPerPixel = 30, kFewestOfAll = 50'000;
 /// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
 /// with no larger error.
 constexpr double kQueriesThatPayControl = 100;
@@ -48,6 +52,24 @@ void resolve_size(RenderSettings& s, const Scene& scene) {
                 fmt::format("Give --size WxH with both from 1 to {}.", kLargestPictureSide));
 }
 
+/// The pixels to render: those asked for, or else those that the file asks for.
+PixelBounds resolved_bounds(const RenderSettings& s, const FilmRequest& film) {
+  const PixelBounds all{0, 0, s.width, s.height};
+  PixelBounds wanted = s.bounds;
+  std::string what = "--pixel-bounds";
+  if (wanted.empty()) {
+    what = s.crop.empty() ? "the crop of the file" : "--crop";
+    const CropWindow of_file{film.crop[0], film.crop[2], film.crop[1], film.crop[3]};
+    wanted = (s.crop.empty() ? of_file : s.crop).pixels(s.width, s.height);
+  }
+  const PixelBounds out{std::max(wanted.x0, 0), std::max(wanted.y0, 0), std::min(wanted.x1, all.x1),
+                        std::min(wanted.y1, all.y1)};
+  if (out.empty())
+    throw Error(fmt::format("{} holds no pixel of a picture of {}x{}", what, s.width, s.height),
+                "Give a larger part, or --crop 0,0,1,1 for the whole picture.");
+  return out;
+}
+
 double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
 
 void resolve_gather(RenderSettings& s) {
@@ -61,7 +83,8 @@ void resolve_gather(RenderSettings& s) {
 
 void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
-  double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, kFewestPhotons, kMostPhotons);
+  const double fewest = std::clamp(pixel_count(s) * kPhotonsPerPixel, kFewestOfAll, kFewestPhotons);
+  double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, kMostPhotons);
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
   // Two digits: the number is a choice, not a measurement.
@@ -76,8 +99,10 @@ void resolve_photons(RenderSettings& s) {
 
 }  // namespace
 
-std::vector<std::string> aov_names() {
-  return {"emitted", "direct", "indirect", "caustic", "albedo", "normal", "depth"};
+PixelBounds CropWindow::pixels(int width, int height) const {
+  // Not of the rounding errors of fractions such as 0.1 * 30.
+  const auto up = [](double share, int side) { return static_cast<int>(std::ceil(share * side - 1e-6 * side)); };
+  return {up(x0, width), up(y0, height), up(x1, width), up(y1, height)};
 }
 
 bool has_time_for_caustics(const RenderSettings& settings) {
@@ -93,6 +118,7 @@ std::uint64_t default_memory_bytes() {
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
   resolve_size(s, scene);
+  s.bounds = resolved_bounds(s, scene.film());
   for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());
   engine_traits(s.engine);  // throws if there is no such engine
   s.camera = scene.camera(s.camera).name;
@@ -101,7 +127,8 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   if (!s.aovs.empty()) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
-    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : 256;
+    const std::uint32_t usual = scene.film().samples > 0 ? scene.film().samples : kDefaultPathSamples;
+    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : usual;
   } else {
     s.engine = engine_traits(s.engine).name;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kDefaultSamples;
@@ -132,9 +159,11 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
        fmt::format("{} gather rays a sample: {}", chosen.gather,
                    chosen.gather < kDefaultGather ? "as many as give a first image within a quarter of the time"
                                                   : "the usual number, 400 a pixel with 16 samples"));
-  note(asked.photons == 0, fmt::format("{} photons: one for {} gather rays of the picture, from {} to {}{}",
-                                       chosen.photons_traced, kRaysPerPhoton, kFewestPhotons, kMostPhotons,
-                                       chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
+  note(asked.photons == 0,
+       fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel up to {}, and at "
+                   "most {}{}",
+                   chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kFewestPhotons, kMostPhotons,
+                   chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));

@@ -37,6 +37,37 @@ inline constexpr int kLargestPictureSide = 65536;
 /// Default camera samples of a pixel, also for cost models.
 inline constexpr std::uint32_t kDefaultSamples = 16;
 
+/// A rectangle of pixels: columns [x0, x1) and rows [y0, y1), counted from the upper left corner of the picture.
+struct PixelBounds {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+  int width() const { return x1 - x0; }
+  int height() const { return y1 - y0; }
+  std::uint64_t pixel_count() const {
+    return static_cast<std::uint64_t>(width()) * static_cast<std::uint64_t>(height());
+  }
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+  bool operator==(const PixelBounds&) const = default;
+};
+
+/// A part of a picture, as fractions of its width and height.
+struct CropWindow {
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+  /// Pixels of the window: both ends of a side are rounded up, so that windows that touch share no pixel
+  /// (as pbrt-v4's cropwindow). May be empty.
+  PixelBounds pixels(int width, int height) const;
+};
+
+/// What a film keeps of the places that camera rays end at.
+struct PlaceLayers {
+  bool position = false, uv = false, objects = false, materials = false;
+
+  bool any() const { return position || uv || objects || materials; }
+  bool operator==(const PlaceLayers&) const = default;
+};
+
 /// Settings of a render. 0, "auto" or empty means automatic; resolve() replaces these by numbers.
 struct RenderSettings {
   Integrator integrator = Integrator::gather;
@@ -50,7 +81,9 @@ struct RenderSettings {
   KernelShape kernel = KernelShape::epanechnikov;
   bool fixed_radius = false;  ///< one radius for all photons, as in [SF07], in place of one for each
   std::uint32_t reorder = 0;  ///< engine forward: points in an octree cell that is not divided; 0: automatic
-  int width = 0, height = 0;  ///< pixels
+  int width = 0, height = 0;  ///< pixels of the whole picture
+  CropWindow crop;            ///< the part of the picture to render; empty: what the scene's file asks for
+  PixelBounds bounds;         ///< the same in pixels; empty: those of `crop`
   std::string camera;         ///< name; empty is the scene's first
   std::uint32_t seed = 0;
   int threads = 0;
@@ -69,6 +102,9 @@ struct RenderSettings {
   SamplerKind sampler = SamplerKind::sobol;
   bool separate_layers = true;    ///< keep the film's layers apart; always true if there are AOVs
   std::vector<std::string> aovs;  ///< layers in addition to the image; names of aov_names()
+
+  /// What `aovs` need of the places that camera rays end at.
+  PlaceLayers place_layers() const;
 };
 
 /// Query points that a core of 2020 gathers and looks up in a second, at least; newer ones are two or three times as

@@ -180,6 +180,11 @@ Script parse_script(const std::string& text, const std::string& name) {
     if (!entry.at("moves").is_array()) entry.fail("\"moves\" is not an array", "");
     for (std::size_t i = 0; i < entry.at("moves").size(); ++i)
       script.moves.push_back(read_move(entry.at("moves")[i], fmt::format("{}: move {}", name, i + 1)));
+    for (std::size_t i = 0; i < script.moves.size(); ++i)
+      if (script.frames > 0 && script.moves[i].to > script.frames)
+        throw Error(fmt::format("{}: move {}: ends at frame {}, and the script has {} frames", name, i + 1,
+                                script.moves[i].to, script.frames),
+                    "Give \"frames\" that hold all moves; --frames plays fewer.");
   }
   return script;
 }

@@ -25,7 +25,7 @@ RenderSettings tiny_render() {
 std::string other_value(const Option& option, const RenderSettings& settings) {
   // A camera may have any name; "table" is one of the scene's.
   for (const char* text : {"table", "given", "not given", "off", "on", "independent", "path", "fixed", "cone", "never",
-                           "quality", "depth", "knn", "13x11", "3000", "77", "256M"}) {
+                           "quality", "depth", "knn", "13x11", "3000", "77", "256M", "0,0.5,1,1", "1,2,7,9"}) {
     RenderSettings changed = settings;
     try {
       option.parse(changed, text);
@@ -74,7 +74,7 @@ TEST(Options, RefuseWhatMakesNoSenseByNameWithTheNearestOne) {
 /// An option of which neither holds would let a checkpoint go on to other bits.
 TEST(Options, AreInTheKeyOrChangeNoBits) {
   // These end a render sooner or later, but change no sample; the camera is in the key as a hash of its place.
-  const std::set<std::string> ends = {"--samples", "--time", "--noise"};
+  const std::set<std::string> ends = {"--samples", "--time", "--noise", "--crop"};
   Stage stage(builtin_scene("ajar"));
   const RenderSettings base = tiny_render();
   const RenderKey key = render_key(*stage.scene, base);

@@ -15,6 +15,7 @@ RenderSettings settings_for(int width, int height, std::uint32_t samples, std::u
   RenderSettings s;
   s.width = width;
   s.height = height;
+  s.bounds = {0, 0, width, height};
   s.samples = samples;
   s.gather = gather;
   s.threads = 2;
@@ -36,6 +37,21 @@ TEST(Scheduler, TasksOfAPassCoverEveryPixelOnce) {
           for (int x = task.x0; x < task.x1; ++x) ++covered[static_cast<std::size_t>(y) * width + x];
       }
       EXPECT_TRUE(std::all_of(covered.begin(), covered.end(), [](int n) { return n == 1; })) << width << 'x' << height;
+    }
+}
+
+TEST(Scheduler, TasksOfAPartCoverItsPixelsOnce) {
+  for (const PixelBounds part : {PixelBounds{5, 3, 6, 4}, {100, 50, 299, 200}, {17, 0, 33, 200}, {0, 0, 300, 200}})
+    for (const std::uint64_t room : {std::uint64_t{24} << 20, std::uint64_t{4} << 30}) {
+      RenderSettings settings = settings_for(300, 200, 4, 100);
+      settings.bounds = part;
+      std::uint64_t covered = 0;
+      for (const CameraTask& task : tasks_of_pass(make_schedule(settings, room), settings, 0, 1)) {
+        ASSERT_TRUE(task.x0 >= part.x0 && task.x0 < task.x1 && task.x1 <= part.x1);
+        ASSERT_TRUE(task.y0 >= part.y0 && task.y0 < task.y1 && task.y1 <= part.y1);
+        covered += task.pixel_count();
+      }
+      EXPECT_EQ(covered, part.pixel_count());
     }
 }
 

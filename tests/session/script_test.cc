@@ -93,6 +93,8 @@ TEST(ScriptErrors, SayWhereAndWhatThereIs) {
   EXPECT_THAT(message(R"({"moves": [{"window": "dance"}]})"), HasSubstr("minimise"));
   EXPECT_THAT(message(R"({"fps": 0})"), HasSubstr("fps"));
   EXPECT_THAT(message(R"({"size": [0, 1]})"), HasSubstr("size"));
+  EXPECT_THROW(parse_script(R"({"frames": 9, "moves": [{"from": 5, "to": 10}]})", "moves.json"), Error);
+  EXPECT_EQ(parse_script(R"({"frames": 9, "moves": [{"from": 5, "to": 9}]})", "moves.json").moves.size(), 1u);
   EXPECT_THROW(read_script("/nonexistent.json"), Error);
 }
 

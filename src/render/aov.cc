@@ -1,0 +1,218 @@
+#include "render/aov.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "render/options.h"
+
+namespace glowworm {
+
+namespace {
+
+using Layer = Film::Layer;
+
+/// What a layer is made of.
+struct Source {
+  const Film& film;
+  const Scene& scene;
+};
+
+struct Aov {
+  const char* name;
+  std::size_t channels;
+  PlaceLayers needs;
+  std::function<void(Image&, const Source&)> write;
+};
+
+std::vector<RGB> means(const Film& film, Layer layer) {
+  std::vector<RGB> pixels(film.pixel_count());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = film.mean(layer, i);
+  return pixels;
+}
+
+Aov rgb_row(const char* name, Layer layer) {
+  return {
+      name, 3, {}, [name, layer](Image& image, const Source& from) { image.add_rgb(name, means(from.film, layer)); }};
+}
+
+/// A row of three channels X, Y, Z.
+Aov vector_row(const char* name, Layer layer, PlaceLayers needs) {
+  const auto write = [name, layer](Image& image, const Source& from) {
+    std::vector<Vec3> pixels;
+    for (const RGB& mean : means(from.film, layer)) pixels.push_back({mean.r, mean.g, mean.b});
+    image.add_vec3(name, pixels);
+  };
+  return {name, 3, needs, write};
+}
+
+template <typename Value>
+void add_channel(Image& image, const std::string& name, const Film& film, Value&& value) {
+  std::vector<float> pixels(film.pixel_count());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = value(i);
+  image.add_scalar(name, pixels);
+}
+
+void add_uv(Image& image, const Source& from) {
+  for (const auto& [channel, at] : {std::pair{"uv.U", 0}, {"uv.V", 1}})
+    add_channel(image, channel, from.film, [&, at = at](std::size_t i) { return from.film.mean(Layer::uv, i)[at]; });
+}
+
+using Ids = Film::IdCounts;
+
+/// The ids of a pixel, those that most samples hit first; at equal counts the lower first.
+Ids ranked(Ids ids) {
+  std::stable_sort(ids.begin(), ids.end(), [](const Film::IdCount& a, const Film::IdCount& b) {
+    return a.count != b.count ? a.count > b.count : a.id < b.id;
+  });
+  return ids;
+}
+
+void add_ids(Image& image, const std::string& channel, const Film& film, const std::vector<Ids>& ids) {
+  add_channel(image, channel, film, [&](std::size_t i) {
+    const Film::IdCount first = ranked(ids[i]).front();
+    return first.count == 0 ? -1.0f : static_cast<float>(first.id);
+  });
+}
+
+std::vector<std::string> object_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const ObjectStart& object : scene.geometry().objects) names.push_back(object.name);
+  return names;
+}
+
+std::vector<std::string> material_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Material& material : scene.materials()) names.push_back(material.name);
+  return names;
+}
+
+std::string names_json(const nlohmann::json& names) {
+  return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// Adds a Cryptomatte: for each pixel pairs of an id and the share of samples that hit it, in descending order, two
+/// pairs a layer. @param layer "CryptoObject"
+void add_cryptomatte(Image& image, const std::string& layer, const Film& film, const std::vector<Ids>& ids,
+                     const std::vector<std::string>& names) {
+  std::vector<float> values;
+  nlohmann::json manifest = nlohmann::json::object();
+  for (const std::string& name : names) {
+    const std::uint32_t hash = cryptomatte_hash(name);
+    values.push_back(std::bit_cast<float>(hash));
+    manifest[name] = fmt::format("{:08x}", hash);
+  }
+  std::vector<Ids> sorted;
+  for (const Ids& of_pixel : ids) sorted.push_back(ranked(of_pixel));
+  for (std::size_t rank = 0; rank < Film::kMostIds; ++rank) {
+    const std::string channels = fmt::format("{}{:02}.", layer, rank / 2);
+    const auto at = [&](std::size_t i) { return sorted[i][rank]; };
+    add_channel(image, channels + (rank % 2 ? "B" : "R"), film,
+                [&](std::size_t i) { return at(i).count > 0 && at(i).id < values.size() ? values[at(i).id] : 0.0f; });
+    add_channel(image, channels + (rank % 2 ? "A" : "G"), film, [&](std::size_t i) {
+      return at(i).count > 0 ? static_cast<float>(at(i).count) / static_cast<float>(film.sample_count(i)) : 0.0f;
+    });
+  }
+  const std::string key = "cryptomatte/" + fmt::format("{:08x}", cryptomatte_hash(layer)).substr(0, 7) + "/";
+  image.metadata[key + "name"] = layer;
+  image.metadata[key + "hash"] = "MurmurHash3_32";
+  image.metadata[key + "conversion"] = "uint32_to_float32";
+  image.metadata[key + "manifest"] = names_json(manifest);
+}
+
+constexpr PlaceLayers kPosition{true, false, false, false}, kUv{false, true, false, false};
+constexpr PlaceLayers kObjects{false, false, true, false}, kMaterials{false, false, false, true};
+constexpr PlaceLayers kBoth{false, false, true, true};
+
+const std::vector<Aov>& table() {
+  static const std::vector<Aov> rows = {
+      rgb_row("emitted", Layer::emitted),
+      rgb_row("direct", Layer::direct),
+      rgb_row("indirect", Layer::indirect),
+      rgb_row("caustic", Layer::caustic),
+      rgb_row("albedo", Layer::albedo),
+      vector_row("normal", Layer::normal, {}),
+      {"depth",
+       1,
+       {},
+       [](Image& image, const Source& from) {
+         add_channel(image, "depth.Z", from.film, [&](std::size_t i) { return from.film.depth(i); });
+       }},
+      {"alpha",
+       1,
+       {},
+       [](Image& image, const Source& from) {
+         add_channel(image, "A", from.film, [&](std::size_t i) { return from.film.coverage(i); });
+       }},
+      vector_row("position", Layer::position, kPosition),
+      {"uv", 2, kUv, add_uv},
+      {"object-id", 1, kObjects,
+       [](Image& image, const Source& from) {
+         add_ids(image, "object-id.I", from.film, from.film.objects());
+         image.metadata["glowworm:objects"] = names_json(object_names(from.scene));
+       }},
+      {"material-id", 1, kMaterials,
+       [](Image& image, const Source& from) {
+         add_ids(image, "material-id.I", from.film, from.film.materials());
+         image.metadata["glowworm:materials"] = names_json(material_names(from.scene));
+       }},
+      {"cryptomatte", 4 * Film::kMostIds, kBoth,
+       [](Image& image, const Source& from) {
+         add_cryptomatte(image, "CryptoObject", from.film, from.film.objects(), object_names(from.scene));
+         add_cryptomatte(image, "CryptoMaterial", from.film, from.film.materials(), material_names(from.scene));
+       }},
+  };
+  return rows;
+}
+
+const Aov& row(const std::string& name) { return table()[name_index("AOV", name, aov_names())]; }
+
+}  // namespace
+
+std::vector<std::string> aov_names() {
+  std::vector<std::string> names;
+  for (const Aov& aov : table()) names.emplace_back(aov.name);
+  return names;
+}
+
+PlaceLayers RenderSettings::place_layers() const {
+  PlaceLayers out;
+  for (const std::string& name : aovs) {
+    const PlaceLayers& needs = row(name).needs;
+    out.position |= needs.position;
+    out.uv |= needs.uv;
+    out.objects |= needs.objects;
+    out.materials |= needs.materials;
+  }
+  return out;
+}
+
+void add_layer(Image& image, const Film& film, const Scene& scene, const std::string& name) {
+  row(name).write(image, {film, scene});
+}
+
+std::size_t layer_channels(const std::string& name) { return row(name).channels; }
+
+std::uint32_t cryptomatte_hash(std::string_view name) {
+  const auto byte = [&](std::size_t i) { return static_cast<std::uint32_t>(static_cast<unsigned char>(name[i])); };
+  const auto mixed = [](std::uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; };
+  std::uint32_t h = 0, tail = 0;
+  std::size_t i = 0;
+  for (; i + 4 <= name.size(); i += 4) {
+    h ^= mixed(byte(i) | byte(i + 1) << 8 | byte(i + 2) << 16 | byte(i + 3) << 24);
+    h = std::rotl(h, 13) * 5 + 0xe6546b64u;
+  }
+  for (std::size_t j = name.size(); j > i; --j) tail = tail << 8 | byte(j - 1);
+  if (i < name.size()) h ^= mixed(tail);
+  h ^= static_cast<std::uint32_t>(name.size());
+  h = (h ^ h >> 16) * 0x85ebca6bu;
+  h = (h ^ h >> 13) * 0xc2b2ae35u;
+  h ^= h >> 16;
+  const std::uint32_t exponent = h >> 23 & 255;
+  return exponent == 0 || exponent == 255 ? h ^ 1u << 23 : h;
+}
+
+}  // namespace glowworm

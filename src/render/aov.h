@@ -1,0 +1,23 @@
+// The layers that a picture may have beside the image. A new one takes a row in aov.cc, and a sum of the Film where
+// none of those that there are tells it.
+#pragma once
+#include "image/image.h"
+#include "render/film.h"
+#include "render/settings.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// Adds the channels of a layer of aov_names() to a picture of the film, and what readers need to know to its metadata.
+/// Throws Error where there is no such layer.
+void add_layer(Image& image, const Film& film, const Scene& scene, const std::string& name);
+
+/// Channels of a layer of aov_names().
+std::size_t layer_channels(const std::string& name);
+
+/// The 32-bit hash of a name that Cryptomatte takes for its number: MurmurHash3_x86_32 of seed 0 (Appleby), with one
+/// bit of the exponent turned where the number, read as a float, would be a denormal, infinite or no number (J.
+/// Friedman, A. Jones, "Cryptomatte Specification" 1.2.0).
+std::uint32_t cryptomatte_hash(std::string_view name);
+
+}  // namespace glowworm

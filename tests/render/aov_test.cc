@@ -1,0 +1,108 @@
+// Layers of places: positions, texture coordinates, ids, and the matrices that go with them.
+#include "render/aov.h"
+
+#include <gtest/gtest.h>
+
+#include "builtin/builtin.h"
+#include "render/output.h"
+#include "render/render_testing.h"
+
+namespace glowworm {
+namespace {
+
+RenderSettings with_layers() {
+  RenderSettings s = by_photons(24, 4, 1, 1000);
+  s.aovs = {"position", "uv", "cryptomatte"};
+  return s;
+}
+
+Box3 bounds_of(const Geometry& g, std::uint32_t object) {
+  Box3 box;
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
+    if (g.object_of(t) == object)
+      for (const std::uint32_t vertex : g.triangles[t]) box.grow(g.positions[vertex]);
+  return box;
+}
+
+// Published values of MurmurHash3_x86_32 with seed 0.
+TEST(Cryptomatte, HashesAsPublished) {
+  EXPECT_EQ(cryptomatte_hash("test"), 0xba6bd213u);
+  EXPECT_EQ(cryptomatte_hash("Hello, world!"), 0xc0363e43u);
+  EXPECT_EQ(cryptomatte_hash("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
+  // A hash of zero is no normal float.
+  EXPECT_EQ(cryptomatte_hash(""), 1u << 23);
+}
+
+TEST(Layers, OfPlacesAgreeWithTheScene) {
+  const Stage stage(builtin_scene("cornell"));
+  const Geometry& g = stage.scene->geometry();
+  for (const Integrator integrator : {Integrator::gather, Integrator::path, Integrator::photons}) {
+    RenderSettings settings = with_layers();
+    settings.integrator = integrator;
+    const Film film = stage.render(settings);
+    std::size_t inner = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const Film::IdCount object = film.objects()[i][0], material = film.materials()[i][0];
+      if (object.count < settings.samples) continue;
+      ++inner;
+      const RGB p = film.mean(Film::Layer::position, i);
+      const Box3 box = bounds_of(g, object.id);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_GE(p[c], box.min[c] - 1e-4f) << g.objects[object.id].name;
+        EXPECT_LE(p[c], box.max[c] + 1e-4f) << g.objects[object.id].name;
+      }
+      const std::string& name = g.objects[object.id].name;
+      EXPECT_EQ(stage.scene->materials()[material.id].name, name == "left wall"    ? "red"
+                                                            : name == "right wall" ? "green"
+                                                            : name == "lamp"       ? "lamp"
+                                                                                   : "white");
+    }
+    EXPECT_GT(inner, film.pixel_count() / 2);
+  }
+}
+
+TEST(Layers, OfPlacesComeBackFromACheckpointAndCostNothingWhereNotAsked) {
+  const Stage stage(builtin_scene("cornell"));
+  Job job(stage.scene, stage.tracer, with_layers());
+  job.wait();
+  const Checkpoint checkpoint = job.checkpoint();
+  RenderSettings more = with_layers();
+  more.samples = 6;
+  Job resumed(stage.scene, stage.tracer, more, &checkpoint);
+  resumed.wait();
+  EXPECT_EQ(resumed.snapshot().save(), stage.render(more).save());
+  const PixelBounds part{0, 0, 10, 10};
+  EXPECT_EQ(Film(part).save().size() * sizeof(std::uint32_t), Film::bytes(part) + 8);
+  EXPECT_LT(Film::bytes(part), Film::bytes(part, true, {true, false, false, false}));
+}
+
+TEST(Metadata, MatricesTakeAPointToItsPixel) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = with_layers();
+  settings.width = 32;
+  settings.bounds = {3, 2, 30, 20};
+  Job job(stage.scene, stage.tracer, settings);
+  job.wait();
+  const Film film = job.snapshot();
+  const Image image = make_image(film, job);
+  const auto& m = image.matrices.at("worldToNDC");
+  std::size_t tested = 0;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    // On one flat object the mean of the places lies in the pixel.
+    if (film.objects()[i][0].count < settings.samples) continue;
+    const RGB p = film.mean(Film::Layer::position, i);
+    const auto at = [&](std::size_t c) { return p.r * m[c] + p.g * m[4 + c] + p.b * m[8 + c] + m[12 + c]; };
+    const float x = at(0) / at(3) * 32, y = at(1) / at(3) * 24;
+    EXPECT_NEAR(x, 3.5f + static_cast<float>(i % 27), 1);
+    EXPECT_NEAR(y, 2.5f + static_cast<float>(i / 27), 1);
+    ++tested;
+  }
+  EXPECT_GT(tested, 100u);
+  const Vec3 eye = stage.scene->cameras()[0].to_world.translation;
+  const auto& c = image.matrices.at("worldToCamera");
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(eye.x * c[k] + eye.y * c[4 + k] + eye.z * c[8 + k] + c[12 + k], 0, 1e-4);
+}
+
+}  // namespace
+}  // namespace glowworm
