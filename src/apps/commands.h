@@ -1,5 +1,7 @@
 // The commands of the program; each reads its own options.
 #pragma once
+#include <string>
+
 #include "core/error.h"
 
 namespace CLI {
@@ -19,7 +21,8 @@ class CommandLineError : public Error {
 
 /// Adds the command to the program. Its options are parsed into storage that lives as long as the program; running it
 /// throws Error where it fails, and sets `exit_status`.
-void add_render_command(CLI::App& program, int& exit_status);
+/// @param command_line what the picture keeps of how it was made
+void add_render_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_info_command(CLI::App& program);
 void add_view_command(CLI::App& program, int& exit_status);
 void add_compare_command(CLI::App& program, int& exit_status);

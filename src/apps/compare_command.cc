@@ -3,9 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
 #include "apps/output_files.h"
+#include "apps/table_options.h"
 #include "core/error.h"
 #include "image/image.h"
 #include "image/metrics.h"
@@ -15,31 +17,64 @@ namespace glowworm {
 namespace {
 
 struct CompareOptions {
-  std::string image, reference, difference;
+  std::string image, reference, difference, layer, region;
   double leave_out = 0, limit = 0;
+  bool json = false;
 };
+
+void print_json(const ImageComparison& c) {
+  // JSON has no infinity: such numbers are null.
+  nlohmann::json out = {{"mse", c.mse},
+                        {"relative_mse", c.relative_mse},
+                        {"relative_rmse", c.relative_rmse},
+                        {"psnr_db", c.psnr},
+                        {"mean_ratio", {{"luminance", c.luminance_ratio}, {"rgb", c.mean_ratio}}},
+                        {"largest_difference", c.largest_difference},
+                        {"pixels", c.pixels},
+                        {"pixels_not_finite", c.non_finite_pixels}};
+  fmt::print("{}\n", out.dump(2));
+}
+
+void print_text(const ImageComparison& c) {
+  fmt::print("MSE        {:.6g}\n", c.mse);
+  fmt::print("relMSE     {:.6g}\n", c.relative_mse);
+  fmt::print("relRMSE    {:.6g}\n", c.relative_rmse);
+  fmt::print("PSNR       {:.4g} dB\n", c.psnr);
+  fmt::print("mean ratio {:.6g} (red {:.6g}, green {:.6g}, blue {:.6g})\n", c.luminance_ratio, c.mean_ratio[0],
+             c.mean_ratio[1], c.mean_ratio[2]);
+  fmt::print("largest    {:.6g}\n", c.largest_difference);
+  if (c.non_finite_pixels > 0) fmt::print("not finite {} pixels\n", c.non_finite_pixels);
+}
+
+/// Cuts both pictures to --region, or to what both have.
+void cut_both(const CompareOptions& o, Image& image, Image& reference) {
+  if (o.region.empty()) return cut_to_common_part(image, reference);
+  int n[4] = {};
+  if (!parse_rectangle(o.region, n))
+    throw CommandLineError(fmt::format("--region '{}' is not a rectangle of pixels", o.region),
+                           "Give x0,y0,x1,y1 from the upper left corner; x1 and y1 are one past the last.");
+  image = cut(image, n[0], n[1], n[2], n[3]);
+  reference = cut(reference, n[0], n[1], n[2], n[3]);
+}
 
 int run_compare(const CompareOptions& o) {
   if (!o.difference.empty()) {
     if (std::filesystem::path(o.difference).extension() != ".png")
-      throw Error(fmt::format("'{}' does not end in .png", o.difference), "Give --difference a name with this ending.");
+      throw CommandLineError(fmt::format("'{}' does not end in .png", o.difference),
+                             "Give --difference a name with this ending.");
     OutputFiles files;
     files.add_input("the image", o.image);
     files.add_input("the reference", o.reference);
     files.add("--difference", o.difference);
     if (!files.probe(o.difference)) files.throw_if_any_failed();
   }
-  const Image image = read_image(o.image), reference = read_image(o.reference);
+  Image image = layer_of(read_image(o.image), o.layer), reference = layer_of(read_image(o.reference), o.layer);
+  cut_both(o, image, reference);
   const ImageComparison c = compare_images(image, reference, o.leave_out);
   if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
-  fmt::print("MSE        {:.6g}\n", c.mse);
-  fmt::print("relMSE     {:.6g}\n", c.relative_mse);
-  fmt::print("relRMSE    {:.6g}\n", c.relative_rmse);
-  fmt::print("mean ratio {:.6g} (red {:.6g}, green {:.6g}, blue {:.6g})\n", c.luminance_ratio, c.mean_ratio[0],
-             c.mean_ratio[1], c.mean_ratio[2]);
-  fmt::print("largest    {:.6g}\n", c.largest_difference);
-  if (c.non_finite_pixels > 0) fmt::print("not finite {} pixels\n", c.non_finite_pixels);
-  return o.limit > 0 && !(c.relative_rmse <= o.limit) ? 1 : 0;
+  o.json ? print_json(c) : print_text(c);
+  // What is not finite is in no mean, but a picture that has it is not like its reference.
+  return o.limit > 0 && !(c.relative_rmse <= o.limit && c.non_finite_pixels == 0) ? 1 : 0;
 }
 
 }  // namespace
@@ -55,21 +90,32 @@ void add_compare_command(CLI::App& program, int& exit_status) {
       ->option_text("REFERENCE");
   c->add_option("-o,--difference", options->difference,
                 "Write the signed relative difference in false colour: red where IMAGE is too bright, blue where dark")
+      ->take_last()
       ->option_text("FILE.png");
-  c->add_option("--leave-out", options->leave_out, "Share of the worst pixels to leave out of MSE and relMSE")
-      ->check(CLI::Range(0.0, 0.99))
+  c->add_option("--layer", options->layer, "Compare this layer of EXR files in place of the image")
+      ->take_last()
+      ->option_text("NAME");
+  c->add_option("--region", options->region, "Compare these pixels alone; X1 and Y1 are one past the last")
+      ->take_last()
+      ->option_text("X0,Y0,X1,Y1");
+  add_number(*c, "--leave-out", options->leave_out, 0, 0.99, "Share of the worst pixels to leave out of MSE and relMSE")
       ->option_text("SHARE [0]");
-  c->add_option("--limit", options->limit, "Exit with status 1 where relRMSE is above this")
-      ->check(CLI::PositiveNumber)
+  add_number(*c, "--limit", options->limit, 1e-30, 1e30,
+             "Exit with status 1 where relRMSE is above this, or a pixel is not finite")
       ->option_text("NUMBER");
+  c->add_flag("--json", options->json, "Print a JSON object");
   c->footer(R"(
 I: the picture, R: the reference, both linear; means are over pixels and channels.
   MSE         mean of (I - R)^2
   relMSE      mean of (I - R)^2 / (R^2 + 0.01); relRMSE is its root
+  PSNR        10 log10(P^2 / MSE) with the largest number P of R
   mean ratio  mean of I over mean of R: of luminance, and of each channel
 
-Example:
-  glowworm compare out.exr reference.exr -o difference.png --limit 0.05)");
+A part of a picture (--crop) is compared with the same part of the other.
+
+Examples:
+  glowworm compare out.exr reference.exr -o difference.png --limit 0.05
+  glowworm compare out.exr reference.exr --layer indirect --region 0,0,64,64 --json)");
   c->callback([options, &exit_status] { exit_status = run_compare(*options); });
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
@@ -52,26 +53,63 @@ void print_scene(const Scene& scene) {
   for (const std::string& note : scene.notes()) fmt::print("note: {}\n", note);
 }
 
+nlohmann::json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
+nlohmann::json numbers(RGB c) { return {c.r, c.g, c.b}; }
+
+void print_json(const Scene& scene) {
+  using nlohmann::json;
+  const Geometry& g = scene.geometry();
+  json out = {{"name", scene.name()},
+              {"triangles", g.triangle_count()},
+              {"vertices", g.positions.size()},
+              {"bounds_m", {numbers(scene.bounds().min), numbers(scene.bounds().max)}},
+              {"picture", {{"width", scene.film().width}, {"height", scene.film().height}}},
+              {"textures", scene.textures().size()},
+              {"power_w", scene.light_power().total()}};
+  std::vector<std::size_t> uses(scene.materials().size());
+  for (const std::uint32_t m : g.material) ++uses[m];
+  for (const char* list : {"objects", "materials", "lights", "cameras", "notes"}) out[list] = json::array();
+  for (const ObjectStart& object : g.objects) out["objects"].push_back(object.name);
+  for (std::size_t i = 0; i < uses.size(); ++i) {
+    const Material& m = scene.materials()[i];
+    out["materials"].push_back({{"name", m.name}, {"kind", name(m.kind)}, {"triangles", uses[i]}});
+  }
+  out["emissive_triangles"] = scene.emissive_triangles().size();
+  for (std::size_t i = scene.emissive_triangles().size(); i < scene.light_source_count(); ++i) {
+    const auto source = static_cast<std::uint32_t>(i);
+    out["lights"].push_back(
+        {{"name", light_source_name(scene, source)}, {"power_rgb_w", numbers(light_source_power(scene, source))}});
+  }
+  for (const Camera& c : scene.cameras())
+    out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(c.to_world.translation)}});
+  for (const std::string& note : effect_notes(scene, RenderSettings{})) out["notes"].push_back(note);
+  for (const std::string& note : scene.notes()) out["notes"].push_back(note);
+  fmt::print("{}\n", out.dump(2, ' ', false, json::error_handler_t::replace));
+}
+
 }  // namespace
 
 void add_info_command(CLI::App& program) {
   auto path = std::make_shared<std::string>();
+  auto as_json = std::make_shared<bool>(false);
   CLI::App* c = program.add_subcommand("info", "Prints what was read of a scene, and what is not supported.");
   c->add_option("scene", *path,
                 fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
                             fmt::join(builtin_scene_names(), ", builtin:")))
       ->required()
       ->option_text("SCENE");
+  c->add_flag("--json", *as_json, "Print a JSON object");
   c->footer(R"(
 Lengths are metres, power is W. Lines that begin with 'note:' name features of the
 file that are not supported or had to be guessed.
 
 Example:
   glowworm info builtin:atrium)");
-  c->callback([path] {
+  c->callback([path, as_json] {
     ImportOptions options;
     options.lazy_textures = true;
-    print_scene(*open_scene(*path, options));
+    const auto scene = open_scene(*path, options);
+    *as_json ? print_json(*scene) : print_scene(*scene);
   });
 }
 

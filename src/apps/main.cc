@@ -2,15 +2,19 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "apps/commands.h"
 #include "core/temporary_files.h"
+#include "render/options.h"
 #include "render/output.h"
 
 namespace glowworm {
@@ -25,6 +29,33 @@ void open_standard_streams() {
   if (descriptor > STDERR_FILENO) close(descriptor);
 }
 
+/// The command line, with quotes around words that a shell would not take as they are.
+std::string command_line(int argc, char** argv) {
+  std::string text = "glowworm";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`&|;<>()*?[]#~") == std::string::npos;
+    text += plain ? " " + word : " '" + word + "'";
+  }
+  return text;
+}
+
+/// The option that is near to one that the commands do not know; "" where none is.
+std::string meant_option(const CLI::App& program, int argc, char** argv) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands({}))
+    if (argc > 1 && command->get_name() == argv[1])
+      for (const CLI::Option* option : command->get_options())
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    const bool known = std::find(names.begin(), names.end(), word) != names.end();
+    if (word.starts_with("--") && !known)
+      if (const std::string text = did_you_mean(word, names); !text.empty()) return text;
+  }
+  return "";
+}
+
 int run_program(int argc, char** argv) {
   CLI::App program("Glowworm: global illumination from photon maps, fast on one CPU, with nothing to tune.");
   program.set_version_flag("--version", std::string("glowworm ") + version());
@@ -33,12 +64,20 @@ int run_program(int argc, char** argv) {
       "\nExamples:\n  glowworm render builtin:cornell -o cornell.png\n  glowworm info builtin:atrium\n"
       "  glowworm compare cornell.exr reference.exr\n\n'glowworm COMMAND --help' lists the options of a command.");
   int exit_status = 0;
-  add_render_command(program, exit_status);
+  add_render_command(program, command_line(argc, argv), exit_status);
   add_view_command(program, exit_status);
   add_info_command(program);
   add_compare_command(program, exit_status);
+  if (argc < 2) {
+    std::fputs(program.help().c_str(), stderr);
+    return 2;
+  }
   try {
     program.parse(argc, argv);
+  } catch (const CLI::ExtrasError& error) {
+    throw CommandLineError(error.what(), meant_option(program, argc, argv) +
+                                             "'--help' behind the command lists its "
+                                             "options.");
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? 0 : 2;
   }

@@ -1,6 +1,7 @@
 #include "apps/progress_bar.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,12 +11,19 @@
 namespace glowworm {
 
 namespace {
-constexpr int kWidth = 40;
+constexpr int kMostWidth = 40, kLeastWidth = 8;  // of the bar
+constexpr int kUsualColumns = 80;
 constexpr double kPlainInterval = 10;  // seconds
 using Clock = std::chrono::steady_clock;
 
 /// A standard error that cannot be written to is no reason to end a render, so that nothing is thrown.
 void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
+/// Columns of the terminal.
+int columns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsualColumns;
+}
 
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 }  // namespace
@@ -24,6 +32,15 @@ std::string format_duration(double seconds) {
   const auto whole = static_cast<long>(std::llround(std::max(0.0, seconds)));
   if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+std::string progress_line(double share, const std::string& label, const std::string& left, int columns) {
+  std::string text = fmt::format(" {:3.0f}%  {}  {}", 100 * share, label, left);
+  // The last column stays free: some terminals begin a new line after it.
+  const int width = std::min(columns - 3 - static_cast<int>(text.size()), kMostWidth);
+  if (width < kLeastWidth) return text.substr(1, static_cast<std::size_t>(std::max(columns - 1, 0)));
+  const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
+  return fmt::format("[{}{}]{}", std::string(full, '='), std::string(width - full, ' '), text);
 }
 
 ProgressBar::ProgressBar(bool shown)
@@ -38,9 +55,7 @@ void ProgressBar::update(double share, const std::string& label) {
     print(fmt::format("{:3.0f}%  {}  {} spent  {}\n", 100 * share, label, format_duration(spent), left));
     return;
   }
-  const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kWidth);
-  print(fmt::format("\r\033[K[{}{}] {:3.0f}%  {}  {}", std::string(full, '='), std::string(kWidth - full, ' '),
-                    100 * share, label, left));
+  print("\r\033[K" + progress_line(share, label, left, columns()));
   std::fflush(stderr);
   drawn_ = true;
 }

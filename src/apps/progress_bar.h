@@ -21,6 +21,10 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_, last_;
 };
 
+/// The line of a bar that fits a terminal of so many columns; without the bar where there is no room.
+/// @param left the time left, for people
+std::string progress_line(double share, const std::string& label, const std::string& left, int columns);
+
 /// "1:05", "2:03:09": a time in seconds for people.
 std::string format_duration(double seconds);
 

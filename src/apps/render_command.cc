@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -40,12 +41,22 @@ using Clock = std::chrono::steady_clock;
 /// With a budget above this, freed memory may stay in the heap for the next task, which is faster.
 constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 
+/// The most stops that a picture is brightened or darkened by: beyond, none of its numbers stays within float's range.
+constexpr double kMostStops = 100;
+
+/// An image to write.
+struct Output {
+  std::string path;  ///< "-": standard output
+  bool is_exr = true;
+};
+
 struct RenderOptions {
-  std::string scene;
-  std::vector<std::string> outputs;
+  std::string scene, command_line;
+  std::vector<std::string> names;  ///< as -o says
+  std::vector<Output> outputs;
   std::string statistics, simd = "auto", tone = "filmic", precision = "half", resume, view, tev;
   std::vector<std::string> lights;
-  float exposure = 0;
+  double exposure = 0;
   bool verbose = false, quiet = false, preview = false, resumes = false;
   TableOptions table;
   RenderSettings settings;  ///< those of the table, with the memory that there is
@@ -53,6 +64,37 @@ struct RenderOptions {
 
 double seconds_between(Clock::time_point start, Clock::time_point end) {
   return std::chrono::duration<double>(end - start).count();
+}
+
+/// The ending of a file's name in small letters.
+std::string ending_of(const std::string& name) {
+  std::string ending = std::filesystem::path(name).extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+/// What a name after -o asks for.
+Output output_of(const std::string& name) {
+  if (name == kStandardOutput || name == "exr:-") return {std::string(kStandardOutput), true};
+  if (name == "png:-") return {std::string(kStandardOutput), false};
+  const std::string ending = ending_of(name);
+  if (ending != ".exr" && ending != ".png")
+    throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .png", name),
+                           "Give -o a name with one of these endings, or exr:- or png:- for standard output.");
+  return {name, ending == ".exr"};
+}
+
+/// Without -o the image has the name that the scene gives it, or "out.exr".
+void name_outputs(RenderOptions& o, const FilmRequest& film) {
+  if (o.outputs.empty()) {
+    std::string name = film.file.empty() ? "out.exr" : film.file;
+    if (const std::string ending = ending_of(name); ending != ".exr" && ending != ".png") {
+      name = std::filesystem::path(name).replace_extension(".exr");
+      inform(fmt::format("note: the image of '{}' is written as {}", film.file, name));
+    }
+    o.outputs.push_back(output_of(name));
+  }
+  if (o.resumes && o.resume.empty()) o.resume = o.outputs.front().path + ".checkpoint";
 }
 
 void resolve_options(RenderOptions& o) {
@@ -64,26 +106,19 @@ void resolve_options(RenderOptions& o) {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
     for (const std::string& light : o.lights) parse_light_edit(light);
   });
-  if (o.outputs.empty()) o.outputs.push_back("out.exr");
-  for (const std::string& path : o.outputs) {
-    const std::string ending = std::filesystem::path(path).extension();
-    if (ending != ".exr" && ending != ".png")
-      throw Error(fmt::format("'{}' ends neither in .exr nor in .png", path),
-                  "Give -o a name with one of these endings.");
-  }
-  if (o.resumes && o.resume.empty()) o.resume = o.outputs.front() + ".checkpoint";
+  for (const std::string& name : o.names) o.outputs.push_back(output_of(name));
 }
 
 /// Finds out now, rather than after the render, whether all files are different ones and can be written.
 void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
-  for (const std::string& path : o.outputs) files.add("-o", path);
+  for (const Output& output : o.outputs) files.add("-o", output.path);
   if (!o.statistics.empty()) files.add("--stats", o.statistics);
   if (!o.resume.empty()) files.add("--resume", o.resume);
   // A pipe would let both the probe and the reading of it wait for ever.
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
   bool any = false;
-  for (const std::string& path : o.outputs) any = files.probe(path) || any;
+  for (const Output& output : o.outputs) any = files.probe(output.path) || any;
   if (!any) files.throw_if_any_failed();
   for (const std::string& path : {o.statistics, o.resume})
     if (!path.empty()) files.probe(path);
@@ -98,21 +133,30 @@ bool has_samples(const Film& film) {
 /// Writes the image to every -o that takes it. @param said tell of it
 void write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
   std::optional<Image> image;
-  for (const std::string& path : o.outputs) {
+  for (const auto& [path, is_exr] : o.outputs) {
+    // What has gone to standard output cannot be written over.
+    if (path == kStandardOutput && !said) continue;
     const bool written = files.write(path, [&] {
-      if (!image) image = make_image(job.snapshot(), job);
-      if (std::filesystem::path(path).extension() == ".exr")
+      if (!image) {
+        image = make_image(job.snapshot(), job);
+        image->metadata["comments"] = o.command_line;
+      }
+      if (is_exr)
         write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
       else
-        write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, o.exposure);
+        write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, static_cast<float>(o.exposure));
     });
-    if (written && said) inform(fmt::format("wrote {}", path));
+    if (written && said && path != kStandardOutput) inform(fmt::format("wrote {}", path));
   }
 }
 
 std::string describe(const RenderSettings& s, const Scene& scene) {
-  std::string text = fmt::format("{}: {} triangles, {}x{} pixels, {} samples", scene.name(),
-                                 scene.geometry().triangle_count(), s.width, s.height, s.samples);
+  std::string text =
+      fmt::format("{}: {} triangles, {}x{} pixels", scene.name(), scene.geometry().triangle_count(), s.width, s.height);
+  if (s.bounds != PixelBounds{0, 0, s.width, s.height})
+    text +=
+        fmt::format(" (of which {}x{} from {},{} on)", s.bounds.width(), s.bounds.height(), s.bounds.x0, s.bounds.y0);
+  text += fmt::format(", {} samples", s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
   if (s.photons_traced > s.photons)
@@ -164,6 +208,12 @@ class Throttle {
   double interval_, next_;
 };
 
+/// What the job is doing, for the progress bar.
+std::string work_of(const Job& job) {
+  if (job.is_mapping()) return "photon map";
+  return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().samples));
+}
+
 /// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it. Returns what the
 /// render threw, or null.
 std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, TevStream& tev) {
@@ -174,8 +224,7 @@ std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, 
     checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job, files); });
     preview.run_if_due(job, [&] { keep_preview(o, job, files); });
     stream.run_if_due(job, [&] { tev.show(job); });
-    const std::uint32_t pass = std::min(job.passes() + 1, job.settings().samples);
-    bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", pass));
+    bar.update(job.progress(), caught_interrupt() ? "stopping" : work_of(job));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
   }
   bar.finish();
@@ -230,13 +279,28 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
   return any ? 0 : 1;
 }
 
+/// Says which options have no effect on the formats of the outputs.
+void warn_of_unused_formats(const RenderOptions& o) {
+  const auto is_exr = [](const Output& output) { return output.is_exr; };
+  const bool any_exr = std::any_of(o.outputs.begin(), o.outputs.end(), is_exr);
+  const bool any_png = !std::all_of(o.outputs.begin(), o.outputs.end(), is_exr);
+  if (!any_exr && !o.settings.aovs.empty() && o.tev.empty()) warn("--aov has no effect: no -o is an EXR file");
+  if (!any_exr && o.precision != "half") warn("--precision has no effect: no -o is an EXR file");
+  if (!any_png && o.exposure != 0) warn("--exposure has no effect: no -o is a PNG file");
+  if (!any_png && o.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
+}
+
 int run_render(RenderOptions& o) {
   set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
   set_thread_count(o.table.settings.threads);
   read_command_line([&] { set_simd(o.simd); });
   resolve_options(o);
   OutputFiles files;
-  prepare_outputs(o, files);
+  // A scene may name its picture; all else is known now.
+  if (!o.outputs.empty()) {
+    name_outputs(o, {});
+    prepare_outputs(o, files);
+  }
   if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
@@ -245,7 +309,12 @@ int run_render(RenderOptions& o) {
   const std::shared_ptr<const Scene> scene =
       scene_of_view(open_scene(o.scene, import_options, &files), o.lights, o.view, o.settings.camera);
   const Clock::time_point loaded = Clock::now();
-  for (const std::string& note : scene->notes()) inform(fmt::format("note: {}: {}", o.scene, note));
+  tell_notes(*scene, o.scene);
+  if (o.outputs.empty()) {
+    name_outputs(o, scene->film());
+    prepare_outputs(o, files);
+  }
+  warn_of_unused_formats(o);
   const auto tracer = std::make_shared<const Tracer>(*scene);
   const Clock::time_point built = Clock::now();
   catch_interrupts();
@@ -265,26 +334,27 @@ int run_render(RenderOptions& o) {
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("-o,--output", o.outputs, "Image to write: .exr (linear, W sr^-1 m^-2) or .png; several -o may be given")
-      ->option_text("FILE [out.exr]")
+  c.add_option("-o,--output", o.names,
+               "Image to write: .exr (linear, W sr^-1 m^-2) or .png; exr:- or png:- is standard output; several -o may "
+               "be given")
+      ->option_text("FILE [the scene's, or out.exr]")
       ->group("Picture");
   add_table_options(c, "Picture", false, o.table);
   c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; its lens stays as it is")
+      ->take_last()
       ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
       ->group("Picture");
   c.add_option("--light", o.lights, "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians)")
       ->option_text("NAME,CHANGE,...")
       ->group("Picture");
-  c.add_option("--tev", o.tev, "Show the image so far in a running tev")->option_text("HOST:PORT")->group("Picture");
-  c.add_option("--precision", o.precision, "Precision of the EXR file")
-      ->check(CLI::IsMember({"half", "float"}))
-      ->option_text("half|float [half]")
+  c.add_option("--tev", o.tev, "Show the image so far in a running tev")
+      ->take_last()
+      ->option_text("HOST:PORT")
       ->group("Picture");
-  c.add_option("--tone", o.tone, "Tone curve of the PNG file")
-      ->check(CLI::IsMember({"filmic", "srgb"}))
-      ->option_text("filmic|srgb [filmic]")
-      ->group("Picture");
-  c.add_option("--exposure", o.exposure, "Exposure of the PNG file in stops: +1 is twice as bright")
+  add_choice(c, "--precision", o.precision, {"half", "float"}, "Precision of the EXR file")->group("Picture");
+  add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group("Picture");
+  add_number(c, "--exposure", o.exposure, -kMostStops, kMostStops,
+             "Exposure of the PNG file in stops: +1 is twice as bright")
       ->option_text("STOPS [0]")
       ->group("Picture");
 }
@@ -303,12 +373,14 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
 void add_machine_options(CLI::App& c, RenderOptions& o) {
   add_table_options(c, "Machine", false, o.table);
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
+      ->take_last()
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
       ->group("Machine");
 }
 
 void add_report_options(CLI::App& c, RenderOptions& o) {
   c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
+      ->take_last()
       ->option_text("FILE")
       ->group("Reports");
   c.add_flag("-v,--verbose", o.verbose, "Print choices and the time of each phase, too")->group("Reports");
@@ -344,8 +416,9 @@ Examples:
 
 }  // namespace
 
-void add_render_command(CLI::App& program, int& exit_status) {
+void add_render_command(CLI::App& program, const std::string& command_line, int& exit_status) {
   auto options = std::make_shared<RenderOptions>();
+  options->command_line = command_line;
   CLI::App* c = program.add_subcommand("render", "Renders a scene to an image.");
   c->add_option("scene", options->scene,
                 fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",

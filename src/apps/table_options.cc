@@ -1,8 +1,10 @@
 #include "apps/table_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 
 namespace glowworm {
 
@@ -21,12 +23,37 @@ CLI::Option* add_table_option(CLI::App& command, const Option& option, TableOpti
 
 }  // namespace
 
+CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& value,
+                        const std::vector<std::string>& names, const std::string& meaning) {
+  const auto take = [&value, name, names](const std::string& text) {
+    read_command_line([&] { value = names[name_index(name, text, names)]; });
+  };
+  return command.add_option_function<std::string>(name, take, meaning)
+      ->take_last()
+      ->option_text(fmt::format("{} [{}]", fmt::join(names, "|"), value));
+}
+
+CLI::Option* add_number(CLI::App& command, const std::string& name, double& value, double least, double most,
+                        const std::string& meaning) {
+  const auto take = [&value, name, least, most](const std::string& text) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size() || !(number >= least && number <= most))
+      throw CommandLineError(fmt::format("{} '{}' is not a number from {} to {}", name, text, least, most));
+    value = number;
+  };
+  return command.add_option_function<std::string>(name, take, meaning)->take_last();
+}
+
 void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options) {
   for (const Option& option : render_options()) {
     const char* standard = view ? option.in_view : option.standard.c_str();
     if (option.group != group || !standard) continue;
     CLI::Option* added = add_table_option(command, option, options)->group(group);
-    if (option.is_list) added->join(',');
+    if (option.is_list)
+      added->join(',');
+    else
+      added->take_last();
     if (!option.is_flag)
       added->option_text(*standard ? fmt::format("{} [{}]", option.values, standard) : option.values);
   }

@@ -6,6 +6,10 @@
 #include "apps/commands.h"
 #include "render/options.h"
 
+namespace CLI {
+class Option;
+}
+
 namespace glowworm {
 
 /// What a command line says of the options in the table.
@@ -13,6 +17,14 @@ struct TableOptions {
   RenderSettings settings;
   std::vector<const Option*> given;
 };
+
+/// Adds an option that takes one of the names. Another word ends the program with status 2 and the nearest name.
+CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& value,
+                        const std::vector<std::string>& names, const std::string& meaning);
+
+/// Adds an option that takes a number of [least, most]; others, infinity and "nan" end the program with status 2.
+CLI::Option* add_number(CLI::App& command, const std::string& name, double& value, double least, double most,
+                        const std::string& meaning);
 
 /// Adds the options of a group of the table to a command.
 /// @param view only those that `glowworm view` has

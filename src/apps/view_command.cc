@@ -26,42 +26,35 @@ int run_view(const ViewOptions& o) {
 }
 
 void add_start_options(CLI::App& c, ViewOptions& o) {
-  c.add_option("--mode", o.mode, "What the pixels show")
-      ->check(CLI::IsMember(view_mode_names()))
-      ->option_text(fmt::format("{} [gather]", fmt::join(view_mode_names(), "|")))
-      ->group("View");
-  c.add_option("--part", o.part, "Which light is shown")
-      ->check(CLI::IsMember(light_part_names()))
-      ->option_text(fmt::format("{} [all]", fmt::join(light_part_names(), "|")))
-      ->group("View");
+  add_choice(c, "--mode", o.mode, view_mode_names(), "What the pixels show")->group("View");
+  add_choice(c, "--part", o.part, light_part_names(), "Which light is shown")->group("View");
   c.add_flag("--filter", o.filter, "Smooth noise between edges")->group("View");
   c.add_flag("--no-reuse", o.no_reuse, "Do not reuse earlier frames")->group("View");
-  c.add_option("--tone", o.tone, "Tone curve")
-      ->check(CLI::IsMember({"filmic", "srgb"}))
-      ->option_text("filmic|srgb [filmic]")
-      ->group("View");
-  c.add_option("--exposure", o.exposure, "Exposure in stops")->option_text("STOPS [0]")->group("View");
+  add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve")->group("View");
+  add_number(c, "--exposure", o.exposure, -100, 100, "Exposure in stops")->option_text("STOPS [0]")->group("View");
 }
 
 void add_session_options(CLI::App& c, ViewOptions& o) {
   c.add_option("--script", o.script, "Play this JSON file; docs/guide.md has its keys")
+      ->take_last()
       ->option_text("FILE.json")
       ->group("Session");
   c.add_option("--out", o.out, "Open no window: write every frame into this folder")
+      ->take_last()
       ->option_text("FOLDER")
       ->group("Session");
-  c.add_option("--frames", o.frames, "End after so many frames")->option_text("N [the script's]")->group("Session");
-  c.add_option("--format", o.format, "Format of the frames in --out")
-      ->check(CLI::IsMember({"png", "exr"}))
-      ->option_text("png|exr [png]")
+  c.add_option("--frames", o.frames, "End after so many frames")
+      ->take_last()
+      ->option_text("N [the script's]")
       ->group("Session");
-  c.add_option("--fps", o.fps, "Frames a second to hold while the view moves")
-      ->check(CLI::Range(0.1, 1000.0))
+  add_choice(c, "--format", o.format, {"png", "exr"}, "Format of the frames in --out")->group("Session");
+  add_number(c, "--fps", o.fps, 0.1, 1000, "Frames a second to hold while the view moves")
       ->option_text("N [15]")
       ->group("Session");
   c.add_flag("--adapt", o.adapt, "With --out, too: hold --fps by fewer pixels, rays and photons while the view moves")
       ->group("Session");
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
+      ->take_last()
       ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
       ->group("Session");
 }

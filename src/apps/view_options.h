@@ -14,7 +14,7 @@ struct ViewOptions {
   TableOptions table;
   std::string script, out, format = "png", simd = "auto", mode = "gather", part = "all";
   std::string tone = "filmic";
-  float exposure = 0;
+  double exposure = 0;
   std::uint32_t frames = 0;
   double fps = 15;
   bool adapt = false;

@@ -151,8 +151,10 @@ TEST_F(BadInputTest, CommandLinesWithoutSense) {
 
 TEST_F(BadInputTest, OutputsThatCannotBeWritten) {
   std::filesystem::create_directory(folder_ / "folder.exr");
-  for (const char* output : {"missing/a.exr", "folder.exr", "a.bmp", "a"})
+  for (const char* output : {"missing/a.exr", "folder.exr"})
     EXPECT_TRUE(refused(render("builtin:cornell", {"-o", output}), {output}));
+  for (const char* output : {"a.bmp", "a"})
+    EXPECT_TRUE(refused(render("builtin:cornell", {"-o", output}), {output}, 2));
   EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.png", "--stats", "missing/a.json"}), {"missing/a.json"}));
   EXPECT_THAT(names(), ElementsAre("folder.exr"));
   if (geteuid() == 0) return;  // nothing is closed to root
@@ -246,7 +248,7 @@ TEST_F(BadInputTest, ComparisonsThatCannotBe) {
   EXPECT_TRUE(refused(run({"compare", "a.exr", "b.exr"}), {"16", "8"}));
   EXPECT_TRUE(refused(run({"compare", "a.exr", "c.exr"}), {"c.exr"}));
   EXPECT_TRUE(refused(run({"compare", "a.exr", "missing.exr"}), {"missing.exr"}));
-  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "d.exr"}), {"d.exr", ".png"}));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "d.exr"}), {"d.exr", ".png"}, 2));
   EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "missing/d.png"}), {"missing/d.png"}));
   EXPECT_THAT(names(), ElementsAre("a.exr", "b.exr", "c.exr"));
 }

@@ -188,5 +188,16 @@ TEST_F(SlowFaultsTest, EmbreeWithoutMemorySaysSo) {
   EXPECT_THAT(outcome.err, Not(HasSubstr("SSE2")));
 }
 
+TEST_F(SlowFaultsTest, WithoutItsModuleForPicturesTheProgramSaysSo) {
+  ASSERT_EQ(run(tiny_render({})).status, 0);
+  const std::string scene = write("a.pbrt",
+                                  "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\" "
+                                  "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"");
+  const Outcome outcome =
+      run_refused({"render", scene, "-o", "c.exr"}, {{"REFUSE_LIBRARY", "libglowworm_openimageio.so"}});
+  EXPECT_TRUE(refused(outcome, {"libglowworm_openimageio.so"}));
+  EXPECT_FALSE(fs::exists(folder_ / "c.exr"));
+}
+
 }  // namespace
 }  // namespace glowworm

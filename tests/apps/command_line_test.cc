@@ -1,0 +1,291 @@
+// What people expect of a command line: the last option wins, nonsense ends with status 2, nothing is ignored silently.
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "image/image.h"
+#include "program.h"
+
+namespace glowworm {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::UnorderedElementsAre;
+
+using Words = std::vector<std::string>;
+
+class CommandLineTest : public ProgramTest {
+ protected:
+  /// A picture of so many grey pixels with one that is `value`.
+  void write_picture(const std::string& name, float value, int side = 4) const {
+    Image image(side, side);
+    std::vector<RGB> pixels(image.pixel_count(), RGB(0.5f));
+    pixels[5] = RGB(value);
+    image.add_rgb("", pixels);
+    image.add_rgb("direct", std::vector<RGB>(image.pixel_count(), RGB(0.25f)));
+    write_exr(path(name), image, ExrPrecision::single);
+  }
+};
+
+TEST_F(CommandLineTest, WithoutACommandPrintsHowToUseIt) {
+  const Outcome outcome = run({});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("glowworm render builtin:cornell"));
+}
+
+TEST_F(CommandLineTest, TheLastOfARepeatedOptionWins) {
+  const Outcome outcome =
+      render("builtin:cornell", {"--size", "9x9", "--size", "8x4", "--precision", "half", "--precision", "float",
+                                 "--seed", "1", "--seed", "2", "-o", "a.exr"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(read_image(path("a.exr")).width(), 8);
+  EXPECT_EQ(read_image(path("a.exr")).metadata["glowworm:seed"], "2");
+}
+
+TEST_F(CommandLineTest, ValuesThatMakeNoSenseEndWithStatus2) {
+  const std::vector<std::pair<Words, std::string>> cases = {
+      {{"--engine", "foward"}, "Did you mean 'forward'?"},
+      {{"--tone", "filmik"}, "Did you mean 'filmic'?"},
+      {{"--aov", "norml"}, "Did you mean 'normal'?"},
+      {{"--simd", "avx9"}, "avx9"},
+      {{"--exposure", "nan"}, "--exposure 'nan'"},
+      {{"--exposure", "inf"}, "--exposure 'inf'"},
+      {{"--noise", "nan"}, "--noise 'nan'"},
+      {{"--noise", "0"}, "--noise '0'"},
+      {{"--noise", "-1"}, "--noise '-1'"},
+      {{"--time", "nan"}, "--time 'nan'"},
+      {{"--crop", "0,0,2,1"}, "--crop '0,0,2,1'"},
+      {{"--crop", "nan,0,1,1"}, "--crop 'nan,0,1,1'"},
+      {{"--pixel-bounds", "5,5,5,9"}, "--pixel-bounds"},
+      {{"--sise", "4x4"}, "Did you mean '--size'?"},
+      {{"-o", "a.jpg"}, "a.jpg"},
+      {{"--precision", "double"}, "Choose from: half, float"},
+  };
+  for (const auto& [words, text] : cases) {
+    Words all = {"render", "builtin:cornell"};
+    all.insert(all.end(), words.begin(), words.end());
+    EXPECT_TRUE(refused(run(all), {text}, 2)) << words[1];
+  }
+  write_picture("a.exr", 1);
+  for (const char* option : {"--limit", "--leave-out"})
+    EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", option, "nan"}), {option}, 2));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "a.gif"}), {"a.gif"}, 2));
+  EXPECT_TRUE(refused(run({"view", "builtin:cornell", "--mode", "fotons"}), {"Did you mean 'photons'?"}, 2));
+  EXPECT_THAT(names(), ElementsAre("a.exr"));
+}
+
+TEST_F(CommandLineTest, NoiseIsAShareOrAPercentage) {
+  for (const char* text : {"0.5", "50%"}) {
+    ASSERT_EQ(render("builtin:cornell", {"--noise", text, "--stats", "s.json", "-q"}).status, 0);
+    EXPECT_DOUBLE_EQ(read_json("s.json").at("settings").at("noise_target"), 0.5);
+  }
+}
+
+TEST_F(CommandLineTest, OptionsWithoutEffectAreNamed) {
+  const std::vector<std::pair<Words, std::string>> cases = {
+      {{"--aov", "depth", "-o", "a.png"}, "--aov has no effect"},
+      {{"--precision", "float", "-o", "a.png"}, "--precision has no effect"},
+      {{"--exposure", "1", "-o", "a.exr"}, "--exposure has no effect"},
+      {{"--tone", "srgb", "-o", "a.exr"}, "--tone has no effect"},
+      {{"--reorder", "8", "-o", "a.exr"}, "--reorder has no effect"},
+      {{"--traced", "1k", "-o", "a.exr"}, "--traced has no effect"},
+      {{"--crop", "0,0,1,0.5", "--pixel-bounds", "0,0,4,4", "-o", "a.exr"}, "--crop has no effect"},
+  };
+  for (const auto& [words, text] : cases) EXPECT_THAT(render("builtin:cornell", words).err, HasSubstr(text));
+  const Outcome all = render("builtin:cornell", {"--aov", "depth", "--precision", "float", "--exposure", "1", "--tone",
+                                                 "srgb", "-o", "a.exr", "-o", "b.png"});
+  EXPECT_THAT(all.err, Not(HasSubstr("no effect")));
+}
+
+TEST_F(CommandLineTest, EndingsMayBeCapitalAndStandardOutputTakesAnImageOrStatistics) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.EXR", "-o", "b.PNG", "-q"}).status, 0);
+  EXPECT_EQ(read(path("b.PNG")).substr(1, 3), "PNG");
+  EXPECT_EQ(render("builtin:cornell", {"-o", "-", "-q"}).out.substr(0, 4), "\x76\x2f\x31\x01");
+  EXPECT_EQ(render("builtin:cornell", {"-o", "png:-", "-q"}).out.substr(1, 3), "PNG");
+  const Outcome statistics = render("builtin:cornell", {"-o", "c.exr", "--stats", "-"});
+  EXPECT_EQ(nlohmann::json::parse(statistics.out).at("passes"), 1);
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "-", "--stats", "-"}), {"one file"}, 2));
+  EXPECT_THAT(names(), UnorderedElementsAre("a.EXR", "b.PNG", "c.exr"));
+}
+
+TEST_F(CommandLineTest, ASceneNamesItsPictureAndItsCrop) {
+  const std::string scene =
+      write("a.pbrt",
+            "Film \"rgb\" \"string filename\" \"up/there.exr\" \"integer xresolution\" 32 \"integer yresolution\" 16 "
+            "\"float cropwindow\" [0.5 1 0 0.5] Camera \"perspective\" WorldBegin LightSource \"point\" "
+            "Shape \"sphere\"");
+  Words words = {"render", scene, "--samples", "1", "--gather", "1", "--photons", "1k"};
+  const Outcome outcome = run(words);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("of which 16x8 from 16,0 on"));
+  EXPECT_EQ(read_image(path("there.exr")).place, (PicturePlace{16, 0, 32, 16}));
+  words.insert(words.end(), {"--crop", "0,0,1,1"});
+  ASSERT_EQ(run(words).status, 0);
+  EXPECT_EQ(read_image(path("there.exr")).width(), 32);
+}
+
+TEST_F(CommandLineTest, BlackLightsStayBlack) {
+  const std::string scene = write("a.pbrt",
+                                  "LookAt 0 0 4 0 0 0 0 1 0 Camera \"perspective\" WorldBegin LightSource \"point\" "
+                                  "\"rgb I\" [0 0 0] Shape \"sphere\"");
+  for (const char* integrator : {"gather", "path", "photons"}) {
+    const Outcome outcome = render(scene, {"-o", "a.exr", "--integrator", integrator});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("all lights of the scene are black"));
+    for (const RGB& pixel : read_image(path("a.exr")).rgb()) EXPECT_EQ(pixel, RGB());
+  }
+}
+
+TEST_F(CommandLineTest, AMissingSkyIsAnErrorAndAMissingTextureOneWarning) {
+  const std::string sky =
+      write("a.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\" Shape \"sphere\"");
+  EXPECT_TRUE(refused(render(sky, {"-o", "a.exr"}), {"sky.exr", "infinite light"}));
+  const std::string texture = write("b.pbrt",
+                                    "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"t.png\" "
+                                    "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"");
+  const Outcome outcome = render(texture, {"-o", "b.exr"});
+  EXPECT_EQ(outcome.status, 0);
+  const std::size_t first = outcome.err.find("magenta");
+  EXPECT_NE(first, std::string::npos);
+  EXPECT_EQ(outcome.err.find("magenta", first + 1), std::string::npos) << outcome.err;
+}
+
+TEST_F(CommandLineTest, CompareCountsWhatIsNotFiniteAndPrintsJson) {
+  write_picture("a.exr", 0.5f);
+  write_picture("nan.exr", std::numeric_limits<float>::quiet_NaN());
+  write_picture("b.exr", 1.5f);
+  EXPECT_EQ(run({"compare", "a.exr", "a.exr", "--limit", "0.1"}).status, 0);
+  EXPECT_EQ(run({"compare", "nan.exr", "a.exr", "--limit", "0.1"}).status, 1);
+  const auto json = [&](const Words& more) {
+    Words words = {"compare", "b.exr", "a.exr", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return nlohmann::json::parse(run(words).out);
+  };
+  EXPECT_NEAR(json({}).at("mse"), 1.0 / 16, 1e-6);
+  EXPECT_NEAR(json({}).at("psnr_db"), 10 * std::log10(0.25 * 16), 1e-6);
+  EXPECT_NEAR(json({"--region", "1,1,2,3"}).at("mse"), 0.5, 1e-6);
+  EXPECT_EQ(json({"--region", "2,0,4,4"}).at("mse"), 0);
+  EXPECT_TRUE(json({"--region", "2,0,4,4"}).at("psnr_db").is_null());
+  EXPECT_EQ(json({"--layer", "direct"}).at("mse"), 0);
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "b.exr", "--layer", "depth"}), {"depth", "direct"}));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "b.exr", "--region", "0,0,5,5"}), {"0,0,5,5"}));
+}
+
+TEST_F(CommandLineTest, APartIsComparedWithTheWhole) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "--precision", "float"}).status, 0);
+  ASSERT_EQ(render("builtin:cornell", {"-o", "b.exr", "--precision", "float", "--crop", "0.3,0.3,0.7,0.9"}).status, 0);
+  const Outcome outcome = run({"compare", "b.exr", "a.exr", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("mse"), 0);
+}
+
+TEST_F(CommandLineTest, InfoPrintsJson) {
+  const auto json = nlohmann::json::parse(run({"info", "builtin:cornell", "--json"}).out);
+  EXPECT_EQ(json.at("name"), "cornell");
+  EXPECT_EQ(json.at("objects").size(), 8u);
+  EXPECT_EQ(json.at("cameras")[0].at("name"), "main");
+  EXPECT_GT(json.at("power_w"), 0.0);
+}
+
+/// What the program writes to a terminal of so many columns.
+TEST_F(CommandLineTest, ProgressNamesThePhotonMapAndFitsTheTerminal) {
+  for (const unsigned short columns : {30, 50, 200}) {
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_GE(terminal, 0);
+    ASSERT_EQ(grantpt(terminal), 0);
+    ASSERT_EQ(unlockpt(terminal), 0);
+    const winsize size{24, columns, 0, 0};
+    ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
+    const std::string name = ptsname(terminal);
+    const int other = open(name.c_str(), O_RDWR | O_NOCTTY);
+    Running running(folder_, {"render", "builtin:cornell", "--size", "16x16", "--photons", "200k", "-o", "a.exr"},
+                    [&] { dup2(other, STDERR_FILENO); });
+    close(other);
+    std::string shown;
+    char bytes[4096];
+    // Reading ends with an error where the program has closed the terminal.
+    for (ssize_t n = 0; (n = ::read(terminal, bytes, sizeof bytes)) > 0;)
+      shown.append(bytes, static_cast<std::size_t>(n));
+    close(terminal);
+    EXPECT_EQ(running.wait().status, 0);
+    std::size_t bars = 0;
+    for (std::size_t at = shown.find("\033[K"); at != std::string::npos; at = shown.find("\033[K", at + 1)) {
+      const std::string line = shown.substr(at + 3, shown.find_first_of("\r\n", at) - at - 3);
+      if (line.find('%') == std::string::npos) continue;
+      EXPECT_LT(line.size(), columns) << line;
+      ++bars;
+    }
+    EXPECT_GT(bars, 0u);
+    EXPECT_THAT(shown, HasSubstr("photon map"));
+  }
+}
+
+TEST_F(CommandLineTest, ATinyPictureTakesFewPhotons) {
+  const auto photons = [&](const char* side) {
+    EXPECT_EQ(run({"render", "builtin:cornell", "--samples", "1", "--size", side, "--stats", "s.json", "-q"}).status,
+              0);
+    return read_json("s.json").at("settings").at("photons").get<int>();
+  };
+  EXPECT_EQ(photons("1x1"), 50'000);
+  EXPECT_GT(photons("60x60"), 50'000);
+}
+
+/// Decodes a matte as compositing programs do: by the name's number in the manifest.
+TEST_F(CommandLineTest, ACryptomatteIsDecoded) {
+  ASSERT_EQ(render("builtin:cornell",
+                   {"--size", "32x32", "--samples", "4", "--aov", "cryptomatte,object-id,alpha", "-o", "a.exr"})
+                .status,
+            0);
+  Image image = read_image(path("a.exr"));
+  std::string prefix;
+  for (const auto& [key, value] : image.metadata)
+    if (value == "CryptoObject") prefix = key.substr(0, key.size() - 4);
+  ASSERT_THAT(prefix, testing::StartsWith("cryptomatte/"));
+  EXPECT_EQ(image.metadata[prefix + "hash"], "MurmurHash3_32");
+  EXPECT_EQ(image.metadata[prefix + "conversion"], "uint32_to_float32");
+  const auto manifest = nlohmann::json::parse(image.metadata[prefix + "manifest"]);
+  const auto id = static_cast<std::uint32_t>(std::stoul(manifest.at("tall block").get<std::string>(), nullptr, 16));
+  const auto names = nlohmann::json::parse(image.metadata["glowworm:objects"]);
+  std::size_t whole = 0, partial = 0;
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    float matte = 0, all = 0, last = 1;
+    for (int rank = 0; rank < 6; ++rank) {
+      const std::string layer = "CryptoObject0" + std::to_string(rank / 2) + ".";
+      const float number = image.channel(layer + (rank % 2 ? "B" : "R"))[i];
+      const float coverage = image.channel(layer + (rank % 2 ? "A" : "G"))[i];
+      EXPECT_LE(coverage, last);
+      last = coverage;
+      all += coverage;
+      std::uint32_t bits;
+      std::memcpy(&bits, &number, sizeof bits);
+      if (bits == id) matte += coverage;
+    }
+    EXPECT_FLOAT_EQ(all, image.channel("A")[i]);
+    if (matte == 1) {
+      EXPECT_EQ(names[static_cast<std::size_t>(image.channel("object-id.I")[i])], "tall block");
+    }
+    whole += matte == 1;
+    partial += matte > 0 && matte < 1;
+  }
+  EXPECT_GT(whole, 50u);
+  EXPECT_GT(partial, 5u);
+}
+
+TEST_F(CommandLineTest, APictureSaysHowItWasMade) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "-q"}).status, 0);
+  const Image image = read_image(path("a.exr"));
+  std::string all;
+  for (const auto& [key, value] : image.metadata) all += key + "=" + value + "\n";
+  EXPECT_THAT(all, HasSubstr("glowworm render builtin:cornell"));
+  EXPECT_THAT(all, testing::ContainsRegex("=20[0-9][0-9]:[01][0-9]:[0-3][0-9] "));
+}
+
+}  // namespace
+}  // namespace glowworm
