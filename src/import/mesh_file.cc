@@ -58,6 +58,7 @@ SceneDescription load_ply(const std::string& path, const ImportOptions& options)
   mesh.uvs.resize(mesh.positions.size());
   PhongMaterial material;
   material.name = "DefaultMaterial";
+  material.diffuse = RGB(kDefaultAlbedo);
   material.diffuse_map.name = source.texture;
   if (!source.texture.empty()) material.diffuse = RGB(1.0f);
   return scene_of(std::move(mesh), material, path, options, notes);
@@ -72,6 +73,7 @@ SceneDescription load_stl(const std::string& path, const ImportOptions& options)
   merge_identical_vertices(mesh);
   PhongMaterial material;
   material.name = "DefaultMaterial";
+  material.diffuse = RGB(kDefaultAlbedo);
   return scene_of(std::move(mesh), material, path, options, notes);
 }
 

@@ -27,6 +27,9 @@ struct FloatBitsHash {
   }
 };
 
+/// Albedo of surfaces without a material.
+inline constexpr float kDefaultAlbedo = 0.8f;
+
 /// Bytes of memory that the arrays of a mesh take.
 std::uint64_t mesh_bytes(const Geometry& mesh);
 

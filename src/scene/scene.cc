@@ -12,6 +12,7 @@
 #include "scene/environment.h"
 #include "scene/light_power.h"
 #include "scene/scene_checks.h"
+#include "scene/studio_light.h"
 
 namespace glowworm {
 
@@ -66,6 +67,13 @@ bool has_lights(const SceneDescription& d, const Geometry& geometry) {
          });
 }
 
+void add_studio_light(SceneDescription& d) {
+  d.environment = studio_light(d.cameras.front());
+  d.notes.push_back(d.emissions.empty() ? "the scene has no light; a studio light was added"
+                                        : "the scene has no light but what glows on its surfaces; a studio light was "
+                                          "added");
+}
+
 float power_weight(RGB power) {
   if (!is_finite(power))
     throw Error(fmt::format("a light has a power of ({:g}, {:g}, {:g}) W", power.r, power.g, power.b),
@@ -78,12 +86,10 @@ float power_weight(RGB power) {
 Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   check_description(d_);
   normalize_lights(d_);
+  add_default_camera(d_);
+  if (needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
-  if (d_.cameras.empty()) {
-    d_.cameras.push_back(default_camera(*geometry_, center_, radius_));
-    d_.notes.push_back("the scene has no camera; one was placed that sees it");
-  }
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   find_light_sources();
   if (light_power_.total() > 0) return;
@@ -91,9 +97,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
     d_.notes.push_back("all lights of the scene are black");
     return;
   }
-  d_.environment = Environment{};
-  d_.environment->name = "default sky";
-  d_.notes.push_back("the scene has no light; a uniform sky of radiance 1 was added");
+  add_studio_light(d_);
   find_light_sources();
 }
 

@@ -37,6 +37,8 @@ struct SceneDescription {
   std::optional<Environment> environment;
   std::vector<Camera> cameras;
   FilmRequest film;
+  /// Emission may be decoration, whose viewer brings the light, unless the scene is a room.
+  bool emission_may_be_decoration = false;
   /// Features of the file that are not supported or had to be guessed; one line each.
   std::vector<std::string> notes;
 };
@@ -54,7 +56,7 @@ struct SceneEdit {
 /// An immutable scene with the tables derived from its description.
 class Scene {
  public:
-  /// Checks all indices, adds a camera that frames the scene if it has none, and a sky if it has no light.
+  /// Checks all indices, adds a camera that frames the scene if it has none, and the studio light if it has no light.
   /// Throws Error for a scene without triangles.
   explicit Scene(SceneDescription description);
   /// The same scene with other lights; shares the geometry. Adds no sky if nothing emits: then light_power() has a

@@ -8,11 +8,15 @@
 #include <functional>
 
 #include "core/error.h"
+#include "core/frame.h"
 #include "core/offset_origin.h"
 #include "core/random.h"
 #include "core/warp.h"
+#include "scene/default_camera.h"
+#include "scene/environment.h"
 #include "scene/light_sampling.h"
 #include "scene/scene_parts.h"
+#include "scene/studio_light.h"
 #include "scene/surface.h"
 #include "support/goodness_of_fit.h"
 
@@ -23,7 +27,7 @@ using testing::HasSubstr;
 
 void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tolerance); }
 
-TEST(SceneTest, AddsACameraThatSeesAllAndASky) {
+TEST(SceneTest, AddsACameraThatSeesAllAndTheStudioLight) {
   const Scene scene(floor_description());
   ASSERT_EQ(scene.cameras().size(), 1u);
   EXPECT_EQ(scene.notes().size(), 2u);
@@ -32,7 +36,7 @@ TEST(SceneTest, AddsACameraThatSeesAllAndASky) {
     const Vec3 seen = inverse(camera.to_world).point(p);
     EXPECT_LE(std::max(std::abs(seen.x), std::abs(seen.y)) / seen.z, camera.half_extent * 1.0001f);
   }
-  EXPECT_EQ(environment_radiance(scene, {0, 0, 1}), RGB(1.0f));
+  EXPECT_EQ(scene.environment()->name, "studio light");
   EXPECT_GT(scene.light_power().total(), 0);
   EXPECT_NEAR(scene.radius(), 2 * std::sqrt(2.0f), 1e-5f);
 }
@@ -53,6 +57,122 @@ SceneDescription open_box(bool inwards) {
   wall({-1, 0, 2}, {0, 0, -4}, {0, 3, 0});
   wall({1, 0, -2}, {0, 0, 4}, {0, 3, 0});
   return d;
+}
+
+/// A box with its walls facing inwards or outwards.
+void add_closed_box(SceneDescription& d, Box3 box, bool inwards) {
+  const Vec3 size = box.diagonal(), x{size.x, 0, 0}, y{0, size.y, 0}, z{0, 0, size.z};
+  const auto wall = [&](Vec3 corner, Vec3 a, Vec3 b) { add_quad(d, corner, inwards ? a : b, inwards ? b : a); };
+  wall(box.min, x, y);
+  wall(box.min, y, z);
+  wall(box.min, z, x);
+  wall(box.max, -y, -x);
+  wall(box.max, -z, -y);
+  wall(box.max, -x, -z);
+}
+
+SceneDescription closed_box(Box3 box, bool inwards) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  add_closed_box(d, box, inwards);
+  return d;
+}
+
+TEST(DefaultCamera, DoesNotStandBeforeAPillarOfARoom) {
+  SceneDescription d = closed_box({{-10, 0, -4}, {10, 5, 4}}, true);
+  // One before the middle of each short wall, and two rows of smaller ones.
+  for (const float x : {-6.9f, 6.9f}) add_closed_box(d, {{x - 0.5f, 0, -1}, {x + 0.5f, 5, 1}}, false);
+  for (const float x : {-3.0f, 3.0f})
+    for (const float z : {-3.0f, 3.0f}) add_closed_box(d, {{x - 0.3f, 0, z - 0.3f}, {x + 0.3f, 5, z + 0.3f}}, false);
+  const Scene scene(std::move(d));
+  const Camera& camera = scene.camera("");
+  EXPECT_TRUE(scene.bounds().contains(camera.to_world.translation));
+  // The middle of the picture looks far along the room.
+  const Vec3 eye = camera.to_world.translation;
+  float nearest = std::numeric_limits<float>::infinity();
+  for (int i = 0; i < 9; ++i) {
+    const Vec2 film{40 + 10.0f * static_cast<float>(i % 3), 40 + 10.0f * static_cast<float>(i / 3)};
+    const Vec3 way = generate_ray(camera, film, 100, 100, {0.5f, 0.5f}).direction;
+    for (const auto& [a, b, c] : scene.geometry().triangles) {
+      const Vec3 p = scene.geometry().positions[a], e1 = scene.geometry().positions[b] - p,
+                 e2 = scene.geometry().positions[c] - p;
+      const float determinant = dot(e1, cross(way, e2));
+      if (determinant == 0) continue;
+      const Vec3 s = (eye - p) / determinant, q = cross(s, e1);
+      const float u = dot(s, cross(way, e2)), v = dot(way, q), t = dot(e2, q);
+      if (u >= 0 && v >= 0 && u + v <= 1 && t > 0) nearest = std::min(nearest, t);
+    }
+  }
+  EXPECT_GT(nearest, 5);
+}
+
+TEST(DefaultCamera, SeesAHollowThingFromOutside) {
+  // A shell with many outer faces, whose lining faces the middle on all sides.
+  SceneDescription d = closed_box({{-1, -1, -1}, {1, 1, 1}}, true);
+  add_closed_box(d, {{-1.1f, -1.1f, -1.1f}, {1.1f, 1.1f, 1.1f}}, false);
+  for (int i = 0; i < 8; ++i) {
+    const float z = -1 + 0.25f * static_cast<float>(i);
+    add_closed_box(d, {{1.1f, -1, z}, {1.2f, 1, z + 0.2f}}, false);
+  }
+  const Scene scene(std::move(d));
+  EXPECT_FALSE(scene.bounds().contains(scene.camera("").to_world.translation));
+}
+
+TEST(DefaultCamera, LooksStraightAtTheFrontOfAPanel) {
+  for (const bool turned : {false, true}) {
+    SceneDescription d;
+    d.materials.emplace_back();
+    if (turned)
+      add_quad(d, {0, 0, 0}, {0, 2, 0}, {3, 0, 0});
+    else
+      add_quad(d, {0, 0, 0}, {3, 0, 0}, {0, 2, 0});
+    const Camera camera = Scene(std::move(d)).camera("");
+    const Vec3 eye = camera.to_world.translation;
+    expect_near({eye.x, eye.y, 0}, {1.5f, 1, 0}, 1e-4f);
+    EXPECT_EQ(eye.z > 0, !turned);
+  }
+}
+
+TEST(StudioLight, LightsObjectsThatGlowButNoRooms) {
+  for (const bool room : {false, true}) {
+    SceneDescription d = closed_box({{-1, -1, -1}, {1, 1, 1}}, room);
+    add_quad(d, {-0.2f, 0.5f, 0}, {0, 0, 0.4f}, {0.4f, 0, 0}, 0, add_emission(d, RGB(1.0f)));
+    EXPECT_FALSE(needs_studio_light(d));
+    d.emission_may_be_decoration = true;
+    EXPECT_EQ(needs_studio_light(d), !room);
+    d.emissions[0].radiance.value = RGB(0, 10, 0);
+    EXPECT_FALSE(needs_studio_light(d));
+    d.emissions[0].radiance.value = RGB(1.0f);
+    d.lights.push_back(point_light());
+    EXPECT_FALSE(needs_studio_light(d));
+  }
+}
+
+TEST(StudioLight, ShowsFormAndIsWhiteAtItsBrightest) {
+  const Camera front = look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 45),
+               side = look_at({5, 0, 0}, {0, 0, 0}, {0, 1, 0}, 45);
+  const auto shade = [](const Environment& e, Vec3 normal) {
+    RGB sum;
+    constexpr int kSide = 64;
+    for (int i = 0; i < kSide * kSide; ++i)
+      sum += radiance(e, Frame::from_normal(normal).to_world(
+                             square_to_cosine_hemisphere({(static_cast<float>(i % kSide) + 0.5f) / kSide,
+                                                          (static_cast<float>(i / kSide) + 0.5f) / kSide}))) /
+             (kSide * kSide);
+    EXPECT_FLOAT_EQ(sum.r, sum.b);
+    return sum.g;
+  };
+  const Environment light = studio_light(front), from_side = studio_light(side);
+  const float left = shade(light, {-1, 0, 0}), right = shade(light, {1, 0, 0}), top = shade(light, {0, 1, 0});
+  const float bottom = shade(light, {0, -1, 0}), ahead = shade(light, {0, 0, 1});
+  EXPECT_GT(left, 1.3f * right);
+  EXPECT_GT(top, 1.3f * left);
+  EXPECT_GT(right, 1.3f * bottom);
+  for (const float value : {left, right, top, bottom, ahead}) EXPECT_LE(value, 1.0f);
+  EXPECT_GT(ahead, 0.5f);
+  // Turned with the viewer.
+  EXPECT_NEAR(shade(from_side, {1, 0, 0}), ahead, 0.01f);
+  EXPECT_NEAR(shade(from_side, {0, 0, 1}), left, 0.01f);
 }
 
 TEST(SceneTest, LooksIntoABoxThatIsOpenToOneSide) {

@@ -91,26 +91,17 @@ class GltfBuilder {
     // The last one is for primitives that name no material.
     material_info_.push_back(materials_.add(tinygltf::Material()));
     description_.materials.back().name = "glTF default";
+    description_.materials.back().reflectance.value = RGB(kDefaultAlbedo);
     for (const int root : root_nodes()) visit(root, Transform{}, 0);
     note_extensions();
-    add_sky_for_decals();
+    // Viewers of glTF bring light, unless the file has lights; a room with a glowing lamp is lit by it.
+    description_.emission_may_be_decoration = true;
     notes_.add("animation: the first moment is shown", model_.animations.size());
     notes_.write_to(description_.notes);
     return std::move(description_);
   }
 
  private:
-  /// A file without lights whose emission is all painted on by textures (signs, displays) is meant to be lit by its
-  /// viewer.
-  void add_sky_for_decals() {
-    if (!description_.lights.empty() || description_.emissions.empty()) return;
-    for (const Emission& emission : description_.emissions)
-      if (emission.radiance.texture == kNone && !is_black(emission.radiance.value)) return;
-    description_.environment = Environment{};
-    description_.environment->name = "default sky";
-    notes_.add("no light but textures of emission: a uniform sky of radiance 1 was added");
-  }
-
   std::vector<int> root_nodes() {
     if (!model_.scenes.empty()) {
       notes_.add("scene besides the one shown, left out", model_.scenes.size() - 1);

@@ -188,6 +188,7 @@ class ObjParser {
     if (fresh) {
       PhongMaterial& material = materials_.emplace_back();
       material.name = name.empty() ? "DefaultMaterial" : name;
+      if (name.empty()) material.diffuse = RGB(kDefaultAlbedo);
       is_defined_.push_back(name.empty());
     }
     return place->second;
