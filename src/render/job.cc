@@ -211,10 +211,12 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
   for (const CameraTask& task : tasks) slots += task.slot_count();
   const double share = static_cast<double>(tasks.front().sample_count) / settings_.samples;
   const double share_done = static_cast<double>(passes_) / settings_.samples;
-  for (const CameraTask& task : tasks) {
+  std::vector<CameraTask> left(tasks.rbegin(), tasks.rend());
+  while (!left.empty()) {
+    const CameraTask task = next_task(left, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
     slots_done += task.slot_count();
     if (film_.has(task)) continue;
-    if (should_stop(task_seconds_)) return false;
+    if (should_stop(slot_seconds_ * static_cast<double>(task.slot_count()))) return false;
     const double start = seconds();
     PassResult result;
     if (settings_.integrator == Integrator::path)
@@ -225,6 +227,7 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
     query_point_bytes_ = memory_.most_query_bytes;
     ++tasks_;
     task_seconds_ = seconds() - start;
+    slot_seconds_ = task_seconds_ / static_cast<double>(task.slot_count());
     const std::lock_guard lock(film_mutex_);
     film_.add(task, result.radiance, result.first_hit, scene_->geometry());
     film_.add_not_finite(not_finite);

@@ -114,6 +114,7 @@ class Job {
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
+  double slot_seconds_ = 0;                       // wall time of a camera sample of the newest task; 0 before the first
   Interrupt interrupt_;
   std::atomic<bool> done_{false}, is_mapping_{false};
   std::atomic<Ending> ending_{Ending::running};

@@ -20,6 +20,9 @@ constexpr std::uint64_t kFewestQueries = 4096;
 // because the limit is met to half a task; but at least the points of a useful task.
 constexpr double kTaskShareOfTime = 0.1;
 constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
+// The same for tasks whose wall time is predicted from that of the task before, and the slots of the first task.
+constexpr double kPartShareOfTime = 0.03;
+constexpr std::uint64_t kFewestTimedSlots = 4096;
 // Most query points in a file: a few gigabytes.
 constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
 // Below this number of query points per photon in a portion, photons that find almost none dominate the cost of a
@@ -151,6 +154,24 @@ std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSett
       tasks.push_back({std::max(x, all.x0), std::max(y, all.y0), std::min(x + tile.width, all.x1),
                        std::min(y + tile.height, all.y1), first_sample, sample_count});
   return tasks;
+}
+
+CameraTask next_task(std::vector<CameraTask>& left, double limit_s, double spent_s, double slot_seconds) {
+  CameraTask task = left.back();
+  left.pop_back();
+  if (limit_s <= 0) return task;
+  const double seconds = std::max(std::min(0.5 * (limit_s - spent_s), kPartShareOfTime * limit_s), 0.0);
+  // Without a prediction as few slots as make a task worth while.
+  const double slots = slot_seconds > 0 ? seconds / slot_seconds : static_cast<double>(kFewestTimedSlots);
+  if (static_cast<double>(task.slot_count()) <= slots) return task;
+  const auto row = static_cast<double>(task.x1 - task.x0) * task.sample_count;
+  const int blocks = static_cast<int>(std::min(slots / row, 1e6)) / kSmallestTile;
+  const int height = std::max(blocks, 1) * kSmallestTile;
+  if (task.y0 + height >= task.y1) return task;
+  CameraTask rest = task;
+  rest.y0 = task.y1 = task.y0 + height;
+  left.push_back(rest);
+  return task;
 }
 
 }  // namespace glowworm

@@ -47,4 +47,11 @@ std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& se
 std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,
                                       std::uint32_t first_sample, std::uint32_t sample_count);
 
+/// Takes the next task off the end of a list. Where time is limited, a task that is predicted to take more than half of
+/// the time left, or a small share of the limit, is cut into bands of blocks of pixels, and the rest stays in the list.
+/// So the limit is met even where other programs take most of the machine.
+/// @param limit_s, spent_s wall time of the render in all, and up to now; a limit of 0 is none
+/// @param slot_seconds predicted wall time of a camera sample; 0: not known yet
+CameraTask next_task(std::vector<CameraTask>& left, double limit_s, double spent_s, double slot_seconds);
+
 }  // namespace glowworm

@@ -110,6 +110,40 @@ TEST(Scheduler, TasksOfALimitedTimeTakeASmallShareOfIt) {
   EXPECT_EQ(make_schedule(settings, std::uint64_t{8} << 30).slots_at_once, unlimited.slots_at_once);
 }
 
+/// Plays a render on a machine where a camera sample takes as long as `slot_seconds` says at a time. Returns the time
+/// at which it stops, by the rule of Job: before a task of which half would come after the limit.
+template <typename SlotSeconds>
+double played(const RenderSettings& settings, const SlotSeconds& slot_seconds) {
+  const Schedule schedule = make_schedule(settings, std::uint64_t{8} << 30);
+  double time = 0, known = 0;
+  for (std::uint32_t sample = 0;; ++sample) {
+    std::vector<CameraTask> left = tasks_of_pass(schedule, settings, sample, 1);
+    std::reverse(left.begin(), left.end());
+    std::vector<int> covered(static_cast<std::size_t>(settings.height), 0);
+    while (!left.empty()) {
+      const CameraTask task = next_task(left, settings.time_limit_s, time, known);
+      const auto slots = static_cast<double>(task.slot_count());
+      if (sample > 0 && time + known * slots / 2 >= settings.time_limit_s) return time;
+      known = slot_seconds(time);
+      time += known * slots;
+      for (int y = task.y0; y < task.y1; ++y) covered[static_cast<std::size_t>(y)] += task.x1 - task.x0;
+    }
+    for (const int pixels : covered) EXPECT_EQ(pixels, settings.width);
+  }
+}
+
+TEST(Scheduler, TheLimitOfTimeIsKeptOnABusyMachine) {
+  RenderSettings settings = settings_for(256, 144, 1u << 20, 4);
+  settings.time_limit_s = 20;
+  // A whole pass in one piece takes from two to eleven seconds.
+  const auto slow = [](double) { return 150e-6; };
+  const auto slowing = [](double time) { return time < 14 ? 50e-6 : 300e-6; };
+  const auto changing = [](double time) { return static_cast<int>(time / 2) % 2 == 0 ? 50e-6 : 150e-6; };
+  EXPECT_NEAR(played(settings, slow), 20, 1);
+  EXPECT_NEAR(played(settings, slowing), 20, 2);
+  EXPECT_NEAR(played(settings, changing), 20, 2);
+}
+
 TEST(Scheduler, PortionsAreNoLargerThanPaysForTheirMemory) {
   const std::uint64_t room = std::uint64_t{16} << 30;
   std::size_t before = 0;
