@@ -92,6 +92,7 @@ void print_json(const Scene& scene) {
 void add_info_command(CLI::App& program) {
   auto path = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
+  auto changes = std::make_shared<SceneOptions>();
   CLI::App* c = program.add_subcommand("info", "Prints what was read of a scene, and what is not supported.");
   c->add_option("scene", *path,
                 fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
@@ -99,16 +100,17 @@ void add_info_command(CLI::App& program) {
       ->required()
       ->option_text("SCENE");
   c->add_flag("--json", *as_json, "Print a JSON object");
+  add_scene_options(*c, *changes);
   c->footer(R"(
 Lengths are metres, power is W. Lines that begin with 'note:' name features of the
 file that are not supported or had to be guessed.
 
 Example:
   glowworm info builtin:atrium)");
-  c->callback([path, as_json] {
+  c->callback([path, as_json, changes] {
     ImportOptions options;
     options.lazy_textures = true;
-    const auto scene = open_scene(*path, options);
+    const auto scene = open_scene(*path, options, changes->changes);
     *as_json ? print_json(*scene) : print_scene(*scene);
   });
 }

@@ -2,17 +2,73 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <functional>
 #include <utility>
 
+#include "apps/table_options.h"
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
 
 namespace glowworm {
 
-std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options, OutputFiles* files) {
+namespace {
+
+/// A number between two bounds. Throws Error that names the option.
+float parse_number(const char* name, const std::string& text, float least, float most) {
+  float value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end || !(value >= least && value <= most))
+    throw Error(fmt::format("{} '{}' is not a number from {:g} to {:g}", name, text, least, most));
+  return value;
+}
+
+}  // namespace
+
+void add_scene_options(CLI::App& command, SceneOptions& o) {
+  const auto add = [&](const char* name, const char* values, const char* meaning,
+                       const std::function<void(const std::string&)>& read) {
+    command
+        .add_option_function<std::string>(
+            name,
+            [&o, name, read](const std::string& text) {
+              read_command_line([&] { read(text); });
+              o.given.insert(o.given.end(), {name, text});
+            },
+            meaning)
+        ->take_last()
+        ->option_text(values)
+        ->group("Scene");
+  };
+  SceneChanges& c = o.changes;
+  add("--environment", "FILE|R,G,B",
+      "Light from all around, in place of the scene's: a lat-long image (.exr, .hdr), a "
+      "square equal-area image, or a radiance (W sr^-1 m^-2)",
+      [&c](const std::string& text) { parse_environment(text, c); });
+  add("--environment-turn", "DEGREES [0]", "Turn the environment to the left",
+      [&c](const std::string& text) { c.environment_turn = parse_number("--environment-turn", text, -3600, 3600); });
+  add("--environment-scale", "F [1]", "Multiply the environment's radiance",
+      [&c](const std::string& text) { c.environment_scale = parse_number("--environment-scale", text, 0, 1e9f); });
+  add("--up", "y|z [y]", "Axis of the file that points up", [&c](const std::string& text) {
+    if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
+    c.z_up = text == "z";
+  });
+  add("--scale", "M [1]", "Metres of one unit of the file; lights keep their power",
+      [&c](const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); });
+  add("--fov", "DEGREES", "Angle of view along the picture's shorter side",
+      [&c](const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); });
+  add("--look-at", "X,Y,Z,X,Y,Z", "Put the scene's first camera at an eye (m), towards a target",
+      [&c](const std::string& text) { c.look_at = parse_look_at(text); });
+}
+
+std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options,
+                                        const SceneChanges& changes, OutputFiles* files) {
   const InputRecord record;
   SceneDescription description = load_scene(path, options);
+  change_scene(description, changes, options.budget);
   if (files)
     for (const std::string& name : record.names()) files->add_input("the scene's file", name);
   try {

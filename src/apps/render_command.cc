@@ -41,9 +41,6 @@ using Clock = std::chrono::steady_clock;
 /// With a budget above this, freed memory may stay in the heap for the next task, which is faster.
 constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 
-/// The most stops that a picture is brightened or darkened by: beyond, none of its numbers stays within float's range.
-constexpr double kMostStops = 100;
-
 /// An image to write.
 struct Output {
   std::string path;  ///< "-": standard output
@@ -56,9 +53,10 @@ struct RenderOptions {
   std::vector<Output> outputs;
   std::string statistics, simd = "auto", tone = "filmic", precision = "half", resume, view, tev;
   std::vector<std::string> lights;
-  double exposure = 0;
+  std::optional<float> exposure;  ///< stops; none: chosen by the picture
   bool verbose = false, quiet = false, preview = false, resumes = false;
   TableOptions table;
+  SceneOptions changes;
   RenderSettings settings;  ///< those of the table, with the memory that there is
 };
 
@@ -112,6 +110,7 @@ void resolve_options(RenderOptions& o) {
 /// Finds out now, rather than after the render, whether all files are different ones and can be written.
 void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
+  if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
   for (const Output& output : o.outputs) files.add("-o", output.path);
   if (!o.statistics.empty()) files.add("--stats", o.statistics);
   if (!o.resume.empty()) files.add("--resume", o.resume);
@@ -136,17 +135,18 @@ void write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bo
   for (const auto& [path, is_exr] : o.outputs) {
     // What has gone to standard output cannot be written over.
     if (path == kStandardOutput && !said) continue;
+    std::string how;
     const bool written = files.write(path, [&] {
       if (!image) {
         image = make_image(job.snapshot(), job);
         image->metadata["comments"] = o.command_line;
       }
-      if (is_exr)
-        write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
-      else
-        write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, static_cast<float>(o.exposure));
+      if (is_exr) return write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+      const float exposure = o.exposure ? *o.exposure : automatic_exposure(image->rgb());
+      if (!o.exposure) how = fmt::format(", exposure {:+.1f} stops (auto)", exposure);
+      write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
     });
-    if (written && said && path != kStandardOutput) inform(fmt::format("wrote {}", path));
+    if (written && said && path != kStandardOutput) inform(fmt::format("wrote {}{}", path, how));
   }
 }
 
@@ -286,7 +286,7 @@ void warn_of_unused_formats(const RenderOptions& o) {
   const bool any_png = !std::all_of(o.outputs.begin(), o.outputs.end(), is_exr);
   if (!any_exr && !o.settings.aovs.empty() && o.tev.empty()) warn("--aov has no effect: no -o is an EXR file");
   if (!any_exr && o.precision != "half") warn("--precision has no effect: no -o is an EXR file");
-  if (!any_png && o.exposure != 0) warn("--exposure has no effect: no -o is a PNG file");
+  if (!any_png && o.exposure.has_value()) warn("--exposure has no effect: no -o is a PNG file");
   if (!any_png && o.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
 }
 
@@ -306,8 +306,8 @@ int run_render(RenderOptions& o) {
   ImportOptions import_options;
   import_options.budget = loading_budget(o.settings.memory_bytes);
   TevStream tev(o.tev);
-  const std::shared_ptr<const Scene> scene =
-      scene_of_view(open_scene(o.scene, import_options, &files), o.lights, o.view, o.settings.camera);
+  const std::shared_ptr<const Scene> scene = scene_of_view(
+      open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, o.view, o.settings.camera);
   const Clock::time_point loaded = Clock::now();
   tell_notes(*scene, o.scene);
   if (o.outputs.empty()) {
@@ -353,10 +353,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->group("Picture");
   add_choice(c, "--precision", o.precision, {"half", "float"}, "Precision of the EXR file")->group("Picture");
   add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group("Picture");
-  add_number(c, "--exposure", o.exposure, -kMostStops, kMostStops,
-             "Exposure of the PNG file in stops: +1 is twice as bright")
-      ->option_text("STOPS [0]")
-      ->group("Picture");
+  add_exposure_option(c, "Picture", o.exposure);
 }
 
 void add_effort_options(CLI::App& c, RenderOptions& o) {
@@ -426,6 +423,7 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
       ->required()
       ->option_text("SCENE");
   add_picture_options(*c, *options);
+  add_scene_options(*c, options->changes);
   add_table_options(*c, "Method", false, options->table);
   add_effort_options(*c, *options);
   add_machine_options(*c, *options);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 
 namespace glowworm {
 
@@ -57,6 +58,27 @@ void add_table_options(CLI::App& command, const std::string& group, bool view, T
     if (!option.is_flag)
       added->option_text(*standard ? fmt::format("{} [{}]", option.values, standard) : option.values);
   }
+}
+
+void add_exposure_option(CLI::App& command, const std::string& group, std::optional<float>& exposure) {
+  const auto read = [&exposure](const std::string& text) {
+    float stops = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data() + text.starts_with('+'), end, stops);
+    const bool good = error == std::errc() && rest == end && std::abs(stops) <= 100;
+    if (!good && text != "auto")
+      throw CommandLineError(Error(fmt::format("--exposure '{}' is not a number of stops", text),
+                                   "Give 'auto' or a number from -100 to 100.")
+                                 .what());
+    exposure = good ? std::optional(stops) : std::nullopt;
+  };
+  command
+      .add_option_function<std::string>("--exposure", read,
+                                        "Exposure of PNG and window in stops: +1 is twice as bright; auto takes the "
+                                        "picture's mean to grey")
+      ->take_last()
+      ->option_text("auto|STOPS [auto]")
+      ->group(group);
 }
 
 }  // namespace glowworm

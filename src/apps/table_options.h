@@ -1,5 +1,6 @@
 // The options of a render (render/options.h) on the command line.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,9 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, double& valu
 /// Adds the options of a group of the table to a command.
 /// @param view only those that `glowworm view` has
 void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options);
+
+/// Adds --exposure: stops, or "auto", which leaves it without a value.
+void add_exposure_option(CLI::App& command, const std::string& group, std::optional<float>& exposure);
 
 /// Runs `work`, which reads what the command line says; turns its Error into CommandLineError.
 template <typename Work>

@@ -31,7 +31,7 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
   c.add_flag("--filter", o.filter, "Smooth noise between edges")->group("View");
   c.add_flag("--no-reuse", o.no_reuse, "Do not reuse earlier frames")->group("View");
   add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve")->group("View");
-  add_number(c, "--exposure", o.exposure, -100, 100, "Exposure in stops")->option_text("STOPS [0]")->group("View");
+  add_exposure_option(c, "View", o.exposure);
 }
 
 void add_session_options(CLI::App& c, ViewOptions& o) {
@@ -61,8 +61,8 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
 
 constexpr const char* kFooter = R"(
 In the window: drag to orbit, with Shift or the middle button to pan, with the right button
-to look around, wheel to move nearer, W A S D Q E to fly, double-click to focus, F12 for a
-screenshot; a scene file dropped on it is opened.
+to look around, wheel to move nearer, W A S D Q E to fly, double-click to focus, F1 for help,
+F12 for a screenshot; a scene file dropped on it is opened.
 
 Examples:
   glowworm view builtin:atrium
@@ -70,6 +70,13 @@ Examples:
   glowworm view builtin:cornell --frames 60 --script moves.json --out frames/)";
 
 }  // namespace
+
+std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::string& path, std::uint64_t memory_bytes,
+                                             OutputFiles* files) {
+  SceneChanges changes = o.changes.changes;
+  if (path != o.scene) changes.look_at.reset();
+  return open_scene(path, {loading_budget(memory_bytes)}, changes, files);
+}
 
 ViewState first_state(const ViewOptions& o, const Script& script, const Scene& scene, ViewState state) {
   const RenderSettings& s = o.table.settings;
@@ -121,6 +128,7 @@ void add_view_command(CLI::App& program, int& exit_status) {
       ->option_text("SCENE");
   for (const char* group : {"Picture", "Method", "Effort", "Machine"})
     add_table_options(*c, group, true, options->table);
+  add_scene_options(*c, options->changes);
   add_start_options(*c, *options);
   add_session_options(*c, *options);
   c->footer(kFooter);

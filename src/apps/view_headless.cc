@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
-#include "apps/open_scene.h"
 #include "apps/output_files.h"
 #include "apps/view_options.h"
 #include "core/atomic_file.h"
@@ -20,15 +20,17 @@ namespace glowworm {
 
 namespace {
 
-void write_frame(const ViewOptions& o, const ViewFrame& frame, const std::string& path) {
+/// @param exposure stops; without a value it is chosen by the frame, and stays so
+void write_frame(const ViewOptions& o, const ViewFrame& frame, const std::string& path,
+                 std::optional<float>& exposure) {
   if (std::filesystem::path(path).extension() == ".exr") {
     write_exr(path, frame_image(frame));
     return;
   }
   // False colours are for display as they are.
   const bool tone = frame.is_light && o.tone == "filmic";
-  write_png(path, frame_image(frame), tone ? ToneCurve::filmic : ToneCurve::srgb,
-            frame.is_light ? static_cast<float>(o.exposure) : 0);
+  if (frame.is_light && !exposure) exposure = automatic_exposure(frame.image.light);
+  write_png(path, frame_image(frame), tone ? ToneCurve::filmic : ToneCurve::srgb, frame.is_light ? *exposure : 0);
 }
 
 std::string table_head() {
@@ -59,9 +61,8 @@ struct Stage {
   ViewState state;
 
   Stage(const ViewOptions& o, const Script& script, const std::string& scene, OutputFiles& files)
-      : session(std::make_unique<Session>(
-            open_scene(scene, {loading_budget(session_settings(o, false).memory_bytes)}, &files),
-            session_settings(o, false))),
+      : session(std::make_unique<Session>(open_view_scene(o, scene, session_settings(o, false).memory_bytes, &files),
+                                          session_settings(o, false))),
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
@@ -89,6 +90,7 @@ void check_frames(const ViewOptions& o, const OutputFiles& files) {
 void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& files) {
   const std::filesystem::path folder = o.out;
   files.add_input("the scene", o.scene);
+  if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
   if (!o.script.empty()) files.add_input("--script", o.script);
   for (const ScriptMove& move : script.moves)
     if (move.drop) files.add_input("the scene of a \"drop\"", *move.drop);
@@ -108,19 +110,23 @@ void play_frames(const ViewOptions& o, const Script& script, Stage& stage, Outpu
   const std::uint32_t frames = script_length(script, o.frames);
   ViewFrame frame;
   double clock = 0;
+  std::optional<float> exposure = o.exposure;
   for (std::uint32_t i = 0; i < frames && !caught_interrupt(); ++i) {
     for (const ScriptMove& move : script.moves)
-      if (move.drop && move.from == i) change_scene(stage, o, script, *move.drop, files);
+      if (move.drop && move.from == i) {
+        change_scene(stage, o, script, *move.drop, files);
+        exposure = o.exposure;
+      }
     if (caught_interrupt()) break;
     play(script, i, stage.session->scene(), stage.session->rig(), i > 0 ? &frame : nullptr, stage.state);
     frame = stage.session->next_frame(stage.state, clock);
     // The clock of frames that must come in time is the real one.
     clock += o.adapt ? frame.cost.seconds : 1 / script.frames_per_second;
     const std::string path = std::filesystem::path(o.out) / fmt::format("{:05}.{}", i, o.format);
-    if (files.write(path, [&] { write_frame(o, frame, path); })) ++table.written;
+    if (files.write(path, [&] { write_frame(o, frame, path, exposure); })) ++table.written;
     for (const ScriptMove& move : script.moves)
       if (move.screenshot && move.from == i)
-        files.write(*move.screenshot, [&] { write_frame(o, frame, *move.screenshot); });
+        files.write(*move.screenshot, [&] { write_frame(o, frame, *move.screenshot, exposure); });
     table.text += table_row(i, frame);
   }
 }

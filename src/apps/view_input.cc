@@ -44,7 +44,10 @@ bool ViewInput::handle(ViewModel& model, const PictureArea& area) {
   bool busy = false;
   bool any_down = false;
   for (int button = 0; button < 3; ++button) {
-    if (over && ImGui::IsMouseClicked(button)) dragging_ = true;
+    if (over && ImGui::IsMouseClicked(button)) {
+      dragging_ = true;
+      last_ = pointer;  // ImGui's MouseDelta has the way up to the press in it
+    }
     any_down = any_down || ImGui::IsMouseDown(button);
   }
   if (!any_down) {
@@ -85,8 +88,9 @@ bool ViewInput::drag_light(ViewModel& model, const PictureArea& area, Vec2 point
 bool ViewInput::move_by_mouse(ViewModel& model, const PictureArea& area, Vec2 pointer) {
   const ImGuiIO& io = ImGui::GetIO();
   ViewState& s = model.state;
-  const Vec2 delta{io.MouseDelta.x, io.MouseDelta.y};
+  const Vec2 delta{pointer.x - last_.x, pointer.y - last_.y};
   if (!std::isfinite(delta.x) || !std::isfinite(delta.y) || (delta.x == 0 && delta.y == 0)) return true;
+  last_ = pointer;
   const Vec3 up = model.up();
   if (ImGui::IsMouseDown(2) || (ImGui::IsMouseDown(0) && io.KeyShift)) {
     // What is at the pivot stays under the pointer.

@@ -25,6 +25,7 @@ class ViewInput {
   bool move_by_keys(ViewModel& model) const;
 
   bool dragging_ = false;  // a drag that began in the picture
+  Vec2 last_{0, 0};        // where the pointer was when the drag was followed last
   int axis_ = -1;          // of the light that is dragged
   float grabbed_ = 0;      // where on the axis it was taken
 };

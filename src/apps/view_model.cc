@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "apps/open_scene.h"
 #include "core/log.h"
 #include "session/camera_control.h"
 
@@ -49,12 +48,13 @@ ViewModel::ViewModel(const ViewOptions& o, const Script& s, std::function<void()
       script(s),
       worker(
           session_settings(o, true),
-          [bytes = session_settings(o, true).memory_bytes](const std::string& path) {
-            return open_scene(path, {loading_budget(bytes)});
+          [&o, bytes = session_settings(o, true).memory_bytes](const std::string& path) {
+            return open_view_scene(o, path, bytes);
           },
           std::move(wake)),
       tone(o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic),
-      exposure(static_cast<float>(o.exposure)) {}
+      exposure(o.exposure.value_or(0)),
+      expose(!o.exposure) {}
 
 Vec3 ViewModel::up() const { return scene ? nearest_up(scene->scene->cameras().front()) : Vec3{0, 1, 0}; }
 
@@ -65,6 +65,13 @@ void ViewModel::say(const std::string& message) {
 }
 
 void ViewModel::open(const std::string& path) { worker.open(path); }
+
+void ViewModel::expose_now() {
+  if (!expose || !shown || !shown->frame.is_light) return;
+  exposure = automatic_exposure(shown->frame.image.light);
+  expose = false;
+  picture_changed = true;
+}
 
 void ViewModel::post(bool interacting) {
   if (!scene || state.width < 1 || state.height < 1) return;
@@ -104,12 +111,14 @@ bool ViewModel::take() {
     state = fresh;
     light = -1;
     saved_cameras.clear();
+    if (!first) expose = expose || !options.exposure;
     posted_.reset();
     anything = true;
   }
   if (auto frame = worker.take_frame()) {
     shown = std::move(frame);
     new_frame = true;
+    expose_now();
     if (shown->number >= number_) expected_ = false;
     add_times(shown->frame);
     anything = true;

@@ -37,13 +37,15 @@ struct ViewModel {
   std::vector<std::pair<std::string, Camera>> saved_cameras;
   int light = -1;  ///< the selected one, or -1
   ToneCurve tone = ToneCurve::filmic;
-  float exposure = 0;
+  float exposure = 0;  ///< stops
+  bool expose = true;  ///< by the next frame of light
   std::string save_path = "view.png";
   std::vector<std::string> messages;  ///< errors, newest last
   std::deque<FrameTimes> times;
   double longest_latency = 0;    ///< seconds, of frames in motion
   bool picture_changed = false;  ///< tone or exposure
 
+  bool help = false;      ///< the panel says what mouse and keys do
   int panel_width = 340;  ///< pixels of the window that the panel takes
 
   /// Posts the state where it differs from the last posted, or a person is at it.
@@ -54,6 +56,8 @@ struct ViewModel {
   /// Takes what the worker has; true where there is something new to draw.
   bool take();
   void open(const std::string& path);
+  /// Chooses the exposure by the frame shown, if it is one of light and `expose` asks for it.
+  void expose_now();
   void say(const std::string& message);
   /// Writes the frame shown to a file, or says why not.
   void save(const std::string& path);

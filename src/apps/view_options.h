@@ -1,7 +1,9 @@
 // What `glowworm view` was asked for.
 #pragma once
+#include <optional>
 #include <string>
 
+#include "apps/open_scene.h"
 #include "apps/table_options.h"
 #include "session/script.h"
 #include "session/session.h"
@@ -12,14 +14,20 @@ namespace glowworm {
 struct ViewOptions {
   std::string scene;
   TableOptions table;
+  SceneOptions changes;
   std::string script, out, format = "png", simd = "auto", mode = "gather", part = "all";
   std::string tone = "filmic";
-  double exposure = 0;
+  std::optional<float> exposure;  ///< stops; none: chosen by the first frame of a scene
   std::uint32_t frames = 0;
   double fps = 15;
   bool adapt = false;
   bool filter = false, no_reuse = false;
 };
+
+/// Opens a scene as the options of scenes say; one that is dropped later keeps its own camera. @param memory_bytes that
+/// it may take
+std::shared_ptr<const Scene> open_view_scene(const ViewOptions& options, const std::string& path,
+                                             std::uint64_t memory_bytes, OutputFiles* files = nullptr);
 
 /// The state that a session begins with: `state` (Session::initial_state()), changed as the options say. Throws Error
 /// for what there is not.

@@ -11,6 +11,7 @@
 #include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
+#include "session/false_color.h"
 
 namespace glowworm {
 
@@ -37,19 +38,34 @@ void choose_enumeration(const char* label, const std::vector<std::string>& names
   if (choose(label, names, chosen)) value = static_cast<Enumeration>(chosen);
 }
 
+/// What the item before does, shown while the pointer rests on it.
+void hint(const char* text) {
+  if (!ImGui::IsItemHovered()) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(ImGui::GetFontSize() * 22);
+  ImGui::TextUnformatted(text);
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
 void draw_picture(ViewModel& model) {
   ViewState& s = model.state;
-  choose_enumeration("mode", view_mode_names(), s.mode);
+  choose_enumeration("show", view_mode_names(), s.mode);
+  hint("gather: the final picture; photons: the photon map itself; the others explain it by false colours");
   choose_enumeration("light shown", light_part_names(), s.part);
+  hint("All light, or a part of it: direct, indirect, caustics");
   static const std::vector<std::string> counts = {"1", "4", "16", "64", "100"};
   std::size_t chosen = std::find(counts.begin(), counts.end(), std::to_string(s.gather)) - counts.begin();
   if (choose("gather rays", counts, chosen)) s.gather = static_cast<std::uint32_t>(std::stoul(counts[chosen]));
+  hint("Final gather rays of each pixel and frame: more are smoother and slower");
   std::vector<std::string> engines = engine_names();
   std::erase_if(engines, [](const std::string& name) { return engine_traits(name).for_tests; });
   engines.insert(engines.begin(), "auto");
   std::size_t engine = std::find(engines.begin(), engines.end(), s.engine) - engines.begin();
-  if (choose("engine", engines, engine)) s.engine = engines[engine];
-  choose_enumeration("kernel", kernel_names(), s.kernel);
+  if (choose("photon lookup", engines, engine)) s.engine = engines[engine];
+  hint("Density engine, which looks photons up: all give the same picture; auto is the fastest");
+  choose_enumeration("photon kernel", kernel_names(), s.kernel);
+  hint("How the weight of a photon falls off with distance");
   static const std::vector<std::string> photons = {"10000", "50000", "200000", "500000", "2000000"};
   std::size_t photon_count = std::find(photons.begin(), photons.end(), std::to_string(s.photons)) - photons.begin();
   if (choose("photons", photons, photon_count)) s.photons = std::stoull(photons[photon_count]);
@@ -59,11 +75,18 @@ void draw_picture(ViewModel& model) {
   ImGui::Checkbox("secondary gather", &s.secondary_gather);
   ImGui::SameLine();
   bool filmic = model.tone == ToneCurve::filmic;
-  if (ImGui::Checkbox("filmic", &filmic)) {
+  if (ImGui::Checkbox("filmic tone curve", &filmic)) {
     model.tone = filmic ? ToneCurve::filmic : ToneCurve::srgb;
     model.picture_changed = true;
   }
+  hint("Keep detail in highlights; without it, light above 1 is white");
   if (ImGui::SliderFloat("exposure", &model.exposure, -8, 8, "%.1f stops")) model.picture_changed = true;
+  hint("Brightness of the picture; +1 is twice as bright");
+  if (ImGui::Button("auto exposure")) {
+    model.expose = true;
+    model.expose_now();
+  }
+  hint("Choose the exposure by the picture that is shown");
 }
 
 void draw_cameras(ViewModel& model) {
@@ -143,15 +166,49 @@ void draw_curves(const ViewModel& model) {
   plot(model, "gather rays", "ms", &FrameTimes::gather);
   plot(model, "density", "ms", &FrameTimes::density);
   plot(model, "rays", "M/s", &FrameTimes::rays);
-  plot(model, "shader ops", "M/s", &FrameTimes::operations);
+  plot(model, "photon lookups", "M/s", &FrameTimes::operations);
 }
 
 void draw_files(ViewModel& model) {
   ImGui::InputText("file", &model.save_path);
   if (ImGui::Button("save image (.exr .png)")) model.save(model.save_path);
   if (ImGui::Button("copy render command"))
-    ImGui::SetClipboardText(
-        render_command_text(model.scene->path, *model.scene->scene, model.scene->lights, model.state).c_str());
+    ImGui::SetClipboardText(render_command_text(model.scene->path, *model.scene->scene, model.scene->lights,
+                                                model.state, model.options.changes.given)
+                                .c_str());
+}
+
+/// The colours of false-colour frames from left to right, with the numbers that they stand for; logarithmic.
+void draw_legend(const ViewFrame& frame) {
+  constexpr int kSteps = 48;
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight();
+  for (int i = 0; i < kSteps; ++i) {
+    const RGB color = tone_map(false_color((static_cast<float>(i) + 0.5f) / kSteps), ToneCurve::srgb, 0);
+    ImGui::GetWindowDrawList()->AddRectFilled(
+        ImVec2(corner.x + width * static_cast<float>(i) / kSteps, corner.y),
+        ImVec2(corner.x + width * static_cast<float>(i + 1) / kSteps, corner.y + height),
+        IM_COL32(to_byte(color.r), to_byte(color.g), to_byte(color.b), 255));
+  }
+  ImGui::Dummy(ImVec2(width, height));
+  const std::string low = fmt::format("{:.3g}", frame.scale.low), high = fmt::format("{:.3g}", frame.scale.high);
+  ImGui::TextUnformatted(low.c_str());
+  ImGui::SameLine(width - ImGui::CalcTextSize(high.c_str()).x);
+  ImGui::TextUnformatted(high.c_str());
+  ImGui::TextWrapped("%s", frame.unit.c_str());
+}
+
+/// What mouse and keys do.
+void draw_help() {
+  static constexpr const char* kLines[] = {"drag: orbit",
+                                           "Shift or middle button: pan",
+                                           "right button: look around",
+                                           "wheel: nearer, farther",
+                                           "W A S D Q E: fly, Shift faster",
+                                           "double-click: orbit around this place",
+                                           "F1 or H: this help",
+                                           "F12: screenshot"};
+  for (const char* line : kLines) ImGui::BulletText("%s", line);
 }
 
 void draw_status(const ViewModel& model) {
@@ -161,9 +218,7 @@ void draw_status(const ViewModel& model) {
     ImGui::TextUnformatted(fmt::format("{}x{}  {} samples  {} rays  {}  {:.0f} fps", f.image.width, f.image.height,
                                        f.samples, f.effort.gather, f.engine, 1 / std::max(f.cost.seconds, 1e-6))
                                .c_str());
-    if (!f.unit.empty())
-      ImGui::TextUnformatted(
-          fmt::format("{:.3g} (blue) to {:.3g} (white) {}", f.scale.low, f.scale.high, f.unit).c_str());
+    if (!f.unit.empty()) draw_legend(f);
   }
   for (const std::string& message : model.messages) {
     ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.45f, 0.4f, 1));
@@ -183,12 +238,15 @@ bool draw_panel(ViewModel& model, float window_width, float window_height) {
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                    ImGuiWindowFlags_NoSavedSettings);
   draw_status(model);
+  ImGui::SetNextItemOpen(model.help);
+  model.help = ImGui::CollapsingHeader("help (F1)");
+  if (model.help) draw_help();
   if (model.scene) {
     if (ImGui::CollapsingHeader("picture", ImGuiTreeNodeFlags_DefaultOpen)) draw_picture(model);
     if (ImGui::CollapsingHeader("lights", ImGuiTreeNodeFlags_DefaultOpen)) busy = draw_lights(model);
     if (ImGui::CollapsingHeader("cameras")) draw_cameras(model);
     if (ImGui::CollapsingHeader("file")) draw_files(model);
-    if (ImGui::CollapsingHeader("curves")) draw_curves(model);
+    if (ImGui::CollapsingHeader("times of frames")) draw_curves(model);
   }
   ImGui::End();
   return busy;

@@ -207,6 +207,9 @@ void Window::draw() {
   busy_ = input_.handle(model_, area_);
   input_.draw_gizmo(model_, area_);
   busy_ = draw_panel(model_, static_cast<float>(width), static_cast<float>(height)) || busy_;
+  const bool asks_for_help = ImGui::IsKeyPressed(GLFW_KEY_F1, false) ||
+                             (!ImGui::GetIO().WantTextInput && ImGui::IsKeyPressed(GLFW_KEY_H, false));
+  if (asks_for_help) model_.help = !model_.help;
   if (ImGui::IsKeyPressed(GLFW_KEY_F12, false)) shot_ = "screenshot.png";
   ImGui::Render();
   int pixels_x = 0, pixels_y = 0;

@@ -43,6 +43,23 @@ RGB tone_map(RGB linear, ToneCurve curve, float exposure) {
   return {map(linear.r), map(linear.g), map(linear.b)};
 }
 
+float automatic_exposure(std::span<const RGB> pixels) {
+  constexpr float kGrey = 0.18f, kMostStops = 60;
+  double brightest = 0;
+  for (const RGB& pixel : pixels)
+    if (const float y = luminance(pixel); std::isfinite(y)) brightest = std::max<double>(brightest, y);
+  double sum = 0, count = 0;
+  for (const RGB& pixel : pixels) {
+    const float y = luminance(pixel);
+    // What is a million times darker than the brightest is black.
+    if (!std::isfinite(y) || !(y > 1e-6 * brightest)) continue;
+    sum += std::log2(y);
+    count += 1;
+  }
+  if (count == 0) return 0;
+  return std::clamp(static_cast<float>(std::log2(kGrey) - sum / count), -kMostStops, kMostStops);
+}
+
 std::uint8_t to_byte(float value) {
   if (!(value > 0)) return 0;
   return static_cast<std::uint8_t>(std::min(value, 1.0f) * 255.0f + 0.5f);

@@ -1,6 +1,7 @@
 // From linear radiance to the numbers of a display.
 #pragma once
 #include <cstdint>
+#include <span>
 
 #include "core/rgb.h"
 
@@ -27,6 +28,11 @@ float filmic_curve(float linear);
 /// Linear radiance to encoded display values in [0, 1]; NaN becomes 0.
 /// @param exposure in stops: multiplied by 2^exposure first
 RGB tone_map(RGB linear, ToneCurve curve, float exposure);
+
+/// The exposure, in stops, that takes the mean of the logarithm of luminance to 18% grey (Reinhard et al.,
+/// "Photographic Tone Reproduction for Digital Images", 2002). Black pixels and those that are not finite do not count;
+/// 0 where there are no others.
+float automatic_exposure(std::span<const RGB> pixels);
 
 /// [0, 1] to the nearest of 0…255; values outside are clipped.
 std::uint8_t to_byte(float value);

@@ -81,8 +81,9 @@ std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, c
 }
 
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
-                                const ViewState& state) {
+                                const ViewState& state, const std::vector<std::string>& scene_options) {
   std::string text = fmt::format("glowworm render {}", quoted(path));
+  for (const std::string& word : scene_options) text += " " + quoted(word);
   RenderSettings defaults = render_settings(ViewState());
   defaults.width = defaults.height = 0;
   const RenderSettings wanted = render_settings(state);

@@ -10,8 +10,9 @@ namespace glowworm {
 
 /// The command that renders a state at full quality: `glowworm render SCENE` with the view, edited lights and method.
 /// Quoted for a POSIX shell. @param path the scene, as it was opened
+/// @param scene_options further words of the command, which the scene was opened with
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
-                                const ViewState& state);
+                                const ViewState& state, const std::vector<std::string>& scene_options = {});
 
 /// A camera's position as text for --view: eye, target and up, nine numbers with commas.
 std::string view_text(const Camera& camera);

@@ -139,7 +139,8 @@ TEST_F(SlowWindowTest, ShowsWhatASessionRenders) {
     const std::string script = std::string(R"({"size": [128, 128], "moves": [)") + state.move +
                                R"(, {"at": 11, "screenshot": ")" + state.name + R"(-window.png"}]})";
     write("script.json", script);
-    const std::vector<std::string> options = {"--script", "script.json", "--frames", std::to_string(kFrames)};
+    const std::vector<std::string> options = {"--script", "script.json", "--exposure",
+                                              "0",        "--frames",    std::to_string(kFrames)};
     const Outcome shown = run(view(options));
     ASSERT_EQ(shown.status, 0) << shown.err;
     std::filesystem::rename(path(std::string(state.name) + "-window.png"),
@@ -167,6 +168,11 @@ TEST_F(SlowWindowTest, FollowsMouseAndKeys) {
   ASSERT_TRUE(input("search --sync --onlyvisible --name glowworm windowmove --sync 0 0")) << "is xdotool installed?";
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   ASSERT_TRUE(take_screenshot(program, "before.png")) << program.errors_so_far();
+  // The way to the place of a press is not a drag.
+  ASSERT_TRUE(input("mousemove 20 64 sleep 0.3 mousemove 100 64 mousedown 1 sleep 0.3 mouseup 1"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  ASSERT_TRUE(take_screenshot(program, "pressed.png"));
+  EXPECT_LT(difference(path("before.png"), path("pressed.png")), 0.01);
   // Drag to orbit.
   ASSERT_TRUE(
       input("mousemove 40 64 mousedown 1 sleep 0.2 mousemove 60 64 sleep 0.2 mousemove 90 64 sleep 0.2 mouseup 1"));

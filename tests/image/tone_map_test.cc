@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace glowworm {
 namespace {
@@ -50,6 +51,17 @@ TEST(ToneMap, ExposureIsInStops) {
     EXPECT_EQ(tone_map(RGB(0.1f), curve, 2), tone_map(RGB(0.4f), curve, 0));
     EXPECT_EQ(tone_map(RGB(0.4f), curve, -2), tone_map(RGB(0.1f), curve, 0));
   }
+}
+
+TEST(ToneMap, AutomaticExposureTakesTheMeanOfLogarithmsToGrey) {
+  for (const float level : {1e-6f, 0.18f, 3e5f}) {
+    // Two halves, four stops apart, around the level; black and broken pixels do not count.
+    const std::vector<RGB> pixels = {RGB(level / 4), RGB(level * 4), RGB(0.0f), RGB(std::nanf("")),
+                                     RGB(std::numeric_limits<float>::infinity())};
+    EXPECT_NEAR(level * std::exp2(automatic_exposure(pixels)), 0.18f, 1e-4f);
+  }
+  EXPECT_EQ(automatic_exposure({}), 0);
+  EXPECT_EQ(automatic_exposure(std::vector<RGB>(4, RGB(0.0f))), 0);
 }
 
 }  // namespace

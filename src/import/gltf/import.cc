@@ -91,7 +91,6 @@ class GltfBuilder {
     // The last one is for primitives that name no material.
     material_info_.push_back(materials_.add(tinygltf::Material()));
     description_.materials.back().name = "glTF default";
-    description_.materials.back().reflectance.value = RGB(kDefaultAlbedo);
     for (const int root : root_nodes()) visit(root, Transform{}, 0);
     note_extensions();
     // Viewers of glTF bring light, unless the file has lights; a room with a glowing lamp is lit by it.

@@ -1,0 +1,149 @@
+#include "import/scene_changes.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "core/error.h"
+#include "image/texture_file.h"
+#include "import/mesh_tools.h"
+#include "scene/default_camera.h"
+#include "scene/scene_checks.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Reads as many finite numbers as there are places, with commas between them, or a semicolon behind the third; false
+/// where the text is anything else.
+bool parse_numbers(std::string_view text, std::span<float> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
+    if (error != std::errc() || !std::isfinite(values[i])) return false;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (i + 1 == values.size()) break;
+    if (text.empty() || !(text[0] == ',' || (i == 2 && text[0] == ';'))) return false;
+    text.remove_prefix(1);
+  }
+  return text.empty();
+}
+
+/// A radiance, or nothing where the text is not made of numbers.
+std::optional<RGB> parse_radiance(const std::string& text) {
+  float v[3];
+  if (parse_numbers(text, {v, 1})) return RGB(v[0]);
+  if (parse_numbers(text, v)) return RGB(v[0], v[1], v[2]);
+  return std::nullopt;
+}
+
+/// Turns z up to y up and multiplies lengths. Intensities, fluxes and radiances stay.
+void change_space(SceneDescription& d, bool z_up, float scale) {
+  Transform turn;
+  if (z_up) turn = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}};
+  const Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
+  transform_mesh(d.geometry, map);
+  for (Light& light : d.lights) {
+    light.position = map.point(light.position);
+    light.direction = turn.vector(light.direction);
+  }
+  if (d.environment) d.environment->to_world = turn * d.environment->to_world;
+  for (Camera& camera : d.cameras) {
+    const Vec3 place = map.point(camera.to_world.translation);
+    camera.to_world = turn * camera.to_world;
+    camera.to_world.translation = place;
+    camera.lens_radius *= scale;
+    camera.focal_distance *= scale;
+    if (camera.kind == CameraKind::orthographic) camera.half_extent *= scale;
+  }
+}
+
+void change_cameras(SceneDescription& d, const SceneChanges& changes) {
+  if (changes.look_at) {
+    Camera first = d.cameras.empty() ? Camera() : d.cameras.front();
+    const auto& [eye, target] = *changes.look_at;
+    // A camera that looks straight up or down has the file's -z at its upper edge.
+    const Vec3 way = target - eye;
+    const Vec3 up = length(cross(way, {0, 1, 0})) > 1e-4f * length(way) ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
+    first.to_world = look_at(eye, target, up, 45).to_world;
+    if (d.cameras.empty()) {
+      d.cameras.push_back(look_at(eye, target, up, 45));
+    } else {
+      d.cameras.front() = std::move(first);
+    }
+    if (d.cameras.front().name.empty()) d.cameras.front().name = "look-at";
+  }
+  if (changes.field_of_view <= 0) return;
+  check_description(d);
+  add_default_camera(d, changes.field_of_view);
+  for (Camera& camera : d.cameras)
+    if (camera.kind == CameraKind::perspective) camera.half_extent = std::tan(changes.field_of_view / 2 * kPi / 180);
+}
+
+}  // namespace
+
+void parse_environment(const std::string& text, SceneChanges& changes) {
+  changes.uniform_radiance = parse_radiance(text);
+  changes.environment_file = changes.uniform_radiance ? "" : text;
+  if (const auto& l = changes.uniform_radiance; l && (l->r < 0 || l->g < 0 || l->b < 0))
+    throw Error(fmt::format("--environment '{}' is a negative radiance", text),
+                "Give an image file, or a radiance such as 1 or 0.5,0.6,0.8.");
+}
+
+std::array<Vec3, 2> parse_look_at(const std::string& text) {
+  float v[6];
+  if (!parse_numbers(text, v) || (v[0] == v[3] && v[1] == v[4] && v[2] == v[5]))
+    throw Error(fmt::format("--look-at '{}' is not an eye and a target", text),
+                "Give six numbers, the places of two different points, for example 0,1.6,5,0,1,0.");
+  return {Vec3{v[0], v[1], v[2]}, Vec3{v[3], v[4], v[5]}};
+}
+
+Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget) {
+  TextureLibrary library(0, budget);
+  TextureOptions nearest;
+  nearest.filter = TextureFilter::nearest;
+  const std::shared_ptr<const TextureFile> image = library.open(path, nearest);
+  Environment environment;
+  environment.name = std::filesystem::path(path).filename().string();
+  environment.width = image->width();
+  environment.height = image->height();
+  const std::size_t pixels = static_cast<std::size_t>(environment.width) * static_cast<std::size_t>(environment.height);
+  const Reservation room(*budget, "environment", pixels * sizeof(RGB));
+  environment.pixels.reserve(pixels);
+  for (int y = 0; y < environment.height; ++y)
+    for (int x = 0; x < environment.width; ++x)
+      environment.pixels.push_back(
+          image->color({(static_cast<float>(x) + 0.5f) / static_cast<float>(environment.width),
+                        1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(environment.height)}));
+  if (environment.width == environment.height) {
+    environment.mapping = EnvironmentMapping::equal_area;
+    environment.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}};
+  }
+  return environment;
+}
+
+void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
+  if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
+  change_cameras(d, changes);
+  if (changes.uniform_radiance) {
+    d.environment = Environment{};
+    d.environment->name = "environment";
+    d.environment->scale = *changes.uniform_radiance;
+  } else if (!changes.environment_file.empty()) {
+    d.environment = read_environment(changes.environment_file, budget);
+  }
+  if (changes.environment_turn == 0 && changes.environment_scale == 1) return;
+  if (!d.environment) {
+    d.notes.push_back("--environment-turn and --environment-scale have no effect: the scene has no environment");
+    return;
+  }
+  const float c = std::cos(changes.environment_turn * kPi / 180), s = std::sin(changes.environment_turn * kPi / 180);
+  d.environment->to_world = Transform{{c, 0, -s}, {0, 1, 0}, {s, 0, c}, {0, 0, 0}} * d.environment->to_world;
+  d.environment->scale *= changes.environment_scale;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,145 @@
+// What a command line changes of a scene: environment, axis, unit and camera.
+#include "import/scene_changes.h"
+
+#include "image/image.h"
+#include "scene/environment.h"
+#include "test_files.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+void expect_near(Vec3 a, Vec3 b) { EXPECT_LT(length(a - b), 1e-4f) << a.x << " " << a.y << " " << a.z; }
+
+/// A triangle in the plane y = 1, under a lamp, seen by a camera from +z.
+SceneDescription small_scene() {
+  SceneDescription d;
+  d.materials.emplace_back();
+  Geometry mesh;
+  mesh.positions = {{0, 1, 0}, {0, 1, 2}, {2, 1, 0}};
+  mesh.normals.assign(3, {0, 1, 0});
+  mesh.uvs.resize(3);
+  mesh.triangles = {{0, 1, 2}};
+  append_mesh(d.geometry, mesh, "triangle", 0, kNone);
+  Light lamp;
+  lamp.position = {0, 3, 1};
+  lamp.direction = {0, -1, 0};
+  d.lights.push_back(lamp);
+  d.cameras.push_back(look_at({0, 1, 5}, {0, 1, 0}, {0, 1, 0}, 40));
+  d.cameras[0].lens_radius = 0.1f;
+  return d;
+}
+
+class SceneChangesTest : public FileTest {
+ protected:
+  /// An image with one bright pixel.
+  std::string image_file(int width, int height, int x, int y) const {
+    Image image(width, height);
+    for (const char* name : {"R", "G", "B"}) {
+      const auto plane = image.add_channel(name);
+      plane[static_cast<std::size_t>(y * width + x)] = 8;
+    }
+    write_exr(path("sky.exr"), image, ExrPrecision::single);
+    return path("sky.exr");
+  }
+  static SceneDescription changed(const SceneChanges& changes) {
+    SceneDescription d = small_scene();
+    change_scene(d, changes, loading_budget());
+    return d;
+  }
+};
+
+TEST_F(SceneChangesTest, LatLongImagesReplaceTheEnvironmentTurnedAndScaled) {
+  SceneChanges changes;
+  // The brightest direction is along -z, a little above the horizon.
+  parse_environment(image_file(9, 4, 4, 1), changes);
+  const auto sky = changed(changes).environment;
+  ASSERT_TRUE(sky);
+  EXPECT_EQ(sky->mapping, EnvironmentMapping::lat_long);
+  const float up = std::sin(kPi / 8), ahead = std::cos(kPi / 8);
+  EXPECT_NEAR(radiance(*sky, {0, up, -ahead}).g, 8, 1e-3f);
+  changes.environment_turn = 90;
+  changes.environment_scale = 0.5f;
+  const auto turned = changed(changes).environment;
+  EXPECT_NEAR(radiance(*turned, {-ahead, up, 0}).g, 4, 1e-3f);
+  EXPECT_NEAR(radiance(*turned, {0, up, -ahead}).g, 0, 1e-3f);
+}
+
+TEST_F(SceneChangesTest, SquareImagesAreEqualAreaMapsWithTheirMiddleUp) {
+  SceneChanges changes;
+  parse_environment(image_file(5, 5, 2, 2), changes);
+  const auto sky = changed(changes).environment;
+  ASSERT_TRUE(sky);
+  EXPECT_EQ(sky->mapping, EnvironmentMapping::equal_area);
+  EXPECT_NEAR(radiance(*sky, {0, 1, 0}).g, 8, 1e-3f);
+  EXPECT_NEAR(radiance(*sky, {0, -1, 0}).g, 0, 1e-3f);
+}
+
+TEST_F(SceneChangesTest, NumbersAreAUniformRadiance) {
+  SceneChanges changes;
+  parse_environment("1,2,3", changes);
+  changes.environment_scale = 2;
+  EXPECT_EQ(radiance(*changed(changes).environment, {0, 0, 1}), RGB(2, 4, 6));
+  parse_environment("0.5", changes);
+  EXPECT_EQ(radiance(*changed(changes).environment, {0, 0, 1}), RGB(1.0f));
+  EXPECT_THROW(parse_environment("1,-2,3", changes), Error);
+  parse_environment("not-there.exr", changes);
+  try {
+    changed(changes);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("not-there.exr"));
+  }
+}
+
+TEST_F(SceneChangesTest, TurningOfNoEnvironmentIsNoted) {
+  SceneChanges changes;
+  changes.environment_turn = 30;
+  EXPECT_THAT(changed(changes).notes, testing::Contains(HasSubstr("--environment-turn")));
+}
+
+TEST_F(SceneChangesTest, ZUpAndScaleMoveEverything) {
+  SceneChanges changes;
+  changes.z_up = true;
+  changes.metres_per_unit = 0.5f;
+  const SceneDescription d = changed(changes);
+  expect_near(d.geometry.positions[1], {0, 1, -0.5f});
+  expect_near(d.geometry.normals[1], {0, 0, -1});
+  expect_near(d.geometry.normal(0), {0, 0, -1});
+  expect_near(d.lights[0].position, {0, 0.5f, -1.5f});
+  expect_near(d.lights[0].direction, {0, 0, 1});
+  expect_near(d.cameras[0].to_world.translation, {0, 2.5f, -0.5f});
+  expect_near(d.cameras[0].to_world.z, {0, -1, 0});
+  EXPECT_FLOAT_EQ(d.cameras[0].lens_radius, 0.05f);
+}
+
+TEST_F(SceneChangesTest, CamerasTakeAngleAndPlace) {
+  SceneChanges changes;
+  changes.field_of_view = 90;
+  changes.look_at = parse_look_at("4,1,0;0,1,0");
+  const SceneDescription d = changed(changes);
+  ASSERT_EQ(d.cameras.size(), 1u);
+  EXPECT_FLOAT_EQ(d.cameras[0].half_extent, 1);
+  expect_near(d.cameras[0].to_world.translation, {4, 1, 0});
+  expect_near(d.cameras[0].to_world.z, {-1, 0, 0});
+  EXPECT_FLOAT_EQ(d.cameras[0].lens_radius, 0.1f);
+  for (const char* wrong : {"1,2,3", "1,2,3,4,5,x", "1,2,3,1,2,3", "", "1,2,3,4,5,6,7", "1,2,3,nan,5,6"})
+    EXPECT_THROW(parse_look_at(wrong), Error) << wrong;
+}
+
+TEST_F(SceneChangesTest, DefaultCamerasFrameTheSceneByTheAngle) {
+  SceneDescription d = small_scene();
+  d.cameras.clear();
+  SceneChanges changes;
+  changes.field_of_view = 10;
+  change_scene(d, changes, loading_budget());
+  ASSERT_EQ(d.cameras.size(), 1u);
+  for (const Vec3& p : d.geometry.positions) {
+    const Vec3 seen = inverse(d.cameras[0].to_world).point(p);
+    EXPECT_LE(std::max(std::abs(seen.x), std::abs(seen.y)) / seen.z, d.cameras[0].half_extent * 1.0001f);
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
