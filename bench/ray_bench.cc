@@ -94,7 +94,7 @@ class SceneBench {
         const CameraRay ray = generate_ray(scene_.camera(""), at, kPicture, kPicture, {0.5f, 0.5f});
         camera_rays.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
       }
-    orders_.push_back({"camera, scan lines", std::move(camera_rays), RayOrder::coherent, 0});
+    orders_.push_back({"camera, scan lines", std::move(camera_rays), RayOrder::camera, 0});
     make_gather_orders();
   }
 

@@ -68,7 +68,7 @@ void trace(benchmark::State& state, const std::vector<Ray>& rays, RayOrder order
 
 void camera_rays(benchmark::State& state) {
   set_thread_count(static_cast<int>(state.range(0)));
-  trace(state, atrium().camera, RayOrder::coherent);
+  trace(state, atrium().camera, RayOrder::camera);
 }
 
 void diffuse_rays(benchmark::State& state) {

@@ -129,7 +129,9 @@ std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf) {
     case BsdfKind::conductor:
       return bsdf.use_reflectance ? ReflectionModel::schlick : ReflectionModel::conductor;
     case BsdfKind::metallic_roughness:
-      if (bsdf.transmission_weight != 0 || bsdf.coat != 0) return std::nullopt;
+      if (bsdf.transmission_weight != 0 || bsdf.coat != 0 || bsdf.iridescence != 0 || bsdf.diffuse_transmission != 0 ||
+          !is_black(bsdf.sheen))
+        return std::nullopt;
       return ReflectionModel::schlick;
     default:
       return std::nullopt;
@@ -190,6 +192,22 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
   }
   out.valid = is_finite(out.weight);
   return out;
+}
+
+RGB choose_wavelength(Bsdf& bsdf, RGB throughput, float u) {
+  if (!(bsdf.dispersion > 0) || bsdf.kind != BsdfKind::metallic_roughness) return RGB(1.0f);
+  const float total = throughput.r + throughput.g + throughput.b;
+  if (!(total > 0)) return RGB(1.0f);
+  int chosen = 0;
+  float left = u * total;
+  while (chosen < 2 && (left >= throughput[chosen] || !(throughput[chosen] > 0))) left -= throughput[chosen++];
+  if (!(throughput[chosen] > 0)) chosen = throughput.r > 0 ? 0 : 1;  // the last bits of the sum
+  const float half_spread = (bsdf.eta.r - 1) * bsdf.dispersion / 40;
+  bsdf.eta = RGB(std::max(1.0f, bsdf.eta.r + static_cast<float>(chosen - 1) * half_spread));
+  bsdf.dispersion = 0;
+  RGB factor(0.0f);
+  factor[chosen] = total / throughput[chosen];
+  return factor;
 }
 
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {

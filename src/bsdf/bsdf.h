@@ -57,7 +57,8 @@ enum class BsdfKind : std::uint8_t {
 /// - metallic_roughness: diffuse (base colour, of which metallic takes no share off), metallic, alpha_x, alpha_y,
 /// eta.r,
 ///   specular (KHR specular colour), specular_weight (KHR specular factor), coat (clearcoat factor), coat_alpha,
-///   coat_eta, transmission_weight, thin. The base colour tints what is transmitted.
+///   coat_eta, coat_normal, transmission_weight, thin, dispersion, sheen, sheen_alpha, iridescence, film_eta,
+///   film_thickness, diffuse_transmission, transmission (its colour). The base colour tints what is transmitted.
 struct Bsdf {
   BsdfKind kind = BsdfKind::lambertian;
   bool thin = false;               ///< transmission does not bend rays
@@ -76,6 +77,14 @@ struct Bsdf {
                                    ///< of "maxdepth" steps has (maxdepth + 1) / 2 of them: 5 unless said
   float metallic = 0, transmission_weight = 0;
   float specular_weight = 1;
+  RGB sheen{0.0f};
+  float sheen_alpha = 0;           ///< exponent of the Charlie distribution: 1 / sheen_alpha
+  float iridescence = 0;           ///< share of the surface that has a thin film
+  float film_eta = 1.3f;           ///< index of the film
+  float film_thickness = 0;        ///< nm
+  float diffuse_transmission = 0;  ///< share of the diffuse light that goes through
+  Vec3 coat_normal{0, 0, 1};       ///< of the clearcoat, in shading coordinates
+  float dispersion = 0;            ///< 20 over the Abbe number (choose_wavelength())
 };
 
 /// The lobes of the BSDF.
@@ -116,7 +125,13 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
 /// between lobes and decides Russian roulette. It is > 0 wherever the lobes are not black.
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
 
-/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the given lobes.
+/// Makes a dispersive BSDF that of one of three wavelengths, which stand for red, green and blue; does nothing to
+/// others. A path that has one colour left keeps it. The indices are those of KHR_materials_dispersion: eta -/+ (eta -
+/// 1) dispersion / 40 for red and blue.
+/// @param u in [0, 1), chooses; @return factor on what the path carries
+RGB choose_wavelength(Bsdf& bsdf, RGB throughput, float u);
+
+/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the lobes asked for.
 void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out);
 
 }  // namespace glowworm

@@ -40,8 +40,12 @@ float component_pdf(const Component& c, Vec3 wo, Vec3 wi) {
       return cosine_hemisphere_pdf(wi.z);
     case Shape::cosine_transmission:
       return cosine_hemisphere_pdf(-wi.z);
-    case Shape::rough_reflection:
-      return wi.z > 0 ? reflection_pdf(c.microfacet, wo, wi) : 0.0f;
+    case Shape::uniform_reflection:
+      return wi.z > 0 ? kInversePi / 2 : 0.0f;
+    case Shape::rough_reflection: {
+      const Vec3 o = about_normal(c, wo), i = about_normal(c, wi);
+      return wi.z > 0 && o.z > 0 && i.z > 0 ? reflection_pdf(c.microfacet, o, i) : 0.0f;
+    }
     case Shape::coated_reflection: {
       if (wi.z <= 0) return 0;
       // dw' / dw = cos / (eta^2 cos'), from Snell's law.
@@ -80,9 +84,19 @@ bool component_sample(const Component& c, Vec3 wo, float u_side, Vec2 u, Vec3& w
     case Shape::cosine_transmission:
       wi = -square_to_cosine_hemisphere(u);
       return wi.z < 0;
-    case Shape::rough_reflection:
-      wi = normalize(reflect(wo, c.microfacet.sample_visible_normal(wo, u)));
+    case Shape::uniform_reflection: {
+      const float z = 1 - u.x, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
+      wi = {r * std::cos(phi), r * std::sin(phi), z};
       return wi.z > 0;
+    }
+    case Shape::rough_reflection: {
+      const Vec3 o = about_normal(c, wo);
+      if (o.z <= 0) return false;
+      wi = normalize(reflect(o, c.microfacet.sample_visible_normal(o, u)));
+      if (wi.z <= 0) return false;
+      if (c.normal.z != 1) wi = Frame::from_normal(c.normal).to_world(wi);
+      return wi.z > 0;
+    }
     case Shape::coated_reflection: {
       const Vec3 o = under_boundary(wo, c.eta);
       const Vec3 i = normalize(reflect(o, c.microfacet.sample_visible_normal(o, u)));
@@ -107,8 +121,8 @@ bool component_sample(const Component& c, Vec3 wo, float u_side, Vec2 u, Vec3& w
       return refract(wo, h, c.eta, wi) && wi.z < 0;
     }
     case Shape::mirror:
-      wi = {-wo.x, -wo.y, wo.z};
-      return true;
+      wi = c.normal.z == 1 ? Vec3{-wo.x, -wo.y, wo.z} : normalize(reflect(wo, c.normal));
+      return wi.z > 0;
     case Shape::straight:
       wi = -wo;
       return true;

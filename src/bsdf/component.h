@@ -7,6 +7,7 @@
 #include "bsdf/bsdf.h"
 #include "bsdf/microfacet.h"
 #include "bsdf/reflection.h"
+#include "core/frame.h"
 
 namespace glowworm::bsdf_detail {
 
@@ -31,6 +32,7 @@ inline void fill_black(std::span<RGB> out) { std::fill(out.begin(), out.end(), R
 enum class Shape : std::uint8_t {
   cosine_reflection,    ///< cos / pi above
   cosine_transmission,  ///< cos / pi below
+  uniform_reflection,   ///< 1 / (2 pi) above
   rough_reflection,     ///< reflection at a visible microfacet normal
   rough_dielectric,     ///< reflection or refraction at a visible normal, by the Fresnel reflectance there
   rough_refraction,     ///< refraction at a visible normal
@@ -49,12 +51,13 @@ struct Component {
   float eta = 1;                    ///< bending shapes: index of the side below over that of the side of wo
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
-  float probability = 0;  ///< of choosing this component among the given lobes
+  float probability = 0;  ///< of choosing this component among those asked for
+  Vec3 normal{0, 0, 1};   ///< rough_reflection and mirror: about which they reflect
 };
 
 /// The components of a BSDF for one wo.
 struct Components {
-  static constexpr int kMost = 4;
+  static constexpr int kMost = 6;
   Component list[kMost];
   int count = 0;
   void add(const Component& component) {
@@ -109,6 +112,11 @@ inline float microfacet_refraction(const Microfacet& m, Vec3 wo, Vec3 wi, Vec3 h
   const float o = dot(wo, h), i = dot(wi, h), denominator = eta * i + o;
   if (denominator == 0) return 0;
   return m.distribution(h) * m.masking_shadowing(wo, wi) * std::abs(o * i) / (wo.z * -wi.z * denominator * denominator);
+}
+
+/// A direction about a component's own normal.
+inline Vec3 about_normal(const Component& c, Vec3 w) {
+  return c.normal.z == 1 ? w : Frame::from_normal(c.normal).to_local(w);
 }
 
 /// Density per steradian of a component's directions; deltas: 0.

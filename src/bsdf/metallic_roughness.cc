@@ -1,5 +1,5 @@
 // glTF 2.0's metallic-roughness material (Khronos, "glTF 2.0 Specification", appendix B) with KHR_materials_ior,
-// specular, clearcoat and transmission.
+// specular, clearcoat, transmission, sheen, iridescence and diffuse_transmission.
 //
 // The appendix leaves it open how layers are coupled so that energy is kept (B.2.3, "fresnel_mix"; its own sample is
 // not energy conserving at grazing angles). Here:
@@ -10,8 +10,15 @@
 // - Transmission passes each facet that does not reflect. Thin: straight on, spread by the same lobe mirrored. Not
 // thin:
 //   refracted, and then the surface has an inside, from which neither coat nor diffuse reflection is seen.
+// - Diffuse light is reflected or let through, by KHR_materials_diffuse_transmission; not where surfaces refract.
+// - Sheen lies on all of that but the coat (not on surfaces that refract), and takes the greater share that it reflects
+// towards either direction off
+//   what lies under it (KHR_materials_sheen, "Albedo-scaling technique").
+// - A coat of another normal n has f = f_n min(1, n.wo / z_o) min(1, n.wi / z_i), which is reciprocal and reflects no
+//   more than about its own normal.
 #include "bsdf/component.h"
 #include "bsdf/fresnel.h"
+#include "bsdf/sheen.h"
 #include "bsdf/tables.h"
 
 namespace glowworm::bsdf_detail {
@@ -30,9 +37,18 @@ struct Layers {
   float f90;
   RGB dielectric_f0;
   float dielectric_f90;
-  RGB diffuse, transmitted;  // shares of the base colour that are scattered and transmitted
+  RGB diffuse, transmitted;  // shares of base colour that are scattered and let through
+  RGB diffuse_through;       // share of the diffuse light that comes out on the other side
   float coat, coat_f0;
+  bool tilted;  // the coat has another normal
+  Frame coat_frame;
   SchlickCurves curves, dielectric_curves, coat_curves;
+  RGB sheen;
+  Sheen sheen_lobe;
+  float iridescence, film_eta, film_thickness;
+  RGB film_mean;  // mean over directions of film_albedo() of the dielectric
+  RGB metal_f0;
+  float metallic;
 
   explicit Layers(const View& view) {
     const Bsdf& bsdf = view.bsdf;
@@ -46,10 +62,15 @@ struct Layers {
     const RGB tinted = bsdf.specular * square((dense - 1) / (dense + 1));
     dielectric_f0 = clamp(tinted, 0, 1) * bsdf.specular_weight;
     dielectric_f90 = bsdf.specular_weight;
-    f0 = lerp(dielectric_f0, bsdf.diffuse, bsdf.metallic);
+    metal_f0 = bsdf.diffuse;
+    metallic = bsdf.metallic;
+    f0 = lerp(dielectric_f0, metal_f0, metallic);
     f90 = dielectric_f90 * (1 - bsdf.metallic) + bsdf.metallic;
     const RGB dielectric = bsdf.diffuse * (1 - bsdf.metallic);
-    diffuse = inside ? RGB(0.0f) : dielectric * (1 - bsdf.transmission_weight);
+    const float through = refracts ? 0 : bsdf.diffuse_transmission;
+    const float scattered = inside ? 0 : 1 - bsdf.transmission_weight;
+    diffuse = dielectric * (scattered * (1 - through));
+    diffuse_through = bsdf.transmission * ((1 - bsdf.metallic) * scattered * through);
     transmitted = dielectric * bsdf.transmission_weight;
     curves = schlick_curves(smooth ? 0 : table_alpha(bsdf.alpha_x, bsdf.alpha_y));
 
@@ -59,33 +80,80 @@ struct Layers {
     coat_microfacet = rough(bsdf.coat_alpha, bsdf.coat_alpha);
     coat_f0 = square((bsdf.coat_eta - 1) / (bsdf.coat_eta + 1));
     if (bsdf.coat > 0) coat_curves = schlick_curves(coat_smooth ? 0 : bsdf.coat_alpha);
+    tilted = bsdf.coat_normal.z != 1;
+    if (tilted) coat_frame = Frame::from_normal(bsdf.coat_normal);
+    sheen = refracts ? RGB(0.0f) : clamp(bsdf.sheen, 0, 1);
+    if (!is_black(sheen)) sheen_lobe = Sheen(bsdf.sheen_alpha);
+    film_eta = bsdf.film_eta;
+    film_thickness = bsdf.film_thickness;
+    iridescence = film_thickness > 0 ? bsdf.iridescence : 0;
+    if (iridescence > 0) film_mean = mean_film_albedo();
   }
 
-  /// Schlick's angle is the one on the thinner side, so that both sides agree; 1 for total reflection.
-  RGB fresnel(float cosine, RGB at_normal, float at_grazing) const {
-    if (eta < 1) {
-      const float sin2 = (1 - cosine * cosine) / (eta * eta);
-      if (sin2 >= 1) return RGB(1.0f);
-      cosine = std::sqrt(1 - sin2);
-    }
-    return fresnel_schlick(cosine, at_normal, at_grazing);
+  /// Reflectance of the film on a base of this reflectance at normal incidence, seen from the thinner side.
+  RGB film(float cosine, RGB base) const { return film_reflectance(cosine, film_eta, film_thickness, base); }
+  /// Directional albedo of facets under the film: as if by Schlick's term of the same reflectance at this angle.
+  RGB film_albedo(float cosine, RGB base) const {
+    const RGB f = film(cosine, base);
+    const float t = schlick_term(cosine), kept = std::max(1e-4f, 1 - t);
+    return clamp((f - RGB(t)) / kept, 0, 1) * curves.scale(cosine) + RGB(curves.bias(cosine));
   }
-  RGB fresnel(float cosine) const { return fresnel(cosine, f0, f90); }
-  RGB dielectric_fresnel(float cosine) const { return fresnel(cosine, dielectric_f0, dielectric_f90); }
-  /// Share transmitted at a facet.
+  RGB mean_film_albedo() const {
+    RGB sum(0.0f);  // by Gauss's rule of three points for the square of the cosine
+    constexpr float kNodes[3][2] = {{0.1127017f, 0.2777778f}, {0.5f, 0.4444444f}, {0.8872983f, 0.2777778f}};
+    for (const auto& [square_of_cosine, weight] : kNodes)
+      sum += film_albedo(std::sqrt(square_of_cosine), dielectric_f0) * weight;
+    return sum;
+  }
+  /// The direction about the coat's normal; z <= 0 where the coat is not seen.
+  Vec3 about_coat(Vec3 w) const { return tilted ? coat_frame.to_local(w) : w; }
+  /// The cosine by which the coat weakens light to or from a direction above.
+  float coat_cosine(Vec3 w) const {
+    const float own = about_coat(w).z;
+    return own > 0 ? own : w.z;
+  }
+
+  /// Schlick's angle is that on the thinner side, so that both sides see the same; 1 where nothing can pass.
+  bool totally_reflects(float& cosine) const {
+    if (eta >= 1) return false;
+    const float sin2 = (1 - cosine * cosine) / (eta * eta);
+    cosine = std::sqrt(std::max(0.0f, 1 - sin2));
+    return sin2 >= 1;
+  }
+  RGB fresnel(float cosine) const {
+    if (totally_reflects(cosine)) return RGB(1.0f);
+    const RGB plain = fresnel_schlick(cosine, f0, f90);
+    if (!(iridescence > 0)) return plain;
+    return lerp(plain, lerp(film(cosine, dielectric_f0), film(cosine, metal_f0), metallic), iridescence);
+  }
+  RGB dielectric_fresnel(float cosine) const {
+    if (totally_reflects(cosine)) return RGB(1.0f);
+    const RGB plain = fresnel_schlick(cosine, dielectric_f0, dielectric_f90);
+    return iridescence > 0 ? lerp(plain, film(cosine, dielectric_f0), iridescence) : plain;
+  }
+  /// What is let through without being reflected, at a facet.
   RGB passed(float cosine) const { return transmitted * (RGB(1.0f) - dielectric_fresnel(cosine)); }
 
   /// E of the dielectric part of the specular layer.
   RGB layer_albedo(float cosine) const {
-    return dielectric_f0 * curves.scale(cosine) + RGB(dielectric_f90 * curves.bias(cosine));
+    const RGB plain = dielectric_f0 * curves.scale(cosine) + RGB(dielectric_f90 * curves.bias(cosine));
+    return iridescence > 0 ? lerp(plain, film_albedo(cosine, dielectric_f0), iridescence) : plain;
   }
-  RGB mean_layer_albedo() const { return dielectric_f0 * curves.mean_scale + RGB(dielectric_f90 * curves.mean_bias); }
+  RGB mean_layer_albedo() const {
+    const RGB plain = dielectric_f0 * curves.mean_scale + RGB(dielectric_f90 * curves.mean_bias);
+    return iridescence > 0 ? lerp(plain, film_mean, iridescence) : plain;
+  }
+  /// What the sheen leaves of light between two directions.
+  float under_sheen(float cosine_o, float cosine_i) const {
+    if (is_black(sheen)) return 1;
+    return 1 - max_component(sheen) * std::max(sheen_lobe.albedo(cosine_o), sheen_lobe.albedo(cosine_i));
+  }
   float coat_albedo(float cosine) const { return coat_f0 * coat_curves.scale(cosine) + coat_curves.bias(cosine); }
   /// Share of light to or from an outside direction that passes the clearcoat.
   float under_coat(float weight, float cosine) const { return weight > 0 ? 1 - weight * coat_albedo(cosine) : 1.0f; }
 
-  /// f / (1 - E(wi)) of the diffuse base.
-  RGB diffuse_factor(float cosine_o) const {
+  /// f / (1 - E(wi)) of a diffuse base of this albedo.
+  RGB diffuse_factor(float cosine_o, RGB diffuse) const {
     const RGB lost = RGB(1.0f) - mean_layer_albedo();
     const RGB kept = RGB(1.0f) - layer_albedo(cosine_o);
     const auto channel = [](float d, float k, float l) { return l > 1e-6f ? d * kInversePi * k / l : 0.0f; };
@@ -93,36 +161,83 @@ struct Layers {
   }
 };
 
-RGB reflected(const Layers& layers, const View& view, Vec3 wi, RGB diffuse, float under_o) {
+/// What has been found for a viewer's direction, for all directions of light.
+struct Viewed {
+  RGB diffuse, through;  // diffuse_factor()
+  float under;           // under_coat()
+  Vec3 about_coat;
+  Viewed(const Layers& layers, Vec3 wo)
+      : diffuse(layers.diffuse_factor(wo.z, layers.diffuse)),
+        through(layers.diffuse_factor(wo.z, layers.diffuse_through)),
+        under(layers.under_coat(layers.coat, layers.coat_cosine(wo))),
+        about_coat(layers.about_coat(wo)) {}
+};
+
+/// min(1, n.w / z) of a coat of normal n.
+float coat_share(Vec3 about_coat, Vec3 w) { return std::min(1.0f, about_coat.z / w.z); }
+
+float reflected_by_coat(const Layers& layers, const Viewed& viewed, Vec3 wo, Vec3 wi) {
+  const Vec3 o = viewed.about_coat, i = layers.about_coat(wi);
+  if (o.z <= 0 || i.z <= 0) return 0;
+  const Vec3 h = reflection_half(o, i);
+  const float fresnel = fresnel_schlick(dot(o, h), RGB(layers.coat_f0), 1).r;
+  return layers.coat * fresnel * microfacet_reflection(layers.coat_microfacet, o, i, h) * coat_share(o, wo) *
+         coat_share(i, wi);
+}
+
+RGB reflected(const Layers& layers, const View& view, Vec3 wi, const Viewed& viewed) {
   RGB f(0.0f);
-  if (view.lobes & kDiffuseReflection) f += diffuse * (RGB(1.0f) - layers.layer_albedo(wi.z));
+  if (view.lobes & kDiffuseReflection) f += viewed.diffuse * (RGB(1.0f) - layers.layer_albedo(wi.z));
   if (!layers.smooth && (view.lobes & layers.lobe)) {
     const Vec3 h = reflection_half(view.wo, wi);
     f += layers.fresnel(dot(view.wo, h)) * microfacet_reflection(layers.microfacet, view.wo, wi, h);
   }
-  if (layers.coat <= 0) return f;
-  f *= under_o * layers.under_coat(layers.coat, wi.z);
-  if (!layers.coat_smooth && (view.lobes & layers.coat_lobe)) {
-    const Vec3 h = reflection_half(view.wo, wi);
-    const float fresnel = fresnel_schlick(dot(view.wo, h), RGB(layers.coat_f0), 1).r;
-    f += RGB(layers.coat * fresnel * microfacet_reflection(layers.coat_microfacet, view.wo, wi, h));
+  if (!is_black(layers.sheen)) {
+    f *= layers.under_sheen(view.wo.z, wi.z);
+    if (view.lobes & kDiffuseReflection) f += layers.sheen * layers.sheen_lobe.evaluate(view.wo, wi);
   }
+  if (layers.coat <= 0) return f;
+  f *= viewed.under * layers.under_coat(layers.coat, layers.coat_cosine(wi));
+  if (!layers.coat_smooth && (view.lobes & layers.coat_lobe)) f += RGB(reflected_by_coat(layers, viewed, view.wo, wi));
   return f;
 }
 
-RGB let_through(const Layers& layers, const View& view, Vec3 wi, float under_o) {
-  if (layers.smooth || !(view.lobes & layers.lobe) || is_black(layers.transmitted)) return RGB(0.0f);
-  const Vec3 wo = view.wo;
-  if (!layers.refracts) {
-    const Vec3 mirrored{wi.x, wi.y, -wi.z}, h = reflection_half(wo, mirrored);
-    return layers.passed(dot(wo, h)) * (microfacet_reflection(layers.microfacet, wo, mirrored, h) * under_o *
-                                        layers.under_coat(layers.coat, mirrored.z));
+RGB let_through(const Layers& layers, const View& view, Vec3 wi, const Viewed& viewed) {
+  RGB f(0.0f);
+  const Vec3 wo = view.wo, mirrored{wi.x, wi.y, -wi.z};
+  const bool rough = !layers.smooth && (view.lobes & layers.lobe) && !is_black(layers.transmitted);
+  if (layers.refracts) {
+    const Vec3 h = refraction_half(wo, wi, layers.eta);
+    if (!rough || h.z <= 0) return f;
+    // Only the direction outside is above coat and sheen.
+    const float under = layers.inside ? layers.under_coat(view.bsdf.coat, layers.coat_cosine(mirrored)) : viewed.under;
+    return layers.passed(dot(wo, h)) * (under * microfacet_refraction(layers.microfacet, wo, wi, h, layers.eta));
   }
-  const Vec3 h = refraction_half(wo, wi, layers.eta);
-  if (h.z <= 0) return RGB(0.0f);
-  // Only the direction outside is above the coat.
-  const float under = layers.inside ? layers.under_coat(view.bsdf.coat, -wi.z) : under_o;
-  return layers.passed(dot(wo, h)) * (under * microfacet_refraction(layers.microfacet, wo, wi, h, layers.eta));
+  if (view.lobes & kDiffuseTransmission) f += viewed.through * (RGB(1.0f) - layers.layer_albedo(mirrored.z));
+  if (rough) {
+    const Vec3 h = reflection_half(wo, mirrored);
+    f += layers.passed(dot(wo, h)) * microfacet_reflection(layers.microfacet, wo, mirrored, h);
+  }
+  return f * (layers.under_sheen(wo.z, mirrored.z) * viewed.under *
+              layers.under_coat(layers.coat, layers.coat_cosine(mirrored)));
+}
+
+void add_coat(const Layers& layers, const View& view, Components& out) {
+  if (layers.coat <= 0) return;
+  const Vec3 o = layers.about_coat(view.wo);
+  Component c;
+  c.shape = layers.coat_smooth ? Shape::mirror : Shape::rough_reflection;
+  c.lobe = layers.coat_lobe;
+  c.microfacet = layers.coat_microfacet;
+  if (layers.tilted) c.normal = layers.coat_frame.n;
+  c.albedo = RGB(layers.coat * (o.z > 0 ? layers.coat_albedo(o.z) * coat_share(o, view.wo) : 1e-3f));
+  if (layers.coat_smooth && layers.tilted) {
+    // Exact, as albedos of deltas are: f times the cosine about the surface's normal over that about the coat's.
+    const Vec3 wi = reflect(view.wo, c.normal);
+    if (o.z <= 0 || wi.z <= 0) return;
+    c.albedo *= coat_share(o, wi) * (wi.z / o.z);
+  }
+  out.add(c);
 }
 
 /// Directional albedos of the specular reflection and transmission without the coat: exact if smooth. Refraction by a
@@ -138,6 +253,12 @@ void specular_albedos(const Layers& layers, const View& view, RGB& reflected, RG
   const float scale = layers.curves.scale(cosine), bias = layers.curves.bias(cosine);
   reflected = layers.f0 * scale + RGB(layers.f90 * bias);
   passed = layers.transmitted * (RGB(scale + bias) - layers.layer_albedo(cosine));
+  if (layers.iridescence > 0) {
+    const RGB film = lerp(layers.film_albedo(cosine, layers.dielectric_f0), layers.film_albedo(cosine, layers.metal_f0),
+                          layers.metallic);
+    reflected = lerp(reflected, film, layers.iridescence);
+    passed = layers.transmitted * std::max(1e-3f, scale + bias - mean(layers.layer_albedo(cosine)));
+  }
   if (!layers.refracts) return;
   const float alpha = table_alpha(view.bsdf.alpha_x, view.bsdf.alpha_y);
   const float t = boundary_curve(layers.inside ? Boundary::transmit_inside : Boundary::transmit_outside, alpha,
@@ -154,10 +275,9 @@ void specular_albedos(const Layers& layers, const View& view, RGB& reflected, RG
 
 void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Layers layers(view);
-  const RGB diffuse = layers.diffuse_factor(view.wo.z);
-  const float under_o = layers.under_coat(layers.coat, view.wo.z);
+  const Viewed viewed(layers, view.wo);
   for_each_direction(view, wi, out, [&](Vec3 w) {
-    return w.z > 0 ? reflected(layers, view, w, diffuse, under_o) : let_through(layers, view, w, under_o);
+    return w.z > 0 ? reflected(layers, view, w, viewed) : let_through(layers, view, w, viewed);
   });
 }
 
@@ -165,7 +285,7 @@ IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cos
   const Layers layers(View{bsdf, false, {0, 0, cosine_o}, kBroad});
   IsotropicReflection out;
   out.alpha = broad_alpha(bsdf.alpha_x);
-  out.diffuse = layers.diffuse_factor(cosine_o);
+  out.diffuse = layers.diffuse_factor(cosine_o, layers.diffuse);
   out.first = layers.f0;
   out.first_grazing = layers.f90;
   out.second = layers.dielectric_f0;
@@ -177,39 +297,48 @@ IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cos
 
 void metallic_roughness_components(const View& view, Components& out) {
   const Layers layers(view);
-  const float cosine = view.wo.z, under = layers.under_coat(layers.coat, cosine);
+  const float cosine = view.wo.z, under = layers.under_coat(layers.coat, layers.coat_cosine(view.wo));
+  add_coat(layers, view, out);
   Component c;
-  if (layers.coat > 0) {
-    c.shape = layers.coat_smooth ? Shape::mirror : Shape::rough_reflection;
-    c.lobe = layers.coat_lobe;
-    c.microfacet = layers.coat_microfacet;
-    c.albedo = RGB(layers.coat * layers.coat_albedo(cosine));
-    out.add(c);
-  }
   c.lobe = layers.lobe;
   c.microfacet = layers.microfacet;
   c.eta = layers.eta;
   RGB reflected, passed;
   specular_albedos(layers, view, reflected, passed);
   c.shape = layers.smooth ? Shape::mirror : Shape::rough_reflection;
-  c.albedo = reflected * (under * under);  // the coat weakens again on the way out
+  // Coat and sheen weaken again on the way out.
+  const Vec3 mirror{-view.wo.x, -view.wo.y, view.wo.z};
+  const float under_mirror =
+      under * layers.under_coat(layers.coat, layers.coat_cosine(mirror)) * layers.under_sheen(cosine, cosine);
+  c.albedo = reflected * under_mirror;
   out.add(c);
   if (layers.smooth)
     c.shape = layers.refracts ? Shape::refraction : Shape::straight;
   else
     c.shape = layers.refracts ? Shape::rough_refraction : Shape::rough_straight;
-  c.albedo = passed * (layers.refracts ? under : under * under);
+  c.albedo = passed * (layers.refracts ? under : under_mirror);
   if (layers.inside) {
     const float sin2 = (1 - cosine * cosine) / (layers.eta * layers.eta);
-    c.albedo *= layers.under_coat(view.bsdf.coat, std::sqrt(std::max(0.0f, 1 - sin2)));
+    Vec3 outside{-view.wo.x / layers.eta, -view.wo.y / layers.eta, std::sqrt(std::max(1e-6f, 1 - sin2))};
+    c.albedo *= layers.under_coat(view.bsdf.coat, layers.coat_cosine(outside));
   }
   out.add(c);
 
+  float spread = under * layers.under_sheen(cosine, 2.0f / 3);  // the mean cosine of diffuse light
+  if (layers.coat > 0)
+    spread *= 1 - layers.coat * (layers.coat_f0 * layers.coat_curves.mean_scale + layers.coat_curves.mean_bias);
   c.shape = Shape::cosine_reflection;
   c.lobe = kDiffuseReflection;
-  c.albedo = layers.diffuse * (RGB(1.0f) - layers.layer_albedo(cosine)) * under;
-  if (layers.coat > 0)
-    c.albedo *= 1 - layers.coat * (layers.coat_f0 * layers.coat_curves.mean_scale + layers.coat_curves.mean_bias);
+  c.albedo = layers.diffuse * (RGB(1.0f) - layers.layer_albedo(cosine)) * spread;
+  out.add(c);
+  c.shape = Shape::cosine_transmission;
+  c.lobe = kDiffuseTransmission;
+  c.albedo = layers.diffuse_through * (RGB(1.0f) - layers.layer_albedo(cosine)) * spread;
+  out.add(c);
+  if (is_black(layers.sheen)) return;
+  c.shape = Shape::uniform_reflection;
+  c.lobe = kDiffuseReflection;
+  c.albedo = layers.sheen * (under * std::max(layers.sheen_lobe.albedo(cosine), 1e-3f));
   out.add(c);
 }
 

@@ -131,7 +131,7 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
     }
     LightBounds& b = bounds[patch];
     // Translucent sheets shine on both sides, and there may be light on both.
-    b.two_sided |= dot(b.axis, wo) < 0 || (bsdf.kind == BsdfKind::lambertian && !is_black(bsdf.transmission));
+    b.two_sided |= dot(b.axis, wo) < 0 || (lobes(bsdf) & kDiffuseTransmission);
     irradiance[patch] += places.irradiance[place[i]] * scattered;
     count[patch] += 1;
   }

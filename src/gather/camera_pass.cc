@@ -39,6 +39,7 @@ struct CameraPath {
   /// which no light was sampled.
   float bounce_pdf;
   Vec3 bounce_position;
+  RGB absorption;  ///< of the volume that the last bounce led into
 };
 
 /// Arrays that blocks work in, one after the other.
@@ -161,8 +162,7 @@ class BlockTracer {
     hits_.resize(rays_.size());
     const std::size_t each = rays_.size() / task_.sample_count;
     for (std::size_t first = 0; first < rays_.size(); first += each)
-      tracer_.intersect(std::span(rays_).subspan(first, each), std::span(hits_).subspan(first, each),
-                        RayOrder::coherent);
+      tracer_.intersect(std::span(rays_).subspan(first, each), std::span(hits_).subspan(first, each), RayOrder::camera);
     rays_traced_ += rays_.size();
   }
 
@@ -181,7 +181,7 @@ class BlockTracer {
     Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), sample);
     // Film and lens took theirs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
-    paths_.push_back({RGB(1.0f), sampler, slot_[i], pixel_[i], sample, 0, {}});
+    paths_.push_back({RGB(1.0f), sampler, slot_[i], pixel_[i], sample, 0, {}, RGB(0.0f)});
     if (advance(paths_.back(), rays_[i], hit, 0)) return true;
     paths_.pop_back();
     return false;
@@ -223,11 +223,13 @@ class BlockTracer {
     }
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
     const Vec3 wo = -direction;
+    path.throughput *= transmittance(path.absorption, absorption(scene, hit.triangle, wo), hit.distance);
     add_emission(path, point, wo);
-    const Bsdf bsdf = resolve_bsdf(scene, point);
+    Bsdf bsdf = resolve_bsdf(scene, point);
+    Sampler& sampler = path.sampler;
+    if (bsdf.dispersion > 0) path.throughput *= choose_wavelength(bsdf, path.throughput, sampler.next1());
     const ShadedSurface surface = shaded(point, bsdf);
     const Lobes have = lobes(bsdf);
-    Sampler& sampler = path.sampler;
     if (bounce == 0) first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
     if (bounce == 0) first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
@@ -293,6 +295,7 @@ class BlockTracer {
     path.throughput = throughput;
     path.bounce_pdf = s.delta ? 0 : s.pdf;
     path.bounce_position = point.position;
+    path.absorption = absorption(tracer_.scene(), point.triangle, s.direction);
     ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }

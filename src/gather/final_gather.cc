@@ -16,6 +16,9 @@ namespace glowworm {
 
 namespace {
 
+/// Random numbers that choose wavelengths; one stream for each bounce.
+constexpr std::uint32_t kWavelengthStream = 0x77617665;
+
 /// Final gather rays that one piece of parallel work traces at once.
 constexpr std::size_t kRaysPerChunk = 32768;
 /// Of these so many are under way at a time, or one stratum: as their arrays fit the second cache.
@@ -95,6 +98,10 @@ class ChunkGatherer {
     for (std::size_t i = 0; i < rays_.rays.size(); ++i) {
       fetch_ahead<false>(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
       if (!counts(i)) continue;
+      if (absorbs_ && rays_.hits[i].triangle != kNone)
+        rays_.weight[i] *=
+            transmittance(rays_.absorption[i], absorption(scene_, rays_.hits[i].triangle, -rays_.rays[i].direction),
+                          rays_.hits[i].distance);
       if (rays_.hits[i].triangle != kNone && !weighs_patches(i) && ends_on_diffuse(i)) continue;
       if (advance(i)) rays_.move(i, kept++);
     }
@@ -142,7 +149,11 @@ class ChunkGatherer {
       add_light(i, emitted_radiance(scene_, point, wo), [&](Vec3 from) {
         return light_pdf(scene_, from, {0, 0, 0}, point);
       });
-    const Bsdf bsdf = resolve_bsdf(scene_, point);
+    Bsdf bsdf = resolve_bsdf(scene_, point);
+    if (bsdf.dispersion > 0)
+      rays_.weight[i] *= choose_wavelength(bsdf, rays_.weight[i],
+                                           gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed,
+                                                             kWavelengthStream + rays_.bounces[i]));
     if (is_lambertian(bsdf)) return arrive(i, hit, point, bsdf, wo, 1);
     const Lobes have = lobes(bsdf);
     if (!(have & kSharp)) return arrive(i, hit, point, bsdf, wo, 1);
@@ -235,6 +246,7 @@ class ChunkGatherer {
     rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
     rays_.weight[i] = weight * s.weight;
     rays_.segment[i] = next;
+    rays_.absorption[i] = absorption(scene_, point.triangle, s.direction);
     return true;
   }
 
@@ -247,6 +259,7 @@ class ChunkGatherer {
   GatherRayMaker maker_;
   QueryPoints& queries_;
   QueryPoints* caustic_queries_;  // null: there is no caustic map
+  const bool absorbs_ = has_absorption(scene_);
 };
 
 /// Arrays that chunks work in, one after the other.

@@ -75,6 +75,7 @@ void GatherRays::reserve(std::size_t n) {
   stratum.reserve(n);
   segment.reserve(n);
   bounces.reserve(n);
+  absorption.reserve(n);
 }
 
 void GatherRays::clear() { shrink(0); }
@@ -88,6 +89,7 @@ void GatherRays::move(std::size_t from, std::size_t to) {
   stratum[to] = stratum[from];
   segment[to] = segment[from];
   bounces[to] = bounces[from];
+  absorption[to] = absorption[from];
 }
 
 void GatherRays::shrink(std::size_t n) { resize(n, 0); }
@@ -100,6 +102,7 @@ void GatherRays::resize(std::size_t n, std::uint32_t cell) {
   stratum.resize(n, cell);
   segment.resize(n, Segment::first);
   bounces.resize(n, 0);
+  absorption.resize(n);
 }
 
 void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
@@ -110,6 +113,7 @@ void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t g
   stratum.push_back(cell);
   segment.push_back(Segment::first);
   bounces.push_back(0);
+  absorption.push_back(RGB(0.0f));
 }
 
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last,

@@ -29,6 +29,7 @@ struct GatherRays {
   std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
   std::vector<Segment> segment;
   std::vector<std::uint8_t> bounces;  ///< sharp ones so far
+  std::vector<RGB> absorption;        ///< of the volume that the last bounce led into
 
   std::size_t size() const { return rays.size(); }
   void reserve(std::size_t n);

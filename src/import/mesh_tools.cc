@@ -20,14 +20,14 @@ FloatBits<8> vertex_bits(const Geometry& mesh, std::size_t i) {
 
 std::uint64_t mesh_bytes(const Geometry& mesh) {
   const auto bytes = [](const auto& array) { return std::uint64_t{array.size()} * sizeof array[0]; };
-  return bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.triangles) + bytes(mesh.material) +
-         bytes(mesh.emission);
+  return bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.second_uvs) + bytes(mesh.colors) +
+         bytes(mesh.triangles) + bytes(mesh.material) + bytes(mesh.emission);
 }
 
 std::uint64_t scene_bytes(const Geometry& mesh) { return scene_bytes(mesh.triangles.size(), mesh.positions.size()); }
 
 std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices) {
-  constexpr std::uint64_t kBytesPerTriangle = 200, kBytesPerVertex = 48;
+  constexpr std::uint64_t kBytesPerTriangle = 200, kBytesPerVertex = 72;
   return triangles * kBytesPerTriangle + std::min(vertices, 3 * triangles) * kBytesPerVertex;
 }
 

@@ -168,14 +168,16 @@ struct TextureCache::State {
     if (!lazy) return std::make_shared<FileImage>(open(bytes));
     auto& kept = unread[name];
     if (!kept) kept = std::make_shared<std::vector<std::uint8_t>>(bytes.begin(), bytes.end());
-    return std::make_shared<LazyImage>(name, by_way_of_a_file(bytes, read_image_header),
-                                       [open, from = kept] { return open(*from); });
+    auto header = headers.find(name);
+    if (header == headers.end()) header = headers.emplace(name, by_way_of_a_file(bytes, read_image_header)).first;
+    return std::make_shared<LazyImage>(name, header->second, [open, from = kept] { return open(*from); });
   }
 
   std::shared_ptr<TextureLibrary> library;
   NoteCounter& notes;
   bool lazy;
   std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>> unread;  // files in memory, where lazy
+  std::map<std::string, ImageFileHeader> headers;                                  // of those
   std::set<std::string> failed;
   std::shared_ptr<const TextureImage> magenta = std::make_shared<MagentaImage>();
 };

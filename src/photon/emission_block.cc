@@ -94,10 +94,8 @@ void EmissionBlock::set_triangles(const Scene& scene, std::size_t count) {
 
 RGB EmissionBlock::textured_radiance(const Scene& scene, std::uint32_t triangle, std::size_t i) const {
   const Geometry& g = scene.geometry();
-  const auto& [a, b, c] = g.triangles[triangle];
-  const Vec2 w = square_to_triangle({place_[0][i], place_[1][i]});
   return evaluate(scene.textures(), scene.emissions()[g.emission[triangle]].radiance,
-                  g.uvs[a] * (1 - w.x - w.y) + g.uvs[b] * w.x + g.uvs[c] * w.y);
+                  texture_point(g, triangle, square_to_triangle({place_[0][i], place_[1][i]})));
 }
 
 void EmissionBlock::set_distant(std::size_t i, Vec3 direction, RGB irradiance) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -29,6 +30,7 @@ struct Paths {
   std::array<std::vector<float>, 3> flux;                                          // W
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
+  std::vector<RGB> absorption = std::vector<RGB>(kPathsPerChunk);  // of the volume that the last bounce led into
   std::vector<std::uint8_t> sharp_only = std::vector<std::uint8_t>(kPathsPerChunk);  // every bounce so far was sharp
 };
 
@@ -89,6 +91,7 @@ class ChunkTracers::ChunkTracer {
     for (int bounce = 0; paths_.count > 0; ++bounce) {
       const std::span<const Ray> rays(paths_.rays.data(), paths_.count);
       settings_.tracer->intersect(rays, {paths_.hits.data(), paths_.count}, RayOrder::incoherent);
+      if (absorbs_) absorb();
       draw_bounce(first_path, bounce);
       std::size_t kept = 0;
       for (std::size_t first = 0; first < rays.size(); first += DiffuseHits::kBlock)
@@ -98,6 +101,21 @@ class ChunkTracers::ChunkTracer {
   }
 
  private:
+  /// Takes off what volumes absorb of the paths on their way to their hits.
+  void absorb() {
+    for (std::size_t i = 0; i < paths_.count; ++i) {
+      const Hit& hit = paths_.hits[i];
+      if (hit.triangle == kNone) continue;
+      const RGB left = transmittance(paths_.absorption[i], absorption(scene_, hit.triangle, -paths_.rays[i].direction),
+                                     hit.distance);
+      for (int c = 0; c < 3; ++c) {
+        const float before = paths_.flux[c][i];
+        paths_.flux[c][i] *= left[c];
+        result_->balance.arrived[c] += static_cast<double>(before - paths_.flux[c][i]);
+      }
+    }
+  }
+
   /// Pair `dimension` of the random numbers of paths index_[0..count).
   void draw(std::uint32_t dimension, std::size_t count, Pairs& pairs) {
     sobol_pairs(Sampler::pair_key(pass_.seed, hash_combine(kPhotonStream, pass_.pass), dimension), index_.data(), count,
@@ -139,6 +157,7 @@ class ChunkTracers::ChunkTracer {
       paths_.number[at] = static_cast<std::uint32_t>(first + i);
       paths_.light[at] = emission_.light(i);
       paths_.sharp_only[at] = 1;
+      paths_.absorption[at] = RGB(0.0f);
       at += !is_black(flux);
     }
     paths_.count = at;
@@ -184,11 +203,17 @@ class ChunkTracers::ChunkTracer {
     const Hit& hit = paths_.hits[path];
     const Vec3 back = block_.back(i);
     SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
-    const Bsdf bsdf = resolve_bsdf(scene_, point);
-    const ShadedSurface surface = shaded(point, bsdf);
+    Bsdf bsdf = resolve_bsdf(scene_, point);
     float u_lobe = choice_.x[path], u_roulette = choice_.y[path];
+    RGB dispersed(1.0f);
+    if (bsdf.dispersion > 0) {
+      // The wavelength takes a share of the number that chooses the lobe: its digits beyond the third.
+      const float thousand = u_lobe * 1024;
+      dispersed = choose_wavelength(bsdf, flux(path), thousand - std::floor(thousand));
+    }
+    const ShadedSurface surface = shaded(point, bsdf);
     const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
-    const RGB arriving = flux(path) * arrived.factor;
+    const RGB arriving = flux(path) * dispersed * arrived.factor;
     std::uint32_t outcome = 0;
     if (arrived.factor > 0 && (lobes(bsdf) & kBroad)) {
       outcome |= kPhotonLeft;
@@ -286,9 +311,16 @@ class ChunkTracers::ChunkTracer {
       number[kept] = number[first + i];
       light[kept] = light[first + i];
       sharp_only[kept] = sharp_only[first + i] & sharp_[i];
+      if (absorbs_) keep_absorption(first + i, i, kept);
       kept += (block_.outcome(i) / kPathGoesOn) & 1u;
     }
     return kept;
+  }
+
+  /// Notes the volume that path number i of its block goes on in.
+  void keep_absorption(std::size_t path, std::size_t i, std::size_t kept) {
+    const std::uint32_t triangle = paths_.hits[path].triangle;
+    paths_.absorption[kept] = triangle == kNone ? RGB(0.0f) : absorption(scene_, triangle, block_.direction(i));
   }
 
   const Scene& scene_;
@@ -302,6 +334,7 @@ class ChunkTracers::ChunkTracer {
   DiffuseHits block_;
   std::array<std::uint8_t, DiffuseHits::kBlock> sharp_ = {};  // whether each path continues through a sharp lobe
   PhotonChunk* result_ = nullptr;
+  const bool absorbs_ = has_absorption(scene_);
 };
 
 float demand_for(const PhotonDemand& demand, Vec3 position, Vec3 normal, bool caustic) {

@@ -55,7 +55,7 @@ class Path {
 
   void trace(Ray ray) {
     for (int bounce = 0;; ++bounce) {
-      const Hit hit = tracer_.intersect(ray);
+      const Hit hit = tracer_.intersect(ray, bounce == 0 ? RayOrder::camera : RayOrder::incoherent);
       if (bounce == 0) see(hit);
       if (hit.triangle == kNone) {
         add_light(environment_radiance(scene_, ray.direction),
@@ -64,10 +64,12 @@ class Path {
       }
       SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
       const Vec3 wo = -ray.direction;
+      throughput_ *= transmittance(absorption_, absorption(scene_, hit.triangle, wo), hit.distance);
       const RGB emitted = emitted_radiance(scene_, point, wo);
       if (!is_black(emitted))
         add_light(emitted, last_pdf_ > 0 ? light_pdf(scene_, last_position_, {0, 0, 0}, point) : 0);
-      const Bsdf bsdf = resolve_bsdf(scene_, point);
+      Bsdf bsdf = resolve_bsdf(scene_, point);
+      if (bsdf.dispersion > 0) throughput_ *= choose_wavelength(bsdf, throughput_, sampler_.next1());
       const ShadedSurface surface = shaded(point, bsdf);
       if (bounce == 0) {
         first_hit_.normal[slot_] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
@@ -130,6 +132,7 @@ class Path {
     history_.mark(s.lobe, s.delta);
     last_pdf_ = s.delta ? 0 : s.pdf;
     last_position_ = point.position;
+    absorption_ = absorption(scene_, point.triangle, s.direction);
     ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }
@@ -142,7 +145,8 @@ class Path {
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
   RGB throughput_{1.0f};
-  float last_pdf_ = 0;  // of the last bounce; 0 for the camera and delta lobes, where no light was sampled
+  RGB absorption_{0.0f};  // of the volume that the last bounce led into
+  float last_pdf_ = 0;    // of the last bounce; 0 for the camera and deltas, at which no light was sampled
   Vec3 last_position_;
   History history_;
 };

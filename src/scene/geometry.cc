@@ -21,6 +21,8 @@ void check_array(std::size_t size, std::size_t wanted, const char* name, const c
 void check_mesh(const Geometry& mesh, const char* name) {
   check_array(mesh.normals.size(), mesh.positions.size(), name, "normals");
   check_array(mesh.uvs.size(), mesh.positions.size(), name, "texture coordinates");
+  check_array(mesh.second_uvs.size(), mesh.positions.size(), name, "second texture coordinates");
+  check_array(mesh.colors.size(), mesh.positions.size(), name, "vertex colours");
   check_array(mesh.material.size(), mesh.triangles.size(), name, "material indices");
   check_array(mesh.emission.size(), mesh.triangles.size(), name, "emission indices");
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -35,6 +37,34 @@ Vec3 unit_or_zero(Vec3 n) {
   const float l = length(n);
   return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
 }
+
+Vec2 finite_or_zero(Vec2 uv) { return std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : Vec2{0, 0}; }
+
+/// Adds a vertex of a mesh to the arrays that a scene's geometry has, but for the position.
+class VertexAppender {
+ public:
+  VertexAppender(Geometry& geometry, const Geometry& mesh)
+      : geometry_(geometry),
+        mesh_(mesh),
+        second_uvs_(!geometry.second_uvs.empty() || !mesh.second_uvs.empty()),
+        colors_(!geometry.colors.empty() || !mesh.colors.empty()) {
+    // The vertices so far have none of what comes with this mesh.
+    if (second_uvs_) geometry.second_uvs.resize(geometry.positions.size());
+    if (colors_) geometry.colors.resize(geometry.positions.size());
+  }
+  void append(std::uint32_t vertex) {
+    geometry_.normals.push_back(mesh_.normals.empty() ? Vec3{0, 0, 0} : unit_or_zero(mesh_.normals[vertex]));
+    geometry_.uvs.push_back(mesh_.uvs.empty() ? Vec2{0, 0} : finite_or_zero(mesh_.uvs[vertex]));
+    if (second_uvs_)
+      geometry_.second_uvs.push_back(mesh_.second_uvs.empty() ? Vec2{0, 0} : finite_or_zero(mesh_.second_uvs[vertex]));
+    if (colors_) geometry_.colors.push_back(mesh_.colors.empty() ? VertexColor{} : mesh_.colors[vertex]);
+  }
+
+ private:
+  Geometry& geometry_;
+  const Geometry& mesh_;
+  bool second_uvs_, colors_;
+};
 
 }  // namespace
 
@@ -56,7 +86,8 @@ AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* n
                          std::uint32_t emission) {
   check_mesh(mesh, name);
   AppendResult result;
-  // Only vertices of kept triangles are copied, so that a stray NaN never reaches the bounds of the scene.
+  VertexAppender appender(geometry, mesh);
+  // Only vertices of triangles that stay are taken over, so that a stray NaN never reaches the bounds of the scene.
   std::vector<std::uint32_t> moved(mesh.positions.size(), kNone);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];
@@ -84,9 +115,7 @@ AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* n
                       "Simplify its meshes, or leave some of them out.");
         moved[vertex] = static_cast<std::uint32_t>(geometry.positions.size());
         geometry.positions.push_back(mesh.positions[vertex]);
-        geometry.normals.push_back(mesh.normals.empty() ? Vec3{0, 0, 0} : unit_or_zero(mesh.normals[vertex]));
-        const Vec2 uv = mesh.uvs.empty() ? Vec2{0, 0} : mesh.uvs[vertex];
-        geometry.uvs.push_back(std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : Vec2{0, 0});
+        appender.append(vertex);
       }
       kept[corner] = moved[vertex];
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/box.h"
+#include "core/rgb.h"
 #include "core/vec.h"
 
 namespace glowworm {
@@ -18,11 +19,19 @@ struct ObjectStart {
   std::string name;
 };
 
+/// A factor on a material's colour, linear, and on its alpha.
+struct VertexColor {
+  RGB color{1.0f};
+  float alpha = 1;
+};
+
 /// All triangles of a scene. Instances are resolved by the importers: everything is in world space, metres.
 struct Geometry {
   std::vector<Vec3> positions;                          ///< one a vertex
   std::vector<Vec3> normals;                            ///< one a vertex, unit; (0,0,0): use the triangle's own
   std::vector<Vec2> uvs;                                ///< one a vertex; (0,0) where the file has none
+  std::vector<Vec2> second_uvs;                         ///< one a vertex, or empty: another set of coordinates
+  std::vector<VertexColor> colors;                      ///< one a vertex, or empty: all white
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< vertex indices, counter-clockwise seen from outside
   std::vector<std::uint32_t> material;                  ///< one a triangle: index into the materials
   std::vector<std::uint32_t> emission;                  ///< one a triangle: index into the emissions, or kNone

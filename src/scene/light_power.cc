@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "core/warp.h"
 
 namespace glowworm {
@@ -10,21 +11,45 @@ namespace glowworm {
 namespace {
 /// Parts of a triangle's edge between the points at which a textured emission is read: one to a texel, within bounds.
 constexpr int kFewestParts = 6, kMostParts = 256;
+/// Points of all triangles together, where there is room for fewer than one to a texel.
+constexpr std::uint64_t kMostPoints = 20'000'000;
+
+/// Texels that the longest edge of a triangle crosses at most, of any image under node `id`; infinite where that is not
+/// known. @param scale of the texture coordinates by the nodes above
+float texels_across(const Geometry& g, const std::vector<TextureNode>& textures, std::uint32_t id,
+                    std::uint32_t triangle, Vec2 scale) {
+  if (id == kNone) return 0;
+  const TextureNode& node = textures[id];
+  scale = {scale.x * node.uv_scale.x, scale.y * node.uv_scale.y};
+  switch (node.kind) {
+    case TextureKind::constant:
+    case TextureKind::vertex_color:
+      return 0;
+    case TextureKind::scale:
+      return std::max(texels_across(g, textures, node.child_a, triangle, scale),
+                      texels_across(g, textures, node.child_b, triangle, scale));
+    case TextureKind::mix:
+    case TextureKind::checkerboard:
+      return HUGE_VALF;
+    case TextureKind::image:
+      break;
+  }
+  const std::vector<Vec2>& uvs = node.second_uv && !g.second_uvs.empty() ? g.second_uvs : g.uvs;
+  const auto& [a, b, c] = g.triangles[triangle];
+  // Turned by any angle, by this node or those above, an edge crosses no more texels than this.
+  const auto side = static_cast<float>(std::max(node.image->width(), node.image->height()));
+  const float most = std::max(std::abs(scale.x), std::abs(scale.y)) * side;
+  float texels = 0;
+  for (const Vec2 edge : {uvs[b] - uvs[a], uvs[c] - uvs[b], uvs[a] - uvs[c]})
+    texels = std::max(texels, std::sqrt(edge.x * edge.x + edge.y * edge.y) * most);
+  return texels;
+}
 
 /// Parts of each edge that make steps of a texel; kMostParts + 1 where there would be more than that, or where there
 /// are no texels to go by.
 int parts_of_edge(const Geometry& g, const std::vector<TextureNode>& textures, std::uint32_t texture,
                   std::uint32_t triangle) {
-  const TextureNode& node = textures[texture];
-  if (node.kind != TextureKind::image) return kMostParts + 1;
-  const auto& [a, b, c] = g.triangles[triangle];
-  float texels = 0;
-  for (const Vec2 edge : {g.uvs[b] - g.uvs[a], g.uvs[c] - g.uvs[b], g.uvs[a] - g.uvs[c]}) {
-    const float u = edge.x * node.uv_scale.x, v = edge.y * node.uv_scale.y;
-    // At any angle, an edge crosses no more texels than this.
-    const auto most = static_cast<float>(std::max(node.image->width(), node.image->height()));
-    texels = std::max(texels, std::sqrt(u * u + v * v) * most);
-  }
+  const float texels = texels_across(g, textures, texture, triangle, {1, 1});
   if (!(texels <= kMostParts)) return kMostParts + 1;
   return std::max(kFewestParts, static_cast<int>(std::ceil(texels)));
 }
@@ -32,7 +57,6 @@ int parts_of_edge(const Geometry& g, const std::vector<TextureNode>& textures, s
 /// Mean over a triangle that is cut into parts * parts alike, each read at its centre of gravity.
 RGB mean_over_parts(const Geometry& g, const SceneDescription& scene, const ColorInput& input, std::uint32_t triangle,
                     int parts) {
-  const auto& [a, b, c] = g.triangles[triangle];
   RGB sum;
   const float step = 1.0f / static_cast<float>(parts);
   for (int y = 0; y < parts; ++y)
@@ -40,27 +64,51 @@ RGB mean_over_parts(const Geometry& g, const SceneDescription& scene, const Colo
       for (const float third : {1.0f / 3, 2.0f / 3}) {
         if (third > 0.5f && x + y + 1 >= parts) continue;  // beyond the long edge there is no turned part
         const Vec2 w{(static_cast<float>(x) + third) * step, (static_cast<float>(y) + third) * step};
-        sum += evaluate(scene.textures, input, g.uvs[a] * (1 - w.x - w.y) + g.uvs[b] * w.x + g.uvs[c] * w.y);
+        sum += evaluate(scene.textures, input, texture_point(g, triangle, w));
       }
   return sum * (step * step);
 }
-}  // namespace
 
-RGB mean_radiance(const Geometry& g, const SceneDescription& scene, std::uint32_t triangle) {
+/// @param parts of each edge; @param whole whether that reads every texel
+RGB mean_radiance(const Geometry& g, const SceneDescription& scene, std::uint32_t triangle, int parts, bool whole) {
   const ColorInput& input = scene.emissions[g.emission[triangle]].radiance;
   if (input.texture == kNone) return input.value;
-  const int parts = parts_of_edge(g, scene.textures, input.texture, triangle);
-  const RGB mean = mean_over_parts(g, scene, input, triangle, std::min(parts, kMostParts));
-  // A triangle whose texels are all black is not a light.
-  if (parts <= kMostParts && is_black(mean)) return RGB(0.0f);
-  // Light that the points miss keeps a small chance, so that sampling can still find it.
+  const RGB mean = mean_over_parts(g, scene, input, triangle, parts);
+  // Where every texel was read and is black, the triangle is none of the lights.
+  if (whole && is_black(mean)) return RGB(0.0f);
+  // What the points miss must still have a chance to be found, or it would be lost to sampling altogether.
   const RGB floor = input.value * 1e-3f;
   return {std::max(mean.r, floor.r), std::max(mean.g, floor.g), std::max(mean.b, floor.b)};
 }
 
-RGB triangle_power(const Geometry& g, const SceneDescription& scene, std::uint32_t triangle) {
-  const float sides = scene.emissions[g.emission[triangle]].two_sided ? 2.0f : 1.0f;
-  return mean_radiance(g, scene, triangle) * (kPi * g.area(triangle) * sides);
+/// The most parts of an edge, so that no more points than kMostPoints are read.
+int most_parts(const std::vector<int>& parts) {
+  for (int most = kMostParts; most > kFewestParts; most /= 2) {
+    std::uint64_t points = 0;
+    for (const int each : parts) points += static_cast<std::uint64_t>(std::min(each, most)) * std::min(each, most);
+    if (points <= kMostPoints) return most;
+  }
+  return kFewestParts;
+}
+}  // namespace
+
+std::vector<RGB> triangle_powers(const Geometry& g, const SceneDescription& scene,
+                                 const std::vector<std::uint32_t>& triangles) {
+  std::vector<int> parts(triangles.size(), 0);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const std::uint32_t texture = scene.emissions[g.emission[triangles[i]]].radiance.texture;
+    if (texture != kNone) parts[i] = parts_of_edge(g, scene.textures, texture, triangles[i]);
+  }
+  const int most = most_parts(parts);
+  std::vector<RGB> powers(triangles.size());
+  parallel_for(0, triangles.size(), 256, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t t = triangles[i];
+      const float sides = scene.emissions[g.emission[t]].two_sided ? 2.0f : 1.0f;
+      powers[i] = mean_radiance(g, scene, t, std::min(parts[i], most), parts[i] <= most) * (kPi * g.area(t) * sides);
+    }
+  });
+  return powers;
 }
 
 RGB light_power(const Light& light, float scene_radius) {

@@ -4,13 +4,12 @@
 
 namespace glowworm {
 
-/// Radiance of an emission averaged over a triangle, W sr^-1 m^-2: exact where it is constant, the mean of points, one
-/// to a texel, where it is textured; black only where all texels are. `scene` gives the emissions and textures; its own
-/// geometry is not looked at.
-RGB mean_radiance(const Geometry& geometry, const SceneDescription& scene, std::uint32_t triangle);
-
-/// Flux of an emissive triangle, W: pi A L, twice where it is two-sided.
-RGB triangle_power(const Geometry& geometry, const SceneDescription& scene, std::uint32_t triangle);
+/// Flux of emissive triangles, W: pi A L, twice where they are two-sided. L of a textured emission is a mean of points,
+/// one to a texel, or fewer where all triangles together would take more than some 20 million; it is black only where
+/// all texels were read and are. Runs on all threads. `scene` gives the emissions and textures; its own geometry is not
+/// looked at.
+std::vector<RGB> triangle_powers(const Geometry& geometry, const SceneDescription& scene,
+                                 const std::vector<std::uint32_t>& triangles);
 
 /// Flux of a light, W. For a directional light, the flux through a disc of the scene's radius (metres).
 RGB light_power(const Light& light, float scene_radius);

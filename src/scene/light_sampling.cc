@@ -32,11 +32,6 @@ std::uint32_t environment_source(const Scene& scene) {
   return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
 }
 
-Vec2 uv_at(const Geometry& g, std::uint32_t triangle, Vec2 w) {
-  const auto& [a, b, c] = g.triangles[triangle];
-  return g.uvs[a] * (1 - w.x - w.y) + g.uvs[b] * w.x + g.uvs[c] * w.y;
-}
-
 const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
@@ -66,7 +61,7 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
   if (out.pdf == 0) return {};
   out.normal = face_forward(placed.normal, -out.direction);
   out.offset = placed.offset();
-  out.radiance = evaluate(scene.textures(), emission.radiance, uv_at(scene.geometry(), triangle, w));
+  out.radiance = evaluate(scene.textures(), emission.radiance, texture_point(scene.geometry(), triangle, w));
   return out;
 }
 
@@ -108,7 +103,7 @@ EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec
   EmittedPhoton out;
   out.origin = offset_origin(placed.corner + placed.edge[0] * w.x + placed.edge[1] * w.y, n, placed.offset());
   out.direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(u_direction));
-  out.flux = evaluate(scene.textures(), emission.radiance, uv_at(scene.geometry(), triangle, w)) *
+  out.flux = evaluate(scene.textures(), emission.radiance, texture_point(scene.geometry(), triangle, w)) *
              (kPi * 0.5f * doubled_area * sides);
   return out;
 }

@@ -1,5 +1,6 @@
 // Materials as scene files describe them. bsdf.h has their form at a point.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -44,9 +45,26 @@ struct Material {
   FloatInput clearcoat{0.0f};     ///< KHR_materials_clearcoat factor
   FloatInput transmission{0.0f};  ///< KHR_materials_transmission factor
   bool thin = false;              ///< transmission does not bend rays (glTF without volume)
+  ColorInput sheen{RGB(0.0f)};    ///< KHR_materials_sheen colour
+  FloatInput sheen_roughness{0.0f};
+  FloatInput anisotropy{0.0f};      ///< KHR_materials_anisotropy strength: roughness_u is that across the direction
+  float anisotropy_rotation = 0;    ///< radians, from the tangent towards the bitangent
+  ColorInput anisotropy_direction;  ///< (direction + 1) / 2 in red and green, where texture is not kNone
+  FloatInput iridescence{0.0f};     ///< KHR_materials_iridescence factor
+  float iridescence_ior = 1.3f;     ///< of the film
+  float least_film = 0;             ///< thickness of the film in nm where `film` is 0
+  FloatInput film{400.0f};          ///< nm on top of least_film
+  FloatInput diffuse_transmission{0.0f};  ///< KHR_materials_diffuse_transmission factor; transmittance is its colour
+  ColorInput coat_normal_map;             ///< as normal_map, of the clearcoat, which has the vertices' normal without
+  float coat_normal_scale = 1;
+  RGB absorption{0.0f};  ///< m^-1, of what a surface that refracts encloses (Beer's law)
+  float dispersion = 0;  ///< KHR_materials_dispersion: 20 over the Abbe number
 
   std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
   FloatInput mix_amount{0.5f};
+
+  /// Cameras do not see the surface from behind. All other light does: it is reflected and stopped on both sides.
+  bool single_sided = false;
 
   FloatInput alpha{1.0f};   ///< presence of the surface: 0 lets every ray pass
   float alpha_cutoff = -1;  ///< >= 0: present where alpha >= cutoff, else with probability alpha
@@ -54,5 +72,9 @@ struct Material {
   float normal_scale = 1;
   FloatInput bump;  ///< displacement in metres along the normal, where texture is not kNone
 };
+
+/// All inputs of a material that a texture may drive.
+std::array<const ColorInput*, 7> color_inputs(const Material& material);
+std::array<const FloatInput*, 15> float_inputs(const Material& material);
 
 }  // namespace glowworm

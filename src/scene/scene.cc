@@ -149,11 +149,7 @@ void Scene::find_light_sources() {
   std::vector<std::uint32_t> emitting;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
     if (g.emission[t] != kNone && !is_black(d_.emissions[g.emission[t]].radiance.value)) emitting.push_back(t);
-  // Textures of emission are read texel by texel.
-  std::vector<RGB> powers(emitting.size());
-  parallel_for(0, emitting.size(), 256, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) powers[i] = triangle_power(g, d_, emitting[i]);
-  });
+  const std::vector<RGB> powers = triangle_powers(g, d_, emitting);
   for (std::size_t i = 0; i < emitting.size(); ++i) {
     const std::uint32_t t = emitting[i];
     const RGB power = powers[i];

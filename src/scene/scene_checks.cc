@@ -30,6 +30,8 @@ void check_geometry(const SceneDescription& d) {
                 "Check that the file holds meshes, and that they are not all of a kind that is not supported.");
   check_size(g.normals.size(), g.positions.size(), "normals");
   check_size(g.uvs.size(), g.positions.size(), "texture coordinates");
+  if (!g.second_uvs.empty()) check_size(g.second_uvs.size(), g.positions.size(), "second texture coordinates");
+  if (!g.colors.empty()) check_size(g.colors.size(), g.positions.size(), "vertex colours");
   check_size(g.material.size(), g.triangles.size(), "material indices");
   check_size(g.emission.size(), g.triangles.size(), "emission indices");
   for (std::size_t v = 0; v < g.positions.size(); ++v)
@@ -95,10 +97,9 @@ void check_materials(const SceneDescription& d) {
   std::vector<char> state(d.materials.size(), 0);
   for (std::size_t i = 0; i < d.materials.size(); ++i) {
     const Material& m = d.materials[i];
-    for (const ColorInput* input : {&m.reflectance, &m.transmittance, &m.specular_color, &m.normal_map})
+    for (const ColorInput* input : color_inputs(m))
       check_texture_index(d, input->texture, fmt::format("material \"{}\"", m.name));
-    for (const FloatInput* input : {&m.roughness_u, &m.roughness_v, &m.coat_roughness, &m.metallic, &m.specular,
-                                    &m.clearcoat, &m.transmission, &m.mix_amount, &m.alpha, &m.bump})
+    for (const FloatInput* input : float_inputs(m))
       check_texture_index(d, input->texture, fmt::format("material \"{}\"", m.name));
     check_mix(d, static_cast<std::uint32_t>(i), state, 0);
   }

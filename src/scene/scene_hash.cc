@@ -21,17 +21,14 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
 // When a structure gets a new member: hash it, then correct the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
-static_assert(sizeof(Material) == 280 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
+static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 88 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
-static_assert(sizeof(Geometry) == 7 * sizeof(std::vector<Vec3>));
+static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
 void add(ContentHash& hash, const Material& m) {
   hash.add(m.kind);
-  for (const ColorInput* input : {&m.reflectance, &m.transmittance, &m.specular_color, &m.normal_map})
-    add(hash, *input);
-  for (const FloatInput* input : {&m.roughness_u, &m.roughness_v, &m.coat_roughness, &m.metallic, &m.specular,
-                                  &m.clearcoat, &m.transmission, &m.mix_amount, &m.alpha, &m.bump})
-    add(hash, *input);
+  for (const ColorInput* input : color_inputs(m)) add(hash, *input);
+  for (const FloatInput* input : float_inputs(m)) add(hash, *input);
   hash.add(m.eta);
   hash.add(m.k);
   hash.add(m.use_reflectance);
@@ -39,10 +36,14 @@ void add(ContentHash& hash, const Material& m) {
   hash.add(m.coat_thickness);
   hash.add(m.coat_bounces);
   hash.add(m.thin);
+  hash.add(m.single_sided);
   hash.add(m.mix_a);
   hash.add(m.mix_b);
   hash.add(m.alpha_cutoff);
-  hash.add(m.normal_scale);
+  for (const float number :
+       {m.normal_scale, m.coat_normal_scale, m.anisotropy_rotation, m.iridescence_ior, m.least_film, m.dispersion})
+    hash.add(number);
+  hash.add(m.absorption);
 }
 
 /// Hashes all texels, looked up at their centres.
@@ -77,6 +78,7 @@ void add(ContentHash& hash, const TextureNode& t) {
   hash.add(t.kind);
   hash.add(t.value);
   hash.add(t.invert);
+  hash.add(t.second_uv);
   hash.add(t.uv_scale);
   hash.add(t.uv_offset);
   hash.add(t.uv_rotation);
@@ -107,6 +109,8 @@ std::uint64_t hash_geometry(const Geometry& g) {
   hash.add_array(std::span(g.positions));
   hash.add_array(std::span(g.normals));
   hash.add_array(std::span(g.uvs));
+  hash.add_array(std::span(g.second_uvs));
+  hash.add_array(std::span(g.colors));
   hash.add_array(std::span(g.triangles));
   hash.add_array(std::span(g.material));
   hash.add_array(std::span(g.emission));

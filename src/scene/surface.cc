@@ -50,13 +50,40 @@ void turn_to(SurfacePoint& point, Vec3 n) {
   point.frame = frame_along(n / std::sqrt(squared), point.frame.s);
 }
 
-void apply_normal_map(const Scene& scene, const Material& m, SurfacePoint& point) {
+/// 1, or -1 where texture coordinates are mirrored: maps turn by them, but not the frame, which stays right-handed.
+float handedness(const Scene& scene, const SurfacePoint& point) {
   const TextureTangents tangents = texture_tangents(scene.geometry(), point.triangle);
-  const RGB c = evaluate(scene.textures(), m.normal_map, point.uv);
-  const Vec3 n = {(2 * c.r - 1) * m.normal_scale, (2 * c.g - 1) * m.normal_scale, 2 * c.b - 1};
-  // Mirrored texture coordinates flip the green axis of the map, but the frame stays right-handed.
-  const float side = tangents.valid && dot(tangents.dv, point.frame.t) < 0 ? -1.0f : 1.0f;
-  turn_to(point, point.frame.to_world({n.x, n.y * side, n.z}));
+  return tangents.valid && dot(tangents.dv, point.frame.t) < 0 ? -1.0f : 1.0f;
+}
+
+/// The normal of a map in the world, not unit.
+Vec3 mapped_normal(const Scene& scene, const ColorInput& map, float scale, const SurfacePoint& point) {
+  const RGB c = evaluate(scene.textures(), map, point.texture);
+  return point.frame.to_world({(2 * c.r - 1) * scale, (2 * c.g - 1) * scale * handedness(scene, point), 2 * c.b - 1});
+}
+
+/// The clearcoat's normal at a point that no map has turned yet.
+Vec3 coat_normal(const Scene& scene, const Material& m, const SurfacePoint& point) {
+  if (m.coat_normal_map.texture == kNone) return point.frame.n;
+  const Vec3 n = mapped_normal(scene, m.coat_normal_map, m.coat_normal_scale, point);
+  const float l = length(n);
+  return l > 0 && std::isfinite(l) && dot(n, point.geometric_normal) > 0 ? n / l : point.frame.n;
+}
+
+/// Makes a lobe longer along a direction (KHR_materials_anisotropy), which becomes the frame's s.
+void apply_anisotropy(const Scene& scene, const Material& m, SurfacePoint& point, Bsdf& bsdf) {
+  const float strength = std::clamp(evaluate(scene.textures(), m.anisotropy, point.texture), 0.0f, 1.0f);
+  if (!(strength > 0)) return;
+  float x = std::cos(m.anisotropy_rotation), y = std::sin(m.anisotropy_rotation);
+  if (m.anisotropy_direction.texture != kNone) {
+    const RGB c = evaluate(scene.textures(), m.anisotropy_direction, point.texture);
+    const float u = 2 * c.r - 1, v = 2 * c.g - 1, cosine = x, sine = y;
+    x = cosine * u - sine * v;
+    y = sine * u + cosine * v;
+  }
+  const Vec3 along = point.frame.s * x + point.frame.t * (y * handedness(scene, point));
+  point.frame = frame_along(point.frame.n, along);
+  bsdf.alpha_x += (1 - bsdf.alpha_x) * strength * strength;
 }
 
 /// Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978, with forward differences in texture space.
@@ -64,9 +91,13 @@ void apply_bump(const Scene& scene, const Material& m, SurfacePoint& point) {
   const TextureTangents tangents = texture_tangents(scene.geometry(), point.triangle);
   if (!tangents.valid) return;
   constexpr float step = 0.0005f;
-  const float here = evaluate(scene.textures(), m.bump, point.uv);
-  const float by_u = (evaluate(scene.textures(), m.bump, point.uv + Vec2{step, 0}) - here) / step;
-  const float by_v = (evaluate(scene.textures(), m.bump, point.uv + Vec2{0, step}) - here) / step;
+  const float here = evaluate(scene.textures(), m.bump, point.texture);
+  const auto slope = [&](Vec2 by) {
+    TexturePoint there = point.texture;
+    there.uv = there.uv + by;
+    return (evaluate(scene.textures(), m.bump, there) - here) / step;
+  };
+  const float by_u = slope({step, 0}), by_v = slope({0, step});
   const Vec3 n = point.frame.n;
   const Vec3 du = tangents.du - n * dot(n, tangents.du), dv = tangents.dv - n * dot(n, tangents.dv);
   turn_to(point, face_forward(cross(du + n * by_u, dv + n * by_v), n));
@@ -85,7 +116,7 @@ Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycen
 std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfacePoint& point) {
   while (scene.materials()[material].kind == MaterialKind::mix) {
     const Material& m = scene.materials()[material];
-    const float amount = evaluate(scene.textures(), m.mix_amount, point.uv);
+    const float amount = evaluate(scene.textures(), m.mix_amount, point.texture);
     material = to_unit_float(hash_point(material, point.position)) < amount ? m.mix_b : m.mix_a;
   }
   return material;
@@ -93,17 +124,36 @@ std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfaceP
 
 float unit(float x) { return std::clamp(x, 0.0f, 1.0f); }
 
+/// The layers of metallic_roughness that few materials have.
+void set_rare_layers(const std::vector<TextureNode>& textures, const Material& m, const TexturePoint& at, Bsdf& out) {
+  out.dispersion = out.transmission_weight > 0 && !m.thin ? m.dispersion : 0;
+  if (!is_black(m.sheen.value)) {
+    const float roughness = unit(evaluate(textures, m.sheen_roughness, at));
+    out.sheen = clamp(evaluate(textures, m.sheen, at), 0, 1);
+    out.sheen_alpha = roughness * roughness;
+  }
+  if (m.iridescence.value > 0) {
+    out.iridescence = unit(evaluate(textures, m.iridescence, at));
+    out.film_eta = m.iridescence_ior;
+    out.film_thickness = m.least_film + evaluate(textures, m.film, at);
+  }
+  if (m.diffuse_transmission.value > 0) {
+    out.diffuse_transmission = unit(evaluate(textures, m.diffuse_transmission, at));
+    out.transmission = clamp(evaluate(textures, m.transmittance, at), 0, 1);
+  }
+}
+
 /// The numbers of the material; `m` is not a mix.
-Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 uv) {
+Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const TexturePoint& at) {
   Bsdf out;
-  const RGB reflectance = clamp(evaluate(textures, m.reflectance, uv), 0, 1);
+  const RGB reflectance = clamp(evaluate(textures, m.reflectance, at), 0, 1);
   if (m.kind == MaterialKind::diffuse) {
     out.diffuse = reflectance;
-    out.transmission = clamp(evaluate(textures, m.transmittance, uv), 0, 1);
+    out.transmission = clamp(evaluate(textures, m.transmittance, at), 0, 1);
     return out;
   }
-  out.alpha_x = unit(evaluate(textures, m.roughness_u, uv));
-  out.alpha_y = unit(evaluate(textures, m.roughness_v, uv));
+  out.alpha_x = unit(evaluate(textures, m.roughness_u, at));
+  out.alpha_y = unit(evaluate(textures, m.roughness_v, at));
   out.use_reflectance = m.use_reflectance;
   out.thin = m.thin;
   switch (m.kind) {
@@ -116,7 +166,7 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
       if (m.kind == MaterialKind::conductor) break;
       out.coat = 1;
       out.coat_eta = m.ior;
-      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, uv));
+      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, at));
       out.coat_thickness = m.coat_thickness;
       out.coat_bounces = m.coat_bounces;
       break;
@@ -125,7 +175,7 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
       out.kind = m.kind == MaterialKind::dielectric ? BsdfKind::dielectric : BsdfKind::thin_dielectric;
       out.eta = RGB(m.ior);
       out.specular = reflectance;
-      out.transmission = clamp(evaluate(textures, m.transmittance, uv), 0, 1);
+      out.transmission = clamp(evaluate(textures, m.transmittance, at), 0, 1);
       break;
     case MaterialKind::coated_diffuse:
       out.kind = BsdfKind::coated_diffuse;
@@ -141,14 +191,14 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
     case MaterialKind::metallic_roughness:
       out.kind = BsdfKind::metallic_roughness;
       out.diffuse = reflectance;
-      out.transmission = reflectance;
-      out.specular = evaluate(textures, m.specular_color, uv);
-      out.specular_weight = unit(evaluate(textures, m.specular, uv));
+      out.specular = evaluate(textures, m.specular_color, at);
+      out.specular_weight = unit(evaluate(textures, m.specular, at));
       out.eta = RGB(m.ior);
-      out.metallic = unit(evaluate(textures, m.metallic, uv));
-      out.transmission_weight = unit(evaluate(textures, m.transmission, uv));
-      out.coat = unit(evaluate(textures, m.clearcoat, uv));
-      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, uv));
+      out.metallic = unit(evaluate(textures, m.metallic, at));
+      out.transmission_weight = unit(evaluate(textures, m.transmission, at));
+      out.coat = unit(evaluate(textures, m.clearcoat, at));
+      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, at));
+      set_rare_layers(textures, m, at, out);
       break;
     case MaterialKind::diffuse:
     case MaterialKind::mix:
@@ -162,13 +212,13 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, Vec2 u
 SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   const Geometry& g = scene.geometry();
   const auto& [a, b, c] = g.triangles[triangle];
-  const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
+  const float u = barycentric.x, v = barycentric.y;
   const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
   SurfacePoint point;
   point.position = placed.corner + placed.edge[0] * u + placed.edge[1] * v;
   point.geometric_normal = placed.normal;
   point.offset = placed.offset();
-  point.uv = g.uvs[a] * w + g.uvs[b] * u + g.uvs[c] * v;
+  point.texture = texture_point(g, triangle, barycentric);
   point.triangle = triangle;
   point.material = g.material[triangle];
 
@@ -183,10 +233,7 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
 RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   const Geometry& g = scene.geometry();
   const Material& m = scene.materials()[g.material[triangle]];
-  const auto& [a, b, c] = g.triangles[triangle];
-  const float u = barycentric.x, v = barycentric.y;
-  const Vec2 uv = g.uvs[a] * (1 - u - v) + g.uvs[b] * u + g.uvs[c] * v;
-  return clamp(evaluate(scene.textures(), m.reflectance, uv), 0, 1);
+  return clamp(evaluate(scene.textures(), m.reflectance, texture_point(g, triangle, barycentric)), 0, 1);
 }
 
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
@@ -201,9 +248,15 @@ Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
   if (scene.materials()[point.material].kind == MaterialKind::mix)
     point.material = unmixed(scene, point.material, point);
   const Material& m = scene.materials()[point.material];
-  if (m.normal_map.texture != kNone) apply_normal_map(scene, m, point);
+  const bool has_maps = m.normal_map.texture != kNone || m.bump.texture != kNone;
+  const bool has_coat = m.clearcoat.value > 0 && (has_maps || m.coat_normal_map.texture != kNone);
+  const Vec3 of_coat = has_coat ? coat_normal(scene, m, point) : Vec3{0, 0, 1};
+  if (m.normal_map.texture != kNone) turn_to(point, mapped_normal(scene, m.normal_map, m.normal_scale, point));
   if (m.bump.texture != kNone) apply_bump(scene, m, point);
-  return bsdf_of(scene.textures(), m, point.uv);
+  Bsdf bsdf = bsdf_of(scene.textures(), m, point.texture);
+  if (m.anisotropy.value > 0) apply_anisotropy(scene, m, point, bsdf);
+  if (has_coat && dot(of_coat, point.frame.n) < 0.99999f) bsdf.coat_normal = point.frame.to_local(of_coat);
+  return bsdf;
 }
 
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
@@ -211,15 +264,29 @@ RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
   if (index == kNone) return RGB(0.0f);
   const Emission& emission = scene.emissions()[index];
   if (!emission.two_sided && dot(point.geometric_normal, wo) <= 0) return RGB(0.0f);
-  return evaluate(scene.textures(), emission.radiance, point.uv);
+  return evaluate(scene.textures(), emission.radiance, point.texture);
+}
+
+RGB absorption(const Scene& scene, std::uint32_t triangle, Vec3 direction) {
+  const RGB inside = scene.materials()[scene.geometry().material[triangle]].absorption;
+  return is_black(inside) || dot(direction, scene.diffuse_triangle(triangle).normal) >= 0 ? RGB(0.0f) : inside;
+}
+
+bool has_absorption(const Scene& scene) {
+  return std::any_of(scene.materials().begin(), scene.materials().end(),
+                     [](const Material& m) { return !is_black(m.absorption); });
+}
+
+RGB transmittance(RGB left, RGB arrived, float distance) {
+  if (is_black(left) && is_black(arrived)) return RGB(1.0f);
+  const auto channel = [&](float a, float b) { return std::exp(-std::max(a, b) * distance); };
+  return {channel(left.r, arrived.r), channel(left.g, arrived.g), channel(left.b, arrived.b)};
 }
 
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction) {
   const Geometry& g = scene.geometry();
   const Material& m = scene.materials()[g.material[triangle]];
-  const auto& [a, b, c] = g.triangles[triangle];
-  const Vec2 uv = g.uvs[a] * (1 - barycentric.x - barycentric.y) + g.uvs[b] * barycentric.x + g.uvs[c] * barycentric.y;
-  const float alpha = evaluate(scene.textures(), m.alpha, uv);
+  const float alpha = evaluate(scene.textures(), m.alpha, texture_point(g, triangle, barycentric));
   if (m.alpha_cutoff >= 0) return alpha >= m.alpha_cutoff;
   if (alpha >= 1) return true;
   if (!(alpha > 0)) return false;

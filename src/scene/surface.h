@@ -11,9 +11,9 @@ namespace glowworm {
 struct SurfacePoint {
   Vec3 position;          ///< metres
   Vec3 geometric_normal;  ///< unit, by the winding
-  float offset = 0;  ///< distance along the normal or against it where leaving rays begin (offset_origin()), metres
-  Frame frame;       ///< shading frame: its n on the side of geometric_normal, s along the texture's u
-  Vec2 uv;
+  float offset = 0;       ///< how far along it, or against it, rays begin that leave (offset_origin()), metres
+  Frame frame;            ///< shading frame: its n on the side of geometric_normal, s along the texture's u
+  TexturePoint texture;   ///< where its textures are read
   std::uint32_t triangle = kNone;
   std::uint32_t material = kNone;
 };
@@ -101,7 +101,19 @@ template <bool kSmoothToo, typename TriangleOf>
 /// Radiance (W sr^-1 m^-2) that the surface emits towards wo; black if it does not emit or wo is behind it.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 
-/// Whether the ray meets an alpha-tested surface: by the cut-off, or at random by a hash of the ray.
+/// Absorption coefficient, m^-1, of the volume that a surface encloses, for rays that run on the inside of it; black
+/// for those on the outside, and for surfaces without. @param direction of the ray, away from the surface
+RGB absorption(const Scene& scene, std::uint32_t triangle, Vec3 direction);
+
+/// Whether any surface encloses a volume that absorbs.
+bool has_absorption(const Scene& scene);
+
+/// What is left of light over a distance in metres (Beer's law). The volume is known from either end of the ray, so
+/// that things inside of a volume need not know of it.
+/// @param left absorption() where the ray begins; @param arrived where it ends
+RGB transmittance(RGB left, RGB arrived, float distance);
+
+/// Whether an alpha-tested surface is there for the ray: by the cut-off, or by chance that depends on the ray alone.
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);
 
 }  // namespace glowworm

@@ -24,13 +24,28 @@ class TextureImage {
   virtual int height() const = 0;
 };
 
-enum class TextureKind : std::uint8_t { constant, image, scale, mix, checkerboard };
+/// Where on a surface textures are evaluated.
+struct TexturePoint {
+  Vec2 uv;           ///< first texture coordinates
+  Vec2 second_uv;    ///< second ones, (0,0) where there are none
+  VertexColor tint;  ///< colour of the vertices, between them
+
+  TexturePoint() = default;
+  TexturePoint(Vec2 first) : uv(first) {}
+  TexturePoint(float u, float v) : uv{u, v} {}
+};
+
+/// The point of a triangle with these weights of its second and third vertex.
+TexturePoint texture_point(const Geometry& geometry, std::uint32_t triangle, Vec2 barycentric);
+
+enum class TextureKind : std::uint8_t { constant, image, scale, mix, checkerboard, vertex_color };
 
 /// One node. Texture coordinates of a node are uv_scale * rotate(uv, uv_rotation) + uv_offset.
 struct TextureNode {
   TextureKind kind = TextureKind::constant;
-  RGB value{1.0f};      ///< constant: the value; image: factor on it
-  bool invert = false;  ///< image: 1 - colour, before the factor
+  RGB value{1.0f};         ///< constant: the value; image: factor on it
+  bool invert = false;     ///< image: 1 - colour, before the factor
+  bool second_uv = false;  ///< image: looked up at the second texture coordinates
   std::shared_ptr<const TextureImage> image;
   Vec2 uv_scale{1, 1}, uv_offset{0, 0};
   float uv_rotation = 0;               ///< radians, counter-clockwise
@@ -44,7 +59,14 @@ struct ColorInput {
   RGB value{1.0f};
   std::uint32_t texture = kNone;
 };
-enum class Channel : std::uint8_t { mean, red, green, blue, alpha };
+enum class Channel : std::uint8_t {
+  mean,
+  red,
+  green,
+  blue,
+  alpha,
+  gloss,  ///< (1 - value * alpha)^2: the GGX alpha of a glossiness
+};
 struct FloatInput {
   float value = 1;
   std::uint32_t texture = kNone;
@@ -52,8 +74,8 @@ struct FloatInput {
 };
 
 /// Evaluates node `id` of a table; nodes refer only to nodes before themselves.
-RGB evaluate(const std::vector<TextureNode>& textures, std::uint32_t id, Vec2 uv);
-RGB evaluate(const std::vector<TextureNode>& textures, const ColorInput& input, Vec2 uv);
-float evaluate(const std::vector<TextureNode>& textures, const FloatInput& input, Vec2 uv);
+RGB evaluate(const std::vector<TextureNode>& textures, std::uint32_t id, const TexturePoint& at);
+RGB evaluate(const std::vector<TextureNode>& textures, const ColorInput& input, const TexturePoint& at);
+float evaluate(const std::vector<TextureNode>& textures, const FloatInput& input, const TexturePoint& at);
 
 }  // namespace glowworm

@@ -112,7 +112,8 @@ ViewState Session::initial_state() const {
   }
   // Orbits around the centre of the picture.
   const CameraRay ray = generate_ray(state.camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
-  const Hit hit = tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+  const Hit hit =
+      tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()}, RayOrder::camera);
   state.pivot_distance = hit.triangle != kNone ? hit.distance : base_->radius();
   return state;
 }

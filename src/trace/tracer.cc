@@ -53,10 +53,14 @@ struct Tracer::Implementation {
   RTCScene world = nullptr;
   TriangleList lists[kGeometries];
   bool one_list = false;
+  bool single_sided;  ///< a material is
   bool whole = true;  ///< no build of `world` has failed
   std::atomic<std::int64_t> bytes{0};
 
-  explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {}
+  explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {
+    single_sided =
+        std::any_of(s.materials().begin(), s.materials().end(), [](const Material& m) { return m.single_sided; });
+  }
   ~Implementation() {
     // Embree 3.13 ends the program when it releases a scene whose build ran out of memory. Such a scene leaks instead.
     if (!whole) return;
@@ -97,16 +101,31 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
   }
 }
 
+/// Called for the hits of camera rays; rejects those on the backs of single-sided surfaces.
+void side_filter(const RTCFilterFunctionNArguments* args) {
+  const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    const std::uint32_t triangle =
+        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
+    if (!self.scene->materials()[self.geometry->material[triangle]].single_sided) continue;
+    const Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                         RTCRayN_dir_z(args->ray, args->N, i)};
+    if (dot(direction, self.scene->diffuse_triangle(triangle).normal) > 0) args->valid[i] = 0;
+  }
+}
+
 bool count_bytes(void* user, ssize_t bytes, bool) {
   static_cast<Tracer::Implementation*>(user)->bytes += bytes;
   return true;
 }
 
-RTCIntersectContext make_context(RayOrder order) {
+RTCIntersectContext make_context(RayOrder order, bool single_sided) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags =
-      order == RayOrder::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+      order == RayOrder::camera ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  if (order == RayOrder::camera && single_sided) context.filter = side_filter;
   return context;
 }
 
@@ -204,8 +223,8 @@ void Tracer::Implementation::add_geometry(unsigned id) {
     std::memcpy(vertices, geometry->positions.data(), vertex_count * sizeof(Vec3));
     for (std::size_t i = 0; i < list.size(); ++i) std::copy_n(geometry->triangles[list[i]].data(), 3, indices + 3 * i);
   }
+  rtcSetGeometryUserData(shape, this);
   if (id & kTested) {
-    rtcSetGeometryUserData(shape, this);
     rtcSetGeometryIntersectFilterFunction(shape, alpha_filter);
     rtcSetGeometryOccludedFilterFunction(shape, alpha_filter);
   }
@@ -231,12 +250,12 @@ Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
   self.world = rtcNewScene(self.device);
   throw_on_error(self.device, "start");
-  // Only a dynamic scene has a structure for each of its geometries, and rebuilds those that changed. Other scenes are
-  // built once, so a slower build with better quality pays.
-  if (movable.empty())
-    rtcSetSceneBuildQuality(self.world, RTC_BUILD_QUALITY_HIGH);
-  else
-    rtcSetSceneFlags(self.world, RTC_SCENE_FLAG_DYNAMIC);
+  // Only a dynamic scene has a structure for each of its geometries, and builds those anew that changed; others are
+  // built once, so that more time for it pays.
+  if (movable.empty()) rtcSetSceneBuildQuality(self.world, RTC_BUILD_QUALITY_HIGH);
+  rtcSetSceneFlags(self.world,
+                   static_cast<RTCSceneFlags>((movable.empty() ? 0 : RTC_SCENE_FLAG_DYNAMIC) |
+                                              (self.single_sided ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
   self.sort_triangles(movable);
   for (unsigned id = 0; id < kGeometries; ++id) self.add_geometry(id);
   self.commit();
@@ -264,8 +283,8 @@ std::uint64_t Tracer::bytes() const {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, implementation_->bytes));
 }
 
-Hit Tracer::intersect(const Ray& ray) const {
-  RTCIntersectContext context = make_context(RayOrder::incoherent);
+Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
+  RTCIntersectContext context = make_context(order, implementation_->single_sided);
   RTCRayHit query;
   query.ray = {ray.origin.x,
                ray.origin.y,
@@ -292,7 +311,7 @@ Hit Tracer::intersect(const Ray& ray) const {
 }
 
 bool Tracer::occluded(const Ray& ray) const {
-  RTCIntersectContext context = make_context(RayOrder::incoherent);
+  RTCIntersectContext context = make_context(RayOrder::incoherent, false);
   RTCRay query = {ray.origin.x,
                   ray.origin.y,
                   ray.origin.z,
@@ -310,16 +329,16 @@ bool Tracer::occluded(const Ray& ray) const {
 }
 
 void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {
-  RTCIntersectContext context = make_context(order);
-  if (order == RayOrder::coherent)
+  RTCIntersectContext context = make_context(order, implementation_->single_sided);
+  if (order == RayOrder::camera)
     intersect_packets<RTCRayHit16, kCoherentPacket>(*implementation_, rays, hits, context);
   else
     intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays, hits, context);
 }
 
 void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const {
-  RTCIntersectContext context = make_context(order);
-  if (order == RayOrder::coherent)
+  RTCIntersectContext context = make_context(order, implementation_->single_sided);
+  if (order == RayOrder::camera)
     occlude_packets<RTCRay16, kCoherentPacket>(*implementation_, rays, out, context);
   else
     occlude_packets<RTCRay8, kPacket>(*implementation_, rays, out, context);

@@ -25,10 +25,11 @@ struct Hit {
   Vec2 barycentric;  ///< weights of the second and third vertex
 };
 
-/// How a batch is traced; the results are the same.
+/// What rays are.
 enum class RayOrder : std::uint8_t {
-  incoherent,  ///< neighbours in the batch are unrelated
-  coherent,    ///< neighbours start close together and point in similar directions
+  incoherent,  ///< neighbours in the batch have nothing in common
+  camera,  ///< from the camera: neighbours start close together and point the same way. Passes single-sided surfaces
+           ///< (Material::single_sided) from behind, which all other rays hit.
 };
 
 /// The scene as a structure for ray tracing.
@@ -51,7 +52,7 @@ class Tracer {
   /// Size of the acceleration structure in bytes.
   std::uint64_t bytes() const;
 
-  Hit intersect(const Ray& ray) const;
+  Hit intersect(const Ray& ray, RayOrder order = RayOrder::incoherent) const;
   bool occluded(const Ray& ray) const;
 
   /// Traces a batch on the calling thread. hits.size() == rays.size().

@@ -96,6 +96,35 @@ std::vector<BsdfCase> bsdf_cases() {
   b.specular = {1, 0.5f, 0};
   b.specular_weight = 0.5f;
   add("glTF lacquered half metal", b);
+  for (const float alpha : {0.0f, 0.3f}) {
+    const std::string tail = " of alpha " + std::to_string(alpha);
+    b = metallic_roughness({0.9f, 0.9f, 0.9f}, 0, alpha);
+    b.coat = 0.8f;
+    b.coat_alpha = alpha;
+    b.coat_normal = normalize({0.4f, -0.2f, 0.8f});
+    add(("glTF coat of another normal" + tail).c_str(), b);
+    b = metallic_roughness({0.9f, 0.5f, 0.2f}, 0.3f, alpha);
+    b.iridescence = 0.9f;
+    b.film_thickness = 420;
+    add(("glTF film" + tail).c_str(), b);
+    b.transmission_weight = 1;
+    add(("glTF film on glass" + tail).c_str(), b);
+    b.thin = true;
+    add(("glTF bubble" + tail).c_str(), b);
+  }
+  b = metallic_roughness({0.9f, 0.8f, 0.7f}, 0, 0.4f);
+  b.sheen = {1, 0.8f, 0.5f};
+  b.sheen_alpha = 0.09f;
+  add("glTF cloth", b);
+  b.sheen_alpha = 0.8f;
+  b.coat = 0.5f;
+  add("glTF lacquered felt", b);
+  b.diffuse_transmission = 0.6f;
+  b.transmission = {0.2f, 0.9f, 0.1f};
+  add("glTF curtain", b);
+  b.sheen = RGB(0.0f);
+  b.coat = 0;
+  add("glTF leaf", b);
   b = glass(0);
   b.kind = BsdfKind::thin_dielectric;
   add("pane", b);

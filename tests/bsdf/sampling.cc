@@ -66,6 +66,17 @@ TEST(BsdfSampling, FollowsItsDensityForOneOfEachShape) {
   few.push_back({"glass", glass(0.3f)});
   few.push_back({"coated silver", coated_silver(0.3f, 0)});
   few.push_back({"coated diffuse", coated_diffuse({0.8f, 0.4f, 0.05f}, 0.2f)});
+  Bsdf cloth = metallic_roughness({0.9f, 0.8f, 0.7f}, 0, 0.4f);
+  cloth.sheen = {1, 0.8f, 0.5f};
+  cloth.sheen_alpha = 0.3f;
+  cloth.diffuse_transmission = 0.5f;
+  cloth.transmission = RGB(0.5f);
+  few.push_back({"glTF cloth", cloth});
+  Bsdf coat = metallic_roughness(RGB(0.5f), 0, 0.4f);
+  coat.coat = 1;
+  coat.coat_alpha = 0.2f;
+  coat.coat_normal = normalize({0.3f, 0.1f, 0.9f});
+  few.push_back({"glTF coat of another normal", coat});
   expect_samples_follow_density(few, 20000);
 }
 

@@ -96,7 +96,7 @@ TEST_F(GltfMaterialTest, Extensions) {
                            {"KHR_materials_specular", {{"specularFactor", 0.5}, {"specularColorFactor", {1, 0.5, 2}}}},
                            {"KHR_materials_clearcoat", {{"clearcoatFactor", 0.75}, {"clearcoatRoughnessFactor", 0.5}}},
                            {"KHR_materials_transmission", {{"transmissionFactor", 0.9}}},
-                           {"KHR_materials_sheen", {{"sheenRoughnessFactor", 0.5}}}};
+                           {"KHR_materials_made_up", {{"factor", 0.5}}}};
   const auto d = with_material({{"extensions", extensions}});
   const Material& m = d.materials[0];
   EXPECT_FLOAT_EQ(m.ior, 1.33f);
@@ -106,7 +106,7 @@ TEST_F(GltfMaterialTest, Extensions) {
   EXPECT_EQ(m.coat_roughness.value, 0.25f);
   EXPECT_FLOAT_EQ(m.transmission.value, 0.9f);
   EXPECT_TRUE(m.thin);
-  EXPECT_THAT(d.notes, HasNote("KHR_materials_sheen is not supported"));
+  EXPECT_THAT(d.notes, HasNote("KHR_materials_made_up is not supported"));
   const json solid = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
                       {"KHR_materials_volume", {{"thicknessFactor", 0.1}}}};
   EXPECT_FALSE(with_material({{"extensions", solid}}).materials[0].thin);
@@ -173,21 +173,116 @@ TEST_F(GltfMaterialTest, SecondTextureCoordinates) {
   EXPECT_EQ(d.geometry.uvs[d.geometry.triangles[0][0]].y, 0.5f);
 }
 
-TEST_F(GltfMaterialTest, VertexColoursThatAreOneColourTintTheMaterial) {
+TEST_F(GltfMaterialTest, TexturesOfOneMaterialByTwoSets) {
+  write("t.tga", tga_row({{0, 0, 255, 255}, {255, 0, 0, 255}}));  // red, blue
   GltfFile file;
-  const int grey =
-      file.add_accessor<std::uint8_t>({51, 102, 255, 255, 51, 102, 255, 255, 51, 102, 255, 255}, 5121, "VEC4", 3);
-  file.json["accessors"][0]["normalized"] = true;
-  const int mixed = file.add_accessor<float>({1, 0, 0, 0, 1, 0, 0, 0, 1}, 5126, "VEC3", 3);
-  file.add("nodes", {{"mesh", file.add_triangle({{"attributes", {{"COLOR_0", grey}}}})}});
-  file.add("nodes", {{"mesh", file.add_triangle({{"attributes", {{"COLOR_0", mixed}}}})}});
+  file.add("images", {{"uri", "t.tga"}});
+  file.add("samplers", {{"magFilter", 9728}});
+  file.add("textures", {{"source", 0}, {"sampler", 0}});
+  const int second = file.add_accessor<float>({0.75, 0.5, 0.75, 0.5, 0.75, 0.5}, 5126, "VEC2", 3);
+  const int material = file.add("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                                              {"emissiveTexture", {{"index", 0}, {"texCoord", 1}}},
+                                              {"emissiveFactor", {1, 1, 1}}});
+  file.add("nodes", {{"mesh", file.add_triangle({{"material", material}, {"attributes", {{"TEXCOORD_1", second}}}})}});
   const auto d = load(file);
-  const RGB tinted = d.materials.at(d.geometry.material[0]).reflectance.value;
-  EXPECT_FLOAT_EQ(tinted.r, 0.2f);
-  EXPECT_FLOAT_EQ(tinted.g, 0.4f);
-  EXPECT_FLOAT_EQ(tinted.b, 1);
-  EXPECT_EQ(d.materials.at(d.geometry.material[1]).reflectance.value, RGB(1.0f));
-  EXPECT_THAT(d.notes, HasNote("colours that differ from vertex to vertex"));
+  EXPECT_THAT(d.notes, testing::Not(HasNote("coordinates")));
+  const TexturePoint at = texture_point(d.geometry, 0, {0.2f, 0.2f});
+  EXPECT_GT(evaluate(d.textures, d.materials[0].reflectance, at).r, 0.9f);
+  EXPECT_GT(evaluate(d.textures, d.emissions[0].radiance, at).b, 0.9f);
+}
+
+TEST_F(GltfMaterialTest, VertexColoursMultiplyBaseColourAndAlpha) {
+  GltfFile file;
+  const int colors =
+      file.add_accessor<std::uint8_t>({51, 102, 255, 255, 51, 102, 255, 255, 51, 102, 255, 0}, 5121, "VEC4", 3);
+  file.json["accessors"][0]["normalized"] = true;
+  const int white = file.add_accessor<float>({1, 1, 1, 1, 1, 1, 1, 1, 1}, 5126, "VEC3", 3);
+  const int material = file.add(
+      "materials", {{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 1, 1, 0.5}}}}});
+  for (const int of : {colors, white})
+    file.add("nodes", {{"mesh", file.add_triangle({{"material", material}, {"attributes", {{"COLOR_0", of}}}})}});
+  const auto d = load(file);
+  const auto seen = [&](std::uint32_t triangle, Vec2 w) {
+    const Material& m = d.materials.at(d.geometry.material[triangle]);
+    const TexturePoint at = texture_point(d.geometry, triangle, w);
+    return std::pair(evaluate(d.textures, m.reflectance, at), evaluate(d.textures, m.alpha, at));
+  };
+  const auto [tinted, alpha] = seen(0, {0.3f, 0.2f});
+  EXPECT_NEAR(tinted.r, 0.5f * 0.2f, 1e-5f);
+  EXPECT_NEAR(tinted.g, 0.4f, 1e-5f);
+  EXPECT_NEAR(alpha, 0.5f * 0.8f, 1e-5f);
+  EXPECT_EQ(seen(1, {0.3f, 0.2f}).first, RGB(0.5f, 1, 1));
+}
+
+TEST_F(GltfMaterialTest, SidesThatCamerasSee) {
+  EXPECT_TRUE(with_material(json::object()).materials[0].single_sided);
+  EXPECT_FALSE(with_material({{"doubleSided", true}}).materials[0].single_sided);
+}
+
+TEST_F(GltfMaterialTest, LayersOfExtensions) {
+  const json map = {{"index", 0}};
+  const json extensions = {
+      {"KHR_materials_sheen",
+       {{"sheenColorFactor", {1, 0.5, 0.25}}, {"sheenRoughnessFactor", 0.5}, {"sheenRoughnessTexture", map}}},
+      {"KHR_materials_anisotropy",
+       {{"anisotropyStrength", 0.5}, {"anisotropyRotation", 1.5}, {"anisotropyTexture", map}}},
+      {"KHR_materials_iridescence",
+       {{"iridescenceFactor", 1},
+        {"iridescenceIor", 1.8},
+        {"iridescenceThicknessMinimum", 200},
+        {"iridescenceThicknessMaximum", 700},
+        {"iridescenceThicknessTexture", map}}},
+      {"KHR_materials_diffuse_transmission",
+       {{"diffuseTransmissionFactor", 0.5}, {"diffuseTransmissionColorFactor", {1, 0.5, 0}}}},
+      {"KHR_materials_clearcoat", {{"clearcoatFactor", 1}, {"clearcoatNormalTexture", {{"index", 0}, {"scale", 0.5}}}}},
+      {"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+      {"KHR_materials_dispersion", {{"dispersion", 2}}},
+      {"KHR_materials_volume",
+       {{"thicknessFactor", 1}, {"attenuationDistance", 0.5}, {"attenuationColor", {0.25, 0.5, 1}}}}};
+  // Blue, green, red and alpha.
+  const auto d = textured({{"extensions", extensions}}, {{255, 102, 51, 51}, {255, 102, 51, 51}});
+  EXPECT_EQ(d.notes.size(), 0u) << testing::PrintToString(d.notes);
+  const Material& m = d.materials[0];
+  const auto value = [&](const FloatInput& input) { return evaluate(d.textures, input, {0.5f, 0.5f}); };
+  EXPECT_EQ(m.sheen.value, RGB(1, 0.5f, 0.25f));
+  EXPECT_NEAR(value(m.sheen_roughness), 0.5f * 0.2f, 1e-5f) << "alpha";
+  EXPECT_NEAR(value(m.anisotropy), 0.5f, 1e-5f) << "blue";
+  EXPECT_EQ(m.anisotropy_rotation, 1.5f);
+  EXPECT_NE(m.anisotropy_direction.texture, kNone);
+  EXPECT_EQ(value(m.iridescence), 1);
+  EXPECT_EQ(m.iridescence_ior, 1.8f);
+  EXPECT_NEAR(m.least_film + value(m.film), 200 + 0.4f * 500, 1e-2f) << "green";
+  EXPECT_EQ(value(m.diffuse_transmission), 0.5f);
+  EXPECT_EQ(m.transmittance.value, RGB(1, 0.5f, 0));
+  EXPECT_NE(m.coat_normal_map.texture, kNone);
+  EXPECT_EQ(m.coat_normal_scale, 0.5f);
+  EXPECT_EQ(m.dispersion, 2);
+  EXPECT_NEAR(std::exp(-m.absorption.r * 0.5f), 0.25f, 1e-5f) << "Beer's law at the given distance";
+  EXPECT_NEAR(std::exp(-m.absorption.g * 0.5f), 0.5f, 1e-5f);
+  EXPECT_EQ(m.absorption.b, 0);
+}
+
+TEST_F(GltfMaterialTest, SpecularAndGlossinessOfOneTexture) {
+  const json old = {{"diffuseFactor", {0.5, 0.4, 0.3, 1}},
+                    {"specularFactor", {0.5, 0.5, 0.5}},
+                    {"glossinessFactor", 0.5},
+                    {"specularGlossinessTexture", {{"index", 0}}}};
+  const auto d = textured({{"extensions", {{"KHR_materials_pbrSpecularGlossiness", old}}}}, {{255, 255, 255, 204}});
+  const Material& m = d.materials[0];
+  EXPECT_NEAR(0.04f * evaluate(d.textures, m.specular_color, {0.5f, 0.5f}).r, 0.5f, 1e-5f);
+  EXPECT_NEAR(evaluate(d.textures, m.roughness_u, {0.5f, 0.5f}), 0.6f * 0.6f, 1e-5f) << "(1 - 0.5 * 0.8)^2";
+  EXPECT_EQ(d.notes.size(), 0u);
+}
+
+TEST_F(GltfMaterialTest, PicturesThatAreNotReadAreNamed) {
+  GltfFile file;
+  file.add("images", {{"uri", "data:image/ktx2;base64,q0tUWCAyMLsNChoK"}, {"mimeType", "image/ktx2"}});
+  file.add("textures", {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}});
+  file.json["extensionsUsed"] = {"KHR_texture_basisu"};
+  file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+  const auto d = load(file);
+  EXPECT_THAT(d.notes, HasNote("KHR_texture_basisu is not supported"));
+  EXPECT_THAT(d.notes, HasNote("KTX"));
 }
 
 TEST_F(GltfMaterialTest, ImagesInsideOfTheFile) {

@@ -58,7 +58,7 @@ void add_panels(const Scene& scene, Vec3 x, Sum& sum) {
           const double cos_floor = to_light.z / d;
           if (cos_light <= 0 || cos_floor <= 0) continue;
           const double area = g.area(triangle) / (kCells * kCells);
-          sum.add(evaluate(scene.textures(), emission.radiance, p.uv), area * cos_light * cos_floor / d2);
+          sum.add(evaluate(scene.textures(), emission.radiance, p.texture), area * cos_light * cos_floor / d2);
         }
       }
   }

@@ -1,6 +1,8 @@
 // Photons as they leave the lights: their flux, their directions, and that they bring what sample_light sees.
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "core/random.h"
 #include "core/warp.h"
 #include "scene/light_sampling.h"
@@ -166,6 +168,26 @@ TEST(EmissionOrigins, PanelPhotonsStartOnItsFront) {
     EXPECT_GE(origin.x, -0.25f - 1e-4f);
     EXPECT_LE(origin.x, 0.75f + 1e-4f);
   }
+}
+
+// Thousands of triangles that show the whole of an image each, as of a lamp's glass, take no longer for that.
+TEST(TexturedEmission, IsReadAtABoundedNumberOfPoints) {
+  constexpr int kQuads = 1000;
+  std::atomic<std::uint64_t> points{0};
+  SceneDescription d = floor_description();
+  d.textures.push_back(image_node([&](Vec2 uv) {
+    points.fetch_add(1, std::memory_order_relaxed);
+    return RGB(uv.x);
+  }));
+  d.textures.back().uv_scale = {4, 4};
+  const std::uint32_t emission = add_emission(d, RGB(1.0f), false, 0);
+  for (int i = 0; i < kQuads; ++i)
+    add_quad(d, {0, 0, static_cast<float>(i + 1)}, {0.25f, 0, 0}, {0, 0.25f, 0}, 0, emission);
+  const Scene scene(std::move(d));
+  EXPECT_LE(points, 20'000'000u);
+  EXPECT_GE(points, 2 * kQuads * 10u);
+  // The mean of 4 u, as the image is a function that does not repeat.
+  EXPECT_NEAR(scene.light_power().total(), kQuads * kPi * 0.0625f * 2, 0.02f * kQuads * kPi * 0.0625f * 2);
 }
 
 TEST(TexturedEmission, MakesLightsOfTrianglesThatAreNotBlack) {

@@ -251,8 +251,8 @@ TEST(SurfacePointTest, InterpolatesAndKeepsToItsSide) {
   const Scene scene(std::move(d));
   const SurfacePoint p = surface_point(scene, 0, {0.25f, 0.25f});
   expect_near(p.position, {0, -1, 0}, 1e-6f);
-  EXPECT_NEAR(p.uv.x, 0.5f, 1e-6f);
-  EXPECT_NEAR(p.uv.y, 0.25f, 1e-6f);
+  EXPECT_NEAR(p.texture.uv.x, 0.5f, 1e-6f);
+  EXPECT_NEAR(p.texture.uv.y, 0.25f, 1e-6f);
   expect_near(p.geometric_normal, {0, 0, 1}, 1e-6f);
   EXPECT_GT(p.frame.n.z, 0.8f);
   EXPECT_LT(p.frame.n.z, 0.999f);

@@ -117,6 +117,33 @@ TEST(Tracer, FindsTheClosestOfAllTriangles) {
   EXPECT_LT(hits, compared);
 }
 
+TEST(Tracer, CameraRaysPassTheBacksOfSingleSidedSurfaces) {
+  SceneDescription d = floor_description();
+  d.materials[0].single_sided = true;
+  d.materials.emplace_back();
+  add_quad(d, {-2, -2, 1}, {4, 0, 0}, {0, 4, 0}, 1);
+  // Two faces in one plane: one of them faces the camera from either side.
+  add_quad(d, {-2, -2, 2}, {4, 0, 0}, {0, 4, 0});
+  add_quad(d, {-2, -2, 2}, {0, 4, 0}, {4, 0, 0});
+  const Scene scene(std::move(d));
+  for (const std::vector<std::uint32_t>& movable : {std::vector<std::uint32_t>{}, std::vector<std::uint32_t>{0, 1}}) {
+    const Tracer tracer(scene, movable);
+    const auto distances = [&](const Ray& ray, RayOrder order) {
+      Hit hit;
+      tracer.intersect({&ray, 1}, {&hit, 1}, order);
+      const Hit alone = tracer.intersect(ray, order);
+      EXPECT_EQ(hit.triangle, alone.triangle);
+      return hit.distance;
+    };
+    const Ray up{{0.5f, 0.3f, -1}, 0, {0, 0, 1}, kInfinity}, down{{0.5f, 0.3f, 1.9f}, 0, {0, 0, -1}, kInfinity};
+    EXPECT_FLOAT_EQ(distances(up, RayOrder::incoherent), 1);
+    EXPECT_FLOAT_EQ(distances(up, RayOrder::camera), 2) << "the back of the floor is not seen, that of the quad is";
+    EXPECT_FLOAT_EQ(distances(down, RayOrder::camera), 0.9f);
+    EXPECT_FLOAT_EQ(distances({{0.5f, 0.3f, 1.5f}, 0, {0, 0, 1}, kInfinity}, RayOrder::camera), 0.5f);
+    EXPECT_TRUE(tracer.occluded(up)) << "light stays out";
+  }
+}
+
 class TracerBatch : public testing::TestWithParam<RayOrder> {};
 
 /// Packets may differ from single rays in the last bits of a distance, and where two surfaces are that close.
@@ -242,8 +269,8 @@ TEST_P(TracerBatch, PassesAShareOfRaysThroughHalfTransparentSurfaces) {
   EXPECT_NEAR(stopped / n, 0.3, 4.9 * std::sqrt(0.3 * 0.7 / n));
 }
 
-INSTANTIATE_TEST_SUITE_P(Orders, TracerBatch, testing::Values(RayOrder::incoherent, RayOrder::coherent),
-                         [](const auto& info) { return info.param == RayOrder::coherent ? "coherent" : "incoherent"; });
+INSTANTIATE_TEST_SUITE_P(Orders, TracerBatch, testing::Values(RayOrder::incoherent, RayOrder::camera),
+                         [](const auto& info) { return info.param == RayOrder::camera ? "camera" : "incoherent"; });
 
 TEST(Tracer, RaysThatLeaveASurfaceDoNotHitItAgain) {
   const Scene scene(triangle_soup(300));

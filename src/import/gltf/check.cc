@@ -39,6 +39,11 @@ class Checker {
       check_reference(o, "sampler", "samplers", where);
     });
     each("meshes", [this](const json& o, const std::string& where) { check_mesh(o, where); });
+    each("skins", [this](const json& o, const std::string& where) {
+      check_list(o, "joints", "nodes", where);
+      check_reference(o, "inverseBindMatrices", "accessors", where);
+    });
+    each("animations", [this](const json& o, const std::string& where) { check_animation(o, where); });
     each("nodes", [this](const json& o, const std::string& where) { check_node(o, where); });
     each("scenes", [this](const json& o, const std::string& where) { check_list(o, "nodes", "nodes", where); });
     check_reference(root_, "scene", "scenes", "the file");
@@ -190,6 +195,9 @@ class Checker {
       const std::string inner = fmt::format("{}.primitives[{}]", where, i);
       if (!primitive.is_object()) fail(inner + " is not an object");
       check_reference(primitive, "indices", "accessors", inner);
+      each_in(primitive, "targets", inner, [this](const json& target, const std::string& at) {
+        for (const auto& [name, index] : target.items()) check_reference(target, name.c_str(), "accessors", at);
+      });
       check_reference(primitive, "material", "materials", inner);
       unsigned_member(primitive, "mode", 4, inner, path_);
       if (!primitive.contains("attributes")) continue;
@@ -198,6 +206,33 @@ class Checker {
         check_reference(primitive["attributes"], name.c_str(), "accessors", inner + ".attributes");
       }
     }
+  }
+
+  /// Calls `check` with each object of a list inside of an object; absent is fine.
+  template <typename Check>
+  void each_in(const json& o, const char* list, const std::string& where, const Check& check) const {
+    const auto it = o.find(list);
+    if (it == o.end()) return;
+    if (!it->is_array()) fail(fmt::format("{}.{} is not a list", where, list));
+    for (std::size_t i = 0; i < it->size(); ++i) {
+      const std::string inner = fmt::format("{}.{}[{}]", where, list, i);
+      if (!(*it)[i].is_object()) fail(inner + " is not an object");
+      check((*it)[i], inner);
+    }
+  }
+
+  void check_animation(const json& o, const std::string& where) const {
+    each_in(o, "samplers", where, [this](const json& sampler, const std::string& inner) {
+      for (const char* key : {"input", "output"})
+        if (!check_reference(sampler, key, "accessors", inner)) fail(fmt::format("{} has no {}", inner, key));
+    });
+    const std::size_t samplers = o.contains("samplers") ? o["samplers"].size() : 0;
+    each_in(o, "channels", where, [&](const json& channel, const std::string& inner) {
+      if (unsigned_member(channel, "sampler", samplers, inner, path_) >= samplers)
+        fail(fmt::format("{}.sampler is missing or beyond the {} samplers", inner, samplers));
+      if (channel.contains("target") && channel["target"].is_object())
+        check_reference(channel["target"], "node", "nodes", inner + ".target");
+    });
   }
 
   void check_node(const json& o, const std::string& where) const {

@@ -17,6 +17,7 @@
 #include "import/gltf/document.h"
 #include "import/gltf/material.h"
 #include "import/gltf/mesh.h"
+#include "import/gltf/pose.h"
 #include "import/gltf/value.h"
 #include "import/mesh_tools.h"
 #include "import/notes.h"
@@ -30,38 +31,9 @@ constexpr float kLumensPerWatt = 683;  ///< luminous efficacy that Blender's exp
 constexpr int kDeepestNode = 1000;
 constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
 
-/// A rotation by a quaternion (x, y, z, w), which need not be quite unit, after a scale.
-Transform rotation_and_scale(const double q[4], Vec3 scale) {
-  const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  const double s = n > 0 ? 2 / n : 0;
-  const double x = q[0], y = q[1], z = q[2], w = q[3];
-  const auto column = [](double a, double b, double c, float factor) {
-    return Vec3{static_cast<float>(a), static_cast<float>(b), static_cast<float>(c)} * factor;
-  };
-  return {column(1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y), scale.x),
-          column(s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x), scale.y),
-          column(s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y), scale.z),
-          {0, 0, 0}};
-}
-
 Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
   if (v.size() != 3) return otherwise;
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
-
-Transform local_transform(const tinygltf::Node& node) {
-  if (node.matrix.size() == 16) {
-    const auto column = [&](std::size_t i) {
-      return Vec3{static_cast<float>(node.matrix[4 * i]), static_cast<float>(node.matrix[4 * i + 1]),
-                  static_cast<float>(node.matrix[4 * i + 2])};
-    };
-    return {column(0), column(1), column(2), column(3)};
-  }
-  const double identity[4] = {0, 0, 0, 1};
-  Transform t =
-      rotation_and_scale(node.rotation.size() == 4 ? node.rotation.data() : identity, vector_of(node.scale, {1, 1, 1}));
-  t.translation = vector_of(node.translation, {0, 0, 0});
-  return t;
 }
 
 bool is_finite(const Transform& t) {
@@ -83,7 +55,8 @@ class GltfBuilder {
         meshes_(*options.budget, "meshes", 0),
         triangles_(*options.budget, "triangles", 0),
         textures_(options, notes_),
-        materials_(document, textures_, notes_, description_) {}
+        materials_(document, textures_, notes_, description_),
+        pose_(document) {}
 
   SceneDescription build() {
     description_.name = std::filesystem::path(document_.path).stem().string();
@@ -91,10 +64,14 @@ class GltfBuilder {
     // The last one is for primitives that name no material.
     material_info_.push_back(materials_.add(tinygltf::Material()));
     description_.materials.back().name = "glTF default";
-    for (const int root : root_nodes()) visit(root, Transform{}, 0);
+    // Where skins lie is known once all joints are placed.
+    for (const int root : root_nodes()) place(root, Transform{}, 0);
+    for (const int node : placed_) add_node(node);
     note_extensions();
     // Viewers of glTF bring light, unless the file has lights; a room with a glowing lamp is lit by it.
     description_.emission_may_be_decoration = true;
+    note_variants();
+    add_sky_for_decals();
     notes_.add("animation: the first moment is shown", model_.animations.size());
     notes_.write_to(description_.notes);
     return std::move(description_);
@@ -117,31 +94,38 @@ class GltfBuilder {
     return roots;
   }
 
-  void visit(int index, const Transform& parent, int depth) {
-    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+  void place(int index, const Transform& parent, int depth) {
     if (depth > kDeepestNode || !visited_.insert(index).second) {
       throw Error({document_.path}, fmt::format("nodes[{}] is a child of two nodes, of itself, or too deep", index),
                   kRemedy);
     }
-    const Transform to_world = parent * local_transform(node);
+    const Transform to_world = parent * pose_.local(index);
     if (!is_finite(to_world)) {
       notes_.add("node whose place is beyond the range of numbers, left out");
       return;
     }
-    if (node.mesh >= 0) add_instances(node, to_world);
+    pose_.place(index, to_world);
+    placed_.push_back(index);
+    for (const int child : model_.nodes[static_cast<std::size_t>(index)].children) place(child, to_world, depth + 1);
+  }
+
+  void add_node(int index) {
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    const Transform& to_world = pose_.to_world(index);
+    if (node.mesh >= 0) add_instances(index, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
     if (const auto* light = find_extension(node.extensions, "KHR_lights_punctual")) {
       add_light(node, static_cast<int>(number_member(*light, "light", -1)), to_world);
     }
-    if (node.skin >= 0) notes_.add("skin: the mesh is shown as it was modelled");
-    for (const int child : node.children) visit(child, to_world, depth + 1);
   }
 
   /// The mesh of a node, once or at each place of EXT_mesh_gpu_instancing.
-  void add_instances(const tinygltf::Node& node, const Transform& to_world) {
+  void add_instances(int index, const Transform& to_world) {
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    const GltfDeformation deformation = pose_.deformation(index);
     const auto* instancing = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
     if (!instancing || !instancing->Has("attributes")) {
-      add_mesh(node.mesh, to_world);
+      add_mesh(node.mesh, to_world, deformation);
       return;
     }
     const tinygltf::Value& attributes = instancing->Get("attributes");
@@ -160,65 +144,68 @@ class GltfBuilder {
       double q[4] = {0, 0, 0, 1};
       if (4 * i + 3 < r.size()) std::copy_n(r.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, q);
       const bool scaled = 3 * i + 2 < s.size();
-      Transform instance = rotation_and_scale(q, scaled ? Vec3{s[3 * i], s[3 * i + 1], s[3 * i + 2]} : Vec3{1, 1, 1});
+      Transform instance =
+          gltf_rotation_and_scale(q, scaled ? Vec3{s[3 * i], s[3 * i + 1], s[3 * i + 2]} : Vec3{1, 1, 1});
       if (3 * i + 2 < t.size()) instance.translation = {t[3 * i], t[3 * i + 1], t[3 * i + 2]};
-      add_mesh(node.mesh, to_world * instance);
+      add_mesh(node.mesh, to_world * instance, deformation);
     }
   }
 
   /// A primitive of a mesh, read when it is first asked for.
-  const GltfPrimitive& primitive(int mesh, std::size_t index, const GltfMaterialInfo& info, const std::string& where) {
+  const Geometry& primitive(int mesh, std::size_t index, const GltfMaterialInfo& info, const std::string& where) {
     const auto key = std::pair(mesh, index);
     const auto found = primitives_.find(key);
     if (found != primitives_.end()) return found->second;
     const tinygltf::Primitive& source = model_.meshes[static_cast<std::size_t>(mesh)].primitives[index];
-    GltfPrimitive fresh = read_gltf_primitive(document_, source, info.uv_set, where, notes_);
-    meshes_.grow(mesh_bytes(fresh.mesh));
+    Geometry fresh = read_gltf_primitive(document_, source, info.uv_sets, where, notes_);
+    meshes_.grow(mesh_bytes(fresh));
     return primitives_.emplace(key, std::move(fresh)).first->second;
   }
 
-  /// Calls `use` with each primitive of a mesh, its material and its name.
+  /// Calls `use` with each primitive of a mesh, what the file says of it, its material and its name.
   template <typename Use>
   void for_each_primitive(int index, const Use& use) {
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
       const std::string where = fmt::format("meshes[{}].primitives[{}]", index, i);
       const int own = mesh.primitives[i].material;
-      const auto material = static_cast<std::uint32_t>(own >= 0 ? own : static_cast<int>(model_.materials.size()));
-      use(primitive(index, i, material_info_.at(material), where), material, where);
+      const auto material = own >= 0 ? static_cast<std::size_t>(own) : model_.materials.size();
+      use(primitive(index, i, material_info_.at(material), where), mesh.primitives[i], material, where);
     }
   }
 
   /// Throws MemoryError where so many instances of a mesh do not fit, before the first of them is made.
   void check_room(int index, std::size_t instances) {
     double bytes = 0;
-    for_each_primitive(index, [&](const GltfPrimitive& p, std::uint32_t, const std::string&) {
-      bytes += static_cast<double>(instances) * static_cast<double>(scene_bytes(p.mesh));
+    for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive&, std::size_t, const std::string&) {
+      bytes += static_cast<double>(instances) * static_cast<double>(scene_bytes(mesh));
     });
     const Reservation room(*document_.budget, "triangles of instances",
                            static_cast<std::uint64_t>(std::min(bytes, 1e18)));
   }
 
-  void add_mesh(int index, const Transform& to_world) {
+  void add_mesh(int index, const Transform& to_world, const GltfDeformation& deformation) {
     check_cancelled();
     const std::string& name = model_.meshes[static_cast<std::size_t>(index)].name;
     description_.geometry.begin_object(name.empty() ? fmt::format("mesh {}", index) : name);
-    for_each_primitive(index, [&](const GltfPrimitive& p, std::uint32_t material, const std::string& where) {
-      if (p.mesh.triangles.empty()) return;
-      const std::uint32_t emission = material_info_.at(material).emission;
-      if (p.vertex_color) material = tinted(material, *p.vertex_color);
-      triangles_.grow(scene_bytes(p.mesh));
-      Geometry instance = p.mesh;
-      transform_mesh(instance, to_world);
-      append_counted(description_.geometry, instance, document_.path + ": " + where, material, emission, notes_);
+    for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive& source, std::size_t material,
+                                  const std::string& where) {
+      if (mesh.triangles.empty()) return;
+      const GltfMaterialInfo info = mesh.colors.empty() ? material_info_.at(material) : tinted(material);
+      triangles_.grow(scene_bytes(mesh));
+      Geometry instance = mesh;
+      deform_gltf_primitive(document_, source, deformation, where, instance);
+      if (deformation.joints.empty()) transform_mesh(instance, to_world);
+      append_counted(description_.geometry, instance, document_.path + ": " + where, info.index, info.emission, notes_);
     });
   }
 
-  std::uint32_t tinted(std::uint32_t material, RGB tint) {
-    const auto key = std::tuple(material, tint.r, tint.g, tint.b);
-    const auto found = tinted_.find(key);
+  /// A material whose colour is multiplied by that of the vertices.
+  const GltfMaterialInfo& tinted(std::size_t material) {
+    const auto found = tinted_.find(material);
     if (found != tinted_.end()) return found->second;
-    return tinted_[key] = materials_.add_tinted(material, tint);
+    const bool own = material < model_.materials.size();
+    return tinted_[material] = materials_.add(own ? model_.materials[material] : tinygltf::Material(), true);
   }
 
   void add_camera(const tinygltf::Node& node, const Transform& to_world) {
@@ -278,15 +265,42 @@ class GltfBuilder {
     description_.lights.push_back(std::move(light));
   }
 
+  /// Names the variants of KHR_materials_variants, of which the file's own choice is shown.
+  void note_variants() {
+    const auto* variants = find_extension(model_.extensions, "KHR_materials_variants");
+    if (!variants || !variants->Has("variants") || !variants->Get("variants").IsArray()) return;
+    std::string names;
+    for (int i = 0; i < static_cast<int>(variants->Get("variants").ArrayLen()); ++i) {
+      const tinygltf::Value& variant = variants->Get("variants").Get(i);
+      const bool named = variant.IsObject() && variant.Has("name") && variant.Get("name").IsString();
+      names += (names.empty() ? "\"" : ", \"") + (named ? variant.Get("name").Get<std::string>() : "") + "\"";
+    }
+    notes_.add("variants of materials (" + names + "): the materials that the file names first are shown");
+  }
+
   void note_extensions() {
-    static const std::set<std::string> kKnown = {"KHR_lights_punctual",        "KHR_materials_emissive_strength",
-                                                 "KHR_texture_transform",      "KHR_materials_transmission",
-                                                 "KHR_materials_ior",          "KHR_materials_specular",
-                                                 "KHR_materials_clearcoat",    "KHR_materials_unlit",
-                                                 "KHR_materials_volume",       "KHR_materials_pbrSpecularGlossiness",
-                                                 "KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                                 "KHR_meshopt_compression",    "KHR_mesh_quantization",
-                                                 "EXT_mesh_gpu_instancing",    "EXT_texture_webp"};
+    static const std::set<std::string> kKnown = {"EXT_mesh_gpu_instancing",
+                                                 "EXT_meshopt_compression",
+                                                 "EXT_texture_webp",
+                                                 "KHR_draco_mesh_compression",
+                                                 "KHR_lights_punctual",
+                                                 "KHR_materials_anisotropy",
+                                                 "KHR_materials_clearcoat",
+                                                 "KHR_materials_diffuse_transmission",
+                                                 "KHR_materials_dispersion",
+                                                 "KHR_materials_emissive_strength",
+                                                 "KHR_materials_ior",
+                                                 "KHR_materials_iridescence",
+                                                 "KHR_materials_pbrSpecularGlossiness",
+                                                 "KHR_materials_sheen",
+                                                 "KHR_materials_specular",
+                                                 "KHR_materials_transmission",
+                                                 "KHR_materials_unlit",
+                                                 "KHR_materials_variants",
+                                                 "KHR_materials_volume",
+                                                 "KHR_mesh_quantization",
+                                                 "KHR_meshopt_compression",
+                                                 "KHR_texture_transform"};
     for (const std::string& name : model_.extensionsUsed) {
       if (!kKnown.contains(name)) notes_.add("extension " + name + " is not supported, left out");
     }
@@ -300,8 +314,10 @@ class GltfBuilder {
   TextureCache textures_;
   GltfMaterials materials_;
   std::vector<GltfMaterialInfo> material_info_;  ///< of each material of the file, and of the default one
-  std::map<std::pair<int, std::size_t>, GltfPrimitive> primitives_;
-  std::map<std::tuple<std::uint32_t, float, float, float>, std::uint32_t> tinted_;
+  GltfPose pose_;
+  std::vector<int> placed_;  ///< nodes, in the order of the file's tree
+  std::map<std::pair<int, std::size_t>, Geometry> primitives_;
+  std::map<std::size_t, GltfMaterialInfo> tinted_;
   std::set<int> visited_;
 };
 

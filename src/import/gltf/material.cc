@@ -38,9 +38,13 @@ GltfMaterials::GltfMaterials(const GltfDocument& document, TextureCache& texture
                              SceneDescription& description)
     : document_(document), textures_(textures), notes_(notes), description_(description) {}
 
-void GltfMaterials::use_uv_set(int set) {
-  if (uv_set_ < 0) uv_set_ = set;
-  if (uv_set_ != set) notes_.add("texture by another set of texture coordinates than its material's first texture");
+/// Returns whether a set is the second of the material at hand.
+bool GltfMaterials::use_uv_set(int set) {
+  if (uv_sets_.first < 0) uv_sets_.first = set;
+  if (uv_sets_.first == set) return false;
+  if (uv_sets_.second < 0) uv_sets_.second = set;
+  if (uv_sets_.second != set) notes_.add("texture by a third set of texture coordinates: the first is used");
+  return uv_sets_.second == set;
 }
 
 template <typename Extensions>
@@ -95,8 +99,8 @@ std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncod
 
 std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEncoding encoding) {
   if (reference.texture < 0) return kNone;
-  use_uv_set(reference.uv_set);
   const std::uint32_t id = add_image_node(description_.textures, image(reference.texture, encoding));
+  description_.textures[id].second_uv = use_uv_set(reference.uv_set);
   // glTF: uv' = offset + R (scale uv) with v downwards and R(u, v) = (c u + s v, -s u + c v). With v upwards, as here
   // (v -> 1 - v before and after), the same rotation is counter-clockwise, and the offset moves along.
   const float c = std::cos(reference.uv_rotation), s = std::sin(reference.uv_rotation);
@@ -118,13 +122,23 @@ std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEnco
   return static_cast<std::uint32_t>(description_.textures.size() - 1);
 }
 
-std::uint32_t GltfMaterials::square(std::uint32_t id) {
-  if (id == kNone) return kNone;
+std::uint32_t GltfMaterials::product(std::uint32_t a, std::uint32_t b) {
+  if (a == kNone || b == kNone) return a == kNone ? b : a;
   TextureNode node;
   node.kind = TextureKind::scale;
-  node.child_a = node.child_b = id;
+  node.child_a = a;
+  node.child_b = b;
   description_.textures.push_back(std::move(node));
   return static_cast<std::uint32_t>(description_.textures.size() - 1);
+}
+
+std::uint32_t GltfMaterials::square(std::uint32_t id) { return product(id, id); }
+
+std::uint32_t GltfMaterials::times_vertex_color(std::uint32_t id) {
+  TextureNode node;
+  node.kind = TextureKind::vertex_color;
+  description_.textures.push_back(std::move(node));
+  return product(id, static_cast<std::uint32_t>(description_.textures.size() - 1));
 }
 
 void GltfMaterials::set_base(const tinygltf::Material& source, Material& material) {
@@ -170,17 +184,88 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
         positive(color_member(*specular, "specularColorFactor", RGB(1.0f))),
         node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::srgb)};
   }
+  set_layers(source, material);
+  set_volume(source, material);
+  static constexpr const char* kKnown[] = {"KHR_materials_anisotropy",
+                                           "KHR_materials_clearcoat",
+                                           "KHR_materials_diffuse_transmission",
+                                           "KHR_materials_dispersion",
+                                           "KHR_materials_emissive_strength",
+                                           "KHR_materials_ior",
+                                           "KHR_materials_iridescence",
+                                           "KHR_materials_pbrSpecularGlossiness",
+                                           "KHR_materials_sheen",
+                                           "KHR_materials_specular",
+                                           "KHR_materials_transmission",
+                                           "KHR_materials_unlit",
+                                           "KHR_materials_volume"};
+  for (const auto& [name, value] : source.extensions) {
+    const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
+    if (!known) notes_.add("material extension " + name + " is not supported, left out");
+  }
+}
+
+void GltfMaterials::set_layers(const tinygltf::Material& source, Material& material) {
+  const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
+  const auto texture = [&](const tinygltf::Value& of, const char* key, TextureEncoding encoding) {
+    return node(reference(texture_member(of, key)), encoding);
+  };
   if (const auto* coat = find("KHR_materials_clearcoat")) {
     material.clearcoat = {unit_range(number_member(*coat, "clearcoatFactor", 0)),
-                          node(reference(texture_member(*coat, "clearcoatTexture")), TextureEncoding::linear),
-                          Channel::red};
+                          texture(*coat, "clearcoatTexture", TextureEncoding::linear), Channel::red};
     const float roughness = unit_range(number_member(*coat, "clearcoatRoughnessFactor", 0));
-    material.coat_roughness = {
-        roughness * roughness,
-        square(node(reference(texture_member(*coat, "clearcoatRoughnessTexture")), TextureEncoding::linear)),
-        Channel::green};
-    if (coat->Has("clearcoatNormalTexture")) notes_.add("clearcoatNormalTexture is not supported: the coat is flat");
+    material.coat_roughness = {roughness * roughness,
+                               square(texture(*coat, "clearcoatRoughnessTexture", TextureEncoding::linear)),
+                               Channel::green};
+    material.coat_normal_map = {RGB(1.0f), texture(*coat, "clearcoatNormalTexture", TextureEncoding::linear)};
+    if (coat->Has("clearcoatNormalTexture"))
+      material.coat_normal_scale = number_member(coat->Get("clearcoatNormalTexture"), "scale", 1);
   }
+  if (const auto* sheen = find("KHR_materials_sheen")) {
+    material.sheen = {clamp(color_member(*sheen, "sheenColorFactor", RGB(0.0f)), 0, 1),
+                      texture(*sheen, "sheenColorTexture", TextureEncoding::srgb)};
+    material.sheen_roughness = {unit_range(number_member(*sheen, "sheenRoughnessFactor", 0)),
+                                texture(*sheen, "sheenRoughnessTexture", TextureEncoding::linear), Channel::alpha};
+  }
+  if (const auto* anisotropy = find("KHR_materials_anisotropy")) {
+    const std::uint32_t map = texture(*anisotropy, "anisotropyTexture", TextureEncoding::linear);
+    material.anisotropy = {unit_range(number_member(*anisotropy, "anisotropyStrength", 0)), map, Channel::blue};
+    material.anisotropy_rotation = number_member(*anisotropy, "anisotropyRotation", 0);
+    material.anisotropy_direction = {RGB(1.0f), map};
+  }
+  if (const auto* film = find("KHR_materials_iridescence")) {
+    material.iridescence = {unit_range(number_member(*film, "iridescenceFactor", 0)),
+                            texture(*film, "iridescenceTexture", TextureEncoding::linear), Channel::red};
+    material.iridescence_ior = std::max(1.0f, number_member(*film, "iridescenceIor", 1.3f));
+    const float least = std::max(0.0f, number_member(*film, "iridescenceThicknessMinimum", 100));
+    const float most = std::max(0.0f, number_member(*film, "iridescenceThicknessMaximum", 400));
+    material.least_film = least;
+    material.film = {most - least, texture(*film, "iridescenceThicknessTexture", TextureEncoding::linear),
+                     Channel::green};
+  }
+  if (const auto* through = find("KHR_materials_diffuse_transmission")) {
+    material.diffuse_transmission = {unit_range(number_member(*through, "diffuseTransmissionFactor", 0)),
+                                     texture(*through, "diffuseTransmissionTexture", TextureEncoding::linear),
+                                     Channel::alpha};
+    material.transmittance = {clamp(color_member(*through, "diffuseTransmissionColorFactor", RGB(1.0f)), 0, 1),
+                              texture(*through, "diffuseTransmissionColorTexture", TextureEncoding::srgb)};
+  }
+  if (const auto* old = find("KHR_materials_pbrSpecularGlossiness")) {
+    material.reflectance = {clamp(color_member(*old, "diffuseFactor", RGB(1.0f)), 0, 1),
+                            texture(*old, "diffuseTexture", TextureEncoding::srgb)};
+    material.metallic = {0, kNone, Channel::blue};
+    const std::uint32_t map = texture(*old, "specularGlossinessTexture", TextureEncoding::srgb);
+    material.specular_color = {
+        positive(color_member(*old, "specularFactor", RGB(1.0f))) / kDefaultDielectricReflectance, map};
+    const float gloss = unit_range(number_member(*old, "glossinessFactor", 1));
+    const float roughness = 1 - gloss;
+    material.roughness_u = {map == kNone ? roughness * roughness : gloss, map, Channel::gloss};
+    material.roughness_v = material.roughness_u;
+  }
+}
+
+void GltfMaterials::set_volume(const tinygltf::Material& source, Material& material) {
+  const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
   if (const auto* transmission = find("KHR_materials_transmission")) {
     material.transmission = {
         unit_range(number_member(*transmission, "transmissionFactor", 0)),
@@ -189,27 +274,13 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
   }
   if (const auto* volume = find("KHR_materials_volume")) {
     if (number_member(*volume, "thicknessFactor", 0) > 0) material.thin = false;
-    if (volume->Has("attenuationDistance"))
-      notes_.add("attenuation of KHR_materials_volume is not supported, left out");
+    const float distance = number_member(*volume, "attenuationDistance", 0);
+    const RGB color = clamp(color_member(*volume, "attenuationColor", RGB(1.0f)), 1e-6f, 1);
+    if (!material.thin && material.transmission.value > 0 && distance > 0)
+      material.absorption = RGB(-std::log(color.r), -std::log(color.g), -std::log(color.b)) / distance;
   }
-  if (const auto* old = find("KHR_materials_pbrSpecularGlossiness")) {
-    material.reflectance = {clamp(color_member(*old, "diffuseFactor", RGB(1.0f)), 0, 1),
-                            node(reference(texture_member(*old, "diffuseTexture")), TextureEncoding::srgb)};
-    material.metallic = {0, kNone, Channel::blue};
-    material.specular_color.value =
-        positive(color_member(*old, "specularFactor", RGB(1.0f))) / kDefaultDielectricReflectance;
-    const float roughness = 1 - unit_range(number_member(*old, "glossinessFactor", 1));
-    material.roughness_u = material.roughness_v = {roughness * roughness, kNone, Channel::green};
-    if (old->Has("specularGlossinessTexture")) notes_.add("specularGlossinessTexture is not supported, left out");
-  }
-  static constexpr const char* kKnown[] = {"KHR_materials_ior",       "KHR_materials_specular",
-                                           "KHR_materials_clearcoat", "KHR_materials_transmission",
-                                           "KHR_materials_volume",    "KHR_materials_pbrSpecularGlossiness",
-                                           "KHR_materials_unlit",     "KHR_materials_emissive_strength"};
-  for (const auto& [name, value] : source.extensions) {
-    const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
-    if (!known) notes_.add("material extension " + name + " is not supported, left out");
-  }
+  if (const auto* dispersion = find("KHR_materials_dispersion"))
+    material.dispersion = std::max(0.0f, number_member(*dispersion, "dispersion", 0));
 }
 
 std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Material& material) {
@@ -235,25 +306,23 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
   return static_cast<std::uint32_t>(description_.emissions.size() - 1);
 }
 
-GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source) {
-  uv_set_ = -1;
+GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source, bool tinted) {
+  uv_sets_ = {-1, -1};
+  // Normal maps are turned by the first set.
+  if (source.normalTexture.index >= 0) use_uv_set(reference(source.normalTexture).uv_set);
   Material material;
   material.name = source.name;
+  material.single_sided = !source.doubleSided;
   set_base(source, material);
   set_extensions(source, material);
+  if (tinted) material.reflectance.texture = times_vertex_color(material.reflectance.texture);
   set_alpha(source, material);
   GltfMaterialInfo info;
   info.emission = add_emission(source, material);
-  info.uv_set = std::max(0, uv_set_);
+  info.index = static_cast<std::uint32_t>(description_.materials.size());
+  info.uv_sets = {std::max(0, uv_sets_.first), uv_sets_.second};
   description_.materials.push_back(std::move(material));
   return info;
-}
-
-std::uint32_t GltfMaterials::add_tinted(std::uint32_t material, RGB tint) {
-  Material tinted = description_.materials.at(material);
-  tinted.reflectance.value = clamp(tinted.reflectance.value * tint, 0, 1);
-  description_.materials.push_back(std::move(tinted));
-  return static_cast<std::uint32_t>(description_.materials.size() - 1);
 }
 
 }  // namespace glowworm

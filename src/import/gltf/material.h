@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "import/gltf/mesh.h"
 #include "import/notes.h"
 #include "import/texture_cache.h"
 #include "scene/scene.h"
@@ -18,25 +19,22 @@ struct GltfDocument;
 
 /// What the meshes need to know of a converted material.
 struct GltfMaterialInfo {
+  std::uint32_t index = kNone;     ///< its place in the description
   std::uint32_t emission = kNone;  ///< index of its emission
-  int uv_set = 0;                  ///< set of texture coordinates that its textures read
+  GltfUvSets uv_sets;              ///< sets of texture coordinates that its textures read
 };
 
 /// Converts materials of one file: metallic-roughness with normal maps, alpha modes and the extensions
-/// KHR_materials_{emissive_strength, transmission, ior, specular, clearcoat, unlit, pbrSpecularGlossiness} and
-/// KHR_texture_transform. GGX alpha is the square of glTF's roughness (glTF 2.0, appendix B.2.3). An unlit surface
-/// becomes a black one that emits its colour.
+/// KHR_materials_{anisotropy, clearcoat, diffuse_transmission, dispersion, emissive_strength, ior, iridescence,
+/// pbrSpecularGlossiness, sheen, specular, transmission, unlit, volume} and KHR_texture_transform. GGX alpha is the
+/// square of glTF's roughness (glTF 2.0, appendix B.2.3). An unlit surface becomes a black one that emits its colour.
 class GltfMaterials {
  public:
   GltfMaterials(const GltfDocument& document, TextureCache& textures, NoteCounter& notes,
                 SceneDescription& description);
 
-  /// Adds a material to the description; its place there is that of its index in the file, when they are added in
-  /// order.
-  GltfMaterialInfo add(const tinygltf::Material& source);
-
-  /// Adds a copy of a material that was added, its base colour multiplied, and returns its index.
-  std::uint32_t add_tinted(std::uint32_t material, RGB tint);
+  /// Adds a material to the description. @param tinted whether the colours of the vertices multiply its own
+  GltfMaterialInfo add(const tinygltf::Material& source, bool tinted = false);
 
  private:
   /// A reference to a texture, of any of glTF's kinds.
@@ -52,19 +50,23 @@ class GltfMaterials {
   template <typename Extensions>
   void read_texture_transform(const Extensions& extensions, TextureReference& reference);
   std::uint32_t node(const TextureReference& reference, TextureEncoding encoding);
+  std::uint32_t product(std::uint32_t a, std::uint32_t b);
   std::uint32_t square(std::uint32_t node);
+  std::uint32_t times_vertex_color(std::uint32_t node);
   std::shared_ptr<const TextureImage> image(int texture, TextureEncoding encoding);
   void set_base(const tinygltf::Material& source, Material& material);
   void set_alpha(const tinygltf::Material& source, Material& material);
   void set_extensions(const tinygltf::Material& source, Material& material);
+  void set_layers(const tinygltf::Material& source, Material& material);
+  void set_volume(const tinygltf::Material& source, Material& material);
   std::uint32_t add_emission(const tinygltf::Material& source, Material& material);
-  void use_uv_set(int set);
+  bool use_uv_set(int set);
 
   const GltfDocument& document_;
   TextureCache& textures_;
   NoteCounter& notes_;
   SceneDescription& description_;
-  int uv_set_ = -1;  ///< of the material at hand; -1: not decided yet
+  GltfUvSets uv_sets_;  ///< of the material at hand; -1: not decided yet
 };
 
 }  // namespace glowworm

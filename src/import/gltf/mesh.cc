@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -29,6 +33,17 @@ class AttributeReader {
   bool has(const std::string& name) const {
     return (draco_ && draco_->attributes.contains(name)) || primitive_.attributes.contains(name);
   }
+
+  /// Numbers that an attribute has for each vertex.
+  int components(const std::string& name) const {
+    if (draco_ && draco_->attributes.contains(name)) return draco_->attributes.at(name).components;
+    const int accessor = primitive_.attributes.at(name);
+    return tinygltf::GetNumComponentsInType(
+        static_cast<std::uint32_t>(document_.model->accessors[static_cast<std::size_t>(accessor)].type));
+  }
+
+  /// From now on every attribute must have that many elements.
+  void expect(std::size_t vertex_count) { vertex_count_ = vertex_count; }
 
   /// Numbers of an attribute, `components` a vertex; throws Error where there are not as many as vertices.
   std::vector<float> read(const std::string& name, std::size_t components) {
@@ -110,36 +125,119 @@ std::vector<std::array<std::uint32_t, 3>> triangles_of(const std::vector<std::ui
   return out;
 }
 
-std::optional<RGB> uniform_color(AttributeReader& reader, NoteCounter& notes) {
-  if (!reader.has("COLOR_0")) return std::nullopt;
-  const std::vector<float> colors = reader.read("COLOR_0", 3);
-  for (std::size_t i = 3; i < colors.size(); ++i) {
-    if (colors[i] != colors[i - 3]) {
-      notes.add("primitive with colours that differ from vertex to vertex, not used");
-      return std::nullopt;
+/// Texture coordinates of a set, v upwards; empty where the primitive has none.
+std::vector<Vec2> read_uvs(AttributeReader& reader, int set) {
+  std::vector<Vec2> out;
+  const std::string name = fmt::format("TEXCOORD_{}", set);
+  if (set < 0 || !reader.has(name)) return out;
+  const std::vector<float> uvs = reader.read(name, 2);
+  for (std::size_t i = 0; i < uvs.size(); i += 2) out.push_back({uvs[i], 1 - uvs[i + 1]});
+  return out;
+}
+
+/// COLOR_0, where a vertex has another colour than white.
+std::vector<VertexColor> read_colors(AttributeReader& reader) {
+  std::vector<VertexColor> out;
+  if (!reader.has("COLOR_0")) return out;
+  const std::size_t width = reader.components("COLOR_0") == 4 ? 4 : 3;
+  const std::vector<float> colors = reader.read("COLOR_0", width);
+  const auto unit = [](float x) { return x > 0 ? std::min(x, 1.0f) : 0.0f; };  // 0 for what is no number
+  bool white = true;
+  for (std::size_t i = 0; i < colors.size(); i += width) {
+    const VertexColor& color = out.emplace_back(
+        VertexColor{{unit(colors[i]), unit(colors[i + 1]), unit(colors[i + 2])}, width == 4 ? unit(colors[i + 3]) : 1});
+    white = white && color.color == RGB(1.0f) && color.alpha == 1;
+  }
+  if (white) out.clear();
+  return out;
+}
+
+Vec3 unit_or_zero(Vec3 n) {
+  const float l = length(n);
+  return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
+}
+
+void morph(const GltfDocument& document, const tinygltf::Primitive& primitive, const std::vector<float>& weights,
+           const std::string& where, Geometry& mesh) {
+  const auto add = [&](const std::map<std::string, int>& target, const char* name, float weight,
+                       std::vector<Vec3>& values) {
+    const auto found = target.find(name);
+    if (found == target.end()) return;
+    const tinygltf::Accessor& accessor = document.model->accessors[static_cast<std::size_t>(found->second)];
+    if (accessor.count != values.size()) {
+      throw Error(
+          {document.path},
+          fmt::format("{}: a morph target has {} elements, POSITION has {}", where, accessor.count, values.size()),
+          kRemedy);
+    }
+    if (accessor.bufferView < 0 && !accessor.sparse.isSparse) return;  // all zero
+    const std::vector<float> by = read_floats(document, found->second, 3);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = values[i] + Vec3{by[3 * i], by[3 * i + 1], by[3 * i + 2]} * weight;
+  };
+  for (std::size_t i = 0; i < std::min(weights.size(), primitive.targets.size()); ++i) {
+    if (weights[i] == 0) continue;
+    add(primitive.targets[i], "POSITION", weights[i], mesh.positions);
+    if (primitive.attributes.contains("NORMAL")) add(primitive.targets[i], "NORMAL", weights[i], mesh.normals);
+  }
+  for (Vec3& n : mesh.normals) n = unit_or_zero(n);
+}
+
+void add_scaled(Transform& sum, const Transform& t, float weight) {
+  sum.x = sum.x + t.x * weight;
+  sum.y = sum.y + t.y * weight;
+  sum.z = sum.z + t.z * weight;
+  sum.translation = sum.translation + t.translation * weight;
+}
+
+void skin(AttributeReader& reader, const std::vector<Transform>& joints, const std::string& file,
+          const std::string& where, Geometry& mesh) {
+  const std::size_t count = mesh.positions.size();
+  std::vector<Transform> blended(count, Transform{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}});
+  std::vector<float> total(count, 0);
+  for (int set = 0; reader.has(fmt::format("JOINTS_{}", set)) && reader.has(fmt::format("WEIGHTS_{}", set)); ++set) {
+    const std::vector<float> indices = reader.read(fmt::format("JOINTS_{}", set), 4);
+    const std::vector<float> weights = reader.read(fmt::format("WEIGHTS_{}", set), 4);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (!(weights[i] > 0)) continue;
+      if (!(indices[i] < static_cast<float>(joints.size()))) {
+        throw Error(
+            {file},
+            fmt::format("{}: vertex {} names joint {}, but the skin has {}", where, i / 4, indices[i], joints.size()),
+            kRemedy);
+      }
+      add_scaled(blended[i / 4], joints[static_cast<std::size_t>(indices[i])], weights[i]);
+      total[i / 4] += weights[i];
     }
   }
-  if (colors.empty()) return std::nullopt;
-  const RGB color(colors[0], colors[1], colors[2]);
-  return color == RGB(1.0f) ? std::nullopt : std::optional(color);
+  bool mirrors = count > 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!(total[i] > 0)) blended[i] = joints[0];
+    Transform to_world{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    add_scaled(to_world, blended[i], total[i] > 0 ? 1 / total[i] : 1);
+    mesh.positions[i] = to_world.point(mesh.positions[i]);
+    mesh.normals[i] = unit_or_zero(to_world.normal(mesh.normals[i]));
+    mirrors = mirrors && to_world.determinant() < 0;
+  }
+  if (!mirrors) return;
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
 }
 
 }  // namespace
 
-GltfPrimitive read_gltf_primitive(const GltfDocument& document, const tinygltf::Primitive& primitive, int uv_set,
-                                  const std::string& where, NoteCounter& notes) {
-  GltfPrimitive out;
+Geometry read_gltf_primitive(const GltfDocument& document, const tinygltf::Primitive& primitive, GltfUvSets uv_sets,
+                             const std::string& where, NoteCounter& notes) {
+  Geometry mesh;
   const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
   if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
     notes.add("primitive of points or lines, left out");
-    return out;
+    return mesh;
   }
   AttributeReader reader(document, primitive, where);
   if (!reader.has("POSITION")) {
     notes.add("primitive without positions, left out");
-    return out;
+    return mesh;
   }
-  Geometry& mesh = out.mesh;
   const std::vector<float> positions = reader.read("POSITION", 3);
   const std::size_t count = positions.size() / 3;
   for (std::size_t i = 0; i < count; ++i) {
@@ -148,21 +246,25 @@ GltfPrimitive read_gltf_primitive(const GltfDocument& document, const tinygltf::
   mesh.normals.resize(count);
   if (reader.has("NORMAL")) {
     const std::vector<float> normals = reader.read("NORMAL", 3);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Vec3 n{normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]};
-      const float l = length(n);
-      mesh.normals[i] = l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
-    }
+    for (std::size_t i = 0; i < count; ++i)
+      mesh.normals[i] = unit_or_zero({normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]});
   }
+  mesh.uvs = read_uvs(reader, uv_sets.first);
   mesh.uvs.resize(count);
-  if (const std::string name = fmt::format("TEXCOORD_{}", uv_set); reader.has(name)) {
-    const std::vector<float> uvs = reader.read(name, 2);
-    for (std::size_t i = 0; i < count; ++i) mesh.uvs[i] = {uvs[2 * i], 1 - uvs[2 * i + 1]};
-  }
-  out.vertex_color = uniform_color(reader, notes);
+  mesh.second_uvs = read_uvs(reader, uv_sets.second);
+  mesh.colors = read_colors(reader);
   mesh.triangles = triangles_of(reader.indices(), reader.compressed() ? TINYGLTF_MODE_TRIANGLES : mode);
-  if (!primitive.targets.empty()) notes.add("primitive with morph targets: shown without them");
-  return out;
+  return mesh;
+}
+
+void deform_gltf_primitive(const GltfDocument& document, const tinygltf::Primitive& primitive,
+                           const GltfDeformation& deformation, const std::string& where, Geometry& mesh) {
+  if (!deformation.weights.empty() && !primitive.targets.empty())
+    morph(document, primitive, deformation.weights, where, mesh);
+  if (deformation.joints.empty()) return;
+  AttributeReader reader(document, primitive, where);
+  reader.expect(mesh.positions.size());
+  skin(reader, deformation.joints, document.path, where, mesh);
 }
 
 }  // namespace glowworm

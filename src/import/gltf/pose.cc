@@ -1,0 +1,123 @@
+#include "import/gltf/pose.h"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "import/gltf/accessor.h"
+#include "import/gltf/document.h"
+
+namespace glowworm {
+
+namespace {
+
+Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
+  if (v.size() != 3) return otherwise;
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+Transform matrix_of(const auto& m, std::size_t first) {
+  const auto column = [&](std::size_t i) {
+    return Vec3{static_cast<float>(m[first + 4 * i]), static_cast<float>(m[first + 4 * i + 1]),
+                static_cast<float>(m[first + 4 * i + 2])};
+  };
+  return {column(0), column(1), column(2), column(3)};
+}
+
+}  // namespace
+
+Transform gltf_rotation_and_scale(const double q[4], Vec3 scale) {
+  const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  const double s = n > 0 ? 2 / n : 0;
+  const double x = q[0], y = q[1], z = q[2], w = q[3];
+  const auto column = [](double a, double b, double c, float factor) {
+    return Vec3{static_cast<float>(a), static_cast<float>(b), static_cast<float>(c)} * factor;
+  };
+  return {column(1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y), scale.x),
+          column(s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x), scale.y),
+          column(s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y), scale.z),
+          {0, 0, 0}};
+}
+
+GltfPose::GltfPose(const GltfDocument& document) : document_(document) {
+  const tinygltf::Model& model = *document.model;
+  std::vector<std::vector<double>> translations, rotations, scales;
+  for (const tinygltf::Node& node : model.nodes) {
+    translations.push_back(node.translation);
+    rotations.push_back(node.rotation);
+    scales.push_back(node.scale);
+    const std::vector<double>& weights = node.weights.empty() && node.mesh >= 0
+                                             ? model.meshes[static_cast<std::size_t>(node.mesh)].weights
+                                             : node.weights;
+    weights_.emplace_back(weights.begin(), weights.end());
+  }
+  animate(translations, rotations, scales);
+  const double identity[4] = {0, 0, 0, 1};
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    if (model.nodes[i].matrix.size() == 16) {
+      local_.push_back(matrix_of(model.nodes[i].matrix, 0));
+      continue;
+    }
+    Transform t = gltf_rotation_and_scale(rotations[i].size() == 4 ? rotations[i].data() : identity,
+                                          vector_of(scales[i], {1, 1, 1}));
+    t.translation = vector_of(translations[i], {0, 0, 0});
+    local_.push_back(t);
+  }
+  to_world_.resize(local_.size());
+}
+
+void GltfPose::animate(std::vector<std::vector<double>>& translations, std::vector<std::vector<double>>& rotations,
+                       std::vector<std::vector<double>>& scales) {
+  const tinygltf::Model& model = *document_.model;
+  if (model.animations.empty()) return;
+  const tinygltf::Animation& animation = model.animations.front();
+  for (const tinygltf::AnimationChannel& channel : animation.channels) {
+    if (channel.target_node < 0) continue;
+    const auto node = static_cast<std::size_t>(channel.target_node);
+    const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(channel.sampler)];
+    const bool is_weights = channel.target_path == "weights", is_rotation = channel.target_path == "rotation";
+    if (!is_weights && !is_rotation && channel.target_path != "translation" && channel.target_path != "scale") continue;
+    const std::vector<float> values = read_floats(document_, sampler.output, is_weights ? 1 : is_rotation ? 4 : 3);
+    const std::size_t keys = model.accessors[static_cast<std::size_t>(sampler.input)].count;
+    // Before the first key its value holds (glTF 2.0, section 3.11); a cubic spline's key is tangent, value, tangent.
+    const bool cubic = sampler.interpolation == "CUBICSPLINE";
+    const std::size_t width = is_weights ? values.size() / (keys * (cubic ? 3 : 1)) : is_rotation ? 4 : 3;
+    const std::size_t first = cubic ? width : 0;
+    if (first + width > values.size()) {
+      throw Error({document_.path}, fmt::format("an animation of node {} has too few numbers", node),
+                  "The file is damaged or was written wrongly: export it anew.");
+    }
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(width);
+    if (is_weights)
+      weights_[node].assign(begin, end);
+    else
+      (is_rotation ? rotations : channel.target_path == "scale" ? scales : translations)[node].assign(begin, end);
+  }
+}
+
+GltfDeformation GltfPose::deformation(int index) const {
+  const tinygltf::Node& node = document_.model->nodes[static_cast<std::size_t>(index)];
+  GltfDeformation out;
+  out.weights = weights_[static_cast<std::size_t>(index)];
+  if (node.skin < 0) return out;
+  const tinygltf::Skin& skin = document_.model->skins[static_cast<std::size_t>(node.skin)];
+  std::vector<float> inverses;
+  if (skin.inverseBindMatrices >= 0) inverses = read_floats(document_, skin.inverseBindMatrices, 16);
+  if (!inverses.empty() && inverses.size() < 16 * skin.joints.size()) {
+    throw Error({document_.path},
+                fmt::format("skins[{}] has {} joints, but only {} matrices", node.skin, skin.joints.size(),
+                            inverses.size() / 16),
+                "The file is damaged or was written wrongly: export it anew.");
+  }
+  for (std::size_t i = 0; i < skin.joints.size(); ++i) {
+    const Transform inverse = inverses.empty() ? Transform{} : matrix_of(inverses, 16 * i);
+    out.joints.push_back(to_world(skin.joints[i]) * inverse);
+  }
+  return out;
+}
+
+}  // namespace glowworm
