@@ -129,8 +129,9 @@ bool has_samples(const Film& film) {
   return false;
 }
 
-/// Writes the image to every -o that takes it. @param said tell of it
-void write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
+/// Writes the image to every -o that takes it. Returns its estimated relative error; "" where none is known.
+/// @param said tell of it
+std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
   std::optional<Image> image;
   for (const auto& [path, is_exr] : o.outputs) {
     // What has gone to standard output cannot be written over.
@@ -148,6 +149,7 @@ void write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bo
     });
     if (written && said && path != kStandardOutput) inform(fmt::format("wrote {}{}", path, how));
   }
+  return image && image->metadata.contains(kRelativeError) ? image->metadata.at(kRelativeError) : "";
 }
 
 std::string describe(const RenderSettings& s, const Scene& scene) {
@@ -241,7 +243,7 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
                    bool any) {
   const Clock::time_point rendered = Clock::now();
   Statistics& statistics = job.statistics();
-  if (any) write_images(o, job, files, true);
+  const std::string error = any ? write_images(o, job, files, true) : "";
   keep_checkpoint(o, job, files);
   statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
   // The job counted its own time; the total is that of the whole run.
@@ -252,7 +254,8 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
     files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} camera samples are black, since their light was not finite", job.samples_not_finite()));
-  inform(fmt::format("{} passes in {:.2f} s", job.passes(), statistics.seconds(Phase::total)));
+  inform(fmt::format("{} passes in {:.2f} s{}", job.passes(), statistics.seconds(Phase::total),
+                     error.empty() ? "" : fmt::format(", estimated relative error {}", error)));
 }
 
 /// Says what an end before time means for the images. @param any there is something of the image

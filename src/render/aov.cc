@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -15,11 +16,7 @@ namespace {
 
 using Layer = Film::Layer;
 
-/// What a layer is made of.
-struct Source {
-  const Film& film;
-  const Scene& scene;
-};
+using Source = LayerSource;
 
 struct Aov {
   const char* name;
@@ -141,6 +138,29 @@ const std::vector<Aov>& table() {
        [](Image& image, const Source& from) {
          add_channel(image, "depth.Z", from.film, [&](std::size_t i) { return from.film.depth(i); });
        }},
+      {"unfiltered",
+       3,
+       {},
+       [](Image& image, const Source& from) {
+         std::vector<RGB> pixels(from.film.pixel_count());
+         for (std::size_t i = 0; i < pixels.size(); ++i)
+           pixels[i] = from.film.radiance(i, from.indirect_only) * from.scene.film().scale;
+         image.add_rgb("unfiltered", pixels);
+       }},
+      {"noise",
+       1,
+       {},
+       [](Image& image, const Source& from) {
+         add_channel(image, "noise.Y", from.film,
+                     [&](std::size_t i) { return std::sqrt(from.picture.variance[i]) * from.scene.film().scale; });
+       }},
+      {"samples",
+       1,
+       {},
+       [](Image& image, const Source& from) {
+         add_channel(image, "samples.Y", from.film,
+                     [&](std::size_t i) { return static_cast<float>(from.film.sample_count(i)); });
+       }},
       {"alpha",
        1,
        {},
@@ -190,9 +210,7 @@ PlaceLayers RenderSettings::place_layers() const {
   return out;
 }
 
-void add_layer(Image& image, const Film& film, const Scene& scene, const std::string& name) {
-  row(name).write(image, {film, scene});
-}
+void add_layer(Image& image, const LayerSource& source, const std::string& name) { row(name).write(image, source); }
 
 std::size_t layer_channels(const std::string& name) { return row(name).channels; }
 

@@ -3,14 +3,23 @@
 #pragma once
 #include "image/image.h"
 #include "render/film.h"
+#include "render/filtered.h"
 #include "render/settings.h"
 #include "scene/scene.h"
 
 namespace glowworm {
 
+/// What a layer is made of.
+struct LayerSource {
+  const Film& film;
+  const Scene& scene;
+  const FilmPicture& picture;  ///< the image
+  bool indirect_only;          ///< the image is the indirect light only
+};
+
 /// Adds the channels of a layer of aov_names() to a picture of the film, and what readers need to know to its metadata.
 /// Throws Error where there is no such layer.
-void add_layer(Image& image, const Film& film, const Scene& scene, const std::string& name);
+void add_layer(Image& image, const LayerSource& source, const std::string& name);
 
 /// Channels of a layer of aov_names().
 std::size_t layer_channels(const std::string& name);

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "core/parallel.h"
+
 namespace glowworm {
 
 namespace {
@@ -16,12 +18,12 @@ RGB mean_of(const std::array<Sum, 3>& sums, std::uint32_t count) {
           static_cast<float>(sums[2].value() / n)};
 }
 
-/// Counts a sample of an id. One that finds no room is not counted.
-void count(Film::IdCounts& ids, std::uint32_t id) {
+/// Counts samples of an id. Those that find no room are not counted.
+void count(Film::IdCounts& ids, std::uint32_t id, std::uint32_t samples = 1) {
   for (Film::IdCount& entry : ids) {
     if (entry.count > 0 && entry.id != id) continue;
     entry.id = id;
-    ++entry.count;
+    entry.count += samples;
     return;
   }
 }
@@ -33,9 +35,15 @@ bool is_possible_count(const Film::IdCounts& ids, std::uint32_t samples) {
   return sum <= samples;
 }
 
+/// Pixels that one piece of parallel work adds samples to.
+constexpr std::size_t kPixelsAtOnce = 4096;
+
+/// What the luminance of light is divided by.
+float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kLeastAlbedo); }
+
 }  // namespace
 
-Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLayers places)
+Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLayers places, bool moments)
     : bounds_(bounds), indirect_only_(indirect_only), layers_(layers), places_(places) {
   const std::size_t n = bounds.pixel_count();
   for (int layer = 0; layer < (layers ? 4 : 1); ++layer) light_[layer].resize(n);
@@ -49,14 +57,16 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   depth_count_.resize(layers ? n : 0);
   count_.resize(n);
   square_sum_.resize(n);
+  for (auto& sums : moments_) sums.resize(moments ? n : 0);
 }
 
-std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers places) {
+std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers places, bool moments) {
   constexpr std::uint64_t kLight = 3 * sizeof(LightSum), kAlways = sizeof(SquareSum) + sizeof(std::uint32_t);
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
       (places.position + places.uv) * kLight + (places.objects + places.materials) * sizeof(IdCounts);
-  return bounds.pixel_count() * (kAlways + of_places + (layers ? 4 * kLight + kFirstHit : kLight));
+  return bounds.pixel_count() *
+         (kAlways + of_places + (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
 }
 
 template <typename Sum>
@@ -86,31 +96,71 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
                const Geometry& geometry) {
   const std::size_t pixels = task.pixel_count();
   const int tile_width = task.x1 - task.x0;
-  for (std::size_t slot = 0; slot < task.slot_count(); ++slot) {
-    const auto in_tile = static_cast<int>(slot % pixels);
-    const std::size_t pixel =
-        static_cast<std::size_t>(task.y0 - bounds_.y0 + in_tile / tile_width) * static_cast<std::size_t>(width()) +
-        static_cast<std::size_t>(task.x0 - bounds_.x0 + in_tile % tile_width);
-    if (count_[pixel] != task.first_sample + slot / pixels) continue;
-    const RGB light[4] = {radiance.emitted[slot], radiance.direct[slot], radiance.indirect[slot],
-                          radiance.caustic[slot]};
-    const RGB shown = indirect_only_ ? light[2] : light[0] + light[1] + light[2] + light[3];
-    square_sum_[pixel] += luminance(shown) * luminance(shown);
-    ++count_[pixel];
-    if (!layers_) {
-      add(light_[0][pixel], shown);
-      continue;
+  parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t in_tile = first; in_tile < last; ++in_tile) {
+      const int y = static_cast<int>(in_tile) / tile_width, x = static_cast<int>(in_tile) % tile_width;
+      const std::size_t pixel = static_cast<std::size_t>(task.y0 - bounds_.y0 + y) * static_cast<std::size_t>(width()) +
+                                static_cast<std::size_t>(task.x0 - bounds_.x0 + x);
+      for (std::uint32_t sample = 0; sample < task.sample_count; ++sample) {
+        if (count_[pixel] != task.first_sample + sample) continue;
+        add(pixel, radiance, first_hit, sample * pixels + in_tile);
+        if (layers_ && places_.any()) add_place(pixel, first_hit, sample * pixels + in_tile, geometry);
+      }
     }
-    for (int layer = 0; layer < 4; ++layer) add(light_[layer][pixel], light[layer]);
-    add(albedo_[pixel], first_hit.albedo[slot]);
-    const Vec3 n = first_hit.normal[slot];
-    add(normal_[pixel], RGB(n.x, n.y, n.z));
-    if (places_.any()) add_place(pixel, first_hit, slot, geometry);
-    if (std::isfinite(first_hit.depth[slot])) {
-      depth_sum_[pixel] += first_hit.depth[slot];
-      ++depth_count_[pixel];
-    }
+  });
+}
+
+void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot) {
+  const RGB light[4] = {radiance.emitted[slot], radiance.direct[slot], radiance.indirect[slot], radiance.caustic[slot]};
+  const RGB shown = indirect_only_ ? light[2] : light[0] + light[1] + light[2] + light[3];
+  square_sum_[pixel] += luminance(shown) * luminance(shown);
+  ++count_[pixel];
+  if (!layers_) {
+    add(light_[0][pixel], shown);
+    return;
   }
+  for (int layer = 0; layer < 4; ++layer) add(light_[layer][pixel], light[layer]);
+  add(albedo_[pixel], first_hit.albedo[slot]);
+  const Vec3 n = first_hit.normal[slot];
+  add(normal_[pixel], RGB(n.x, n.y, n.z));
+  if (std::isfinite(first_hit.depth[slot])) {
+    depth_sum_[pixel] += first_hit.depth[slot];
+    ++depth_count_[pixel];
+  }
+  if (!has_moments()) return;
+  const float albedo = shading_albedo(first_hit.albedo[slot]);
+  for (int i = 0; i < 2; ++i) {
+    const float l = luminance(light[1 + i]);
+    moments_[i][pixel] += l * l / albedo;
+  }
+}
+
+void Film::merge(const Film& other) {
+  const auto add_scalars = [](auto& sums, const auto& others) {
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += others[i];
+  };
+  const auto add_colors = [](auto& sums, const auto& others) {
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) sums[i][c] += others[i][c];
+  };
+  for (int layer = 0; layer < 4; ++layer) add_colors(light_[layer], other.light_[layer]);
+  add_colors(albedo_, other.albedo_);
+  add_colors(normal_, other.normal_);
+  add_colors(position_, other.position_);
+  add_colors(uv_, other.uv_);
+  const auto add_ids = [](auto& ids, const auto& others) {
+    for (std::size_t i = 0; i < ids.size(); ++i)
+      for (const IdCount& entry : others[i])
+        if (entry.count > 0) count(ids[i], entry.id, entry.count);
+  };
+  add_ids(objects_, other.objects_);
+  add_ids(materials_, other.materials_);
+  add_scalars(depth_sum_, other.depth_sum_);
+  add_scalars(square_sum_, other.square_sum_);
+  for (int i = 0; i < 2; ++i) add_scalars(moments_[i], other.moments_[i]);
+  add_scalars(depth_count_, other.depth_count_);
+  add_scalars(count_, other.count_);
+  not_finite_ += other.not_finite_;
 }
 
 bool Film::has(const CameraTask& task) const {
@@ -156,21 +206,20 @@ RGB Film::radiance(std::size_t pixel, bool indirect_only) const {
          mean(Layer::caustic, pixel);
 }
 
-double Film::noise() const {
-  double image_mean = 0;
-  for (std::size_t i = 0; i < pixel_count(); ++i) {
-    if (count_[i] < 2) return std::numeric_limits<double>::infinity();
-    image_mean += luminance(radiance(i, indirect_only_));
-  }
-  image_mean /= static_cast<double>(pixel_count());
-  double sum = 0;
-  for (std::size_t i = 0; i < pixel_count(); ++i) {
-    const double n = count_[i], m = luminance(radiance(i, indirect_only_));
-    const double variance = std::max(0.0, square_sum_[i].value() / n - m * m) / (n - 1);
-    const double scale = m * m + 0.01 * image_mean * image_mean;
-    if (scale > 0) sum += variance / scale;
-  }
-  return std::sqrt(sum / static_cast<double>(pixel_count()));
+Film::Moments Film::moments(Layer layer, std::size_t pixel) const {
+  if (count_[pixel] == 0) return {};
+  const double n = count_[pixel];
+  const double albedo = shading_albedo(mean(Layer::albedo, pixel));
+  const double m = luminance(mean(layer, pixel)) / albedo;
+  if (count_[pixel] < 2) return {static_cast<float>(m), 0};
+  const double square = moments_[layer == Layer::indirect ? 1 : 0][pixel].value() / n / albedo;
+  return {static_cast<float>(m), static_cast<float>(std::max(0.0, square - m * m) / (n - 1))};
+}
+
+float Film::variance(std::size_t pixel) const {
+  if (count_[pixel] < 2) return 0;
+  const double n = count_[pixel], m = luminance(radiance(pixel, indirect_only_));
+  return static_cast<float>(std::max(0.0, square_sum_[pixel].value() / n - m * m) / (n - 1));
 }
 
 template <typename Self, typename Work>
@@ -184,12 +233,13 @@ void Film::for_arrays(Self& self, Work&& work) {
   work(self.materials_);
   work(self.depth_sum_);
   work(self.square_sum_);
+  for (auto& sums : self.moments_) work(sums);
   work(self.depth_count_);
   work(self.count_);
 }
 
 std::vector<std::uint32_t> Film::save() const {
-  std::vector<std::uint32_t> out(bytes(bounds_, layers_, places_) / sizeof(std::uint32_t) + 2);
+  std::vector<std::uint32_t> out(state_bytes() / sizeof(std::uint32_t) + 2);
   std::memcpy(out.data(), &not_finite_, sizeof not_finite_);
   std::size_t at = 2;
   for_arrays(*this, [&](const auto& array) {
@@ -201,7 +251,7 @@ std::vector<std::uint32_t> Film::save() const {
 }
 
 bool Film::restore(const std::vector<std::uint32_t>& state) {
-  if (state.size() != bytes(bounds_, layers_, places_) / sizeof(std::uint32_t) + 2) return false;
+  if (state.size() != state_bytes() / sizeof(std::uint32_t) + 2) return false;
   std::memcpy(&not_finite_, state.data(), sizeof not_finite_);
   std::size_t at = 2;
   for_arrays(*this, [&](auto& array) {
@@ -218,6 +268,8 @@ bool Film::is_possible() const {
   };
   for (std::size_t i = 0; i < pixel_count(); ++i) {
     if (count_[i] > kMostSamples || !square_sum_[i].can_be_of(count_[i]) || !possible(light_[0], i)) return false;
+    for (const auto& sums : moments_)
+      if (!sums.empty() && !sums[i].can_be_of(count_[i])) return false;
     if (!layers_) continue;
     for (int layer = 1; layer < 4; ++layer)
       if (!possible(light_[layer], i)) return false;

@@ -23,7 +23,9 @@ class Film {
   /// @param layers        keep the parts of the light, and the first hits, apart; without them mean() and depth() are
   /// not available, and radiance() returns the image for every part
   /// @param places        of first hits to keep, too; they need `layers`
-  explicit Film(const PixelBounds& bounds, bool indirect_only = false, bool layers = true, PlaceLayers places = {});
+  /// @param moments       keep second moments of direct and indirect light, for moments(); they need `layers`
+  explicit Film(const PixelBounds& bounds, bool indirect_only = false, bool layers = true, PlaceLayers places = {},
+                bool moments = false);
 
   /// The part of the picture that the film holds.
   const PixelBounds& bounds() const { return bounds_; }
@@ -31,10 +33,13 @@ class Film {
   int height() const { return bounds_.height(); }
   std::size_t pixel_count() const { return count_.size(); }
 
-  /// Adds the samples of a task within bounds(). Skips pixels that have their samples already, as after a checkpoint
-  /// within a pass.
+  /// Adds the samples of a task within bounds(), on all threads. Skips pixels that have their samples already, as after
+  /// a checkpoint within a pass.
   /// @param geometry that the triangles of first_hit are of
   void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit, const Geometry& geometry);
+  /// Adds the samples of another film of the same size and kind: the same bits as if all had been added to one film,
+  /// but for the order of ids. No two films may hold the same samples.
+  void merge(const Film& other);
   /// Whether every pixel of the task has its samples.
   bool has(const CameraTask& task) const;
   /// Number of samples that every pixel has.
@@ -66,12 +71,22 @@ class Film {
   RGB radiance(std::size_t pixel, bool indirect_only) const;
   std::uint32_t sample_count(std::size_t pixel) const { return count_[pixel]; }
 
-  /// Relative standard error of the image: the root of the mean over pixels of var(mean) / (mean^2 + 0.01 M^2), where M
-  /// is the mean of the image, from the spread of the samples of each pixel. Infinity for fewer than two samples.
-  double noise() const;
+  /// Variance of the luminance of radiance(), by the spread of the samples; 0 for fewer than two.
+  float variance(std::size_t pixel) const;
+  bool has_moments() const { return !moments_[0].empty(); }
+  /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
+  /// samples, weighted by their albedo, and the variance of that mean by the spread of the samples. Albedo counts as
+  /// kLeastAlbedo at least.
+  struct Moments {
+    float mean = 0, variance = 0;
+  };
+  static constexpr float kLeastAlbedo = 0.01f;
+  /// @param layer direct or indirect; of a film with moments. The variance is 0 for fewer than two samples.
+  Moments moments(Layer layer, std::size_t pixel) const;
 
   /// Size in bytes of a film of these dimensions.
-  static std::uint64_t bytes(const PixelBounds& bounds, bool layers = true, PlaceLayers places = {});
+  static std::uint64_t bytes(const PixelBounds& bounds, bool layers = true, PlaceLayers places = {},
+                             bool moments = false);
 
   /// Counts camera samples that are black because their light was not finite (points/finite_light.h).
   void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
@@ -91,8 +106,10 @@ class Film {
   using UnitSum = ExactSum<std::int64_t, 37>;
 
   template <typename Sum>
-  void add(std::array<Sum, 3>& sums, RGB value);
+  static void add(std::array<Sum, 3>& sums, RGB value);
+  void add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot);
   void add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t slot, const Geometry& geometry);
+  std::uint64_t state_bytes() const { return bytes(bounds_, layers_, places_, has_moments()); }
   /// Calls work(array) for each array of the state, in the order of save().
   template <typename Self, typename Work>
   static void for_arrays(Self& self, Work&& work);
@@ -107,6 +124,7 @@ class Film {
   std::vector<IdCounts> objects_, materials_;
   std::vector<LightSum> depth_sum_;
   std::vector<SquareSum> square_sum_;  // of the luminance of single samples
+  std::vector<SquareSum> moments_[2];  // of direct and indirect light: its luminance squared, over albedo
   std::vector<std::uint32_t> depth_count_, count_;
   std::uint64_t not_finite_ = 0;
 };

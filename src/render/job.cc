@@ -1,6 +1,7 @@
 #include "render/job.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -8,11 +9,24 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "points/finite_light.h"
+#include "render/filtered.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/scheduler.h"
 
 namespace glowworm {
+
+namespace {
+
+/// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
+/// a filter that costs as much as a share of a pass runs after every eighth part more of them.
+bool looks_at_noise(std::uint32_t passes, bool filtered) {
+  constexpr std::uint32_t kFewest = 4;
+  if (!filtered) return passes >= 2;
+  return passes >= kFewest && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
+}
+
+}  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
          const Checkpoint* resume, double spent_s)
@@ -20,7 +34,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       tracer_(std::move(tracer)),
       settings_(resolve(asked, *scene_)),
       budget_(settings_.memory_bytes),
-      film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers()),
+      film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers(),
+            filters(settings_)),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()) {
   if (resume) this->resume(*resume);
@@ -117,7 +132,10 @@ bool Job::should_stop(double next_s) {
 }
 
 bool Job::reached_noise_target() {
-  if (!(settings_.noise_target > 0) || film_.noise() > settings_.noise_target) return false;
+  if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_))) return false;
+  const FilmPicture picture = filters(settings_) ? filtered_picture(film_, settings_.indirect_only)
+                                                 : unfiltered_picture(film_, settings_.indirect_only);
+  if (relative_error(picture) > settings_.noise_target) return false;
   ending_ = Ending::noise_reached;
   return true;
 }

@@ -102,8 +102,9 @@ class Job {
   MemoryBudget budget_;
   // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is
   // never allocated.
-  Reservation film_memory_{budget_, "film",
-                           2 * Film::bytes(settings_.bounds, settings_.separate_layers, settings_.place_layers())};
+  Reservation film_memory_{
+      budget_, "film",
+      2 * Film::bytes(settings_.bounds, settings_.separate_layers, settings_.place_layers(), filters(settings_))};
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;

@@ -283,6 +283,12 @@ std::vector<Option> method_options() {
              "far as it pays)",
              false, without_packets},
             &S::reorder, 1u << 20),
+      choice(
+          {"--filter", kMethod, "filter", "", "auto", nullptr,
+           "Filter of gathered light: auto averages pixels whose difference is noise; off leaves all samples as they "
+           "are",
+           true, without_gathering},
+          &S::filter, {"auto", "off"}),
       count({"--seed", kMethod, "seed", "N", "0", "0",
              "Seed of all random numbers: the same scene, settings and seed give the same image, bit for "
              "bit, with the same version and instruction set (--simd, and the machine's for rays)",

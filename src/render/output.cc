@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "density/engine.h"
 #include "kernels/simd.h"
 #include "render/aov.h"
+#include "render/filtered.h"
 #include "render/options.h"
 
 namespace glowworm {
@@ -91,7 +93,9 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
   constexpr std::uint64_t kBytesPerChannel = 3 * sizeof(float);
   std::uint64_t channels = 3;
   for (const std::string& aov : settings.aovs) channels += layer_channels(aov);
-  return settings.bounds.pixel_count() * kBytesPerChannel * channels;
+  // Renders that end by noise filter on their own, beside the readers of the film.
+  const std::uint64_t filters_at_once = !filters(settings) ? 0 : settings.noise_target > 0 ? 2 : 1;
+  return settings.bounds.pixel_count() * (kBytesPerChannel * channels + filters_at_once * kFilterBytes);
 }
 
 const char* version() { return "0.1.0"; }
@@ -101,10 +105,13 @@ Image make_image(const Film& film, const Job& job) {
   Image image(film.width(), film.height());
   image.place = {film.bounds().x0, film.bounds().y0, settings.width, settings.height};
   const float scale = job.scene().film().scale;
-  std::vector<RGB> beauty(film.pixel_count());
-  for (std::size_t i = 0; i < beauty.size(); ++i) beauty[i] = film.radiance(i, settings.indirect_only) * scale;
+  FilmPicture seen = filters(settings) ? filtered_picture(film, settings.indirect_only)
+                                       : unfiltered_picture(film, settings.indirect_only);
+  std::vector<RGB> beauty = seen.radiance;
+  for (RGB& pixel : beauty) pixel *= scale;
   image.add_rgb("", beauty);
-  for (const std::string& aov : settings.aovs) add_layer(image, film, job.scene(), aov);
+  for (const std::string& aov : settings.aovs) add_layer(image, {film, job.scene(), seen, settings.indirect_only}, aov);
+  if (film.whole_passes() >= 2) image.metadata[kRelativeError] = fmt::format("{:.2g}", relative_error(seen));
   add_camera(image, job.scene().camera(settings.camera), settings.width, settings.height);
   const std::time_t now = std::time(nullptr);
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));

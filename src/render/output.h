@@ -12,6 +12,9 @@ namespace glowworm {
 /// The program's version.
 const char* version();
 
+/// Key of the estimated relative error (render/filtered.h) in the metadata; absent for fewer than two samples.
+inline constexpr const char* kRelativeError = "glowworm:relative_error";
+
 /// The film as a picture: the image, and a layer for each AOV in the settings; its metadata holds settings, version,
 /// seed and time.
 Image make_image(const Film& film, const Job& job);

@@ -105,6 +105,10 @@ PixelBounds CropWindow::pixels(int width, int height) const {
   return {up(x0, width), up(y0, height), up(x1, width), up(y1, height)};
 }
 
+bool filters(const RenderSettings& settings) {
+  return settings.filter == Filtering::automatic && settings.integrator == Integrator::gather;
+}
+
 bool has_time_for_caustics(const RenderSettings& settings) {
   constexpr double kLeastSeconds = 30;
   return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastSeconds);
@@ -124,7 +128,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  if (!s.aovs.empty()) s.separate_layers = true;
+  if (!s.aovs.empty() || filters(s)) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
     const std::uint32_t usual = scene.film().samples > 0 ? scene.film().samples : kDefaultPathSamples;

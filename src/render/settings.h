@@ -31,6 +31,12 @@ enum class Preference : std::uint8_t {
   quality,    ///< after a first whole image, small tiles with as many samples at once as possible
 };
 
+/// Whether the image is filtered (render/filtered.h).
+enum class Filtering : std::uint8_t {
+  automatic,  ///< if light is gathered
+  off,
+};
+
 /// Most pixels along a side of a picture.
 inline constexpr int kLargestPictureSide = 65536;
 
@@ -100,7 +106,8 @@ struct RenderSettings {
   bool boundary_correction = true;  ///< correct kernels that extend over edges (render/boundary.h)
   int max_bounces = 64;             ///< most bounces of a path (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
-  bool separate_layers = true;    ///< keep the film's layers apart; always true if there are AOVs
+  Filtering filter = Filtering::automatic;
+  bool separate_layers = true;    ///< keep the film's layers apart; always true if there are AOVs or a filter
   std::vector<std::string> aovs;  ///< layers in addition to the image; names of aov_names()
 
   /// What `aovs` need of the places that camera rays end at.
@@ -110,6 +117,9 @@ struct RenderSettings {
 /// Query points that a core of 2020 gathers and looks up in a second, at least; newer ones are two or three times as
 /// fast. Used by renders with a time limit.
 inline constexpr double kQueriesPerSecond = 500'000;
+
+/// Whether the render filters its image.
+bool filters(const RenderSettings& settings);
 
 /// Names for --aov.
 std::vector<std::string> aov_names();

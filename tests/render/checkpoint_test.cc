@@ -27,6 +27,7 @@ RenderSettings small_render(std::uint32_t samples, bool progressive) {
   s.gather = 4;
   s.photons = 3000;
   s.progressive = progressive;
+  s.filter = Filtering::off;  // so that layers may be left out
   return s;
 }
 

@@ -18,6 +18,7 @@ RenderSettings tiny_render() {
   RenderSettings s = by_photons(12, 1, 4, 2000);
   s.engine = "forward";
   s.light_samples = 2;
+  s.filter = Filtering::automatic;
   return s;
 }
 

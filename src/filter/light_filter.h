@@ -1,0 +1,51 @@
+// The filter of gathered light: averages pixels whose difference their statistics cannot tell from noise.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// What is known of the surfaces in a picture; arrays of width * height entries, row by row.
+struct FilterGuides {
+  int width = 0, height = 0;
+  std::vector<Vec3> normal;  ///< mean over the samples of a pixel, not of unit length at edges; (0, 0, 0) for nothing
+  std::vector<float> depth;  ///< metres along the camera ray; infinity for nothing
+
+  std::size_t size() const { return normal.size(); }
+};
+
+/// Light divided by albedo, as samples of each pixel estimate it; entries as in FilterGuides.
+struct LightEstimate {
+  std::vector<RGB> light;       ///< mean over samples; W sr^-1 m^-2
+  std::vector<float> level;     ///< its luminance, of which the variance is known
+  std::vector<float> variance;  ///< of `level`, from the spread of the samples
+};
+
+/// What filter_light() finds.
+struct FilteredLight {
+  std::vector<RGB> light;         ///< W sr^-1 m^-2
+  std::vector<float> variance;    ///< of its luminance
+  std::vector<float> unfiltered;  ///< variance of the luminance before the filter
+};
+
+/// Replaces each pixel by a mean over those around it that show the same surface and the same light. Whether two pixels
+/// show the same light is decided by Welch's t-test over the differences of the 3 x 3 pixels around both (Sakai et al.,
+/// "A Statistical Approach to Monte Carlo Denoising", SIGGRAPH Asia 2024; over patches as in Rousselle et al.,
+/// "Adaptive Rendering with Non-Local Means Filtering", 2012). With more samples variances fall and smaller differences
+/// are told apart, so that the result converges to the mean of the samples.
+///
+/// Samples of one pixel are stratified, so that their spread overstates the error of their mean. Second differences of
+/// neighbouring pixels say by how much.
+///
+/// The same bits for any number of threads; linear in pixels.
+/// @param samples of each pixel at least; with fewer than two, light comes back as it is
+FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, std::uint32_t samples);
+
+/// Bytes that filter_light() takes for each pixel, with its arguments and its result.
+inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB));
+
+}  // namespace glowworm

@@ -1,0 +1,107 @@
+#include "render/filtered.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "filter/light_filter.h"
+
+namespace glowworm {
+
+namespace {
+
+using Layer = Film::Layer;
+
+constexpr std::size_t kPixelsAtOnce = 8192;
+
+template <typename Work>
+void for_pixels(const Film& film, Work&& work) {
+  parallel_for(0, film.pixel_count(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) work(i);
+  });
+}
+
+/// What each channel of light is divided by.
+RGB shading_albedo(const Film& film, std::size_t pixel) {
+  const RGB albedo = film.mean(Layer::albedo, pixel);
+  const float least = std::max(Film::kLeastAlbedo, 0.05f * max_component(albedo));
+  return {std::max(albedo.r, least), std::max(albedo.g, least), std::max(albedo.b, least)};
+}
+
+LightEstimate estimate_of(const Film& film, Layer layer) {
+  LightEstimate estimate;
+  estimate.light.resize(film.pixel_count());
+  estimate.level.resize(film.pixel_count());
+  estimate.variance.resize(film.pixel_count());
+  for_pixels(film, [&](std::size_t i) {
+    const Film::Moments moments = film.moments(layer, i);
+    estimate.light[i] = film.mean(layer, i) / shading_albedo(film, i);
+    estimate.level[i] = moments.mean;
+    estimate.variance[i] = moments.variance;
+  });
+  return estimate;
+}
+
+FilterGuides guides_of(const Film& film) {
+  FilterGuides guides{film.width(), film.height(), std::vector<Vec3>(film.pixel_count()),
+                      std::vector<float>(film.pixel_count())};
+  for_pixels(film, [&](std::size_t i) {
+    const RGB n = film.mean(Layer::normal, i);
+    guides.normal[i] = {n.r, n.g, n.b};
+    guides.depth[i] = film.depth(i);
+  });
+  return guides;
+}
+
+}  // namespace
+
+double relative_error(const FilmPicture& picture) {
+  const std::size_t pixels = picture.radiance.size();
+  double level = 0, sum = 0;
+  for (const RGB& pixel : picture.radiance) level += luminance(pixel);
+  level /= static_cast<double>(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double m = luminance(picture.radiance[i]), scale = m * m + 0.01 * level * level;
+    if (scale > 0) sum += picture.variance[i] / scale;
+  }
+  return std::sqrt(sum / static_cast<double>(pixels));
+}
+
+FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
+  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
+  for_pixels(film, [&](std::size_t i) {
+    out.radiance[i] = film.radiance(i, indirect_only);
+    out.variance[i] = film.variance(i);
+  });
+  return out;
+}
+
+FilmPicture filtered_picture(const Film& film, bool indirect_only) {
+  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
+  const FilterGuides guides = guides_of(film);
+  std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
+  for (const Layer layer : {Layer::direct, Layer::indirect}) {
+    if (indirect_only && layer == Layer::direct) continue;
+    const LightEstimate estimate = estimate_of(film, layer);
+    const FilteredLight filtered = filter_light(estimate, guides, film.whole_passes());
+    for_pixels(film, [&](std::size_t i) {
+      const RGB albedo = shading_albedo(film, i);
+      const float factor = luminance(albedo) * luminance(albedo);
+      out.radiance[i] += filtered.light[i] * albedo;
+      out.variance[i] += filtered.variance[i] * factor;
+      of_light[i] += estimate.variance[i] * factor;
+      stratified[i] += filtered.unfiltered[i] * factor;
+    });
+  }
+  // What varies beside, as at edges of surfaces, stays. Its samples are stratified as those of light.
+  for_pixels(film, [&](std::size_t i) {
+    const float other = std::max(film.variance(i) - of_light[i], 0.0f);
+    out.variance[i] += of_light[i] > 0 ? other * std::min(stratified[i] / of_light[i], 1.0f) : other;
+  });
+  if (!indirect_only)
+    for_pixels(film,
+               [&](std::size_t i) { out.radiance[i] += film.mean(Layer::emitted, i) + film.mean(Layer::caustic, i); });
+  return out;
+}
+
+}  // namespace glowworm

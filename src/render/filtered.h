@@ -1,0 +1,33 @@
+// The picture that people see: the film with its gathered light filtered.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/rgb.h"
+#include "filter/light_filter.h"
+#include "render/film.h"
+
+namespace glowworm {
+
+/// A film's picture; one entry a pixel.
+struct FilmPicture {
+  std::vector<RGB> radiance;    ///< W sr^-1 m^-2
+  std::vector<float> variance;  ///< of its luminance, as an estimate of what infinitely many samples would give
+};
+
+/// The means of all samples.
+FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
+
+/// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, and adds what is seen directly
+/// and caustic light as they are: their noise is small, or that of the photons, which samples share.
+/// @param film with moments (Film::has_moments())
+FilmPicture filtered_picture(const Film& film, bool indirect_only);
+
+/// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with m the
+/// luminance of the pixel and M that of the picture. What photons that all samples share add to it is not in it.
+double relative_error(const FilmPicture& picture);
+
+/// Bytes that filtered_picture() takes for each pixel.
+inline constexpr std::uint64_t kFilterBytes = kFilterBytesEach;
+
+}  // namespace glowworm

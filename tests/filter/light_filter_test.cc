@@ -1,0 +1,125 @@
+// The filter of gathered light, on pictures whose noise is known.
+#include "filter/light_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/parallel.h"
+
+namespace glowworm {
+namespace {
+
+constexpr int kSide = 64;
+constexpr std::uint32_t kSamples = 16;
+
+/// One flat surface that faces the viewer.
+FilterGuides flat_surface() {
+  constexpr std::size_t kPixels = kSide * kSide;
+  return {kSide, kSide, std::vector<Vec3>(kPixels, Vec3{0, 0, 1}), std::vector<float>(kPixels, 2.0f)};
+}
+
+/// What level(x, y) is, with normal noise of that standard error, which its samples say.
+template <typename Level>
+LightEstimate noisy(float error, Level&& level) {
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal;
+  LightEstimate out;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      out.level.push_back(level(x, y) + error * normal(random));
+      out.light.push_back(RGB(out.level.back()));
+      out.variance.push_back(error * error);
+    }
+  return out;
+}
+
+/// Root of the mean squared error over columns [first, last).
+template <typename Level>
+float error_of(const FilteredLight& filtered, Level&& level, int first = 0, int last = kSide) {
+  double sum = 0;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = first; x < last; ++x) sum += std::pow(filtered.light[y * kSide + x].g - level(x, y), 2);
+  return static_cast<float>(std::sqrt(sum / (kSide * (last - first))));
+}
+
+TEST(LightFilter, SmoothsNoiseAndKnowsWhatIsLeft) {
+  const auto level = [](int x, int y) { return 1 + 0.002f * static_cast<float>(x + y); };
+  const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface(), kSamples);
+  const float left = error_of(filtered, level);
+  EXPECT_LT(left, 0.025f);
+  double predicted = 0;
+  for (const float variance : filtered.variance) predicted += variance;
+  EXPECT_NEAR(std::sqrt(predicted / filtered.variance.size()), left, 0.25f * left);
+}
+
+TEST(LightFilter, KeepsEdgesOfLight) {
+  const auto level = [](int x, int) { return x < kSide / 2 ? 1.0f : 1.6f; };
+  const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface(), kSamples);
+  EXPECT_LT(error_of(filtered, level, kSide / 2 - 2, kSide / 2 + 2), 0.1f);
+  EXPECT_LT(error_of(filtered, level), 0.05f);
+}
+
+TEST(LightFilter, KeepsSurfacesApart) {
+  const auto level = [](int x, int) { return x < kSide / 2 ? 1.0f : 1.15f; };
+  FilterGuides guides = flat_surface();
+  for (std::size_t i = 0; i < guides.size(); ++i)
+    if (i % kSide >= kSide / 2) guides.normal[i] = {1, 0, 0};
+  const LightEstimate estimate = noisy(0.1f, level);
+  EXPECT_LT(error_of(filter_light(estimate, guides, kSamples), level, kSide / 2 - 2, kSide / 2 + 2), 0.03f);
+  for (std::size_t i = 0; i < guides.size(); ++i)
+    if (i % kSide >= kSide / 2) {
+      guides.normal[i] = {0, 0, 1};
+      guides.depth[i] = 3;
+    }
+  EXPECT_LT(error_of(filter_light(estimate, guides, kSamples), level, kSide / 2 - 2, kSide / 2 + 2), 0.03f);
+}
+
+TEST(LightFilter, ConvergesToTheSamples) {
+  const auto level = [](int x, int y) { return 1 + 0.1f * static_cast<float>((x / 2 + y / 2) % 2); };
+  for (const float error : {0.16f, 0.04f, 0.01f}) {
+    const float left = error_of(filter_light(noisy(error, level), flat_surface(), kSamples), level);
+    EXPECT_LT(left, error);
+  }
+}
+
+TEST(LightFilter, SeesThatStratifiedSamplesErrLessThanTheySpread) {
+  const auto level = [](int, int) { return 1.0f; };
+  LightEstimate estimate = noisy(0.1f, level);
+  for (float& variance : estimate.variance) variance *= 4;
+  const FilteredLight filtered = filter_light(estimate, flat_surface(), kSamples);
+  double mean = 0;
+  for (const float variance : filtered.unfiltered) mean += variance;
+  // The median of 1900 squares has a standard error of 5%, and there are four of them.
+  EXPECT_NEAR(mean / static_cast<double>(filtered.unfiltered.size()), 0.01, 0.002);
+}
+
+TEST(LightFilter, LeavesWhatHasNoSurfaceOrNoVariance) {
+  const auto level = [](int x, int y) { return static_cast<float>((x * 7 + y * 13) % 5); };
+  FilterGuides guides = flat_surface();
+  std::fill(guides.depth.begin(), guides.depth.end(), std::numeric_limits<float>::infinity());
+  const LightEstimate estimate = noisy(0.1f, level);
+  const FilteredLight in_the_sky = filter_light(estimate, guides, kSamples);
+  const FilteredLight of_one = filter_light(estimate, flat_surface(), 1);
+  for (std::size_t i = 0; i < guides.size(); ++i) {
+    ASSERT_EQ(in_the_sky.light[i], estimate.light[i]);
+    ASSERT_EQ(of_one.light[i], estimate.light[i]);
+  }
+}
+
+TEST(LightFilter, GivesTheSameBitsForAnyNumberOfThreads) {
+  const LightEstimate estimate = noisy(0.1f, [](int x, int) { return 1 + 0.01f * static_cast<float>(x); });
+  set_thread_count(1);
+  const FilteredLight one = filter_light(estimate, flat_surface(), kSamples);
+  set_thread_count(3);
+  const FilteredLight three = filter_light(estimate, flat_surface(), kSamples);
+  set_thread_count(0);
+  EXPECT_TRUE(one.light == three.light);
+  EXPECT_EQ(one.variance, three.variance);
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,114 @@
+// The filtered picture of renders, and what it says of its error.
+#include "render/filtered.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "builtin/builtin.h"
+#include "render/render_testing.h"
+
+namespace glowworm {
+namespace {
+
+RenderSettings filtered_render(int side, std::uint32_t samples) {
+  RenderSettings s = by_photons(side, samples, 8, 20'000, "blocked");
+  s.filter = Filtering::automatic;
+  return s;
+}
+
+/// Root over pixels of the mean of the squared difference of luminance, relative as relative_error() is.
+double true_error(const FilmPicture& picture, const FilmPicture& reference) {
+  FilmPicture difference = reference;
+  for (std::size_t i = 0; i < difference.variance.size(); ++i) {
+    const float d = luminance(picture.radiance[i]) - luminance(reference.radiance[i]);
+    difference.variance[i] = d * d;
+  }
+  return relative_error(difference);
+}
+
+/// The same over the nine tenths of the pixels with the smallest differences: without edges.
+double inner_error(const FilmPicture& picture, const FilmPicture& reference) {
+  std::vector<double> squares;
+  for (std::size_t i = 0; i < picture.radiance.size(); ++i) {
+    const double d = luminance(picture.radiance[i]) - luminance(reference.radiance[i]);
+    squares.push_back(d * d);
+  }
+  std::sort(squares.begin(), squares.end());
+  return std::sqrt(std::accumulate(squares.begin(), squares.end() - std::ssize(squares) / 10, 0.0));
+}
+
+TEST(Filtered, PicturesHaveLessErrorAndKnowIt) {
+  const Stage stage(builtin_scene("cornell"));
+  const FilmPicture reference = unfiltered_picture(stage.render(filtered_render(48, 100)), false);
+  const Film film = stage.render(filtered_render(48, 8));
+  const FilmPicture filtered = filtered_picture(film, false), unfiltered = unfiltered_picture(film, false);
+  EXPECT_LT(inner_error(filtered, reference), 0.8 * inner_error(unfiltered, reference));
+  const double error = true_error(filtered, reference);
+  EXPECT_LT(error, true_error(unfiltered, reference));
+  EXPECT_NEAR(relative_error(filtered), error, 0.3 * error);
+}
+
+TEST(Filtered, RendersStopByTheErrorOfTheFilteredPicture) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = filtered_render(48, 0);
+  settings.noise_target = 0.1;
+  Job job(stage.scene, stage.tracer, settings);
+  job.wait();
+  EXPECT_EQ(job.ending(), Ending::noise_reached);
+  const Film film = job.snapshot();
+  EXPECT_LE(relative_error(filtered_picture(film, false)), settings.noise_target);
+  EXPECT_GT(relative_error(unfiltered_picture(film, false)), 1.2 * settings.noise_target);
+}
+
+TEST(Film, MergesToTheBitsOfTheWhole) {
+  const CameraTask tasks[] = {{0, 0, 16, 10, 0, 1}, {0, 10, 16, 16, 0, 1}};
+  Film whole({0, 0, 16, 16}, false, true, {}, true), upper = whole, lower = whole;
+  for (const CameraTask& task : tasks) {
+    SlotRadiance radiance;
+    radiance.resize(task.slot_count());
+    FirstHit hit;
+    hit.albedo.assign(task.slot_count(), RGB(0.3f));
+    hit.normal.assign(task.slot_count(), Vec3{0, 0, 1});
+    hit.depth.assign(task.slot_count(), 2.5f);
+    for (std::size_t i = 0; i < task.slot_count(); ++i) {
+      radiance.direct[i] = RGB(0.1f * static_cast<float>(i), 0.7f, 1.3f);
+      radiance.indirect[i] = RGB(0.3f, 0.01f * static_cast<float>(i), 2.3f);
+    }
+    whole.add(task, radiance, hit, Geometry());
+    (task.y0 == 0 ? upper : lower).add(task, radiance, hit, Geometry());
+  }
+  lower.add_not_finite(3);
+  whole.add_not_finite(3);
+  lower.merge(upper);
+  EXPECT_EQ(lower.save(), whole.save());
+  EXPECT_EQ(lower.not_finite(), 3u);
+  Film restored({0, 0, 16, 16}, false, true, {}, true);
+  ASSERT_TRUE(restored.restore(lower.save()));
+  EXPECT_EQ(restored.moments(Film::Layer::direct, 5).mean, whole.moments(Film::Layer::direct, 5).mean);
+}
+
+TEST(Film, MomentsAreThoseOfLightOverAlbedo) {
+  Film film({0, 0, 1, 1}, false, true, {}, true);
+  const float light[] = {0.2f, 0.4f, 0.9f}, albedo = 0.5f;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    SlotRadiance radiance;
+    radiance.resize(1);
+    radiance.indirect[0] = RGB(light[i]);
+    FirstHit hit;
+    hit.albedo = {RGB(albedo)};
+    hit.normal = {Vec3{0, 0, 1}};
+    hit.depth = {1.0f};
+    film.add({0, 0, 1, 1, i, 1}, radiance, hit, Geometry());
+  }
+  const Film::Moments moments = film.moments(Film::Layer::indirect, 0);
+  EXPECT_NEAR(moments.mean, 1.0f, 1e-6f);
+  // Of 0.4, 0.8 and 1.8: the sum of squared differences over n (n - 1).
+  EXPECT_NEAR(moments.variance, (0.36f + 0.04f + 0.64f) / 6, 1e-6f);
+  EXPECT_EQ(film.moments(Film::Layer::direct, 0).variance, 0);
+}
+
+}  // namespace
+}  // namespace glowworm
