@@ -71,7 +71,6 @@ class GltfBuilder {
     // Viewers of glTF bring light, unless the file has lights; a room with a glowing lamp is lit by it.
     description_.emission_may_be_decoration = true;
     note_variants();
-    add_sky_for_decals();
     notes_.add("animation: the first moment is shown", model_.animations.size());
     notes_.write_to(description_.notes);
     return std::move(description_);
