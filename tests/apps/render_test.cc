@@ -85,7 +85,7 @@ TEST_F(RenderTest, LayersAddUpAndMeanWhatTheySay) {
 }
 
 TEST_F(RenderTest, IndirectOnlyIsTheIndirectLayer) {
-  const Image image = rendered("builtin:cornell", {"--indirect-only", "--aov", "indirect,direct"});
+  const Image image = rendered("builtin:cornell", {"--indirect-only", "--aov", "indirect,direct", "--filter", "off"});
   const auto all = image.channel("G"), indirect = image.channel("indirect.G"), direct = image.channel("direct.G");
   for (std::size_t i = 0; i < image.pixel_count(); ++i) {
     EXPECT_EQ(all[i], indirect[i]);

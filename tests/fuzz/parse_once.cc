@@ -76,6 +76,7 @@ void parse_scene(std::string_view text) {
   context.load_image = [](const std::string&, const TextureOptions&) -> std::shared_ptr<const TextureImage> {
     return std::make_shared<GreyImage>();
   };
+  context.load_needed_image = context.load_image;
   context.v3 = is_pbrt_v3(text);
   PbrtBuilder builder(context);
   try {
