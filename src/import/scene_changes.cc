@@ -41,12 +41,13 @@ std::optional<RGB> parse_radiance(const std::string& text) {
   return std::nullopt;
 }
 
-/// Turns z up to y up and multiplies lengths. Intensities, fluxes and radiances stay.
+/// Turns z up to y up and multiplies lengths; absorption is per metre. Intensities, fluxes and radiances stay.
 void change_space(SceneDescription& d, bool z_up, float scale) {
   Transform turn;
   if (z_up) turn = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}};
   const Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
   transform_mesh(d.geometry, map);
+  for (Material& material : d.materials) material.absorption *= 1 / scale;
   for (Light& light : d.lights) {
     light.position = map.point(light.position);
     light.direction = turn.vector(light.direction);

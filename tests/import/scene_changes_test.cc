@@ -15,7 +15,7 @@ void expect_near(Vec3 a, Vec3 b) { EXPECT_LT(length(a - b), 1e-4f) << a.x << " "
 /// A triangle in the plane y = 1, under a lamp, seen by a camera from +z.
 SceneDescription small_scene() {
   SceneDescription d;
-  d.materials.emplace_back();
+  d.materials.emplace_back().absorption = RGB(3.0f);  // m^-1
   Geometry mesh;
   mesh.positions = {{0, 1, 0}, {0, 1, 2}, {2, 1, 0}};
   mesh.normals.assign(3, {0, 1, 0});
@@ -112,6 +112,7 @@ TEST_F(SceneChangesTest, ZUpAndScaleMoveEverything) {
   expect_near(d.cameras[0].to_world.translation, {0, 2.5f, -0.5f});
   expect_near(d.cameras[0].to_world.z, {0, -1, 0});
   EXPECT_FLOAT_EQ(d.cameras[0].lens_radius, 0.05f);
+  EXPECT_FLOAT_EQ(d.materials[0].absorption.r, 6) << "light is absorbed over half the length";
 }
 
 TEST_F(SceneChangesTest, CamerasTakeAngleAndPlace) {
