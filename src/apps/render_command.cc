@@ -133,7 +133,8 @@ bool has_samples(const Film& film) {
 /// @param said tell of it
 std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
   std::optional<Image> image;
-  for (const auto& [path, is_exr] : o.outputs) {
+  for (const Output& output : o.outputs) {
+    const std::string& path = output.path;
     // What has gone to standard output cannot be written over.
     if (path == kStandardOutput && !said) continue;
     std::string how;
@@ -142,7 +143,8 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
         image = make_image(job.snapshot(), job);
         image->metadata["comments"] = o.command_line;
       }
-      if (is_exr) return write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+      if (output.is_exr)
+        return write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
       const float exposure = o.exposure ? *o.exposure : automatic_exposure(image->rgb());
       if (!o.exposure) how = fmt::format(", exposure {:+.1f} stops (auto)", exposure);
       write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);

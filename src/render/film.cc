@@ -78,8 +78,10 @@ void Film::add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t s
   const std::uint32_t triangle = first_hit.triangle[slot];
   if (triangle == kNone) return;
   const Vec2 at = first_hit.barycentric[slot];
-  const auto& [a, b, c] = geometry.triangles[triangle];
-  const auto interpolated = [&](const auto& of) { return of[a] * (1 - at.x - at.y) + of[b] * at.x + of[c] * at.y; };
+  const auto& vertices = geometry.triangles[triangle];
+  const auto interpolated = [&](const auto& of) {
+    return of[vertices[0]] * (1 - at.x - at.y) + of[vertices[1]] * at.x + of[vertices[2]] * at.y;
+  };
   if (places_.position) {
     const Vec3 p = interpolated(geometry.positions);
     add(position_[pixel], RGB(p.x, p.y, p.z));
