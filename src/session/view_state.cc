@@ -12,6 +12,7 @@ RenderSettings render_settings(const ViewState& state) {
   settings.kernel = state.kernel;
   settings.photons = state.photons;
   settings.nearest = state.nearest;
+  settings.secondary_gather = state.secondary_gather;
   settings.width = state.width;
   settings.height = state.height;
   return settings;

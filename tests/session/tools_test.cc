@@ -62,10 +62,12 @@ TEST(CommandText, RendersTheViewItIsOf) {
   state.lights[0].move = {0.1f, -0.2f, 0};
   state.engine = "forward";
   state.kernel = KernelShape::cone;
+  state.secondary_gather = false;
   const std::string text = render_command_text("my scenes/it's.glb", session.scene(), session.rig().lights(), state);
   EXPECT_THAT(text, HasSubstr("glowworm render 'my scenes/it'\\''s.glb' --size 32x24"));
   EXPECT_THAT(text, HasSubstr("--engine forward"));
   EXPECT_THAT(text, HasSubstr("--kernel cone"));
+  EXPECT_THAT(text, HasSubstr("--no-secondary-gather"));
   EXPECT_THAT(text, HasSubstr("scale=2,move=0.1:-0.2:0"));
   std::string camera;
   const auto scene =
