@@ -48,7 +48,7 @@ class QueryBuckets {
   std::span<const BucketPoint> points(const Bucket& bucket) const {
     return memory_.points.span().subspan(bucket.first, bucket.last - bucket.first);
   }
-  /// The answer of point i of points(bucket); whoever processes the bucket sets it.
+  /// The answer of point i of points(bucket); the code that processes the bucket sets it.
   RGB& answer(const Bucket& bucket, std::size_t i) {
     const std::size_t place = bucket.first + i;
     return memory_.answers[origin_.size() == 0 ? place : origin_[place]];

@@ -12,7 +12,7 @@ namespace glowworm {
 
 namespace {
 
-/// Pixels from the middle of the window to its edge.
+/// Radius of the window, pixels.
 constexpr int kReach = 8;
 /// Planes have this border of pixels that show nothing.
 constexpr int kBorder = kReach + 1;
@@ -21,18 +21,18 @@ constexpr int kTileWidth = 32, kTileHeight = 16;
 /// Side of the squares in which the spread of samples is set against differences of pixels.
 constexpr int kBlock = 32;
 /// Cosine between normals below which pixels show different surfaces.
-constexpr float kLeastCosine = 0.9f;
+constexpr float kMinCosine = 0.9f;
 /// Depths may differ by this share, beside what the slope of the surface explains.
 constexpr float kDepthShare = 0.005f;
 /// Samples whose spread a pixel shares with its neighbours.
 constexpr float kSharedSamples = 8;
-/// Added to variances, as a share of the level squared, so that zero over zero counts as no difference.
-constexpr float kLeastVariance = 1e-10f;
-/// Weights lean towards pixels whose noise is like that of the middle, so that this share of its noise stays, beside
-/// what the weights say (measured on flat surfaces).
+/// Share of the squared level that is added to variances, so that 0 / 0 counts as no difference.
+constexpr float kMinVariance = 1e-10f;
+/// Weights favour pixels whose noise resembles that of the centre, so this share of its noise remains in addition to
+/// what the weights predict (measured on flat surfaces).
 constexpr float kNoiseKept = 0.1f;
 
-/// Floats of a picture with a border of zeros.
+/// One float per pixel, with a border of zeros.
 class Plane {
  public:
   Plane(int width, int height)
@@ -85,7 +85,7 @@ class LightFilter {
     static constexpr int kPixels = kTileWidth * kTileHeight;
     std::array<float, kPixels> red, green, blue, weight, variance;
   };
-  /// How alike the pairs of pixels of a tile and a border of one pixel are, and by how much they differ.
+  /// Similarity and squared normalized difference of pixel pairs, for a tile with a border of one pixel.
   struct Pairs {
     static constexpr int kStride = kTileWidth + 2;
     std::array<float, kStride*(kTileHeight + 2)> alike, differ;
@@ -122,7 +122,7 @@ class LightFilter {
   }
   bool same_surface(int x, int y, int dx, int dy) const {
     const std::ptrdiff_t to = level_.at(x + dx, y + dy) - level_.at(x, y);
-    return cosine(normal_x_.at(x, y), normal_y_.at(x, y), normal_z_.at(x, y), to) > kLeastCosine;
+    return cosine(normal_x_.at(x, y), normal_y_.at(x, y), normal_z_.at(x, y), to) > kMinCosine;
   }
 
   /// Change of depth from pixel to pixel: in each direction the smaller of both sides, so that no edge counts.
@@ -134,7 +134,7 @@ class LightFilter {
     }
   }
 
-  /// Variances of few samples are unsure themselves: those of neighbours on the same surface count, too.
+  /// The variance of few samples is itself uncertain, so neighbours on the same surface contribute.
   void share_variance(int y) {
     for (int x = 0; x < width_; ++x) {
       float sum = 0, count = 0;
@@ -191,8 +191,8 @@ class LightFilter {
       for (int x = std::max(x0, 1); x < std::min(x0 + kBlock, width_ - 1); ++x)
         for (const float ratio : {second_difference(x, y, 1, 0), second_difference(x, y, 0, 1)})
           if (ratio >= 0) ratios.push_back(ratio);
-    constexpr std::size_t kFewest = 50;
-    if (ratios.size() < kFewest) return 1;
+    constexpr std::size_t kMinRatios = 50;
+    if (ratios.size() < kMinRatios) return 1;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
     return std::clamp(*middle / 0.4549f, 0.02f, 1.0f);
@@ -241,14 +241,14 @@ class LightFilter {
     float* const alike = pairs->alike.data() + row * Pairs::kStride;
     float* const differ = pairs->differ.data() + row * Pairs::kStride;
     for (int x = 0; x < width; ++x) {
-      const float cosine = nx[x] * nx[x + to] + ny[x] * ny[x + to] + nz[x] * nz[x + to];
-      const float facing = std::min(std::max((cosine - kLeastCosine) / (1 - kLeastCosine), 0.0f), 1.0f);
+      const float facing =
+          std::min(std::max((cosine(nx + x, ny + x, nz + x, to) - kMinCosine) / (1 - kMinCosine), 0.0f), 1.0f);
       const float step = depth[x + to] - depth[x];
       const float expected = 1.5f * distance * std::max(slope[x], slope[x + to]) + kDepthShare * depth[x] + 1e-20f;
       const float near = std::max(1 - step * step / (expected * expected), 0.0f);
       const float a = facing * facing * near;
       const float d = level[x + to] - level[x];
-      const float least = kLeastVariance * level[x] * level[x] + 1e-30f;
+      const float least = kMinVariance * level[x] * level[x] + 1e-30f;
       alike[x] = a;
       differ[x] = a * d * d / (variance[x] + variance[x + to] + least);
     }
@@ -273,8 +273,8 @@ class LightFilter {
       const float n = std::max(pairs_alike, 1e-6f);
       const float deviation = std::sqrt(2 / std::max(n, 1.0f));
       const float excess = (difference / n - 1) / deviation;
-      const float same = std::min(std::max((kMost - excess) / (kMost - kLeast), 0.0f), 1.0f);
-      // A neighbour far less sure may be an outlier: it counts less.
+      const float same = std::min(std::max((kNoWeight - excess) / (kNoWeight - kFullWeight), 0.0f), 1.0f);
+      // A neighbour with a much larger variance may be an outlier, so its weight is lower.
       const float sure = std::min((own[x] + 1e-30f) * 2 / (variance[x] + 1e-30f), 1.0f);
       const float weight = near * a1[x + 1] * same * sure;
       r[x] += weight * red[x];
@@ -286,7 +286,7 @@ class LightFilter {
   }
 
   /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
-  static constexpr float kLeast = 0.5f, kMost = 2.0f;
+  static constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
 
   const LightEstimate& estimate_;
   const FilterGuides& guides_;

@@ -9,7 +9,7 @@
 
 namespace glowworm {
 
-/// What is known of the surfaces in a picture; arrays of width * height entries, row by row.
+/// Surfaces in a picture; arrays of width * height entries, row by row.
 struct FilterGuides {
   int width = 0, height = 0;
   std::vector<Vec3> normal;  ///< mean over the samples of a pixel, not of unit length at edges; (0, 0, 0) for nothing
@@ -25,7 +25,7 @@ struct LightEstimate {
   std::vector<float> variance;  ///< of `level`, from the spread of the samples
 };
 
-/// What filter_light() finds.
+/// Result of filter_light().
 struct FilteredLight {
   std::vector<RGB> light;         ///< W sr^-1 m^-2
   std::vector<float> variance;    ///< of its luminance
@@ -35,11 +35,11 @@ struct FilteredLight {
 /// Replaces each pixel by a mean over those around it that show the same surface and the same light. Whether two pixels
 /// show the same light is decided by Welch's t-test over the differences of the 3 x 3 pixels around both (Sakai et al.,
 /// "A Statistical Approach to Monte Carlo Denoising", SIGGRAPH Asia 2024; over patches as in Rousselle et al.,
-/// "Adaptive Rendering with Non-Local Means Filtering", 2012). With more samples variances fall and smaller differences
-/// are told apart, so that the result converges to the mean of the samples.
+/// "Adaptive Rendering with Non-Local Means Filtering", 2012). With more samples the variances fall and the test
+/// detects smaller differences, so the result converges to the mean of the samples.
 ///
-/// Samples of one pixel are stratified, so that their spread overstates the error of their mean. Second differences of
-/// neighbouring pixels say by how much.
+/// Samples of one pixel are stratified, so their spread overstates the error of their mean. Second differences of
+/// neighbouring pixels measure by how much.
 ///
 /// The same bits for any number of threads; linear in pixels.
 /// @param samples of each pixel at least; with fewer than two, light comes back as it is

@@ -19,7 +19,7 @@ enum class Segment : std::uint8_t {
   to_patch          ///< straight from the gather point to a bright patch
 };
 
-/// Rays under way. Arrays of one length, index i one ray; `hits` is sized by whoever traces them.
+/// Rays under way. Arrays of one length, index i one ray; the caller that traces them sizes `hits`.
 struct GatherRays {
   std::vector<Ray> rays;
   std::vector<Hit> hits;

@@ -243,7 +243,7 @@ TEST_F(GltfSceneTest, MorphTargetsByTheWeightsOfNodesMeshesAndAnimations) {
   EXPECT_THAT(d.notes, HasNote("animation: the first moment is shown"));
 }
 
-/// A triangle with a skin of two joints: the first corner hangs on the first, the others on both alike.
+/// A triangle with a skin of two joints: the first corner follows the first joint, the others follow both equally.
 GltfFile skinned() {
   GltfFile file;
   const int joints = file.add_accessor<std::uint8_t>({0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, 5121, "VEC4", 3);

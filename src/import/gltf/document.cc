@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -211,6 +213,32 @@ GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::s
   document.model = map_json(root, path);
   decode_meshopt_views(document);
   return document;
+}
+
+bool is_supported_extension(std::string_view name) {
+  static constexpr std::string_view kSupported[] = {"EXT_mesh_gpu_instancing",
+                                                    "EXT_meshopt_compression",
+                                                    "EXT_texture_webp",
+                                                    "KHR_draco_mesh_compression",
+                                                    "KHR_lights_punctual",
+                                                    "KHR_materials_anisotropy",
+                                                    "KHR_materials_clearcoat",
+                                                    "KHR_materials_diffuse_transmission",
+                                                    "KHR_materials_dispersion",
+                                                    "KHR_materials_emissive_strength",
+                                                    "KHR_materials_ior",
+                                                    "KHR_materials_iridescence",
+                                                    "KHR_materials_pbrSpecularGlossiness",
+                                                    "KHR_materials_sheen",
+                                                    "KHR_materials_specular",
+                                                    "KHR_materials_transmission",
+                                                    "KHR_materials_unlit",
+                                                    "KHR_materials_variants",
+                                                    "KHR_materials_volume",
+                                                    "KHR_mesh_quantization",
+                                                    "KHR_meshopt_compression",
+                                                    "KHR_texture_transform"};
+  return std::find(std::begin(kSupported), std::end(kSupported), name) != std::end(kSupported);
 }
 
 std::string decode_uri(const std::string& uri) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "import/import.h"
@@ -48,6 +49,9 @@ GltfDocument read_gltf_document(const std::string& path, const ImportOptions& op
 /// The same of a file that stands in memory. @param path names it in messages; buffers are looked for beside it
 GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,
                                 const ImportOptions& options);
+
+/// Whether an extension of this name is read. What an unsupported one says is left out, with a note.
+bool is_supported_extension(std::string_view name);
 
 /// A URI with its %XX turned into bytes (RFC 3986, section 2.1).
 std::string decode_uri(const std::string& uri);

@@ -278,30 +278,8 @@ class GltfBuilder {
   }
 
   void note_extensions() {
-    static const std::set<std::string> kKnown = {"EXT_mesh_gpu_instancing",
-                                                 "EXT_meshopt_compression",
-                                                 "EXT_texture_webp",
-                                                 "KHR_draco_mesh_compression",
-                                                 "KHR_lights_punctual",
-                                                 "KHR_materials_anisotropy",
-                                                 "KHR_materials_clearcoat",
-                                                 "KHR_materials_diffuse_transmission",
-                                                 "KHR_materials_dispersion",
-                                                 "KHR_materials_emissive_strength",
-                                                 "KHR_materials_ior",
-                                                 "KHR_materials_iridescence",
-                                                 "KHR_materials_pbrSpecularGlossiness",
-                                                 "KHR_materials_sheen",
-                                                 "KHR_materials_specular",
-                                                 "KHR_materials_transmission",
-                                                 "KHR_materials_unlit",
-                                                 "KHR_materials_variants",
-                                                 "KHR_materials_volume",
-                                                 "KHR_mesh_quantization",
-                                                 "KHR_meshopt_compression",
-                                                 "KHR_texture_transform"};
     for (const std::string& name : model_.extensionsUsed) {
-      if (!kKnown.contains(name)) notes_.add("extension " + name + " is not supported, left out");
+      if (!is_supported_extension(name)) notes_.add("extension " + name + " is not supported, left out");
     }
   }
 

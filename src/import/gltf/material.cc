@@ -186,22 +186,8 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
   }
   set_layers(source, material);
   set_volume(source, material);
-  static constexpr const char* kKnown[] = {"KHR_materials_anisotropy",
-                                           "KHR_materials_clearcoat",
-                                           "KHR_materials_diffuse_transmission",
-                                           "KHR_materials_dispersion",
-                                           "KHR_materials_emissive_strength",
-                                           "KHR_materials_ior",
-                                           "KHR_materials_iridescence",
-                                           "KHR_materials_pbrSpecularGlossiness",
-                                           "KHR_materials_sheen",
-                                           "KHR_materials_specular",
-                                           "KHR_materials_transmission",
-                                           "KHR_materials_unlit",
-                                           "KHR_materials_volume"};
   for (const auto& [name, value] : source.extensions) {
-    const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
-    if (!known) notes_.add("material extension " + name + " is not supported, left out");
+    if (!is_supported_extension(name)) notes_.add("material extension " + name + " is not supported, left out");
   }
 }
 
