@@ -170,6 +170,7 @@ class ChunkGatherer {
   /// Whether light that ray i meets is the final gather's to add.
   bool counts_light(std::size_t i) const {
     return (rays_.segment[i] == Segment::secondary_chain && !caustic_queries_) ||
+           (rays_.segment[i] == Segment::chain && settings_.adds_caustics) ||
            (rays_.segment[i] == Segment::first && settings_.light_samples > 0);
   }
 
@@ -192,6 +193,8 @@ class ChunkGatherer {
       radiance_.direct[points_.slot[p]] += rays_.weight[i] * emitted * weight;
     } else if (rays_.segment[i] == Segment::secondary_chain) {
       radiance_.indirect[points_.slot[p]] += rays_.weight[i] * emitted;
+    } else if (rays_.segment[i] == Segment::chain) {
+      radiance_.caustic[points_.slot[p]] += rays_.weight[i] * emitted;
     }
   }
 

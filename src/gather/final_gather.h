@@ -20,6 +20,9 @@ struct FinalGatherSettings {
   const BrightPatches* bright = nullptr;  ///< places to look at on purpose; null: none
   std::uint32_t patch_samples = 0;        ///< rays of each gather point that go there, beside `rays`
   int max_sharp_bounces = 16;
+  /// Whether rays that meet lights through sharp bounces add them to `radiance.caustic`: for points without photons
+  /// around them.
+  bool adds_caustics = false;
 
   bool looks_at_patches() const { return bright && patch_samples > 0 && !bright->empty(); }
 };

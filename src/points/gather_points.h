@@ -11,8 +11,8 @@
 
 namespace glowworm {
 
-/// A rectangle of pixels and their camera samples in a task. A slot is one camera sample of one pixel:
-/// slot = (sample - first_sample) * pixels + pixel of the tile, row by row.
+/// A rectangle of pixels, or of cells of a grid of points, and their samples in a task. A slot is one camera sample of
+/// one pixel: slot = (sample - first_sample) * pixels + pixel of the tile, row by row.
 struct CameraTask {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1) x [y0, y1) of the picture
   std::uint32_t first_sample = 0, sample_count = 1;

@@ -26,13 +26,27 @@ bool looks_at_noise(std::uint32_t passes, bool filtered) {
   return passes >= kFewest && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
 }
 
+/// The settings with the size of the grid; as they are without points.
+RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
+  if (!points) return settings;
+  points->check();
+  settings.width = points->width;
+  settings.height = points->height;
+  settings.bounds = {0, 0, points->width, points->height};
+  if (settings.place_layers().any())
+    throw Error("points have no layers of the places that a camera sees",
+                "Leave position, uv and ids out of the AOVs.");
+  return settings;
+}
+
 }  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-         const Checkpoint* resume, double spent_s)
+         const Checkpoint* resume, double spent_s, std::shared_ptr<const PointGrid> points)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
-      settings_(resolve(asked, *scene_)),
+      points_(std::move(points)),
+      settings_(resolve(settings_for(asked, points_.get()), *scene_)),
       budget_(settings_.memory_bytes),
       film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers(),
             filters(settings_)),
@@ -89,7 +103,7 @@ std::uint64_t Job::samples_not_finite() const {
 }
 
 const RenderKey& Job::key() const {
-  std::call_once(key_made_, [this] { key_ = render_key(*scene_, settings_); });
+  std::call_once(key_made_, [this] { key_ = render_key(*scene_, settings_, points_.get()); });
   return key_;
 }
 
@@ -183,6 +197,11 @@ PassSettings Job::pass_settings() const {
   return pass;
 }
 
+View Job::view() const {
+  if (points_) return *points_;
+  return scene_->camera(settings_.camera);
+}
+
 void Job::shoot_photons(std::uint32_t pass) {
   const CancellationScope scope(interrupt_);
   const double start = seconds();
@@ -191,7 +210,7 @@ void Job::shoot_photons(std::uint32_t pass) {
   is_mapping_ = true;
   if (settings_.guiding && !guide_) {
     const PhaseTimer timer(statistics_, Phase::trace_photons);
-    PhotonGuiding guiding = guide_photons(*tracer_, settings_);
+    PhotonGuiding guiding = guide_photons(*tracer_, view(), settings_);
     guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
     demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
   }
@@ -224,7 +243,7 @@ void Job::render_passes() {
 }
 
 bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
-  const Camera& camera = scene_->camera(settings_.camera);
+  const View view = this->view();
   std::size_t slots = 0, slots_done = 0;
   for (const CameraTask& task : tasks) slots += task.slot_count();
   const double share = static_cast<double>(tasks.front().sample_count) / settings_.samples;
@@ -238,9 +257,9 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
     const double start = seconds();
     PassResult result;
     if (settings_.integrator == Integrator::path)
-      trace_paths(*tracer_, camera, task, settings_, result.radiance, result.first_hit, statistics_);
+      trace_paths(*tracer_, view, task, settings_, result.radiance, result.first_hit, statistics_);
     else
-      result = render_pass(*tracer_, maps_, camera, task, pass_, budget_, memory_, statistics_);
+      result = render_pass(*tracer_, maps_, view, task, pass_, budget_, memory_, statistics_);
     const std::size_t not_finite = drop_infinite_samples(result.radiance);
     query_point_bytes_ = memory_.most_query_bytes;
     ++tasks_;

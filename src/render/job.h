@@ -33,8 +33,10 @@ class Job {
   /// Starts the render. @param asked is resolved first; throws its errors here, later ones from wait().
   /// @param resume continues from this film; throws Error if the checkpoint belongs to another render
   /// @param spent_s seconds of the time limit already used, for loading the scene
+  /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
+  /// settings' size is that of the grid
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-      const Checkpoint* resume = nullptr, double spent_s = 0);
+      const Checkpoint* resume = nullptr, double spent_s = 0, std::shared_ptr<const PointGrid> points = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
@@ -72,6 +74,8 @@ class Job {
   std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
   const Scene& scene() const { return *scene_; }
+  /// The points that are rendered; null: the camera's pixels.
+  const PointGrid* points() const { return points_.get(); }
   /// Statistics of the caches of query point files, after the end of the render.
   const PagedCounts& paged_counts() const { return memory_.paged; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
@@ -89,6 +93,7 @@ class Job {
   bool render_tasks(const std::vector<CameraTask>& tasks);
   PhotonMapSettings map_settings(std::uint32_t pass) const;
   PassSettings pass_settings() const;
+  View view() const;
   const RenderKey& key() const;
   void shoot_photons(std::uint32_t pass);
   /// @param next_s estimated seconds of the next piece of work
@@ -98,6 +103,7 @@ class Job {
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Tracer> tracer_;
+  std::shared_ptr<const PointGrid> points_;
   RenderSettings settings_;
   MemoryBudget budget_;
   // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is

@@ -18,25 +18,39 @@ constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::
 
 class PassRenderer {
  public:
-  PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const PassSettings& settings, MemoryBudget& budget,
-               PassMemory& memory, Statistics& statistics)
-      : tracer_(tracer), maps_(maps), settings_(settings), budget_(budget), memory_(memory), statistics_(statistics) {}
+  PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PassSettings& settings,
+               MemoryBudget& budget, PassMemory& memory, Statistics& statistics)
+      : tracer_(tracer),
+        maps_(maps),
+        view_(view),
+        settings_(settings),
+        budget_(budget),
+        memory_(memory),
+        statistics_(statistics) {}
 
-  PassResult render(const Camera& camera, const CameraTask& task) {
+  PassResult render(const CameraTask& task) {
     check_cancelled();
+    GatherPoints& points = memory_.points;
+    if (view_.points) {
+      point_pass(tracer_.scene(), *view_.points, task, out_.radiance, out_.first_hit, points, statistics_);
+      if (settings_.kind == PassKind::photons)
+        look_up(gather_points_as_queries(points), maps_.engine(), out_.radiance.indirect);
+      else
+        gather_light(points);
+      return std::move(out_);
+    }
     CameraPassSettings camera_settings;
     camera_settings.width = settings_.width;
     camera_settings.height = settings_.height;
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     if (settings_.kind == PassKind::photons) {
-      camera_pass_queries(tracer_, camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
+      camera_pass_queries(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
                           statistics_);
       look_up(memory_.queries, maps_.engine(), out_.radiance.indirect);
       return std::move(out_);
     }
-    GatherPoints& points = memory_.points;
-    camera_pass(tracer_, camera, task, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
+    camera_pass(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
     if (settings_.kind == PassKind::gather) gather_light(points);
     if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
     return std::move(out_);
@@ -60,7 +74,7 @@ class PassRenderer {
     if (settings_.direct)
       add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, out_.radiance,
                        statistics_);
-    if (settings_.caustic && maps_.caustic_engine())
+    if (settings_.caustic && maps_.caustic_engine() && !is_apart())
       look_up(gather_points_as_queries(points), *maps_.caustic_engine(), out_.radiance.caustic);
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
@@ -74,8 +88,12 @@ class PassRenderer {
     out.radii = settings_.secondary_gather ? &maps_.radii() : nullptr;
     out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
     out.patch_samples = default_patch_samples(settings_.gather);
+    out.adds_caustics = settings_.caustic && is_apart();
     return out;
   }
+
+  /// Whether the gather points lie apart from surfaces, where no photons are.
+  bool is_apart() const { return view_.points && !view_.points->on_surfaces; }
 
   /// Final gathering in portions: each portion is traced, looked up and completed before the next.
   void gather(const GatherPoints& points) {
@@ -143,6 +161,7 @@ class PassRenderer {
 
   const Tracer& tracer_;
   const PhotonMaps& maps_;
+  const View& view_;
   const PassSettings& settings_;
   MemoryBudget& budget_;
   PassMemory& memory_;
@@ -171,11 +190,11 @@ void PassMemory::keep(MemoryBudget& budget) {
     reservation = std::make_unique<Reservation>(budget, "query points", bytes);
 }
 
-PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera, const CameraTask& task,
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, const CameraTask& task,
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const Reservation reservation(budget, "camera samples", task.slot_count() * kBytesPerSlot);
-  return PassRenderer(tracer, maps, settings, budget, memory, statistics).render(camera, task);
+  return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(task);
 }
 
 }  // namespace glowworm

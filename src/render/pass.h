@@ -7,7 +7,7 @@
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "density/paged_array.h"
-#include "gather/camera_pass.h"
+#include "gather/point_pass.h"
 #include "points/query_points.h"
 #include "render/photon_maps.h"
 #include "trace/tracer.h"
@@ -26,7 +26,7 @@ enum class PassKind : std::uint8_t {
 /// Settings of a pass.
 struct PassSettings {
   PassKind kind = PassKind::gather;
-  int width = 0, height = 0;        ///< of the whole picture, pixels
+  int width = 0, height = 0;        ///< of the whole picture or grid of points
   std::uint32_t gather = 16;        ///< final gather rays of each camera sample
   std::uint32_t light_samples = 0;  ///< light samples of each gather point
   std::uint32_t seed = 0;
@@ -63,10 +63,10 @@ struct PassMemory {
   std::unique_ptr<Reservation> reservation;  ///< of what is kept
 };
 
-/// Renders the task on all threads. The same bits for any number of threads. Throws Cancelled within a
-/// CancellationScope that is interrupted, and Error where the budget is too small.
+/// Renders the task over pixels or points on all threads. The same bits for any number of threads. Throws Cancelled
+/// within a CancellationScope that is interrupted, and Error where the budget is too small.
 /// @param maps up to date; not used by PassKind::surfaces
-PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const Camera& camera, const CameraTask& task,
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, const CameraTask& task,
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics);
 
 }  // namespace glowworm

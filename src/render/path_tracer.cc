@@ -53,8 +53,20 @@ class Path {
         radiance_(radiance),
         first_hit_(first_hit) {}
 
-  void trace(Ray ray) {
-    for (int bounce = 0;; ++bounce) {
+  /// The light that arrives at a point of the grid.
+  void trace_from(const PointGrid& grid, std::size_t cell) {
+    mark_point(grid, cell, first_hit_, slot_);
+    const SurfacePoint point = white_point(scene_, grid, cell);
+    const Bsdf bsdf = white_bsdf();
+    throughput_ = RGB(kPi);
+    add_sampled_light(point, bsdf, point.geometric_normal);
+    Ray ray;
+    if (scatter(point, shaded(point, bsdf), point.geometric_normal, 0, ray)) trace(ray, 1);
+  }
+
+  /// @param first_bounce number of surfaces before
+  void trace(Ray ray, int first_bounce = 0) {
+    for (int bounce = first_bounce;; ++bounce) {
       const Hit hit = tracer_.intersect(ray, bounce == 0 ? RayOrder::camera : RayOrder::incoherent);
       if (bounce == 0) see(hit);
       if (hit.triangle == kNone) {
@@ -132,7 +144,7 @@ class Path {
     history_.mark(s.lobe, s.delta);
     last_pdf_ = s.delta ? 0 : s.pdf;
     last_position_ = point.position;
-    absorption_ = absorption(scene_, point.triangle, s.direction);
+    if (point.triangle != kNone) absorption_ = absorption(scene_, point.triangle, s.direction);
     ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }
@@ -153,7 +165,7 @@ class Path {
 
 }  // namespace
 
-void trace_paths(const Tracer& tracer, const Camera& camera, const CameraTask& task, const RenderSettings& settings,
+void trace_paths(const Tracer& tracer, const View& view, const CameraTask& task, const RenderSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
   const std::size_t slots = task.slot_count();
   radiance.resize(slots);
@@ -168,10 +180,21 @@ void trace_paths(const Tracer& tracer, const Camera& camera, const CameraTask& t
       const auto pixel =
           static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
       Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, kPathStream), sample);
+      const auto start = [&](const Sampler& rest) {
+        return Path(tracer, settings, rest, static_cast<std::uint32_t>(slot), radiance, first_hit);
+      };
+      if (view.points) {
+        first_hit.depth[slot] = std::numeric_limits<float>::infinity();
+        if (!view.points->has(pixel)) continue;
+        Path path = start(sampler);
+        path.trace_from(*view.points, pixel);
+        shadow_rays += path.shadow_rays;
+        continue;
+      }
       const Vec2 u = sampler.next2();
-      const CameraRay ray = generate_ray(camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
+      const CameraRay ray = generate_ray(*view.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
                                          settings.width, settings.height, sampler.next2());
-      Path path(tracer, settings, sampler, static_cast<std::uint32_t>(slot), radiance, first_hit);
+      Path path = start(sampler);
       path.trace({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
       shadow_rays += path.shadow_rays;
     }

@@ -38,7 +38,9 @@ ImportanceGrid importance(const QueryPoints& queries) {
   return ImportanceGrid(queries.position, queries.normal, weights);
 }
 
-PhotonDemand find_demand(const Tracer& tracer, const Camera& camera, const RenderSettings& settings) {
+/// Gather points of a coarse picture.
+GatherPoints coarse_points(const Tracer& tracer, const Camera& camera, const RenderSettings& settings,
+                           SlotRadiance& radiance) {
   const double pixels = static_cast<double>(settings.width) * settings.height;
   const double scale = std::min(1.0, std::sqrt(kPilotPixels / pixels));
   CameraPassSettings camera_settings;
@@ -52,9 +54,41 @@ PhotonDemand find_demand(const Tracer& tracer, const Camera& camera, const Rende
   task.sample_count =
       static_cast<std::uint32_t>(std::clamp(kPilotPixels / (static_cast<double>(task.x1) * task.y1), 1.0, 64.0));
   Statistics statistics;  // of the pilot, which is not part of the render's counts
-  SlotRadiance radiance;
   FirstHit first_hit;
-  const GatherPoints points = camera_pass(tracer, camera, task, camera_settings, radiance, first_hit, statistics);
+  return camera_pass(tracer, camera, task, camera_settings, radiance, first_hit, statistics);
+}
+
+/// Evenly chosen points of the grid.
+GatherPoints coarse_points(const Tracer& tracer, const PointGrid& grid, SlotRadiance& radiance) {
+  std::vector<std::size_t> cells;
+  for (std::size_t cell = 0; cell < grid.normal.size(); ++cell)
+    if (grid.has(cell)) cells.push_back(cell);
+  const auto most = static_cast<std::size_t>(kPilotPixels);
+  PointGrid pilot;
+  for (std::size_t i = 0; i < std::min(cells.size(), most); ++i) {
+    const std::size_t cell = cells[cells.size() <= most ? i : i * cells.size() / most];
+    pilot.position.push_back(grid.position[cell]);
+    pilot.normal.push_back(grid.normal[cell]);
+  }
+  pilot.width = static_cast<int>(pilot.position.size());
+  pilot.height = 1;
+  CameraTask task;
+  task.x1 = pilot.width;
+  task.y1 = 1;
+  if (pilot.width > 0)
+    task.sample_count = static_cast<std::uint32_t>(std::clamp(kPilotPixels / pilot.width, 1.0, 64.0));
+  GatherPoints points;
+  Statistics statistics;
+  FirstHit first_hit;
+  point_pass(tracer.scene(), pilot, task, radiance, first_hit, points, statistics);
+  return points;
+}
+
+PhotonDemand find_demand(const Tracer& tracer, const View& view, const RenderSettings& settings) {
+  SlotRadiance radiance;
+  const GatherPoints points = view.points ? coarse_points(tracer, *view.points, radiance)
+                                          : coarse_points(tracer, *view.camera, settings, radiance);
+  Statistics statistics;
   PhotonDemand demand;
   const QueryPoints seen = gather_points_as_queries(points);
   demand.seen = importance(seen);
@@ -97,9 +131,9 @@ PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings
   return guide_photons(tracer, tracer.scene().camera(settings.camera), settings);
 }
 
-PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const RenderSettings& settings) {
+PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings) {
   PhotonGuiding out;
-  out.demand = find_demand(tracer, camera, settings);
+  out.demand = find_demand(tracer, view, settings);
   if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
   PhotonPassSettings pilot;
   pilot.seed = settings.seed;

@@ -1,5 +1,6 @@
 // Pilot passes that find where the image needs photons, and which light paths reach those places.
 #pragma once
+#include "gather/point_pass.h"
 #include "photon/photon_tracer.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
@@ -17,7 +18,7 @@ struct PhotonGuiding {
 /// half as long as the photons, and an eighth in the easy case. The result does not depend on the number of threads.
 /// @param settings resolved
 PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings);
-/// As above, for a camera that is not in the scene.
-PhotonGuiding guide_photons(const Tracer& tracer, const Camera& camera, const RenderSettings& settings);
+/// As above, for a camera that is not in the scene, or for points.
+PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings);
 
 }  // namespace glowworm

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 
+#include "core/content_hash.h"
 #include "core/error.h"
 #include "kernels/simd.h"
 #include "render/options.h"
@@ -26,6 +28,7 @@ constexpr const char* kGeometry = "geometry";
 constexpr const char* kMaterials = "materials or textures";
 constexpr const char* kLights = "lights";
 constexpr const char* kCamera = "camera";
+constexpr const char* kPoints = "points";
 constexpr const char* kLayers = "layers";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
@@ -39,7 +42,7 @@ std::string value_of(const RenderKey& key, const std::string& name) {
 }
 
 bool is_of_scene(const std::string& name) {
-  return name == kGeometry || name == kMaterials || name == kLights || name == kCamera;
+  return name == kGeometry || name == kMaterials || name == kLights || name == kCamera || name == kPoints;
 }
 
 /// The command-line text for a value of the key; "" if no option gives it.
@@ -48,6 +51,17 @@ std::string remedy_for(const std::string& name, const std::string& value) {
     if (option.is_on_command_line() && name == option.name && value != kUnknown)
       return command_line_text(option, value);
   return "";
+}
+
+std::uint64_t hash_points(const PointGrid& points) {
+  ContentHash hash;
+  hash.add(points.width);
+  hash.add(points.height);
+  hash.add(points.on_surfaces);
+  for (const Vec3 p : points.position) hash.add(p);
+  hash.add_array(std::span(points.position));
+  hash.add_array(std::span(points.normal));
+  return hash.value();
 }
 
 std::string names_of(const PlaceLayers& layers) {
@@ -71,7 +85,7 @@ std::string names_of(const PlaceLayers& layers) {
 
 }  // namespace
 
-RenderKey render_key(const Scene& scene, const RenderSettings& s) {
+RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGrid* points) {
   const SceneHash hash = hash_scene(scene, scene.camera(s.camera));
   RenderKey key = {{kVersion, version()},           {kKernels, simd_name()},           {kRays, ray_instruction_set()},
                    {kGeometry, hex(hash.geometry)}, {kMaterials, hex(hash.materials)}, {kLights, hex(hash.lights)},
@@ -79,6 +93,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s) {
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
   key.push_back({"layers of first hits", names_of(s.place_layers())});
+  if (points) key.push_back({kPoints, hex(hash_points(*points))});
   // If time is short, the caustic map gets no passes of its own.
   if (s.integrator == Integrator::gather)
     key.push_back({"length of --time", has_time_for_caustics(s) ? "long or none" : "short"});

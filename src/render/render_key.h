@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "gather/point_pass.h"
 #include "render/settings.h"
 #include "scene/scene.h"
 
@@ -19,8 +20,9 @@ struct KeyPart {
 using RenderKey = std::vector<KeyPart>;
 
 /// @param settings resolved
+/// @param points that are rendered in place of the camera's pixels; null: none
 /// It hashes the whole scene (scene/scene_hash.h), so call it only for renders that are saved.
-RenderKey render_key(const Scene& scene, const RenderSettings& settings);
+RenderKey render_key(const Scene& scene, const RenderSettings& settings, const PointGrid* points = nullptr);
 
 /// The key as one line of text, and back; nothing if the text is not a key.
 std::string key_text(const RenderKey& key);

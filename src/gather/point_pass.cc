@@ -1,0 +1,99 @@
+#include "gather/point_pass.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Offset of rays from a point whose triangle is not known, relative to the largest coordinate of point and scene:
+/// several times the rounding of places on triangles as large as the scene (core/offset_origin.h).
+constexpr float kPointOffset = 0x1p-20f;
+/// Deviation of the squared length of a normal from 1.
+constexpr float kUnitTolerance = 1e-3f;
+
+float largest_coordinate(Vec3 p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
+
+}  // namespace
+
+void PointGrid::check() const {
+  const auto cells = static_cast<std::size_t>(std::max(width, 0)) * static_cast<std::size_t>(std::max(height, 0));
+  if (cells == 0 || position.size() != cells || normal.size() != cells || (!surface.empty() && surface.size() != cells))
+    throw Error(fmt::format("a grid of {}x{} points has {} positions and {} normals", width, height, position.size(),
+                            normal.size()),
+                "Give one position and one normal for each cell, and at least one cell.");
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (!has(i)) continue;
+    const Vec3 p = position[i], n = normal[i];
+    if (!std::isfinite(dot(p, p)))
+      throw Error(fmt::format("point {} has no finite position: ({}, {}, {})", i, p.x, p.y, p.z));
+    if (!(std::abs(dot(n, n) - 1) <= kUnitTolerance))
+      throw Error(fmt::format("point {} has the normal ({}, {}, {}), which is not of unit length", i, n.x, n.y, n.z));
+  }
+}
+
+SurfacePoint white_point(const Scene& scene, const PointGrid& grid, std::size_t cell) {
+  SurfacePoint point;
+  point.position = grid.position[cell];
+  point.geometric_normal = grid.normal[cell];
+  point.frame = Frame::from_normal(point.geometric_normal);
+  float largest = largest_coordinate(point.position);
+  const Box3 bounds = scene.bounds();
+  if (!bounds.empty()) largest = std::max({largest, largest_coordinate(bounds.min), largest_coordinate(bounds.max)});
+  point.offset = kPointOffset * largest;
+  return point;
+}
+
+Bsdf white_bsdf() {
+  Bsdf bsdf;
+  bsdf.diffuse = RGB(1.0f);
+  return bsdf;
+}
+
+void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot) {
+  // Depths of neighbouring surfaces differ by a factor of two at least.
+  constexpr std::uint32_t kDepths = 32;
+  first_hit.albedo[slot] = RGB(1.0f);
+  first_hit.normal[slot] = grid.normal[cell];
+  first_hit.depth[slot] =
+      grid.surface.empty() ? 1.0f : std::ldexp(1.0f, static_cast<int>(grid.surface[cell] % kDepths));
+}
+
+void point_pass(const Scene& scene, const PointGrid& grid, const CameraTask& task, SlotRadiance& radiance,
+                FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::camera_pass);
+  radiance.resize(task.slot_count());
+  first_hit.resize(task.slot_count(), false);
+  std::fill(first_hit.depth.begin(), first_hit.depth.end(), std::numeric_limits<float>::infinity());
+  points.clear();
+  points.reserve(task.slot_count());
+  std::size_t slot = 0;
+  for (std::uint32_t s = 0; s < task.sample_count; ++s)
+    for (int y = task.y0; y < task.y1; ++y)
+      for (int x = task.x0; x < task.x1; ++x, ++slot) {
+        const auto cell =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
+        if (!grid.has(cell)) continue;
+        const SurfacePoint point = white_point(scene, grid, cell);
+        mark_point(grid, cell, first_hit, slot);
+        points.slot.push_back(static_cast<std::uint32_t>(slot));
+        points.sequence.push_back(static_cast<std::uint32_t>(cell));
+        points.sample.push_back(task.first_sample + s);
+        points.position.push_back(point.position);
+        points.normal.push_back(point.geometric_normal);
+        points.offset.push_back(point.offset);
+        points.frame.push_back(point.frame);
+        points.wo.push_back(point.geometric_normal);
+        points.bsdf.push_back(white_bsdf());
+        points.throughput.push_back(RGB(kPi));
+      }
+  statistics.add(Counter::gather_points, points.size());
+}
+
+}  // namespace glowworm

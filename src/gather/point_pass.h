@@ -1,0 +1,51 @@
+// Gather points that do not come from a camera: places whose irradiance is wanted, such as sensors and texels.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/vec.h"
+#include "gather/camera_pass.h"
+#include "scene/surface.h"
+
+namespace glowworm {
+
+/// Places in a grid of cells, row by row. A render over them fills its film as for a picture of width x height pixels,
+/// with irradiance in W m^-2 in place of radiance.
+struct PointGrid {
+  int width = 0, height = 0;
+  std::vector<Vec3> position;  ///< metres
+  std::vector<Vec3> normal;    ///< unit; (0, 0, 0): the cell holds no point and stays black
+  /// Number of the surface of each cell. The filter never averages cells of different surfaces. Empty: all are of one.
+  std::vector<std::uint32_t> surface;
+  /// Whether the points lie on surfaces of the scene, where photons are. Other points have no caustic map: gather rays
+  /// that meet lights through sharp bounces bring caustics to them, which is noisy, and misses lights without area.
+  bool on_surfaces = false;
+
+  /// Whether the cell holds a point.
+  bool has(std::size_t cell) const { return normal[cell].x != 0 || normal[cell].y != 0 || normal[cell].z != 0; }
+  /// Throws Error, with the cell, if arrays differ in length, a coordinate is not finite or a normal is not of unit
+  /// length.
+  void check() const;
+};
+
+/// What a render looks from: a camera, or points.
+struct View {
+  View(const Camera& seen_by) : camera(&seen_by) {}
+  View(const PointGrid& seen_at) : points(&seen_at) {}
+  const Camera* camera = nullptr;
+  const PointGrid* points = nullptr;
+};
+
+/// A point of the grid as a surface that reflects all light diffusely; its radiance times pi is the irradiance.
+SurfacePoint white_point(const Scene& scene, const PointGrid& grid, std::size_t cell);
+/// The BSDF of white_point().
+Bsdf white_bsdf();
+
+/// Marks the cell as hit in `first_hit`, with albedo 1. The depth only tells surfaces apart.
+void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot);
+
+/// The gather points of a task over the grid; replaces the camera pass. Sizes `radiance` and `first_hit`.
+void point_pass(const Scene& scene, const PointGrid& grid, const CameraTask& task, SlotRadiance& radiance,
+                FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
+
+}  // namespace glowworm

@@ -1,0 +1,140 @@
+// Irradiance at points in place of pixels: against closed forms, the path tracer, and the rules of every render.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "builtin/builtin.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "render/render_testing.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+PointGrid row_of(std::vector<Vec3> positions, Vec3 normal) {
+  PointGrid grid;
+  grid.width = static_cast<int>(positions.size());
+  grid.height = 1;
+  grid.normal.assign(positions.size(), normal);
+  grid.position = std::move(positions);
+  return grid;
+}
+
+Film render(const Stage& stage, const RenderSettings& settings, const PointGrid& grid) {
+  Job job(stage.scene, stage.tracer, settings, nullptr, 0, std::make_shared<const PointGrid>(grid));
+  job.wait();
+  return job.snapshot();
+}
+
+/// A light of 2 x 2 m and radiance 1 at a height of 1 m over nothing.
+SceneDescription lone_light() {
+  SceneDescription d;
+  d.materials.resize(1);
+  d.materials[0].reflectance.value = RGB(0.0f);
+  add_quad(d, {-1, -1, 1}, {0, 2, 0}, {2, 0, 0}, 0, add_emission(d, RGB(1.0f)));
+  d.cameras.push_back(square_view({0, 0, 0.5f}, {0, 0, -1}, 0.1f, 0.1f));
+  return d;
+}
+
+/// Form factor to a square of side 2a at distance h from the point below its middle (Howell, B-4), times pi.
+double irradiance_below_middle(double distance) {
+  const double x = 1 / distance, root = std::sqrt(1 + x * x);
+  return 4 * (x / root) * std::atan(x / root);
+}
+
+TEST(PointGrid, HoldsTheIrradianceOfTheClosedForm) {
+  const Stage stage(lone_light());
+  const PointGrid grid = row_of({{0, 0, 0}, {0, 0, 0.5f}, {0, 0, -1}, {0, 0, 1.5f}}, {0, 0, 1});
+  RenderSettings paths = by_path(1, 4096);
+  for (const RenderSettings& settings : {by_photons(1, 64, 64, 1000), paths}) {
+    const Film film = render(stage, settings, grid);
+    EXPECT_NEAR(film.radiance(0, false).g, irradiance_below_middle(1), 0.01);
+    EXPECT_NEAR(film.radiance(1, false).g, irradiance_below_middle(0.5), 0.015);
+    EXPECT_NEAR(film.radiance(2, false).g, irradiance_below_middle(2), 0.01);
+    EXPECT_EQ(film.radiance(3, false).g, 0) << "the light is behind this point";
+  }
+}
+
+TEST(PointGrid, AgreesWithThePathTracerOnSurfacesAndApart) {
+  const Stage stage(builtin_scene("cornell"));
+  const Box3 room = stage.scene->bounds();
+  const Vec3 size = room.diagonal();
+  for (const bool on_surfaces : {true, false}) {
+    std::vector<Vec3> places;
+    for (int i = 0; i < 64; ++i)
+      places.push_back(room.min + Vec3{size.x * (0.1f + 0.1f * static_cast<float>(i % 8)),
+                                       on_surfaces ? 0 : size.y * 0.3f,
+                                       size.z * (0.1f + 0.1f * static_cast<float>(i / 8))});
+    PointGrid grid = row_of(places, {0, 1, 0});
+    grid.on_surfaces = on_surfaces;
+    const double photons = mean(render(stage, by_photons(1, 16, 64, 200'000, "blocked"), grid)).luminance();
+    const double paths = mean(render(stage, by_path(1, 4096), grid)).luminance();
+    EXPECT_GT(paths, 0);
+    EXPECT_NEAR(photons / paths, 1, 0.01) << on_surfaces;
+  }
+}
+
+TEST(PointGrid, GetsCausticsApartFromSurfaces) {
+  const Stage stage(builtin_scene("glass-sphere"));
+  const Box3 room = stage.scene->bounds();
+  // Below the sphere, above the floor.
+  PointGrid grid = row_of(
+      std::vector<Vec3>(16, {room.center().x, room.min.y + 0.02f * room.diagonal().y, room.center().z}), {0, 1, 0});
+  const Film photons = render(stage, by_photons(1, 64, 256, 100'000, "blocked"), grid);
+  const Film paths = render(stage, by_path(1, 16384), grid);
+  double by_photons = 0, by_paths = 0;
+  for (std::size_t i = 0; i < 16; ++i) {
+    by_photons += luminance(photons.mean(Film::Layer::caustic, i));
+    by_paths += luminance(paths.mean(Film::Layer::caustic, i));
+  }
+  EXPECT_GT(by_paths, 0);
+  EXPECT_NEAR(by_photons / by_paths, 1, 0.1);
+}
+
+TEST(PointGrid, LeavesCellsWithoutPointsBlackAndKeepsItsBits) {
+  const Stage stage(builtin_scene("cornell"));
+  const Box3 room = stage.scene->bounds();
+  PointGrid grid;
+  grid.width = grid.height = 20;
+  for (int i = 0; i < 400; ++i) {
+    // Above the boxes.
+    grid.position.push_back(room.center() + Vec3{0.0001f * static_cast<float>(i), 0.35f * room.diagonal().y, 0});
+    grid.normal.push_back(i % 3 == 0 ? Vec3{0, 0, 0} : Vec3{0, 1, 0});
+  }
+  const auto bits = [&](int threads) {
+    set_thread_count(threads);
+    return pixels(render(stage, by_photons(1, 3, 9, 20'000, "blocked"), grid));
+  };
+  const std::vector<RGB> one = bits(1), three = bits(3);
+  set_thread_count(0);
+  EXPECT_EQ(one, three);
+  for (std::size_t i = 0; i < one.size(); ++i) ASSERT_EQ(is_black(one[i]), i % 3 == 0) << i;
+}
+
+TEST(PointGrid, RefusesImpossiblePoints) {
+  const Stage stage(lone_light());
+  const RenderSettings settings = by_photons(1, 1, 4, 1000);
+  EXPECT_THROW(render(stage, settings, row_of({{0, 0, 0}}, {0, 0, 2})), Error);
+  EXPECT_THROW(render(stage, settings, row_of({{std::numeric_limits<float>::quiet_NaN(), 0, 0}}, {0, 0, 1})), Error);
+  EXPECT_THROW(render(stage, settings, PointGrid()), Error);
+  PointGrid grid = row_of({{0, 0, 0}}, {0, 0, 1});
+  grid.normal.clear();
+  EXPECT_THROW(render(stage, settings, grid), Error);
+}
+
+TEST(PointGrid, ResumesOnlyAtItsOwnPoints) {
+  const Stage stage(lone_light());
+  const RenderSettings settings = by_photons(1, 2, 4, 1000);
+  const auto here = std::make_shared<const PointGrid>(row_of({{0, 0, 0}}, {0, 0, 1}));
+  const auto there = std::make_shared<const PointGrid>(row_of({{0, 0, 0.1f}}, {0, 0, 1}));
+  Job job(stage.scene, stage.tracer, settings, nullptr, 0, here);
+  job.wait();
+  const Checkpoint checkpoint = job.checkpoint();
+  EXPECT_NO_THROW(Job(stage.scene, stage.tracer, settings, &checkpoint, 0, here).wait());
+  EXPECT_THROW(Job(stage.scene, stage.tracer, settings, &checkpoint, 0, there).wait(), Error);
+}
+
+}  // namespace
+}  // namespace glowworm
