@@ -15,7 +15,7 @@ namespace glowworm {
 namespace {
 
 /// Files that warnings and the error at the end name; a full disk fails every frame of a session.
-constexpr std::size_t kMostNames = 8;
+constexpr std::size_t kMaxNames = 8;
 
 [[noreturn]] void refuse(const std::string& what, const std::string& path, const std::string& other) {
   throw CommandLineError(fmt::format("{} '{}' and {} are one file", what, path, other), "Give each its own name.");
@@ -66,7 +66,7 @@ bool OutputFiles::write(const std::string& path, const std::function<void()>& wo
 
 bool OutputFiles::note_failure(const std::string& path, const std::string& message) {
   failed_.insert(path);
-  if (warned_.size() < kMostNames && warned_.insert(path).second) warn(message);
+  if (warned_.size() < kMaxNames && warned_.insert(path).second) warn(message);
   return false;
 }
 
@@ -75,8 +75,8 @@ void OutputFiles::throw_if_any_failed() const {
   std::string names;
   std::size_t named = 0;
   for (const std::string& path : failed_) {
-    if (named++ == kMostNames) {
-      names += fmt::format(" and {} more", failed_.size() - kMostNames);
+    if (named++ == kMaxNames) {
+      names += fmt::format(" and {} more", failed_.size() - kMaxNames);
       break;
     }
     names += (named > 1 ? ", " : "") + path;

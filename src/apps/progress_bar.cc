@@ -11,7 +11,7 @@
 namespace glowworm {
 
 namespace {
-constexpr int kMostWidth = 40, kLeastWidth = 8;  // of the bar
+constexpr int kMaxWidth = 40, kMinWidth = 8;  // of the bar
 constexpr int kUsualColumns = 80;
 constexpr double kPlainInterval = 10;  // seconds
 using Clock = std::chrono::steady_clock;
@@ -37,8 +37,8 @@ std::string format_duration(double seconds) {
 std::string progress_line(double share, const std::string& label, const std::string& left, int columns) {
   std::string text = fmt::format(" {:3.0f}%  {}  {}", 100 * share, label, left);
   // The last column stays free: some terminals begin a new line after it.
-  const int width = std::min(columns - 3 - static_cast<int>(text.size()), kMostWidth);
-  if (width < kLeastWidth) return text.substr(1, static_cast<std::size_t>(std::max(columns - 1, 0)));
+  const int width = std::min(columns - 3 - static_cast<int>(text.size()), kMaxWidth);
+  if (width < kMinWidth) return text.substr(1, static_cast<std::size_t>(std::max(columns - 1, 0)));
   const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
   return fmt::format("[{}{}]{}", std::string(full, '='), std::string(width - full, ' '), text);
 }

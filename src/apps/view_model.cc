@@ -14,8 +14,8 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMostMessages = 8;
-constexpr std::size_t kMostTimes = 120;
+constexpr std::size_t kMaxMessages = 8;
+constexpr std::size_t kMaxFrameTimes = 120;
 
 FrameTimes times_of(const FrameCost& cost) {
   const auto ms = [&](Phase phase) { return static_cast<float>(1e3 * cost.phase(phase)); };
@@ -61,7 +61,7 @@ Vec3 ViewModel::up() const { return scene ? nearest_up(scene->scene->cameras().f
 void ViewModel::say(const std::string& message) {
   warn(message);
   messages.push_back(message);
-  if (messages.size() > kMostMessages) messages.erase(messages.begin());
+  if (messages.size() > kMaxMessages) messages.erase(messages.begin());
 }
 
 void ViewModel::open(const std::string& path) { worker.open(path); }
@@ -128,7 +128,7 @@ bool ViewModel::take() {
 
 void ViewModel::add_times(const ViewFrame& frame) {
   times.push_back(times_of(frame.cost));
-  if (times.size() > kMostTimes) times.pop_front();
+  if (times.size() > kMaxFrameTimes) times.pop_front();
   if (frame.moving) longest_latency = std::max(longest_latency, shown->latency);
 }
 

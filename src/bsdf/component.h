@@ -57,8 +57,8 @@ struct Component {
 
 /// The components of a BSDF for one wo.
 struct Components {
-  static constexpr int kMost = 6;
-  Component list[kMost];
+  static constexpr int kMaxCount = 6;
+  Component list[kMaxCount];
   int count = 0;
   void add(const Component& component) {
     if (max_component(component.albedo) > 0) list[count++] = component;

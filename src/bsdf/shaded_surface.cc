@@ -91,7 +91,7 @@ ScatteredRay ShadedSurface::scatter_photon(Vec3 back, float u_lobe, Vec2 u, floa
   if (!(side > 0)) return out;
   out.direction = w;
   if (image > 0 && choose(image / (side + image), u_mirror)) out.direction = mirrored(w, frame_.n, s.wi.z);
-  out.weight *= std::min((side + std::max(image, 0.0f)) / std::max(shading, kLeastShadingCosine), kMostShadingFactor);
+  out.weight *= std::min((side + std::max(image, 0.0f)) / std::max(shading, kMinShadingCosine), kMaxShadingFactor);
   out.valid = true;
   return out;
 }

@@ -11,7 +11,7 @@ namespace glowworm::bsdf_detail {
 
 namespace {
 
-constexpr float kLeastAlpha = 0.01f;
+constexpr float kMinAlpha = 0.01f;
 constexpr int kAlphaNodes = 32;
 
 /// Lambda of the Charlie distribution, fitted (Estevez and Kulla 2017, section 3), with its softened terminator left
@@ -47,7 +47,7 @@ Table integrate() {
   constexpr int kPolar = 64, kAzimuth = 32;
   Table table{};
   for (int row = 0; row < kAlphaNodes; ++row) {
-    const float alpha = std::max(kLeastAlpha, node(row, kAlphaNodes));
+    const float alpha = std::max(kMinAlpha, node(row, kAlphaNodes));
     for (int column = 0; column < kCosineNodes; ++column) {
       const float cosine = std::max(1e-3f, node(column, kCosineNodes));
       const Vec3 wo{std::sqrt(1 - cosine * cosine), 0, cosine};
@@ -103,7 +103,7 @@ RGB sensitivity(float path, RGB shift) {
 
 }  // namespace
 
-Sheen::Sheen(float alpha) : alpha_(std::clamp(alpha, kLeastAlpha, 1.0f)) {
+Sheen::Sheen(float alpha) : alpha_(std::clamp(alpha, kMinAlpha, 1.0f)) {
   const float x = std::sqrt(alpha_) * (kAlphaNodes - 1);
   const int i = std::min(static_cast<int>(x), kAlphaNodes - 2);
   mix_ = (alpha_ - node(i, kAlphaNodes)) / (node(i + 1, kAlphaNodes) - node(i, kAlphaNodes));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kAlphaNodes = 16, kEtaNodes = 17, kDepthNodes = 32;
 constexpr int kBoundaries = 5;
-constexpr float kMostEta = 3, kMostDepth = 4;
+constexpr float kMaxEta = 3, kMaxDepth = 4;
 /// Points of the quadratures: normals around and away from the axis, cosines for the means.
 constexpr int kAround = 12, kAway = 24, kMeanCosines = 96, kMeanAround = 8, kMeanAway = 12;
 
@@ -22,7 +22,7 @@ float node_cosine(int i) { return static_cast<float>(i * i) / ((kCosineNodes - 1
 float node_alpha(int i) { return static_cast<float>(i * i) / ((kAlphaNodes - 1) * (kAlphaNodes - 1)); }
 /// Nodes of the index are equidistant in the amplitude reflected at normal incidence.
 float node_eta(int i) {
-  const float most = (kMostEta - 1) / (kMostEta + 1), s = most * i / (kEtaNodes - 1);
+  const float most = (kMaxEta - 1) / (kMaxEta + 1), s = most * i / (kEtaNodes - 1);
   return (1 + s) / (1 - s);
 }
 
@@ -39,7 +39,7 @@ Split split_alpha(float alpha) {
   return split(std::sqrt(std::clamp(alpha, 0.0f, 1.0f)) * (kAlphaNodes - 1), kAlphaNodes);
 }
 Split split_eta(float eta) {
-  const float most = (kMostEta - 1) / (kMostEta + 1);
+  const float most = (kMaxEta - 1) / (kMaxEta + 1);
   return split((eta - 1) / (eta + 1) / most * (kEtaNodes - 1), kEtaNodes);
 }
 
@@ -133,7 +133,7 @@ struct Slice {
   void integrate_absorption(float eta) {
     const int n = 4096;
     for (int d = 0; d < kDepthNodes; ++d) {
-      const double t = static_cast<double>(d) / (kDepthNodes - 1), depth = kMostDepth * t * t * t;
+      const double t = static_cast<double>(d) / (kDepthNodes - 1), depth = kMaxDepth * t * t * t;
       double weakened = 0, whole = 0;
       for (int i = 0; i < n; ++i) {
         const double cosine = (i + 0.5) / n;
@@ -219,14 +219,14 @@ BoundaryMeans boundary_means(float alpha, float eta) {
     transmitted += weight * s.mean_transmit_outside[a];
     lost += weight * s.mean_lost_inside[a];
   });
-  eta = std::clamp(eta, 1.0f, kMostEta);
+  eta = std::clamp(eta, 1.0f, kMaxEta);
   return {transmitted, std::clamp(1 - lost / (eta * eta), 0.0f, 1.0f)};
 }
 
 float internal_transmittance(float eta, float depth) {
   if (depth <= 0) return 1;
-  if (depth >= kMostDepth) return std::exp(-2 * depth);
-  const Split e = split_eta(eta), d = split(std::cbrt(depth / kMostDepth) * (kDepthNodes - 1), kDepthNodes);
+  if (depth >= kMaxDepth) return std::exp(-2 * depth);
+  const Split e = split_eta(eta), d = split(std::cbrt(depth / kMaxDepth) * (kDepthNodes - 1), kDepthNodes);
   float sum = 0;
   for (int i = 0; i < 2; ++i) {
     const float* row = slice(e.index + i).log_transmittance;

@@ -11,12 +11,12 @@ __extension__ using Int128 = __int128;
 
 /// A sum in fixed point: an integer in units of 2^-kFractionBits. A term is rounded to a whole number of units by
 /// itself, then integers are added, which is exact: so sums of parts add up to the bits of the whole, in any order.
-/// A term beyond +-kLargestTerm counts as that, and one that is not a number as 0: 2^24 terms cannot overflow.
+/// A term beyond +-kMaxTerm counts as that, and one that is not a number as 0: 2^24 terms cannot overflow.
 template <typename Integer, int kFractionBits>
 class ExactSum {
  public:
   static constexpr int kTermBits = 24;  ///< so many bits are kept for the number of terms
-  static constexpr float kLargestTerm =
+  static constexpr float kMaxTerm =
       static_cast<float>(std::uint64_t{1} << (8 * sizeof(Integer) - 2 - kTermBits - kFractionBits));
 
   ExactSum() = default;
@@ -24,7 +24,7 @@ class ExactSum {
   explicit ExactSum(Integer units) : units_(units) {}
 
   ExactSum& operator+=(float term) {
-    units_ += units_of(std::isnan(term) ? 0.0f : std::clamp(term, -kLargestTerm, kLargestTerm));
+    units_ += units_of(std::isnan(term) ? 0.0f : std::clamp(term, -kMaxTerm, kMaxTerm));
     return *this;
   }
   ExactSum& operator+=(const ExactSum& other) {
@@ -35,7 +35,7 @@ class ExactSum {
   Integer units() const { return units_; }
   /// Whether so many terms can give this sum.
   bool can_be_of(std::uint32_t terms) const {
-    const Integer most = units_of(kLargestTerm) * static_cast<Integer>(terms);
+    const Integer most = units_of(kMaxTerm) * static_cast<Integer>(terms);
     return units_ >= -most && units_ <= most;
   }
   bool operator==(const ExactSum&) const = default;

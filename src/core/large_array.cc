@@ -22,14 +22,14 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
 /// Blocks from this size on are kept for others; smaller ones the system's allocator keeps itself.
-constexpr std::size_t kLeastKept = std::size_t{1} << 20;
+constexpr std::size_t kMinKeptBytes = std::size_t{1} << 20;
 
-constexpr std::size_t kMostBlocks = 256;
+constexpr std::size_t kMaxKeptBlocks = 256;
 
 #ifdef __GLIBC__
 /// What glibc begins with, and the largest that it takes (mallopt(3)).
-constexpr std::size_t kDefaultTrim = std::size_t{128} << 10, kDefaultMap = std::size_t{128} << 10,
-                      kLargestMap = std::size_t{32} << 20;
+constexpr std::size_t kDefaultTrimThreshold = std::size_t{128} << 10, kDefaultMapThreshold = std::size_t{128} << 10,
+                      kMaxMapThreshold = std::size_t{32} << 20;
 #endif
 
 /// Lets the C library keep up to so many bytes free at the end of each of its heaps. Blocks then come from heaps even
@@ -37,8 +37,8 @@ constexpr std::size_t kDefaultTrim = std::size_t{128} << 10, kDefaultMap = std::
 /// no longer those that it would have adapted to the sizes freed, for mallopt() ends that.
 void keep_free_heap([[maybe_unused]] std::size_t bytes) {
 #ifdef __GLIBC__
-  mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kDefaultTrim), 1 << 30)));
-  mallopt(M_MMAP_THRESHOLD, static_cast<int>(bytes > 0 ? kLargestMap : kDefaultMap));
+  mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kDefaultTrimThreshold), 1 << 30)));
+  mallopt(M_MMAP_THRESHOLD, static_cast<int>(bytes > 0 ? kMaxMapThreshold : kDefaultMapThreshold));
 #endif
 }
 
@@ -47,7 +47,7 @@ class SpareMemory {
  public:
   void raise_limit(std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
-    blocks_.reserve(kMostBlocks);
+    blocks_.reserve(kMaxKeptBlocks);
     limit_ += bytes;
     keep_free_heap(limit_);
   }
@@ -64,7 +64,7 @@ class SpareMemory {
     const std::scoped_lock lock(mutex_);
     auto best = blocks_.end();
     for (auto i = blocks_.begin(); i != blocks_.end(); ++i) {
-      const bool fits = i->bytes >= bytes && i->bytes <= bytes + bytes / 4 + kLeastKept &&
+      const bool fits = i->bytes >= bytes && i->bytes <= bytes + bytes / 4 + kMinKeptBytes &&
                         reinterpret_cast<std::uintptr_t>(i->memory) % alignment == 0;
       if (fits && (best == blocks_.end() || i->bytes < best->bytes)) best = i;
     }
@@ -132,7 +132,7 @@ void* allocate_large(std::size_t bytes) {
   const std::size_t alignment = huge ? kHugePage : 64;
   const std::size_t rounded = (bytes + alignment - 1) / alignment * alignment;
   if (rounded < bytes) throw std::bad_alloc();
-  if (rounded >= kLeastKept && spare_memory().keeps())
+  if (rounded >= kMinKeptBytes && spare_memory().keeps())
     if (void* memory = spare_memory().take(rounded, alignment)) return memory;
   void* memory = std::aligned_alloc(alignment, rounded == 0 ? alignment : rounded);
   if (memory == nullptr) throw std::bad_alloc();
@@ -145,7 +145,7 @@ void* allocate_large(std::size_t bytes) {
 
 void free_large(void* memory) {
   if (spare_memory().keeps())
-    if (const std::size_t bytes = size_of(memory); bytes >= kLeastKept) return spare_memory().give(memory, bytes);
+    if (const std::size_t bytes = size_of(memory); bytes >= kMinKeptBytes) return spare_memory().give(memory, bytes);
   std::free(memory);
 }
 

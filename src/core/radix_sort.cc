@@ -8,9 +8,9 @@ namespace glowworm {
 
 namespace {
 
-constexpr int kMostDigitBits = 11;
-constexpr std::size_t kLeastPiece = std::size_t{1} << 14;
-constexpr std::size_t kMostPieces = 64;
+constexpr int kMaxDigitBits = 11;
+constexpr std::size_t kMinPiece = std::size_t{1} << 14;
+constexpr std::size_t kMaxPieces = 64;
 
 /// One stable pass over a digit: every piece of the input counts its digits, the counts are summed in order of
 /// (digit, piece), and every piece writes to the places that are its own.
@@ -18,7 +18,7 @@ template <typename Key>
 class DigitPass {
  public:
   explicit DigitPass(std::size_t n)
-      : piece_(std::max(kLeastPiece, (n + kMostPieces - 1) / kMostPieces)), pieces_((n + piece_ - 1) / piece_) {}
+      : piece_(std::max(kMinPiece, (n + kMaxPieces - 1) / kMaxPieces)), pieces_((n + piece_ - 1) / piece_) {}
 
   void run(const std::vector<KeyedIndex<Key>>& in, std::vector<KeyedIndex<Key>>& out, int shift, int bits) {
     const std::size_t digits = std::size_t{1} << bits;
@@ -71,7 +71,7 @@ void sort(std::vector<KeyedIndex<Key>>& pairs, int bits) {
     // The bits that are left go in as few passes as they need, of equal width.
     int left = 0;
     while (left < bits - shift && differing >> (shift + left) != 0) ++left;
-    const int passes = (left + kMostDigitBits - 1) / kMostDigitBits;
+    const int passes = (left + kMaxDigitBits - 1) / kMaxDigitBits;
     const int width = (left + passes - 1) / passes;
     pass.run(pairs, other, shift, width);
     pairs.swap(other);

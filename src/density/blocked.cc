@@ -22,7 +22,7 @@ namespace glowworm {
 namespace {
 
 // Batch size of query points. Larger batches are denser; smaller batches take less memory.
-constexpr std::size_t kPartPoints = DensityEngine::kMostPointsAtOnce;
+constexpr std::size_t kPartPoints = DensityEngine::kMaxPointsAtOnce;
 // Below this number, points are too far apart to share a search: a run holds only the points that are tested together.
 constexpr std::size_t kFewPoints = std::size_t{1} << 15;
 // Below this number of points per photon, a run holds one point: sixteen points would be tested against hundreds of

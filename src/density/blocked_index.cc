@@ -159,10 +159,10 @@ ChildBounds bounds_of_node(const BlockNode& node) {
 BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy)
     : kernel_(policy.kernel), min_normal_cosine_(policy.min_normal_cosine) {
   // Lists hold 32-bit indices of floats in the blocks.
-  constexpr std::size_t kMostPhotons =
+  constexpr std::size_t kMaxPhotons =
       std::numeric_limits<std::uint32_t>::max() / (sizeof(PhotonBlock) / sizeof(float)) * kBlockWidth;
-  if (photons.size() > kMostPhotons)
-    throw Error("the blocked density engine holds no more than " + std::to_string(kMostPhotons) + " photons at once",
+  if (photons.size() > kMaxPhotons)
+    throw Error("the blocked density engine holds no more than " + std::to_string(kMaxPhotons) + " photons at once",
                 "Trace the photons in several passes.");
   const LargeArray<CompactRow> sorted = sorted_photons(photons, policy, size_);
   blocks_ = LargeArray<PhotonBlock>((size_ + kBlockWidth - 1) / kBlockWidth);

@@ -14,13 +14,13 @@ namespace {
 constexpr std::size_t kPiece = std::size_t{1} << 16;
 // Target size of a bucket: its records stay in the second-level cache during sorting.
 constexpr std::size_t kPointsWanted = 1024;
-constexpr std::size_t kMostCells = 4096;
+constexpr std::size_t kMaxCells = 4096;
 // Points from which the bounds of the grid are measured.
 constexpr std::size_t kSampledForBounds = std::size_t{1} << 16;
 // Points in a square of the finest level to which a bucket is sorted.
 constexpr std::size_t kPointsOfSquare = 4;
 // Rounds of dividing a bucket that is too large; after them it is kept as it is.
-constexpr int kMostRounds = 8;
+constexpr int kMaxRounds = 8;
 // Prefetch distance, in points.
 constexpr std::size_t kAhead = 24;
 
@@ -73,7 +73,7 @@ std::vector<QueryBuckets::Bucket> places_from_counts(std::span<std::uint32_t> co
 
 std::size_t pieces_of(std::size_t n) { return (n + kPiece - 1) / kPiece; }
 
-std::size_t cells_for(std::size_t points) { return std::clamp<std::size_t>(points / kPointsWanted, 1, kMostCells); }
+std::size_t cells_for(std::size_t points) { return std::clamp<std::size_t>(points / kPointsWanted, 1, kMaxCells); }
 
 /// The first n elements of an array; allocates a new array if it is smaller.
 template <typename T>
@@ -132,7 +132,7 @@ QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::si
     }
   });
   buckets_.reserve(buckets.size());
-  for (const Bucket& bucket : buckets) divide(bucket, kMostRounds);
+  for (const Bucket& bucket : buckets) divide(bucket, kMaxRounds);
 }
 
 void QueryBuckets::add_answers(const QueryPoints& points, std::span<RGB> radiance) {
@@ -154,7 +154,7 @@ void QueryBuckets::add_answers(const QueryPoints& points, std::span<RGB> radianc
 
 void QueryBuckets::divide(Bucket bucket, int rounds_left) {
   const std::size_t n = bucket.last - bucket.first;
-  if (n <= kMostPoints) {
+  if (n <= kMaxPoints) {
     buckets_.push_back(bucket);
     return;
   }
@@ -174,8 +174,8 @@ void QueryBuckets::divide(Bucket bucket, int rounds_left) {
   const KeyGrid grid = grid_over(bounds_of(positions), cells_for(n));
   const std::size_t cells = cell_count(grid);
   if (rounds_left == 0 || cells == 1) {
-    for (std::uint32_t first = bucket.first; first < bucket.last; first += kMostPoints)
-      buckets_.push_back({first, std::min(bucket.last, first + static_cast<std::uint32_t>(kMostPoints))});
+    for (std::uint32_t first = bucket.first; first < bucket.last; first += kMaxPoints)
+      buckets_.push_back({first, std::min(bucket.last, first + static_cast<std::uint32_t>(kMaxPoints))});
     return;
   }
   std::vector<std::uint32_t> places(pieces_of(n) * cells);

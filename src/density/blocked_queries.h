@@ -38,7 +38,7 @@ class QueryBuckets {
     std::uint32_t first, last;
   };
   /// Maximum number of points in a bucket.
-  static constexpr std::size_t kMostPoints = std::size_t{1} << 17;
+  static constexpr std::size_t kMaxPoints = std::size_t{1} << 17;
 
   /// Takes points first to last - 1, except those with a position or normal that is not finite. Uses all threads; the
   /// buckets do not depend on their number. The memory must outlive this object.

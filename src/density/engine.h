@@ -49,7 +49,7 @@ class DensityEngine {
  public:
   /// Useful batch size of query points for estimate(): larger batches are denser and share more of the search. Engines
   /// may split larger batches.
-  static constexpr std::uint64_t kMostPointsAtOnce = std::uint64_t{10} << 20;
+  static constexpr std::uint64_t kMaxPointsAtOnce = std::uint64_t{10} << 20;
 
   virtual ~DensityEngine() = default;
   virtual std::string name() const = 0;

@@ -17,7 +17,7 @@ namespace glowworm {
 namespace {
 
 // Neighbours on the Hilbert curve that one thread looks up in turn: fewer if there are few, because their costs differ.
-constexpr std::size_t kMostGrain = 512, kLeastGrain = 16, kPieces = 64;
+constexpr std::size_t kMaxGrain = 512, kMinGrain = 16, kPieces = 64;
 
 /// Memory of a piece of query points during lookup.
 struct Scratch {
@@ -63,7 +63,7 @@ class KnnEngine final : public DensityEngine {
       order = hilbert_order(points.position, map_.tree().bounds, map_.size(), ReorderSettings());
     }
     PhaseTimer timer(statistics, Phase::density);
-    const std::size_t grain = std::clamp(order.size() / kPieces, kLeastGrain, kMostGrain);
+    const std::size_t grain = std::clamp(order.size() / kPieces, kMinGrain, kMaxGrain);
     parallel_for(0, order.size(), grain, [&](std::size_t first, std::size_t last) {
       Scratch scratch;
       scratch.heap.resize(std::min<std::size_t>(policy_.k, map_.size()));

@@ -21,7 +21,7 @@ namespace {
 // Query points of one tree at most.
 constexpr std::size_t kPartPoints = std::size_t{1} << 26;
 // Pairs with points that are not Lambertian are shaded in batches of this size.
-constexpr std::size_t kMostPairs = std::size_t{1} << 18;
+constexpr std::size_t kMaxPairs = std::size_t{1} << 18;
 
 /// How the points of a tree are shaded.
 enum class Shading { lambertian, glossy, one_by_one };
@@ -75,7 +75,7 @@ class SubtreeWorker {
       // One by one, to bound the number of waiting pairs.
       for (const ReverseCluster& cluster : clusters_) {
         reverse_collect(part, view_, {&cluster, 1}, pairs_, counts);
-        if (pairs_.size() >= kMostPairs) shade_pairs(part, subtree);
+        if (pairs_.size() >= kMaxPairs) shade_pairs(part, subtree);
       }
     }
     if (shading == Shading::one_by_one) {
@@ -282,10 +282,10 @@ class ReverseEngine final : public DensityEngine {
 
 std::uint32_t reverse_leaf_size(std::size_t points, std::size_t photons) {
   constexpr double kLeafOverDensity = 30;
-  constexpr double kLargest = 128;
+  constexpr double kMaxLeafSize = 128;
   const double density = static_cast<double>(points) / static_cast<double>(std::max<std::size_t>(photons, 1));
   return static_cast<std::uint32_t>(
-      std::clamp(kLeafOverDensity * density, static_cast<double>(ReverseTree::kLeafSize), kLargest));
+      std::clamp(kLeafOverDensity * density, static_cast<double>(ReverseTree::kLeafSize), kMaxLeafSize));
 }
 
 std::unique_ptr<DensityEngine> make_reverse_engine(const ReverseOptions& options) {

@@ -15,15 +15,15 @@ namespace glowworm {
 namespace {
 
 /// Patches cover this share of what is lit at most, so that few rays have to be weighed,
-constexpr double kLargestShare = 0.08;
+constexpr double kMaxShare = 0.08;
 /// and are so many times as bright as the mean.
 constexpr double kBrightness = 8;
 /// Share of the mean square of radiosity that they must have for sampling them to pay.
-constexpr double kLeastMoment = 0.5;
+constexpr double kMinMoment = 0.5;
 /// A triangle is divided this often at most, into so many cells.
 constexpr int kDeepest = 7;
-constexpr float kMostCells = 0x1p+14f;
-static_assert(kMostCells == float{1 << (2 * kDeepest)});
+constexpr float kMaxCells = 0x1p+14f;
+static_assert(kMaxCells == float{1 << (2 * kDeepest)});
 /// Rays about a bright photon that look for patches, and how far above the surface they start, in radii.
 constexpr int kProbes = 6;
 constexpr float kAbove = 0.25f;
@@ -48,18 +48,18 @@ double find_threshold(const LitPlaces& places) {
   double bright_area = 0, bright_moment = 0, threshold = std::numeric_limits<double>::infinity();
   for (const std::size_t i : order) {
     bright_area += static_cast<double>(places.flux[i]) / places.irradiance[i];
-    if (bright_area > kLargestShare * area || places.irradiance[i] < kBrightness * flux / area) break;
+    if (bright_area > kMaxShare * area || places.irradiance[i] < kBrightness * flux / area) break;
     bright_moment += static_cast<double>(places.flux[i]) * places.irradiance[i];
     threshold = places.irradiance[i];
   }
-  return bright_moment >= kLeastMoment * moment ? threshold : std::numeric_limits<double>::infinity();
+  return bright_moment >= kMinMoment * moment ? threshold : std::numeric_limits<double>::infinity();
 }
 
 std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::uint64_t{triangle} << 32 | cell; }
 
 /// Halvings of a triangle's sides after which its cells are as large as a square around a circle of that radius.
 int level_of(const Geometry& geometry, std::uint32_t triangle, float radius) {
-  const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, kMostCells);
+  const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, kMaxCells);
   return static_cast<int>(std::lround(std::log2(cells) / 2));
 }
 

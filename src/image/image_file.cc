@@ -51,12 +51,12 @@ namespace {
 // Rows that scan_image_file holds at a time for files without tiles.
 constexpr int kBandRows = 64;
 // No format and no renderer needs more; products of a few such numbers stay far below 2^64.
-constexpr int kLargestSide = 1 << 20, kMostChannels = 1024;
+constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
 
 void check_header(const std::string& path, const ImageFormat& format, const ImageFileHeader& header, int depth) {
   const auto within = [](int value, int largest) { return value > 0 && value <= largest; };
-  if (!within(header.width, kLargestSide) || !within(header.height, kLargestSide) ||
-      !within(header.channels, kMostChannels) || depth > 1) {
+  if (!within(header.width, kMaxSide) || !within(header.height, kMaxSide) || !within(header.channels, kMaxChannels) ||
+      depth > 1) {
     throw Error({path},
                 fmt::format("not a picture: it says {} x {} pixels of {} channels", header.width, header.height,
                             header.channels),

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kMegabyte = 1u << 20;
 // With a smaller cache, lookups would read from disk nearly every time.
-constexpr std::uint64_t kSmallestCache = kMegabyte;
+constexpr std::uint64_t kMinCache = kMegabyte;
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
@@ -101,8 +101,8 @@ struct TextureLibrary::State {
   std::string ensure_store(const std::string& name) {
     if (store) return "";
     try {
-      if (!std::exchange(reserved_cache, true)) held.grow(std::max(limit / 4, kSmallestCache));
-      store = std::make_shared<TexelStore>(std::max(limit / 4, kSmallestCache));
+      if (!std::exchange(reserved_cache, true)) held.grow(std::max(limit / 4, kMinCache));
+      store = std::make_shared<TexelStore>(std::max(limit / 4, kMinCache));
     } catch (const MemoryError&) {
       throw;
     } catch (const Error& error) {

@@ -44,7 +44,7 @@ RGB tone_map(RGB linear, ToneCurve curve, float exposure) {
 }
 
 float automatic_exposure(std::span<const RGB> pixels) {
-  constexpr float kGrey = 0.18f, kMostStops = 60;
+  constexpr float kGrey = 0.18f, kMaxStops = 60;
   double brightest = 0;
   for (const RGB& pixel : pixels)
     if (const float y = luminance(pixel); std::isfinite(y)) brightest = std::max<double>(brightest, y);
@@ -57,7 +57,7 @@ float automatic_exposure(std::span<const RGB> pixels) {
     count += 1;
   }
   if (count == 0) return 0;
-  return std::clamp(static_cast<float>(std::log2(kGrey) - sum / count), -kMostStops, kMostStops);
+  return std::clamp(static_cast<float>(std::log2(kGrey) - sum / count), -kMaxStops, kMaxStops);
 }
 
 std::uint8_t to_byte(float value) {

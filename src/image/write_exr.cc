@@ -23,7 +23,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kLargestHalf = 65504;
+constexpr float kMaxHalf = 65504;
 
 /// A file in memory, which AtomicFile then writes, so that every failed write is seen. OpenEXR comes back for the
 /// table of line offsets when all lines are there.
@@ -61,7 +61,7 @@ bool is_half(const ImageChannel& channel, ExrPrecision precision) {
 std::vector<Imath::half> halves(const std::vector<float>& samples) {
   std::vector<Imath::half> out;
   out.reserve(samples.size());
-  for (const float sample : samples) out.emplace_back(std::clamp(sample, -kLargestHalf, kLargestHalf));
+  for (const float sample : samples) out.emplace_back(std::clamp(sample, -kMaxHalf, kMaxHalf));
   return out;
 }
 

@@ -45,7 +45,7 @@ HWY_INLINE SobolNumbers factor_of(const Places& places, SobolNumbers geometric_i
   const SobolNumbers mirrored =
       hn::Sub(shading, hn::Mul(hn::Add(geometric, geometric), dot(places.shading, places.geometric)));
   const SobolNumbers both = hn::Add(hn::Max(shading, zero), hn::Max(mirrored, zero));
-  return hn::Min(hn::Div(both, hn::Max(geometric, hn::Set(f, kLeastShadingCosine))), hn::Set(f, kMostShadingFactor));
+  return hn::Min(hn::Div(both, hn::Max(geometric, hn::Set(f, kMinShadingCosine))), hn::Set(f, kMaxShadingFactor));
 }
 
 void scatter(const ArrivedPaths& in, const ScatteredPaths& out) {

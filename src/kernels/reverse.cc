@@ -97,11 +97,11 @@ struct LaneCounter {
 
 /// Calls run(number of vectors, as a constant; first point) for all vectors of a leaf of so many points, a few at once:
 /// these share the photons' data, and wait less for one another.
-template <std::size_t kMost, class Run>
+template <std::size_t kMaxVectors, class Run>
 HWY_INLINE void for_vectors(std::size_t count, Run&& run) {
   for (std::size_t at = 0; at < count;) {
     const std::size_t left = (count - at + kWidth - 1) / kWidth;
-    if (kMost >= 3 && left >= 3 && left != 4) {
+    if (kMaxVectors >= 3 && left >= 3 && left != 4) {
       run(std::integral_constant<std::size_t, 3>(), at);
       at += 3 * kWidth;
     } else if (left >= 2) {

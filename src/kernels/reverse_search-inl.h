@@ -31,8 +31,8 @@ constexpr std::size_t kWidth = hn::MaxLanes(D());
 /// Photons that reach into the bounds of a leaf, side by side: what their tests and sums read is in the nearest cache,
 /// at one address and a distance.
 struct Reached {
-  static constexpr std::size_t kMost = 256;
-  static constexpr std::size_t kRoom = kMost + kReversePadding;
+  static constexpr std::size_t kMaxCount = 256;
+  static constexpr std::size_t kRoom = kMaxCount + kReversePadding;
 
   HWY_ALIGN float x[kRoom];
   float y[kRoom], z[kRoom], inverse_radius_squared[kRoom];
@@ -151,7 +151,7 @@ void visit_leaf(const ReverseSubtreeView& part, std::uint32_t at, const ReverseP
   for (std::size_t i = 0; i < count; ++i) {
     const ReverseCluster& cluster = clusters[list[i]];
     if (!overlap(cluster, bounds)) continue;
-    if (reached.count + cluster.count > Reached::kMost) give();
+    if (reached.count + cluster.count > Reached::kMaxCount) give();
     accept<S::kColors>(box, photons, cluster, reached);
   }
   give();

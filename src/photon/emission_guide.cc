@@ -13,7 +13,7 @@ namespace {
 constexpr int kAxes = 5;
 constexpr int kBins = 16;  // candidate planes along an axis
 /// Least number of paths with a score in a cell that is split.
-constexpr std::size_t kFewest = 16;
+constexpr std::size_t kMinHits = 16;
 /// A split must gain this many times the best gain expected from chance.
 constexpr double kSignificance = 6;
 /// Weight of the larger cell's mean against that of the cell itself, in paths.
@@ -87,7 +87,7 @@ class EmissionGuide::Learner {
       }
     }
     Split best;
-    if (hits < kFewest) return best;
+    if (hits < kMinHits) return best;
     const double fewest = kSignificance / static_cast<double>(hits);
     for (int a = 0; a < kAxes; ++a) {
       // Beyond this, 24-bit random numbers cannot distinguish parts of a cell.

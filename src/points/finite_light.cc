@@ -8,8 +8,7 @@ namespace {
 
 // NaN compares as false.
 bool is_bounded(RGB light) {
-  return std::abs(light.r) <= kLargestRadiance && std::abs(light.g) <= kLargestRadiance &&
-         std::abs(light.b) <= kLargestRadiance;
+  return std::abs(light.r) <= kMaxRadiance && std::abs(light.g) <= kMaxRadiance && std::abs(light.b) <= kMaxRadiance;
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ void add_cryptomatte(Image& image, const std::string& layer, const Film& film, c
   }
   std::vector<Ids> sorted;
   for (const Ids& of_pixel : ids) sorted.push_back(ranked(of_pixel));
-  for (std::size_t rank = 0; rank < Film::kMostIds; ++rank) {
+  for (std::size_t rank = 0; rank < Film::kMaxIds; ++rank) {
     const std::string channels = fmt::format("{}{:02}.", layer, rank / 2);
     const auto at = [&](std::size_t i) { return sorted[i][rank]; };
     add_channel(image, channels + (rank % 2 ? "B" : "R"), film,
@@ -179,7 +179,7 @@ const std::vector<Aov>& table() {
          add_ids(image, "material-id.I", from.film, from.film.materials());
          image.metadata["glowworm:materials"] = names_json(material_names(from.scene));
        }},
-      {"cryptomatte", 4 * Film::kMostIds, kBoth,
+      {"cryptomatte", 4 * Film::kMaxIds, kBoth,
        [](Image& image, const Source& from) {
          add_cryptomatte(image, "CryptoObject", from.film, from.film.objects(), object_names(from.scene));
          add_cryptomatte(image, "CryptoMaterial", from.film, from.film.materials(), material_names(from.scene));

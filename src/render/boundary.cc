@@ -22,11 +22,11 @@ constexpr float kTolerance = 0.02f;
 /// There is no limit on the number of surfaces: without all slats of a blind, the mass would be too small.
 constexpr float kStep = 1e-3f;
 /// Surfaces nearly parallel to a line are ignored; they have no photon's normal.
-constexpr float kLeastCosine = 0.25f;
+constexpr float kMinCosine = 0.25f;
 /// Share of the cosine within which a place lies in a cluster's plane.
 constexpr float kFlatness = 1e-4f;
 /// Bounds of the mass: beyond them, a few lines are not significant.
-constexpr float kSmallestMass = 0.125f, kLargestMass = 4;
+constexpr float kMinMass = 0.125f, kMaxMass = 4;
 
 /// A line along the cluster's normal through a point of its disc, from above its photons to below them.
 struct Line {
@@ -70,8 +70,7 @@ class Chunk {
     std::erase_if(unsure, [&](std::uint32_t c) { return is_plain(c, min_cosine); });
     trace(unsure, kAllLines);
     for (const std::uint32_t c : unsure)
-      for (const std::uint32_t p : members(c))
-        factors[p] = 1 / std::clamp(mass(c, p, min_cosine), kSmallestMass, kLargestMass);
+      for (const std::uint32_t p : members(c)) factors[p] = 1 / std::clamp(mass(c, p, min_cosine), kMinMass, kMaxMass);
   }
 
  private:
@@ -167,7 +166,7 @@ class Chunk {
     const float cosine = dot(normal, cluster.normal);
     const bool buried = line.depth > 0;
     line.cross(cosine > 0);
-    if (buried || std::abs(cosine) < kLeastCosine) return;
+    if (buried || std::abs(cosine) < kMinCosine) return;
     // A single sheet may have either winding.
     if (cosine < 0) normal = -normal;
     const Vec3 position = line.ray.origin + line.ray.direction * hit.distance;

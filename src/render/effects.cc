@@ -10,7 +10,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMostLines = 8;
+constexpr std::size_t kMaxLines = 8;
 
 /// GGX alpha of the sharpest lobe of a material; above 1 if it has none.
 float sharpest_alpha(const Material& m) {
@@ -71,7 +71,7 @@ std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& 
     const Material& m = scene.materials()[i];
     if (!used[i] || !makes_caustics(m)) continue;
     const bool textured = m.roughness_u.texture != kNone || m.roughness_v.texture != kNone;
-    if (notes.size() == kMostLines) {
+    if (notes.size() == kMaxLines) {
       ++more;
     } else if (textured && m.kind != MaterialKind::dielectric) {
       notes.push_back(

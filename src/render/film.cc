@@ -39,7 +39,7 @@ bool is_possible_count(const Film::IdCounts& ids, std::uint32_t samples) {
 constexpr std::size_t kPixelsAtOnce = 4096;
 
 /// What the luminance of light is divided by.
-float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kLeastAlbedo); }
+float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMinAlbedo); }
 
 }  // namespace
 
@@ -269,7 +269,7 @@ bool Film::is_possible() const {
     return std::all_of(sums[i].begin(), sums[i].end(), [&](const auto& sum) { return sum.can_be_of(count_[i]); });
   };
   for (std::size_t i = 0; i < pixel_count(); ++i) {
-    if (count_[i] > kMostSamples || !square_sum_[i].can_be_of(count_[i]) || !possible(light_[0], i)) return false;
+    if (count_[i] > kMaxSamples || !square_sum_[i].can_be_of(count_[i]) || !possible(light_[0], i)) return false;
     for (const auto& sums : moments_)
       if (!sums.empty() && !sums[i].can_be_of(count_[i])) return false;
     if (!layers_) continue;

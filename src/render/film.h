@@ -17,7 +17,7 @@ namespace glowworm {
 class Film {
  public:
   /// Most samples of a pixel; more could overflow the sums.
-  static constexpr std::uint32_t kMostSamples = 1u << ExactSum<Int128, 64>::kTermBits;
+  static constexpr std::uint32_t kMaxSamples = 1u << ExactSum<Int128, 64>::kTermBits;
 
   /// @param indirect_only the image is the indirect light only
   /// @param layers        keep the parts of the light, and the first hits, apart; without them mean() and depth() are
@@ -61,8 +61,8 @@ class Film {
     std::uint32_t id = kNone, count = 0;
   };
   /// Those of a pixel at most; samples of further ones are not counted.
-  static constexpr std::size_t kMostIds = 6;
-  using IdCounts = std::array<IdCount, kMostIds>;
+  static constexpr std::size_t kMaxIds = 6;
+  using IdCounts = std::array<IdCount, kMaxIds>;
   /// By Geometry::objects and by the scene's materials, one entry a pixel; empty where they are not kept.
   const std::vector<IdCounts>& objects() const { return objects_; }
   const std::vector<IdCounts>& materials() const { return materials_; }
@@ -76,11 +76,11 @@ class Film {
   bool has_moments() const { return !moments_[0].empty(); }
   /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
   /// samples, weighted by their albedo, and the variance of that mean by the spread of the samples. Albedo counts as
-  /// kLeastAlbedo at least.
+  /// kMinAlbedo at least.
   struct Moments {
     float mean = 0, variance = 0;
   };
-  static constexpr float kLeastAlbedo = 0.01f;
+  static constexpr float kMinAlbedo = 0.01f;
   /// @param layer direct or indirect; of a film with moments. The variance is 0 for fewer than two samples.
   Moments moments(Layer layer, std::size_t pixel) const;
 

@@ -24,7 +24,7 @@ void for_pixels(const Film& film, Work&& work) {
 /// What each channel of light is divided by.
 RGB shading_albedo(const Film& film, std::size_t pixel) {
   const RGB albedo = film.mean(Layer::albedo, pixel);
-  const float least = std::max(Film::kLeastAlbedo, 0.05f * max_component(albedo));
+  const float least = std::max(Film::kMinAlbedo, 0.05f * max_component(albedo));
   return {std::max(albedo.r, least), std::max(albedo.g, least), std::max(albedo.b, least)};
 }
 

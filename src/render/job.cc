@@ -21,9 +21,9 @@ namespace {
 /// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
 /// a filter that costs as much as a share of a pass runs after every eighth part more of them.
 bool looks_at_noise(std::uint32_t passes, bool filtered) {
-  constexpr std::uint32_t kFewest = 4;
+  constexpr std::uint32_t kMinPasses = 4;
   if (!filtered) return passes >= 2;
-  return passes >= kFewest && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
+  return passes >= kMinPasses && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
 }
 
 /// The settings with the size of the grid; as they are without points.

@@ -138,11 +138,11 @@ Option size_row(Option row) {
     const bool has_x = x.ec == std::errc() && x.ptr != end && *x.ptr == 'x';
     const auto y = std::from_chars(has_x ? x.ptr + 1 : end, end, height);
     const bool good = has_x && y.ec == std::errc() && y.ptr == end && std::min(width, height) > 0 &&
-                      std::max(width, height) <= kLargestPictureSide;
+                      std::max(width, height) <= kMaxPictureSide;
     if (!good && text != "auto")
       throw Error(
           fmt::format("{} '{}' is not a size", name, text),
-          fmt::format("Give WIDTHxHEIGHT in pixels, both from 1 to {}, for example 1280x720.", kLargestPictureSide));
+          fmt::format("Give WIDTHxHEIGHT in pixels, both from 1 to {}, for example 1280x720.", kMaxPictureSide));
     s.width = good ? width : 0;
     s.height = good ? height : 0;
   };
@@ -405,11 +405,11 @@ bool parse_rectangle(std::string_view text, int (&out)[4]) { return parse_four(t
 bool parse_rectangle(std::string_view text, double (&out)[4]) { return parse_four(text, out); }
 
 std::string did_you_mean(const std::string& text, const Names& names) {
-  constexpr std::size_t kMostMistakes = 2;
-  std::size_t least = kMostMistakes + 1;
+  constexpr std::size_t kMaxMistakes = 2;
+  std::size_t least = kMaxMistakes + 1;
   std::string nearest;
   for (const std::string& name : names)
-    if (const std::size_t distance = edit_distance(text, name); text.size() > kMostMistakes && distance < least) {
+    if (const std::size_t distance = edit_distance(text, name); text.size() > kMaxMistakes && distance < least) {
       least = distance;
       nearest = name;
     }

@@ -14,7 +14,7 @@ namespace glowworm {
 namespace {
 
 /// Memory of the cache of a query point file.
-constexpr std::uint64_t kLeastCache = std::uint64_t{1} << 20, kMostCache = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMinCache = std::uint64_t{1} << 20, kMaxCache = std::uint64_t{64} << 20;
 
 class PassRenderer {
  public:
@@ -123,7 +123,7 @@ class PassRenderer {
       }
       return;
     }
-    const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kLeastCache, kMostCache);
+    const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kMinCache, kMaxCache);
     const Reservation cache(budget_, "disk cache", cache_bytes);
     // A ray that ends on a translucent sheet gives two query points.
     QueryStore store(maps_.bounds(), 2 * points.size() * rays_each, cache_bytes);

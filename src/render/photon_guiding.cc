@@ -17,18 +17,18 @@ constexpr std::uint32_t kPilotGatherRays = 6;
 /// Pilot rounds: the first emits in proportion to power, and each later one is guided by those before it.
 constexpr int kRounds = 4;
 /// Continues with more rounds while less than this share of a round's paths contribute.
-constexpr int kMostRounds = 10;
+constexpr int kMaxRounds = 10;
 constexpr double kHardShare = 0.2;
 /// Paths of a round: a share of the wanted photons, within bounds.
-constexpr std::uint64_t kPhotonsAPath = 8, kFewestPaths = 16384, kMostPaths = 65536;
+constexpr std::uint64_t kPhotonsAPath = 8, kMinPaths = 16384, kMaxPaths = 65536;
 /// If fewer of the first paths than this contribute, more are emitted,
-constexpr std::size_t kFewestHits = 128;
+constexpr std::size_t kMinHits = 128;
 /// up to this many times as many.
 constexpr std::size_t kMoreFirstPaths = 32;
 /// Share of contributing paths above which guiding cannot gain much.
 constexpr double kEasyShare = 0.4;
 /// Least gain of the mean score that justifies the uneven flux of photons.
-constexpr double kLeastGain = 1.5;
+constexpr double kMinGain = 1.5;
 /// Paths in one piece of work.
 constexpr std::size_t kPathGrain = 2048;
 
@@ -142,23 +142,23 @@ PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const Render
   std::vector<PilotPath> paths;
   std::vector<EmissionGuide> guides;
   std::vector<std::size_t> counts;
-  const auto count = static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kFewestPaths, kMostPaths));
+  const auto count = static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));
   double share = 0;  // share of contributing paths in the last round
-  for (int round = 0; round < kRounds || (round < kMostRounds && share < kHardShare); ++round) {
+  for (int round = 0; round < kRounds || (round < kMaxRounds && share < kHardShare); ++round) {
     const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts);
     pilot.guide = &guide;
     const std::size_t before = paths.size();
     do {
       const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), count);
       paths.insert(paths.end(), more.begin(), more.end());
-    } while (round == 0 && count_hits(paths) < kFewestHits && paths.size() < kMoreFirstPaths * count);
+    } while (round == 0 && count_hits(paths) < kMinHits && paths.size() < kMoreFirstPaths * count);
     guides.push_back(guide);
     counts.push_back(paths.size() - before);
     share = static_cast<double>(count_hits(std::span(paths).subspan(before))) / static_cast<double>(counts.back());
     if (round == 0 && (share == 0 || share > kEasyShare)) return out;
   }
   EmissionGuide guide = learn(paths, guides, counts);
-  if (guide.gain() >= kLeastGain) out.guide = std::move(guide);
+  if (guide.gain() >= kMinGain) out.guide = std::move(guide);
   return out;
 }
 

@@ -18,11 +18,11 @@ namespace glowworm {
 namespace {
 
 /// Most photons from which find_patches() estimates the brightness of the scene, and the memory of each.
-constexpr std::uint64_t kMostLitPlaces = 32768, kBytesPerLitPlace = 512;
+constexpr std::uint64_t kMaxLitPlaces = 32768, kBytesPerLitPlace = 512;
 /// Memory of a photon in addition to its batch if photons are kept: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 /// Most passes of photons in a caustic map.
-constexpr std::uint64_t kMostCausticPasses = 8;
+constexpr std::uint64_t kMaxCausticPasses = 8;
 /// Sufficient size of the caustic map, as a share of the global map.
 constexpr double kCausticShare = 0.5;
 /// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
@@ -250,7 +250,7 @@ std::uint64_t PhotonMaps::caustic_passes() const {
   const std::uint64_t affordable = settings_.more_caustic_photons / pass_settings().photons;
   const auto enough = static_cast<std::uint64_t>(kCausticShare * static_cast<double>(settings_.photons) /
                                                  static_cast<double>(first_caustic_));
-  return std::clamp<std::uint64_t>(std::min(enough, 1 + affordable), 1, kMostCausticPasses);
+  return std::clamp<std::uint64_t>(std::min(enough, 1 + affordable), 1, kMaxCausticPasses);
 }
 
 void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistics) {
@@ -277,7 +277,7 @@ void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {
   patched_ = true;
   if (global_.count == 0) return;
   const PhaseTimer timer(statistics, Phase::build_photon_map);
-  const std::uint64_t most = std::min<std::uint64_t>(kMostLitPlaces, global_.count);
+  const std::uint64_t most = std::min<std::uint64_t>(kMaxLitPlaces, global_.count);
   const Reservation reservation(*budget_, "bright patches", most * kBytesPerLitPlace);
   const PhotonBatch& photons = global_.photons;
   const std::size_t step = (photons.size() + most - 1) / most;

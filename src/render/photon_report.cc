@@ -7,7 +7,7 @@
 namespace glowworm {
 
 namespace {
-constexpr std::size_t kMostNames = 100;
+constexpr std::size_t kMaxNames = 100;
 }  // namespace
 
 std::vector<LightPhotons> photons_by_light(const Scene& scene, const PhotonPass& pass) {
@@ -15,7 +15,7 @@ std::vector<LightPhotons> photons_by_light(const Scene& scene, const PhotonPass&
   std::map<std::string, std::size_t> places;
   for (std::uint32_t source = 0; source < pass.emitted_by_light.size(); ++source) {
     std::string name = light_source_name(scene, source);
-    if (!places.contains(name) && places.size() >= kMostNames) name = "others";
+    if (!places.contains(name) && places.size() >= kMaxNames) name = "others";
     const auto [place, added] = places.try_emplace(name, lights.size());
     if (added) lights.push_back({name});
     LightPhotons& light = lights[place->second];

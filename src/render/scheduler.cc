@@ -13,18 +13,18 @@ namespace glowworm {
 namespace {
 
 // Batch size of query points, if the budget allows.
-constexpr std::uint64_t kMostQueries = DensityEngine::kMostPointsAtOnce;
+constexpr std::uint64_t kMaxQueries = DensityEngine::kMaxPointsAtOnce;
 // Smaller portions are not worth their overhead.
-constexpr std::uint64_t kFewestQueries = 4096;
+constexpr std::uint64_t kMinQueries = 4096;
 // A task of a render with a time limit looks up at most the points that slow cores manage in this share of the limit,
 // because the limit is met to half a task; but at least the points of a useful task.
 constexpr double kTaskShareOfTime = 0.1;
-constexpr std::uint64_t kFewestTimedQueries = std::uint64_t{1} << 17;
+constexpr std::uint64_t kMinTimedQueries = std::uint64_t{1} << 17;
 // The same for tasks whose wall time is predicted from that of the task before, and the slots of the first task.
 constexpr double kPartShareOfTime = 0.03;
-constexpr std::uint64_t kFewestTimedSlots = 4096;
+constexpr std::uint64_t kMinTimedSlots = 4096;
 // Most query points in a file: a few gigabytes.
-constexpr std::uint64_t kMostOnDisk = std::uint64_t{1} << 25;
+constexpr std::uint64_t kMaxOnDisk = std::uint64_t{1} << 25;
 // Below this number of query points per photon in a portion, photons that find almost none dominate the cost of a
 // reverse engine.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
@@ -35,18 +35,17 @@ constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // million.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
-constexpr int kSmallestTile = 16;
-constexpr std::uint64_t kSmallestSlots = std::uint64_t{kSmallestTile} * kSmallestTile;
+constexpr int kMinTile = 16;
+constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
 // Tiles span the whole width if they are at least this high.
 constexpr int kLowestBand = 64;
 
 /// Most query points of a task, because of the time limit.
 std::uint64_t most_timed_queries(const RenderSettings& settings) {
-  if (settings.time_limit_s <= 0) return kMostOnDisk;
+  if (settings.time_limit_s <= 0) return kMaxOnDisk;
   const double seconds = settings.time_limit_s * kTaskShareOfTime;
   const double queries = seconds * kQueriesPerSecond * std::max(settings.threads, 1);
-  return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMostOnDisk)), kFewestTimedQueries,
-                    kMostOnDisk);
+  return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMaxOnDisk)), kMinTimedQueries, kMaxOnDisk);
 }
 
 /// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
@@ -58,15 +57,15 @@ std::uint64_t query_batch_size(const RenderSettings& settings) {
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon =
       engine_traits(settings.engine).goes_over_photons ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
-  const std::uint64_t fewest = std::min(std::max(per_photon * settings.photons, kFewestQueries), kMostQueries);
-  return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMostQueries)), fewest, kMostQueries);
+  const std::uint64_t fewest = std::min(std::max(per_photon * settings.photons, kMinQueries), kMaxQueries);
+  return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMaxQueries)), fewest, kMaxQueries);
 }
 
 /// The part that is rendered, with its upper left corner where a tile may begin: the camera pass traces whole blocks.
 PixelBounds tiled_bounds(const RenderSettings& settings) {
   PixelBounds out = settings.bounds;
-  out.x0 = out.x0 / kSmallestTile * kSmallestTile;
-  out.y0 = out.y0 / kSmallestTile * kSmallestTile;
+  out.x0 = out.x0 / kMinTile * kMinTile;
+  out.y0 = out.y0 / kMinTile * kMinTile;
   return out;
 }
 
@@ -74,7 +73,7 @@ PixelBounds tiled_bounds(const RenderSettings& settings) {
 int even_piece(int length, int most) {
   const int pieces = (length + most - 1) / most;
   const int piece = (length + pieces - 1) / pieces;
-  return std::min((piece + kSmallestTile - 1) / kSmallestTile * kSmallestTile, most);
+  return std::min((piece + kMinTile - 1) / kMinTile * kMinTile, most);
 }
 
 }  // namespace
@@ -82,7 +81,7 @@ int even_piece(int length, int most) {
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   Schedule schedule;
   const std::uint64_t rays = kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
-  const std::uint64_t smallest = rays + kFewestQueries * kBytesPerQuery + kSmallestSlots * kBytesPerSlot;
+  const std::uint64_t smallest = rays + kMinQueries * kBytesPerQuery + kMinSlots * kBytesPerSlot;
   if (room < smallest)
     throw Error(fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
                             static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
@@ -91,33 +90,33 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   const bool gathers = settings.integrator == Integrator::gather;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
   // A part stays free for the overhead of allocators.
-  const std::uint64_t for_queries = (left - kSmallestSlots * kBytesPerSlot) / 8 * 7;
+  const std::uint64_t for_queries = (left - kMinSlots * kBytesPerSlot) / 8 * 7;
   schedule.queries_at_once = static_cast<std::size_t>(
-      std::clamp(for_queries / (kBytesPerQuery + kBytesPerSlot / per_slot), kFewestQueries, kMostQueries));
+      std::clamp(for_queries / (kBytesPerQuery + kBytesPerSlot / per_slot), kMinQueries, kMaxQueries));
   // With a reverse engine, every portion visits all photons. Lookups in spatial order from a file visit only near ones.
   schedule.by_disk =
       gathers && (settings.disk == DiskUse::always ||
                   (settings.disk == DiskUse::automatic && engine_traits(settings.engine).goes_over_photons &&
-                   schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMostQueries)));
+                   schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMaxQueries)));
   // The file's cache needs memory, too.
   if (schedule.by_disk)
     schedule.queries_at_once =
-        static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kFewestQueries, kMostQueries));
+        static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kMinQueries, kMaxQueries));
   else if (gathers)
     schedule.queries_at_once = std::min<std::size_t>(schedule.queries_at_once, query_batch_size(settings));
   const std::uint64_t task_queries =
-      std::min<std::uint64_t>(schedule.by_disk ? kMostOnDisk : schedule.queries_at_once, most_timed_queries(settings));
+      std::min<std::uint64_t>(schedule.by_disk ? kMaxOnDisk : schedule.queries_at_once, most_timed_queries(settings));
   // A task matches a portion of its query points, so that the picture grows in even steps.
   const std::uint64_t for_slots = schedule.by_disk ? left / 3 : left - schedule.queries_at_once * kBytesPerQuery;
   schedule.slots_at_once =
-      std::max<std::uint64_t>(std::min(for_slots / kBytesPerSlot, task_queries / per_slot), kSmallestSlots);
+      std::max<std::uint64_t>(std::min(for_slots / kBytesPerSlot, task_queries / per_slot), kMinSlots);
   // Small pictures have few query points per sample. For engines whose photons search, later passes take several
   // samples at once. Progressive renders do not, because each sample has its own photons.
   if (!gathers || settings.progressive) return schedule;
   const std::uint64_t pixels = settings.bounds.pixel_count();
   std::uint64_t samples = 1;
   if (settings.preference == Preference::quality)
-    samples = schedule.slots_at_once / kSmallestSlots;
+    samples = schedule.slots_at_once / kMinSlots;
   else if (settings.preference == Preference::automatic && engine_traits(settings.engine).goes_over_photons)
     samples = schedule.slots_at_once / pixels;
   schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(samples, 1));
@@ -125,14 +124,14 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
 }
 
 TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count) {
-  const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kSmallestSlots);
+  const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kMinSlots);
   const PixelBounds part = tiled_bounds(settings);
   const auto width = static_cast<std::uint64_t>(part.width());
   const bool bands = slots / width >= kLowestBand;
   const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));
   const int most_height = bands ? static_cast<int>(std::min<std::uint64_t>(slots / width, 1u << 20)) : side;
-  return {bands ? part.width() : even_piece(part.width(), side / kSmallestTile * kSmallestTile),
-          even_piece(part.height(), most_height / kSmallestTile * kSmallestTile)};
+  return {bands ? part.width() : even_piece(part.width(), side / kMinTile * kMinTile),
+          even_piece(part.height(), most_height / kMinTile * kMinTile)};
 }
 
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
@@ -162,11 +161,11 @@ CameraTask next_task(std::vector<CameraTask>& left, double limit_s, double spent
   if (limit_s <= 0) return task;
   const double seconds = std::max(std::min(0.5 * (limit_s - spent_s), kPartShareOfTime * limit_s), 0.0);
   // Without a prediction as few slots as make a task worth while.
-  const double slots = slot_seconds > 0 ? seconds / slot_seconds : static_cast<double>(kFewestTimedSlots);
+  const double slots = slot_seconds > 0 ? seconds / slot_seconds : static_cast<double>(kMinTimedSlots);
   if (static_cast<double>(task.slot_count()) <= slots) return task;
   const auto row = static_cast<double>(task.x1 - task.x0) * task.sample_count;
-  const int blocks = static_cast<int>(std::min(slots / row, 1e6)) / kSmallestTile;
-  const int height = std::max(blocks, 1) * kSmallestTile;
+  const int blocks = static_cast<int>(std::min(slots / row, 1e6)) / kMinTile;
+  const int height = std::max(blocks, 1) * kMinTile;
   if (task.y0 + height >= task.y1) return task;
   CameraTask rest = task;
   rest.y0 = task.y1 = task.y0 + height;

@@ -29,9 +29,9 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// beyond what the rays can resolve do not improve the picture. The least number is for a room lit through a door: the
 /// noise of one map covers the whole picture.
 constexpr double kRaysPerPhoton = 200;
-constexpr double kFewestPhotons = 500'000, kMostPhotons = 1'000'000;
+constexpr double kMinPhotons = 500'000, kMaxPhotons = 1'000'000;
 /// Small pictures get fewer, since tracing them would be nearly all of the work.
-constexpr double kPhotonsPerPixel = 30, kFewestOfAll = 50'000;
+constexpr double kPhotonsPerPixel = 30, kMinPhotonsSmallPicture = 50'000;
 /// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
 /// with no larger error.
 constexpr double kQueriesThatPayControl = 100;
@@ -47,9 +47,9 @@ void resolve_size(RenderSettings& s, const Scene& scene) {
     s.width = scene.film().width > 0 ? scene.film().width : 512;
     s.height = scene.film().height > 0 ? scene.film().height : 512;
   }
-  if (s.width < 1 || s.height < 1 || s.width > kLargestPictureSide || s.height > kLargestPictureSide)
+  if (s.width < 1 || s.height < 1 || s.width > kMaxPictureSide || s.height > kMaxPictureSide)
     throw Error(fmt::format("a picture of {}x{} pixels cannot be rendered", s.width, s.height),
-                fmt::format("Give --size WxH with both from 1 to {}.", kLargestPictureSide));
+                fmt::format("Give --size WxH with both from 1 to {}.", kMaxPictureSide));
 }
 
 /// The pixels to render: those asked for, or else those that the file asks for.
@@ -83,8 +83,8 @@ void resolve_gather(RenderSettings& s) {
 
 void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
-  const double fewest = std::clamp(pixel_count(s) * kPhotonsPerPixel, kFewestOfAll, kFewestPhotons);
-  double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, kMostPhotons);
+  const double fewest = std::clamp(pixel_count(s) * kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons);
+  double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, kMaxPhotons);
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
   // Two digits: the number is a choice, not a measurement.
@@ -110,8 +110,8 @@ bool filters(const RenderSettings& settings) {
 }
 
 bool has_time_for_caustics(const RenderSettings& settings) {
-  constexpr double kLeastSeconds = 30;
-  return !(settings.time_limit_s > 0 && settings.time_limit_s < kLeastSeconds);
+  constexpr double kMinSeconds = 30;
+  return !(settings.time_limit_s > 0 && settings.time_limit_s < kMinSeconds);
 }
 
 std::uint64_t default_memory_bytes() {
@@ -166,7 +166,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel up to {}, and at "
                    "most {}{}",
-                   chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kFewestPhotons, kMostPhotons,
+                   chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kMinPhotons, kMaxPhotons,
                    chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,

@@ -38,7 +38,7 @@ enum class Filtering : std::uint8_t {
 };
 
 /// Most pixels along a side of a picture.
-inline constexpr int kLargestPictureSide = 65536;
+inline constexpr int kMaxPictureSide = 65536;
 
 /// Default camera samples of a pixel, also for cost models.
 inline constexpr std::uint32_t kDefaultSamples = 16;

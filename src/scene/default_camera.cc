@@ -59,7 +59,7 @@ class CoarseScene {
     full_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], false);
     double points = 0;
     for (const auto& triangle : geometry.triangles) points += std::pow(parts(geometry, triangle), 2) / 2;
-    const double step = std::max(1.0, std::sqrt(points / kMostPoints));
+    const double step = std::max(1.0, std::sqrt(points / kMaxPoints));
     for (const auto& triangle : geometry.triangles)
       fill(geometry, triangle, std::max(1, static_cast<int>(parts(geometry, triangle) / step)));
   }
@@ -79,7 +79,7 @@ class CoarseScene {
 
  private:
   static constexpr int kCells = 128;
-  static constexpr double kMostPoints = 5e7;
+  static constexpr double kMaxPoints = 5e7;
 
   int parts(const Geometry& g, const std::array<std::uint32_t, 3>& t) const {
     const Vec3 a = g.positions[t[0]], b = g.positions[t[1]], c = g.positions[t[2]];
@@ -108,8 +108,8 @@ class CoarseScene {
 
 /// Share of the triangles whose front is seen from around the scene, a little above and below.
 float visible_share(const Geometry& g, const CoarseScene& coarse) {
-  constexpr std::size_t kMostTriangles = 4000;
-  const std::size_t stride = g.triangle_count() / kMostTriangles + 1;
+  constexpr std::size_t kMaxTriangles = 4000;
+  const std::size_t stride = g.triangle_count() / kMaxTriangles + 1;
   std::size_t seen = 0, all = 0;
   for (std::size_t t = 0; t < g.triangle_count(); t += stride) {
     const auto& [a, b, c] = g.triangles[t];

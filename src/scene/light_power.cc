@@ -10,9 +10,9 @@ namespace glowworm {
 
 namespace {
 /// Parts of a triangle's edge between the points at which a textured emission is read: one to a texel, within bounds.
-constexpr int kFewestParts = 6, kMostParts = 256;
+constexpr int kMinParts = 6, kMaxParts = 256;
 /// Points of all triangles together, where there is room for fewer than one to a texel.
-constexpr std::uint64_t kMostPoints = 20'000'000;
+constexpr std::uint64_t kMaxPoints = 20'000'000;
 
 /// Texels that the longest edge of a triangle crosses at most, of any image under node `id`; infinite where that is not
 /// known. @param scale of the texture coordinates by the nodes above
@@ -45,13 +45,13 @@ float texels_across(const Geometry& g, const std::vector<TextureNode>& textures,
   return texels;
 }
 
-/// Parts of each edge that make steps of a texel; kMostParts + 1 where there would be more than that, or where there
+/// Parts of each edge that make steps of a texel; kMaxParts + 1 where there would be more than that, or where there
 /// are no texels to go by.
 int parts_of_edge(const Geometry& g, const std::vector<TextureNode>& textures, std::uint32_t texture,
                   std::uint32_t triangle) {
   const float texels = texels_across(g, textures, texture, triangle, {1, 1});
-  if (!(texels <= kMostParts)) return kMostParts + 1;
-  return std::max(kFewestParts, static_cast<int>(std::ceil(texels)));
+  if (!(texels <= kMaxParts)) return kMaxParts + 1;
+  return std::max(kMinParts, static_cast<int>(std::ceil(texels)));
 }
 
 /// Mean over a triangle that is cut into parts * parts alike, each read at its centre of gravity.
@@ -81,14 +81,14 @@ RGB mean_radiance(const Geometry& g, const SceneDescription& scene, std::uint32_
   return {std::max(mean.r, floor.r), std::max(mean.g, floor.g), std::max(mean.b, floor.b)};
 }
 
-/// The most parts of an edge, so that no more points than kMostPoints are read.
+/// The most parts of an edge, so that no more points than kMaxPoints are read.
 int most_parts(const std::vector<int>& parts) {
-  for (int most = kMostParts; most > kFewestParts; most /= 2) {
+  for (int most = kMaxParts; most > kMinParts; most /= 2) {
     std::uint64_t points = 0;
     for (const int each : parts) points += static_cast<std::uint64_t>(std::min(each, most)) * std::min(each, most);
-    if (points <= kMostPoints) return most;
+    if (points <= kMaxPoints) return most;
   }
-  return kFewestParts;
+  return kMinParts;
 }
 }  // namespace
 

@@ -17,7 +17,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 using Choice = LightSelector::Choice;
 
 /// If a light has at least this share, the number that chose it has enough digits left to choose the place on it.
-constexpr float kSmallestStretched = 1.0f / 4096;
+constexpr float kMinStretchedProbability = 1.0f / 4096;
 
 Choice choose_source(const Scene& scene, float u) {
   const auto sample = scene.light_power().sample(u);
@@ -164,7 +164,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
   const LightSelector::Choice choice = scene.light_selector().choose(position, u_light);
   if (!(choice.probability > 0)) return {};
   const std::size_t triangles = scene.emissive_triangles().size();
-  if (choice.probability > kSmallestStretched) u.x = choice.remapped;
+  if (choice.probability > kMinStretchedProbability) u.x = choice.remapped;
   LightSample out;
   if (choice.source < triangles) {
     out = sample_triangle(scene, scene.emissive_triangles()[choice.source], position, u);

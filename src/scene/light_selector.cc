@@ -11,7 +11,7 @@ namespace {
 
 /// Near and far lights each get at least this share if both exist, because the estimates of their irradiance ignore
 /// shadows.
-constexpr float kLeastShare = 0.1f;
+constexpr float kMinShare = 0.1f;
 
 LightBounds bounds_of(const Geometry& g, std::uint32_t triangle, const Emission& emission, float power) {
   LightBounds b;
@@ -70,7 +70,7 @@ float LightSelector::far_share(Vec3 position) const {
   if (!(far_irradiance_ > 0)) return 0;
   const float near = tree_.irradiance(position);
   if (!(near > 0)) return 1;
-  return std::clamp(far_irradiance_ / (far_irradiance_ + near), kLeastShare, 1 - kLeastShare);
+  return std::clamp(far_irradiance_ / (far_irradiance_ + near), kMinShare, 1 - kMinShare);
 }
 
 LightSelector::Choice LightSelector::choose(Vec3 position, float u) const {

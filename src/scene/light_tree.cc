@@ -18,9 +18,9 @@ constexpr std::uint8_t kNotThere = 255;
 /// Levels that irradiance() descends if the point is among the lights.
 constexpr int kIrradianceLevels = 5;
 /// Two to the power of those levels of it are finite.
-constexpr float kMostImportance = std::numeric_limits<float>::max() / (1 << (kIrradianceLevels + 1));
+constexpr float kMaxImportance = std::numeric_limits<float>::max() / (1 << (kIrradianceLevels + 1));
 /// Least area of a cluster, as a share of the box around all lights: point lights have none.
-constexpr double kLeastArea = 1e-12;
+constexpr double kMinArea = 1e-12;
 
 float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 
@@ -82,7 +82,7 @@ float light_importance(const LightBounds& lights, Vec3 position) {
   const float squared = length_squared(offset), radius_squared = length_squared(lights.box.diagonal()) / 4;
   // At a point light itself, the largest value that float holds for many lights.
   const auto over_squares = [&](float intensity) {
-    return std::min(intensity / std::max(squared, radius_squared), kMostImportance);
+    return std::min(intensity / std::max(squared, radius_squared), kMaxImportance);
   };
   // Inside the sphere around the lights, light may come from any direction.
   if (squared <= radius_squared || lights.cos_normals <= -1) return over_squares(lights.intensity);
@@ -105,7 +105,7 @@ class LightTree::Builder {
     if (order_.empty()) return;
     Box3 all;
     for (const std::uint32_t light : order_) all.grow(lights[light].box);
-    least_area_ = kLeastArea * length_squared(all.diagonal());
+    least_area_ = kMinArea * length_squared(all.diagonal());
     tree_.nodes_.emplace_back();
     build(0, 0, order_.size(), 0, 0);
   }

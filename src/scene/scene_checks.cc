@@ -16,8 +16,8 @@ constexpr const char* kImporterRemedy = "The scene file is inconsistent; export 
 /// Largest cost of one texture lookup, in nodes: far above real textures, and low enough not to hang.
 constexpr double kMaximalTextureCost = 4096;
 constexpr int kMaximalTextureDepth = 256;
-/// kLargestLight times this is still finite.
-constexpr float kLargestFilmScale = 1e8f;
+/// kMaxLight times this is still finite.
+constexpr float kMaxFilmScale = 1e8f;
 
 void check_size(std::size_t size, std::size_t wanted, const char* what) {
   if (size != wanted) throw Error(fmt::format("the scene has {} {}, but {} were expected", size, what, wanted));
@@ -115,23 +115,21 @@ void check_brightness(RGB value, const std::string& what) {
   // A component may be negative: spectral colours lie outside the triangle of red, green and blue.
   if (luminance(value) < 0)
     throw Error(fmt::format("{} is negative: {}", what, numbers()), "Give it a positive value.");
-  if (std::max({std::abs(value.r), std::abs(value.g), std::abs(value.b)}) > kLargestLight)
-    throw Error(fmt::format("{} is brighter than {:g}: {}", what, kLargestLight, numbers()),
-                "Give it a smaller value.");
+  if (std::max({std::abs(value.r), std::abs(value.g), std::abs(value.b)}) > kMaxLight)
+    throw Error(fmt::format("{} is brighter than {:g}: {}", what, kMaxLight, numbers()), "Give it a smaller value.");
 }
 
 }  // namespace
 
 bool is_within_bounds(Vec3 p) {
   // NaN compares as false.
-  return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
-         std::abs(p.z) <= kLargestCoordinate;
+  return std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate && std::abs(p.z) <= kMaxCoordinate;
 }
 
 void check_within_bounds(Vec3 p, const std::string& what) {
   if (is_within_bounds(p)) return;
   throw Error(fmt::format("{} is at ({:g}, {:g}, {:g}), but a scene may reach to {:g} m only", what, p.x, p.y, p.z,
-                          kLargestCoordinate),
+                          kMaxCoordinate),
               is_finite(p) ? "Scale the scene down." : kImporterRemedy);
 }
 
@@ -172,8 +170,8 @@ void check_cameras(const SceneDescription& d) {
                                                      {"focal distance", camera.focal_distance},
                                                      {"picture plane", widest * camera.half_extent}};
     for (const auto& [name, length] : lengths)
-      if (!(std::abs(length) <= kLargestCoordinate))
-        throw Error(fmt::format("{} has a {} of {:g} m; at most {:g} m can be", what, name, length, kLargestCoordinate),
+      if (!(std::abs(length) <= kMaxCoordinate))
+        throw Error(fmt::format("{} has a {} of {:g} m; at most {:g} m can be", what, name, length, kMaxCoordinate),
                     "Scale the scene down.");
   }
 }
@@ -184,7 +182,7 @@ void check_description(const SceneDescription& description) {
   check_materials(description);
   check_lights(description);
   check_cameras(description);
-  if (!(std::abs(description.film.scale) <= kLargestFilmScale))
+  if (!(std::abs(description.film.scale) <= kMaxFilmScale))
     throw Error(fmt::format("the film multiplies radiance by {:g}", description.film.scale),
                 "Give its sensor another exposure time or ISO.");
 }

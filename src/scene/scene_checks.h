@@ -6,11 +6,11 @@ namespace glowworm {
 
 /// Largest coordinate and length of a scene in metres. Embree accepts only coordinates below 1.844e18, whose squares
 /// stay far from the largest float, and aborts on some beyond.
-inline constexpr float kLargestCoordinate = 1e18f;
+inline constexpr float kMaxCoordinate = 1e18f;
 /// Largest radiance, intensity or irradiance of a light: sums over lights and samples stay finite.
-inline constexpr float kLargestLight = 1e30f;
+inline constexpr float kMaxLight = 1e30f;
 
-/// Whether a point is finite and within kLargestCoordinate.
+/// Whether a point is finite and within kMaxCoordinate.
 bool is_within_bounds(Vec3 p);
 /// Throws Error, naming `what` and the value, if a point is not within bounds.
 void check_within_bounds(Vec3 p, const std::string& what);

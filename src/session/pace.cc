@@ -38,7 +38,7 @@ FrameEffort Pace::plan(std::uint64_t pixels, std::uint32_t gather, std::uint64_t
   double left = seconds * kMargin;
   if (new_photons) {
     const auto affordable = static_cast<std::uint64_t>(left * kPhotonShare / photon_);
-    effort.photons = std::min(photons, std::max(affordable, std::min(kFewestPhotons, photons)));
+    effort.photons = std::min(photons, std::max(affordable, std::min(kMinPhotons, photons)));
     left -= static_cast<double>(effort.photons) * photon_;
   }
   const auto whole = static_cast<double>(pixels);
@@ -55,7 +55,7 @@ FrameEffort Pace::plan(std::uint64_t pixels, std::uint32_t gather, std::uint64_t
     share = room / (whole * cost(std::floor(rays)));
   }
   effort.gather = static_cast<std::uint32_t>(rays);
-  effort.scale = std::clamp(static_cast<float>(std::sqrt(share)), kSmallestScale, 1.0f);
+  effort.scale = std::clamp(static_cast<float>(std::sqrt(share)), kMinScale, 1.0f);
   return effort;
 }
 

@@ -22,8 +22,8 @@ struct FrameEffort {
 /// Measures the cost of pixels, rays and photons on this machine and scene, and plans frames with it.
 class Pace {
  public:
-  static constexpr float kSmallestScale = 0.25f;
-  static constexpr std::uint64_t kFewestPhotons = 10'000;
+  static constexpr float kMinScale = 0.25f;
+  static constexpr std::uint64_t kMinPhotons = 10'000;
 
   /// Updates the costs from a frame; work that the frame did not do keeps its cost.
   void learn(const FrameWork& work);

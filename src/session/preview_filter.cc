@@ -11,14 +11,14 @@ namespace glowworm {
 namespace {
 
 /// Light is divided by albedo, which is at least this, so that textures are not smoothed.
-constexpr float kLeastAlbedo = 0.02f;
+constexpr float kMinAlbedo = 0.02f;
 /// Differences at which a neighbour counts half.
 constexpr float kAlbedoScale = 0.1f;   // of albedo
 constexpr float kPlaneScale = 0.004f;  // of the distance to the plane, as a share of depth
 constexpr float kLightScale = 0.35f;   // of compressed luminance, at the first pass; halved from pass to pass
 
 RGB shading_albedo(RGB albedo) {
-  return {std::max(albedo.r, kLeastAlbedo), std::max(albedo.g, kLeastAlbedo), std::max(albedo.b, kLeastAlbedo)};
+  return {std::max(albedo.r, kMinAlbedo), std::max(albedo.g, kMinAlbedo), std::max(albedo.b, kMinAlbedo)};
 }
 
 float squared(float x) { return x * x; }

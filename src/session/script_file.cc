@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint32_t kMostFrames = 10'000'000;
+constexpr std::uint32_t kMaxFrames = 10'000'000;
 
 /// Reads the values of one JSON object, and names its place in errors.
 class Entry {
@@ -126,11 +126,11 @@ ScriptMove read_move(const json& object, const std::string& place) {
                                     "light",  "screenshot", "drop",    "resize", "window"});
   ScriptMove move;
   if (entry.has("at")) {
-    move.from = *entry.count("at", 0, kMostFrames);
+    move.from = *entry.count("at", 0, kMaxFrames);
     move.to = move.from + 1;
   } else {
-    move.from = entry.count("from", 0, kMostFrames).value_or(0);
-    move.to = entry.count("to", 1, kMostFrames).value_or(move.from + 1);
+    move.from = entry.count("from", 0, kMaxFrames).value_or(0);
+    move.to = entry.count("to", 1, kMaxFrames).value_or(move.from + 1);
   }
   if (move.to <= move.from) entry.fail("ends before it begins", "\"to\" is the frame behind the last.");
   move.orbit = entry.pair("orbit");
@@ -166,7 +166,7 @@ Script parse_script(const std::string& text, const std::string& name) {
   }
   const Entry entry(root, name, {"frames", "fps", "size", "moves"});
   Script script;
-  script.frames = entry.count("frames", 1, kMostFrames).value_or(0);
+  script.frames = entry.count("frames", 1, kMaxFrames).value_or(0);
   script.frames_per_second = entry.number("fps").value_or(30);
   if (!(script.frames_per_second > 0)) entry.fail("\"fps\" is not above 0", "");
   if (entry.has("size")) {

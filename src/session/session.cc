@@ -22,9 +22,9 @@ using Clock = std::chrono::steady_clock;
 
 /// Passes of a view at rest that share photons before new ones are traced.
 constexpr std::uint32_t kPassesOfMaps = 16;
-constexpr int kLargestSide = 16384;
+constexpr int kMaxSide = 16384;
 /// Of large arrays that were freed.
-constexpr std::uint64_t kMostSpareBytes = std::uint64_t{128} << 20;
+constexpr std::uint64_t kMaxSpareBytes = std::uint64_t{128} << 20;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -53,9 +53,9 @@ class CostMeter {
 };
 
 void check_state(const ViewState& s) {
-  if (s.width < 1 || s.height < 1 || s.width > kLargestSide || s.height > kLargestSide)
+  if (s.width < 1 || s.height < 1 || s.width > kMaxSide || s.height > kMaxSide)
     throw Error(fmt::format("a view of {}x{} pixels cannot be shown", s.width, s.height),
-                fmt::format("Both sides must be from 1 to {}.", kLargestSide));
+                fmt::format("Both sides must be from 1 to {}.", kMaxSide));
   if (s.gather == 0) throw Error("a view needs at least one gather ray");
   if (s.photons == 0) throw Error("a view needs at least one photon");
 }
@@ -95,7 +95,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const SessionSettings& sett
       tracer_(std::make_unique<Tracer>(*base_)),
       budget_(settings.memory_bytes ? settings.memory_bytes : physical_memory_bytes() / 2) {
   // A frame with new photons makes the arrays of the frame before anew.
-  const std::uint64_t spare = std::min(kMostSpareBytes, budget_.available() / 8);
+  const std::uint64_t spare = std::min(kMaxSpareBytes, budget_.available() / 8);
   spare_reservation_ = std::make_unique<Reservation>(budget_, "memory kept for the next frame", spare);
   spare_memory_ = std::make_unique<FreedMemoryKeeper>(spare);
 }

@@ -59,7 +59,7 @@ TEST(ExactSum, BoundsTermsSoThatNoSumOverflows) {
     sum += std::numeric_limits<float>::infinity();
     sum += std::numeric_limits<float>::quiet_NaN();
   }
-  EXPECT_EQ(sum.value(), 1000.0 * Sum::kLargestTerm);
+  EXPECT_EQ(sum.value(), 1000.0 * Sum::kMaxTerm);
   EXPECT_TRUE(sum.can_be_of(1000));
   EXPECT_FALSE(sum.can_be_of(999));
   // As many terms as there is room for.
@@ -69,7 +69,7 @@ TEST(ExactSum, BoundsTermsSoThatNoSumOverflows) {
   Unit normal;
   normal += -1.0f;
   EXPECT_EQ(normal.value(), -1);
-  EXPECT_GE(Unit::kLargestTerm, 1);
+  EXPECT_GE(Unit::kMaxTerm, 1);
 }
 
 }  // namespace

@@ -63,11 +63,11 @@ struct Rays {
 /// Holds `pairs(names, n, dimension, x, y)` to the samplers `sampler_of(name)`, on every instruction set.
 template <typename Pairs, typename SamplerOf>
 void expect_pairs_of(const Pairs& pairs, const SamplerOf& sampler_of) {
-  constexpr std::size_t kMost = 67;
-  std::vector<std::uint32_t> names(kMost);
-  for (std::uint32_t i = 0; i < kMost; ++i) names[i] = i < 40 ? i : hash32(i);
+  constexpr std::size_t kMaxCount = 67;
+  std::vector<std::uint32_t> names(kMaxCount);
+  for (std::uint32_t i = 0; i < kMaxCount; ++i) names[i] = i < 40 ? i : hash32(i);
   on_every_instruction_set([&] {
-    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{16}, kMost})
+    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{16}, kMaxCount})
       for (std::uint32_t dimension = 0; dimension < 3; ++dimension) {
         std::vector<float> x(n + 1, -1.0f), y(n + 1, -1.0f);
         pairs(names.data(), n, dimension, x.data(), y.data());

@@ -28,9 +28,9 @@ namespace {
 using namespace glowworm;
 
 constexpr const char* kShared = GLOWWORM_SHARED_DIR;
-constexpr double kLargestError = 0.02;  // of the mean
-constexpr int kBlock = 8;               // pixels
-constexpr double kLeftOut = 0.01;       // of the pixels, in blocks
+constexpr double kMaxError = 0.02;  // of the mean
+constexpr int kBlock = 8;           // pixels
+constexpr double kLeftOut = 0.01;   // of the pixels, in blocks
 constexpr std::uint32_t kRenders = 4;
 constexpr int kTriples = 5;  // of wavelengths
 
@@ -163,7 +163,7 @@ bool compare(const ReferencePicture& picture, const Options& options, const std:
       compare_blocks(renders, reference.rgb(), reference.width(), reference.height(), kBlock, kLeftOut);
   const ImageComparison whole = compare_images(ours, reference, 0.02);
   const std::vector<BlockDifference> different = blocks.different({});
-  const bool agrees = std::abs(blocks.mean_ratio - 1) <= kLargestError && different.empty();
+  const bool agrees = std::abs(blocks.mean_ratio - 1) <= kMaxError && different.empty();
   fmt::print("| {} | {:.4f} | {:.4f} | {:.3f} {:.3f} {:.3f} | {:.3f} | {:.2f}% | {:.1f}% | {} of {} | {:.0f} | {} |\n",
              picture.name, blocks.mean_ratio, blocks.standard_error, whole.mean_ratio[0], whole.mean_ratio[1],
              whole.mean_ratio[2], whole.relative_rmse, 100 * blocks.structured, 100 * blocks.share_beyond_3,

@@ -161,7 +161,7 @@ TEST(Scheduler, PortionsAreNoLargerThanPaysForTheirMemory) {
     settings.samples = 1024;
     EXPECT_EQ(make_schedule(settings, room).queries_at_once, before) << side;
   }
-  EXPECT_EQ(before, DensityEngine::kMostPointsAtOnce);
+  EXPECT_EQ(before, DensityEngine::kMaxPointsAtOnce);
 }
 
 TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {

@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr int kDeepestNesting = 200;
 /// Elements of an accessor that no buffer holds (all zero, or sparse): bounds what a short file can make us allocate.
-constexpr std::size_t kMostImplicitElements = std::size_t{1} << 20;
+constexpr std::size_t kMaxImplicitElements = std::size_t{1} << 20;
 constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
 
 class Checker {
@@ -160,7 +160,7 @@ class Checker {
     const auto sparse = o.find("sparse");
     if (sparse == o.end()) return;
     if (!sparse->is_object()) fail(where + ".sparse is not an object");
-    if (!o.contains("bufferView") && elements > kMostImplicitElements) {
+    if (!o.contains("bufferView") && elements > kMaxImplicitElements) {
       fail(fmt::format("{}.count is {}, but no buffer holds so many", where, elements));
     }
     check_sparse(*sparse, element, elements, where + ".sparse");
@@ -284,12 +284,12 @@ std::size_t unsigned_member(const json& object, const char* key, std::size_t oth
   const auto it = object.find(key);
   if (it == object.end()) return otherwise;
   // Bounded well below 2^64, so that sums and products of a few of them cannot wrap round.
-  constexpr std::size_t kLargest = std::size_t{1} << 48;
+  constexpr std::size_t kMaxValue = std::size_t{1} << 48;
   if (it->is_number_float() && it->get<double>() >= 0 && it->get<double>() < 1e14 &&
       it->get<double>() == static_cast<double>(static_cast<std::size_t>(it->get<double>()))) {
     return static_cast<std::size_t>(it->get<double>());
   }
-  if (!it->is_number_unsigned() || it->get<std::size_t>() > kLargest) {
+  if (!it->is_number_unsigned() || it->get<std::size_t>() > kMaxValue) {
     throw Error({path}, fmt::format("{}.{} is {}; expected an integer that is not negative", where, key, it->dump()),
                 kRemedy);
   }

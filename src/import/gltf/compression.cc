@@ -19,7 +19,7 @@ constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew, without compression.";
 /// Decoded bytes for each compressed one, at most: the codec writes at least a bit or so for every element, so what
 /// claims more is damaged.
-constexpr std::size_t kLargestExpansion = 512;
+constexpr std::size_t kMaxExpansion = 512;
 
 std::size_t number_of(const tinygltf::Value& object, const char* key) {
   if (!object.Has(key) || !object.Get(key).IsNumber()) return 0;
@@ -52,7 +52,7 @@ CompressedView compressed_view(const GltfDocument& document, const tinygltf::Val
   }
   view.bytes = std::span(document.buffers[buffer]).subspan(offset, length);
   if (view.count == 0 || view.stride == 0 || view.stride > 256 || decoded != view.count * view.stride ||
-      decoded / kLargestExpansion > length) {
+      decoded / kMaxExpansion > length) {
     throw Error({document.path},
                 fmt::format("{}: {} elements of {} bytes cannot be what {} bytes stand for", where, view.count,
                             view.stride, length),

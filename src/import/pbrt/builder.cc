@@ -35,7 +35,7 @@ struct Defaults {
   std::shared_ptr<const Defaults> before;
   int length = 1;  ///< of the list
 };
-constexpr int kMostDefaults = 256;
+constexpr int kMaxDefaults = 256;
 
 /// Whether every parameter of `others` is also among `parameters`.
 bool hides(const PbrtParameters& parameters, const PbrtParameters& others) {
@@ -106,8 +106,8 @@ struct PbrtBuilder::State {
       set->before = set->before->before;
     }
     if (set->before) set->length = set->before->length + 1;
-    if (set->length > kMostDefaults) {
-      return error(d, fmt::format("more than {} Attribute directives are in force", kMostDefaults),
+    if (set->length > kMaxDefaults) {
+      return error(d, fmt::format("more than {} Attribute directives are in force", kMaxDefaults),
                    "Join some of them.");
     }
     now.defaults = std::move(set);
