@@ -39,7 +39,7 @@ std::string remedy_for(int error_number, const std::string& folder) {
     case ETIMEDOUT:
       return "Start the program that reads the pipe first, let it read all, or choose another output path.";
     case ELOOP:
-      return "Mend the symbolic links, which lead in a circle, or choose another output path.";
+      return "Fix the symbolic links, which form a circle, or choose another output path.";
     default:
       return "Choose another output path.";
   }
@@ -51,7 +51,7 @@ std::string folder_of(const std::string& path) {
   return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-// Whether the person at the terminal can mend it by another name or other rights; the rest is the disk's.
+// Whether another name or other permissions could fix the error. All other errors come from the disk.
 bool is_mistake(int error_number) {
   switch (error_number) {
     case ENOENT:
@@ -69,10 +69,10 @@ bool is_mistake(int error_number) {
   }
 }
 
-// Where `path` leads to by symbolic links, whether there is a file at their end or not; errno is ELOOP and the result
-// empty where they go in a circle.
+// The target of `path` after following symbolic links, whether or not a file exists there. Empty, with errno ELOOP, if
+// the links form a circle.
 std::string follow_links(std::string path) {
-  // As many as Linux itself follows.
+  // Linux follows at most 40 links, too.
   for (int links = 0; links < 40; ++links) {
     char text[PATH_MAX];
     const ssize_t length = readlink(path.c_str(), text, sizeof text);
@@ -84,7 +84,7 @@ std::string follow_links(std::string path) {
   return {};
 }
 
-// Waits until a pipe or a device takes more bytes; false with errno where it does not for ten seconds.
+// Waits until a pipe or a device can take more bytes. Returns false with errno set if it cannot within ten seconds.
 bool wait_for_reader(int descriptor) {
   pollfd wanted{descriptor, POLLOUT, 0};
   const int ready = poll(&wanted, 1, 10'000);
@@ -92,13 +92,13 @@ bool wait_for_reader(int descriptor) {
   return ready > 0 || (ready < 0 && errno == EINTR);
 }
 
-// A name in the target's own folder, since a rename cannot cross file systems; new for every process and call.
+// A name in the target's own folder, because a rename cannot cross file systems. Differs for every process and call.
 std::string temporary_name(const std::string& target) {
   static std::atomic<std::uint32_t> calls{0};
   const auto now = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
   const std::size_t slash = target.rfind('/');
   const std::size_t start = slash == std::string::npos ? 0 : slash + 1;
-  // Cut, so that the longest name that the file system takes has a temporary one too.
+  // Truncated, so that the temporary name fits even if the target's name has the maximum length.
   const std::string name = target.substr(start, 200);
   return fmt::format("{}.{}.{:x}-{:x}-{:x}.tmp", target.substr(0, start), name, getpid(), now & 0xffffffffu, calls++);
 }
@@ -118,13 +118,12 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(follow_li
   const bool exists = stat(path.c_str(), &info) == 0;
   if (exists && S_ISDIR(info.st_mode)) fail("the output path is a folder", EISDIR);
   if (exists && !S_ISREG(info.st_mode)) {
-    // Without blocking: a FIFO that nothing reads, or whose reader has stopped, would keep all other files from their
-    // output.
+    // Non-blocking: a FIFO without a reader, or with a stalled reader, must not hold up all other output files.
     descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     if (descriptor_ < 0) fail(errno == ENXIO ? "nothing reads from this pipe" : "cannot write", errno);
     return;
   }
-  if (exists && access(path.c_str(), W_OK) != 0) fail("the existing file cannot be written over", errno);
+  if (exists && access(path.c_str(), W_OK) != 0) fail("the existing file cannot be overwritten", errno);
   temporary_ = temporary_name(target_);
   registered_ = std::make_unique<TemporaryName>(temporary_);
   descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -155,7 +154,7 @@ void AtomicFile::write(const void* data, std::size_t bytes) {
   if (descriptor_ < 0) throw Error({path_}, "nothing can be written after the file was closed");
   const char* next = static_cast<const char*>(data);
   while (bytes > 0) {
-    // At most 1 GiB at a time: Linux itself writes no more than 2 GiB by one call.
+    // At most 1 GiB at a time: Linux writes at most 2 GiB in one call.
     const ssize_t written = ::write(descriptor_, next, std::min<std::size_t>(bytes, std::size_t{1} << 30));
     if (written < 0) {
       if (errno == EINTR || (errno == EAGAIN && wait_for_reader(descriptor_))) continue;
@@ -183,7 +182,8 @@ void AtomicFile::commit() {
     fail("cannot give the finished file its name", error_number);
   }
   registered_.reset();
-  // The name is on the disk only once its folder is; a file system that cannot do that has still renamed the file.
+  // The rename is durable only after the folder is flushed, too. If the file system cannot do that, the rename has
+  // still happened.
   const int folder = open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) {
     fsync(folder);

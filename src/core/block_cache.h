@@ -1,4 +1,4 @@
-// Blocks of a file in memory.
+// A cache of file blocks in memory.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -12,25 +12,26 @@
 
 namespace glowworm {
 
-/// A set-associative write-back cache of numbered blocks whose least recently used blocks make room. It takes its
-/// memory at once and never more. Thread-safe: a block belongs to one set, and each set has a lock.
+/// A set-associative write-back cache of numbered blocks with least-recently-used replacement. It allocates all its
+/// memory at construction. Thread-safe: each set has its own lock.
 class BlockCache {
  public:
   static constexpr std::size_t kWays = 8;
 
-  /// @param block_bytes, blocks at least 1; above kWays blocks are rounded down to a multiple of it
+  /// @param block_bytes, blocks at least 1; above kWays, the number of blocks is rounded down to a multiple of kWays
   BlockCache(std::size_t block_bytes, std::size_t blocks)
       : block_bytes_(block_bytes),
         ways_(std::min(kWays, blocks)),
         sets_(blocks / ways_),
         cache_(sets_.size() * ways_ * block_bytes) {}
 
-  /// Calls use(bytes of the block, bool& whether it differs from the file) with the set locked. A block that is not in
-  /// the cache is filled by load(bytes) before; where one that differs from the file must make room for it, by
-  /// store(number, bytes) before that. What these throw is passed on; a block whose loading failed is not kept.
+  /// Calls use(bytes, dirty) with the set locked, where `bytes` is the block and `bool& dirty` says whether it differs
+  /// from the file. If the block is not cached, load(bytes) fills it first. If a dirty block must be evicted to make
+  /// room, store(number, bytes) writes it before that. Exceptions of these functions pass through; a block that failed
+  /// to load is not kept.
   template <class Load, class Store, class Use>
   void access(std::uint64_t block, Load&& load, Store&& store, Use&& use) {
-    // Turned by a prime for each round through the sets, so that files of one size do not all meet in the same sets.
+    // Each round through the sets is rotated by a prime, so that files of equal size do not compete for the same sets.
     const auto index = static_cast<std::size_t>((block + block / sets_.size() * 7919) % sets_.size());
     Set& set = sets_[index];
     const std::lock_guard lock(set.mutex);
@@ -46,7 +47,7 @@ class BlockCache {
     const std::span<std::byte> bytes = cache_.span().subspan((index * ways_ + way) * block_bytes_, block_bytes_);
     if (slot.block != block) {
       if (slot.dirty) store(slot.block, bytes);
-      // Nothing may be found under the old number while the new contents are on their way.
+      // The old number must not match while the new contents are loading.
       slot = Slot();
       load(bytes);
       slot.block = block;
@@ -55,7 +56,7 @@ class BlockCache {
     use(bytes, slot.dirty);
   }
 
-  /// Bytes of memory that the blocks take.
+  /// Memory held by the blocks, in bytes.
   std::uint64_t bytes() const { return cache_.size(); }
 
  private:

@@ -7,7 +7,7 @@
 
 namespace glowworm {
 
-/// An axis-aligned box in metres; empty (min above max) when made without arguments.
+/// An axis-aligned box in metres. A default-constructed box is empty: min is above max.
 struct Box3 {
   Vec3 min{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
            std::numeric_limits<float>::infinity()};
@@ -28,7 +28,7 @@ struct Box3 {
   bool contains(Vec3 p) const {
     return p.x >= min.x && p.x <= max.x && p.y >= min.y && p.y <= max.y && p.z >= min.z && p.z <= max.z;
   }
-  /// Axis (0, 1, 2) of the longest side; the first of equals.
+  /// The axis (0, 1 or 2) of the longest side; the first of them if several are equal.
   int longest_axis() const {
     const Vec3 d = diagonal();
     return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;

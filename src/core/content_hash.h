@@ -1,4 +1,4 @@
-// A fast 64-bit hash of contents: to find out whether two things are the same, not to stand against forgers.
+// A fast 64-bit hash that tells whether two contents are equal. It is not cryptographic.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace glowworm {
 
-/// Hashes what is added, in that order.
+/// Hashes data in the order in which it is added.
 class ContentHash {
  public:
   void add_bytes(const void* data, std::size_t size) {
@@ -25,7 +25,7 @@ class ContentHash {
       mix(rest);
     }
   }
-  /// A number, or a structure without padding.
+  /// Adds a number, or a structure without padding.
   template <typename T>
   void add(const T& value) {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
@@ -35,7 +35,7 @@ class ContentHash {
     add(text.size());
     add_bytes(text.data(), text.size());
   }
-  /// An array of numbers, or of structures without padding.
+  /// Adds an array of numbers, or of structures without padding.
   template <typename T>
   void add_array(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
@@ -45,7 +45,7 @@ class ContentHash {
   std::uint64_t value() const { return state_; }
 
  private:
-  /// Both halves of a product of 128 bits, as in wyhash (Wang Yi).
+  /// Multiplies to 128 bits and mixes both halves, as in wyhash (Wang Yi).
   void mix(std::uint64_t word) {
     __extension__ using Product = unsigned __int128;
     const Product product = static_cast<Product>(state_ ^ word) * 0x9e3779b97f4a7c15u;

@@ -1,4 +1,4 @@
-// Piecewise-constant distributions: choosing an index, or a point of an image, in proportion to weights.
+// Piecewise-constant distributions: choose an index, or a point of an image, in proportion to weights.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace glowworm {
 
-/// A discrete distribution over n weights, sampled by inversion, so that strata of u stay strata.
+/// A discrete distribution over n weights. It is sampled by inversion, so strata of u remain strata.
 class Distribution1D {
  public:
   Distribution1D() = default;
-  /// @param weights none negative; where all are zero every index is as likely
+  /// @param weights not negative; if all are zero, every index has the same probability
   explicit Distribution1D(std::span<const float> weights);
 
   std::size_t size() const { return cdf_.empty() ? 0 : cdf_.size() - 1; }
@@ -22,7 +22,7 @@ class Distribution1D {
   struct Sample {
     std::uint32_t index;
     float probability;  ///< of the index
-    float remapped;     ///< u stretched over the chosen interval: uniform in [0, 1) again
+    float remapped;     ///< position of u in the chosen interval: uniform in [0, 1) again
   };
   /// @param u in [0, 1)
   Sample sample(float u) const {
@@ -31,11 +31,11 @@ class Distribution1D {
     const double inside = width > 0 ? (u - cdf_[index]) / width : 0.0;
     return {index, static_cast<float>(width), std::min(static_cast<float>(inside), 0x1.fffffep-1f)};
   }
-  /// The index alone: the last whose interval begins at or below u.
+  /// The index for u: the last one whose interval begins at or below u.
   std::uint32_t index(float u) const {
-    // Between those of the ends of the step that u lies in (the indexed search of Chen and Asau, "On Generating Random
-    // Variates from an Empirical Distribution", AIIE Transactions 6(2), 1974; halving the rest, since one step may hold
-    // nearly all weights). Most steps have one index.
+    // The index table gives the first and last index possible for the step that contains u. Most steps have one index;
+    // in others a binary search follows, because one step may hold nearly all weights. (Indexed search of Chen and
+    // Asau, "On Generating Random Variates from an Empirical Distribution", AIIE Transactions 6(2), 1974.)
     const double place = u;
     const std::uint32_t* const step =
         first_of_step_.data() + std::min(static_cast<std::uint32_t>(place * steps_), last_step_);
@@ -53,17 +53,17 @@ class Distribution1D {
   double total_ = 0;
 };
 
-/// A distribution over the unit square by the texels of an image.
+/// A distribution over the unit square, proportional to the texels of an image.
 class Distribution2D {
  public:
   Distribution2D() = default;
-  /// @param weights row-major, width * height of them
+  /// @param weights width * height values, row-major
   Distribution2D(std::span<const float> weights, int width, int height);
 
   bool empty() const { return rows_.empty(); }
   /// A point of the unit square and its density per unit area.
   struct Sample {
-    Vec2 point;  ///< within texel (x, y) but for rounding
+    Vec2 point;  ///< within texel (x, y), up to rounding
     float pdf;
     std::uint32_t x, y;
   };

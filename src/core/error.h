@@ -1,4 +1,4 @@
-// Errors for the person at the terminal.
+// Error messages for the user.
 #pragma once
 #include <string>
 
@@ -6,7 +6,7 @@
 
 namespace glowworm {
 
-/// "file:line:column", as much of it as is known.
+/// "file:line:column", or as much of it as is known.
 std::string to_string(const FilePlace& place);
 
 }  // namespace glowworm

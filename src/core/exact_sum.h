@@ -1,4 +1,4 @@
-// Sums of floats that depend neither on the order of their terms nor on how these are grouped.
+// Sums of floats that do not depend on the order or grouping of their terms.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -9,18 +9,18 @@ namespace glowworm {
 
 __extension__ using Int128 = __int128;
 
-/// A sum in fixed point: an integer in units of 2^-kFractionBits. A term is rounded to a whole number of units by
-/// itself, then integers are added, which is exact: so sums of parts add up to the bits of the whole, in any order.
-/// A term beyond +-kMaxTerm counts as that, and one that is not a number as 0: 2^24 terms cannot overflow.
+/// A sum in fixed point: an integer in units of 2^-kFractionBits. Each term is rounded to a whole number of units;
+/// adding integers is exact, so partial sums in any order give the same bits. Terms are clamped to +-kMaxTerm, and NaN
+/// counts as 0, so 2^24 terms cannot overflow.
 template <typename Integer, int kFractionBits>
 class ExactSum {
  public:
-  static constexpr int kTermBits = 24;  ///< so many bits are kept for the number of terms
+  static constexpr int kTermBits = 24;  ///< bits reserved for the number of terms
   static constexpr float kMaxTerm =
       static_cast<float>(std::uint64_t{1} << (8 * sizeof(Integer) - 2 - kTermBits - kFractionBits));
 
   ExactSum() = default;
-  /// From units().
+  /// Makes a sum from units().
   explicit ExactSum(Integer units) : units_(units) {}
 
   ExactSum& operator+=(float term) {
@@ -33,7 +33,7 @@ class ExactSum {
   }
   double value() const { return std::ldexp(static_cast<double>(units_), -kFractionBits); }
   Integer units() const { return units_; }
-  /// Whether so many terms can give this sum.
+  /// Whether this sum is possible for so many terms.
   bool can_be_of(std::uint32_t terms) const {
     const Integer most = units_of(kMaxTerm) * static_cast<Integer>(terms);
     return units_ >= -most && units_ <= most;
@@ -41,7 +41,7 @@ class ExactSum {
   bool operator==(const ExactSum&) const = default;
 
  private:
-  /// Rounded to nearest, halves away from zero.
+  /// The term in units, rounded to nearest, halves away from zero.
   static Integer units_of(float term) {
     const auto bits = std::bit_cast<std::uint32_t>(term);
     const int exponent = static_cast<int>(bits >> 23 & 255);

@@ -48,7 +48,7 @@ constinit const HilbertTables kHilbert;
 
 namespace {
 
-/// Bit i of v to bit 3i, for the low 21 bits.
+/// Moves bit i of v to bit 3i, for the low 21 bits.
 std::uint64_t spread(std::uint64_t v) {
   v &= 0x1fffffu;
   v = (v | v << 32) & 0x001f00000000ffffull;

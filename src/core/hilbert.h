@@ -1,4 +1,4 @@
-// The Hilbert curve in three dimensions, from a table of the orientations it takes (an L-system).
+// The Hilbert curve in three dimensions, from a table of orientations (an L-system).
 #pragma once
 #include <array>
 #include <cstdint>
@@ -8,33 +8,33 @@
 
 namespace glowworm {
 
-/// Most bits an axis that Morton codes and Hilbert keys have room for in 64 bits.
+/// The most bits per axis that fit into a 64-bit Morton code or Hilbert key.
 inline constexpr int kHilbertMaxBits = 21;
 
-/// How the curve goes through the eight octants of a cell, for each of its 24 orientations. An octant is
-/// (x upper half) + 2 (y upper half) + 4 (z upper half). The curve of the whole cube starts in orientation 0 whatever
-/// the depth, so that a key of fewer bits is the upper part of a key of more.
+/// The order in which the curve visits the eight octants of a cell, for each of its 24 orientations. Octants are
+/// numbered (x upper half) + 2 (y upper half) + 4 (z upper half). The curve of the whole cube starts in orientation 0
+/// at any depth, so a shorter key is a prefix of a longer one.
 struct HilbertTables {
   static constexpr int kOrientations = 24;
-  /// By orientation and octant: the place of the octant on the curve (0 to 7), plus 8 times the orientation inside it.
+  /// By orientation and octant: the position of the octant on the curve (0 to 7), plus 8 times its orientation.
   std::array<std::array<std::uint8_t, 8>, kOrientations> place{};
-  /// By orientation and place on the curve: the octant that is visited there. The child order of an octree.
+  /// By orientation and position on the curve: the octant visited there, which is the child order of an octree.
   std::array<std::array<std::uint8_t, 8>, kOrientations> octant{};
-  /// Two levels at once: by orientation and octant of octant (6 bits), the place (0 to 63) plus 64 times the
+  /// Two levels at once. By orientation and octant of an octant (6 bits): the position (0 to 63), plus 64 times the
   /// orientation.
   std::array<std::array<std::uint16_t, 64>, kOrientations> place2{};
   constexpr HilbertTables();
 };
 extern const HilbertTables kHilbert;
 
-/// Interleaves the low 21 bits of the three numbers: bit i of x, y, z becomes bit 3i, 3i + 1, 3i + 2.
+/// Interleaves the low 21 bits of three numbers: bit i of x, y, z becomes bit 3i, 3i + 1, 3i + 2.
 std::uint64_t morton_code(std::uint32_t x, std::uint32_t y, std::uint32_t z);
 
-/// The place on the Hilbert curve of the cell with that Morton code, in a grid of 2^bits cells an axis.
-/// @param bits 0 to 21; bits of `morton` above 3 * bits are not looked at
+/// The position on the Hilbert curve of the cell with a given Morton code, in a grid of 2^bits cells per axis.
+/// @param bits 0 to 21; bits of `morton` above 3 * bits are ignored
 std::uint64_t hilbert_key_of_morton(std::uint64_t morton, int bits);
 
-/// The place of cell (x, y, z) on the Hilbert curve through a grid of 2^bits cells an axis: 0 to 8^bits - 1.
+/// The position of cell (x, y, z) on the Hilbert curve in a grid of 2^bits cells per axis: 0 to 8^bits - 1.
 std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits);
 
 /// A cell of a grid.
@@ -46,13 +46,13 @@ struct GridCell {
 /// The inverse of hilbert_key().
 GridCell hilbert_cell(std::uint64_t key, int bits);
 
-/// Cubes of equal size, 2^bits along each axis, that cover a box; the longest side of the box decides how large.
+/// A grid of equal cubes, 2^bits along each axis, that covers a box. The longest side of the box determines their size.
 class CubeGrid {
  public:
-  /// @param bits 0 to 21. A box that is empty, a point or not finite gives a grid of which only one cell is used.
+  /// @param bits 0 to 21. If the box is empty, a point or not finite, the grid uses only one cell.
   CubeGrid(const Box3& box, int bits);
 
-  /// The cell of a point; points outside the box, and not a number, go to a cell at the border.
+  /// The cell of a point. Points outside the box, and NaN, go to a cell at the border.
   GridCell cell(Vec3 p) const { return {along(p.x, origin_.x), along(p.y, origin_.y), along(p.z, origin_.z)}; }
   std::uint64_t morton(Vec3 p) const {
     const GridCell c = cell(p);
@@ -62,7 +62,7 @@ class CubeGrid {
  private:
   std::uint32_t along(float p, float origin) const {
     const float v = (p - origin) * cells_per_metre_;
-    // Written so that what is not a number fails the first test.
+    // NaN fails the first test.
     return v > 0 ? v < last_ ? static_cast<std::uint32_t>(v) : static_cast<std::uint32_t>(last_) : 0;
   }
   Vec3 origin_;

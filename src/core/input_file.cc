@@ -14,7 +14,7 @@ namespace glowworm {
 
 namespace {
 
-/// Throws Error where the file is of another kind than it should be.
+/// Throws Error if the file is not a regular file.
 void check_kind(const struct stat& status, const std::string& path) {
   if (S_ISDIR(status.st_mode)) throw Error({path}, "is a folder, not a file", "Give the name of a file.");
   if (!S_ISREG(status.st_mode))
@@ -82,7 +82,7 @@ namespace {
 template <typename Bytes>
 Bytes read_whole(const std::string& path, Reservation* held) {
   check_input_file(path);
-  // Without blocking: the name may stand for a FIFO by now.
+  // Non-blocking: the name may have become a FIFO since it was checked.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   struct stat status {};
   if (file.number() < 0 || fstat(file.number(), &status) != 0)

@@ -1,4 +1,4 @@
-// Files that are read.
+// Input files.
 #pragma once
 #include <cstdint>
 #include <set>
@@ -9,12 +9,12 @@
 
 namespace glowworm {
 
-/// Throws Error where `path` is not there or is not a regular file: to open or read a FIFO or a device may block for
-/// ever. Call it before a file is opened by its name.
+/// Throws Error if `path` does not exist or is not a regular file: opening or reading a FIFO or a device could block
+/// forever. Call it before you open a file by name.
 void check_input_file(const std::string& path);
 
-/// Remembers, while it lives, the names of all files that pass check_input_file() in any thread, also on their way into
-/// read_input_file(). There may be one at a time; a second one remembers nothing.
+/// Records the names of all files that pass check_input_file() in any thread, including those read by
+/// read_input_file(), while this object lives. Only one can record at a time; a second one records nothing.
 class InputRecord {
  public:
   InputRecord();
@@ -22,15 +22,16 @@ class InputRecord {
   InputRecord(const InputRecord&) = delete;
   InputRecord& operator=(const InputRecord&) = delete;
 
-  /// The names so far, as they were given.
+  /// The recorded names, as given.
   std::set<std::string> names() const;
 };
 
-/// Reads a whole file. Throws Error as check_input_file() does, and where the file cannot be read or is larger than the
+/// Reads a whole file. Throws Error as check_input_file() does, and if the file cannot be read or is larger than the
 /// machine's memory.
 std::string read_input_file(const std::string& path);
 
-/// The same within a budget. @param held grows by the file's size before memory is taken for it, or throws MemoryError
+/// Reads a whole file within a budget. @param held grows by the file's size before memory is allocated, or throws
+/// MemoryError
 std::string read_input_file(const std::string& path, Reservation& held);
 std::vector<std::uint8_t> read_input_bytes(const std::string& path, Reservation& held);
 

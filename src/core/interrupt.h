@@ -1,11 +1,11 @@
-// Stopping work that is under way.
+// Requests to stop work.
 #pragma once
 #include <atomic>
 
 namespace glowworm {
 
-/// A request to stop, made by another thread or a signal handler. Work looks at it through a CancellationScope
-/// (core/parallel.h) and then throws Cancelled.
+/// A request to stop, made by another thread or a signal handler. Work checks it through a CancellationScope
+/// (core/parallel.h) and throws Cancelled.
 class Interrupt {
  public:
   void request() { requested_.store(true, std::memory_order_relaxed); }

@@ -21,20 +21,20 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
-/// Blocks from this size on are kept for others; smaller ones the system's allocator keeps itself.
+/// Freed blocks of at least this size are kept for reuse; smaller ones stay with the C library.
 constexpr std::size_t kMinKeptBytes = std::size_t{1} << 20;
 
 constexpr std::size_t kMaxKeptBlocks = 256;
 
 #ifdef __GLIBC__
-/// What glibc begins with, and the largest that it takes (mallopt(3)).
+/// The defaults and the maximum of glibc (mallopt(3)), in bytes.
 constexpr std::size_t kDefaultTrimThreshold = std::size_t{128} << 10, kDefaultMapThreshold = std::size_t{128} << 10,
                       kMaxMapThreshold = std::size_t{32} << 20;
 #endif
 
-/// Lets the C library keep up to so many bytes free at the end of each of its heaps. Blocks then come from heaps even
-/// where they would be mapped each for itself, and given back at once. 0: the thresholds that glibc begins with, though
-/// no longer those that it would have adapted to the sizes freed, for mallopt() ends that.
+/// Lets the C library keep up to `bytes` free bytes at the end of each heap. Blocks then come from heaps, instead of
+/// being mapped one by one and returned at once. 0 restores glibc's defaults, but not its automatic adjustment of them,
+/// which any mallopt() call ends.
 void keep_free_heap([[maybe_unused]] std::size_t bytes) {
 #ifdef __GLIBC__
   mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min<std::size_t>(std::max(bytes, kDefaultTrimThreshold), 1 << 30)));
@@ -42,7 +42,7 @@ void keep_free_heap([[maybe_unused]] std::size_t bytes) {
 #endif
 }
 
-/// Blocks that were freed and may serve again.
+/// Freed blocks, kept for reuse.
 class SpareMemory {
  public:
   void raise_limit(std::size_t bytes) {
@@ -59,7 +59,7 @@ class SpareMemory {
   }
   bool keeps() const { return limit_.load(std::memory_order_relaxed) > 0; }
 
-  /// The smallest block that is large enough, but not by much; null where there is none.
+  /// The smallest block of at least `bytes` that is not much larger; null if there is none.
   void* take(std::size_t bytes, std::size_t alignment) {
     const std::scoped_lock lock(mutex_);
     auto best = blocks_.end();
@@ -90,7 +90,7 @@ class SpareMemory {
     std::size_t bytes;
   };
 
-  /// Frees the blocks that wait the longest until the limit is kept.
+  /// Frees the oldest blocks until the limit is met.
   void shrink() {
     auto kept = blocks_.begin();
     for (; held_ > limit_ && kept != blocks_.end(); ++kept) {
@@ -103,11 +103,11 @@ class SpareMemory {
   std::mutex mutex_;
   std::atomic<std::size_t> limit_{0};
   std::size_t held_ = 0;
-  std::vector<Block> blocks_;  // the oldest first
+  std::vector<Block> blocks_;  // oldest first
 };
 
-/// Never destroyed: other objects' destructors free memory at the end of the program. Made without an allocation, since
-/// freeing must not fail.
+/// Never destroyed: destructors of other objects free memory at the end of the program. Constructed without an
+/// allocation, because freeing must not fail.
 SpareMemory& spare_memory() {
   alignas(SpareMemory) static std::byte storage[sizeof(SpareMemory)];
   static auto* const memory = new (storage) SpareMemory;
@@ -118,7 +118,7 @@ std::size_t size_of([[maybe_unused]] void* memory) {
 #ifdef __linux__
   return memory ? malloc_usable_size(memory) : 0;
 #else
-  return 0;  // not known: nothing is kept
+  return 0;  // unknown: nothing is kept
 #endif
 }
 
@@ -137,7 +137,7 @@ void* allocate_large(std::size_t bytes) {
   void* memory = std::aligned_alloc(alignment, rounded == 0 ? alignment : rounded);
   if (memory == nullptr) throw std::bad_alloc();
 #ifdef __linux__
-  // A wish; where it is refused pages are small, and nothing else changes.
+  // Only a hint: if the system refuses it, pages are small.
   if (huge) (void)madvise(memory, rounded, MADV_HUGEPAGE);
 #endif
   return memory;

@@ -1,4 +1,4 @@
-// Large arrays that are written before they are read.
+// Large arrays without initial values.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -9,8 +9,8 @@
 
 namespace glowworm {
 
-/// Memory for large arrays: not cleared, on huge pages where the system offers them, so that scattered access misses
-/// the translation buffers less. Aligned to at least 64 bytes. Throws std::bad_alloc where there is none.
+/// Allocates memory for large arrays. It is not cleared, is aligned to at least 64 bytes, and uses huge pages if the
+/// system offers them, so that scattered access causes fewer TLB misses. Throws std::bad_alloc if memory runs out.
 void* allocate_large(std::size_t bytes);
 void free_large(void* memory);
 
@@ -36,7 +36,7 @@ struct LargeAllocator {
 template <typename T>
 using LargeVector = std::vector<T, LargeAllocator<T>>;
 
-/// An array of n elements without values, that only moves.
+/// A move-only array of n elements without initial values.
 template <typename T>
 class LargeArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);

@@ -7,14 +7,14 @@ namespace glowworm {
 
 enum class LogLevel { quiet, normal, verbose };
 
-/// Sets how much is printed: quiet keeps warnings only, verbose adds detail(). Thread-safe, as all functions here.
+/// Sets the amount of output: quiet prints only warnings, verbose adds detail(). All functions here are thread-safe.
 void set_log_level(LogLevel level);
 
-/// Something the person should know of a normal run.
+/// Prints a message of a normal run.
 void inform(std::string_view message);
-/// Something for -v only.
+/// Prints a message only with -v.
 void detail(std::string_view message);
-/// Something that was mended or left out, with what that means for the image. Printed even with -q.
+/// Prints a warning, also with -q: what was corrected or left out, and what that means for the image.
 void warn(std::string_view message);
 
 }  // namespace glowworm

@@ -61,13 +61,13 @@ std::uint64_t resident_bytes() {
 }
 
 void restart_peak_resident() {
-  // proc(5), clear_refs: 5 resets the peak to what is resident now.
+  // proc(5), clear_refs: 5 resets the peak to the present resident memory.
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
 void keep_heap_small() {
 #ifdef __GLIBC__
-  // Setting either threshold keeps glibc from raising both as it sees large blocks freed.
+  // Setting either threshold stops glibc from raising both when large blocks are freed.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
   mallopt(M_TRIM_THRESHOLD, 1 << 20);
 #endif

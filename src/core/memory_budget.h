@@ -1,4 +1,4 @@
-// The memory that a render, or the loading of a scene, may hold, reserved by name.
+// The memory budget of rendering, or of loading a scene, reserved by name.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -10,30 +10,30 @@
 
 namespace glowworm {
 
-/// Thrown where a budget has no room.
+/// Thrown if a reservation exceeds the budget.
 class MemoryError : public Error {
  public:
   using Error::Error;
 };
 
-/// Keeps account of reserved bytes against a limit. Thread-safe.
+/// Tracks reserved bytes against a limit. Thread-safe.
 class MemoryBudget {
  public:
-  /// @param limit_bytes what may be reserved at once; 0 means without limit
-  /// @param remedy what the person can do where that is not enough
+  /// @param limit_bytes total bytes that may be reserved at once; 0: unlimited
+  /// @param remedy advice for the user if the limit is exceeded
   explicit MemoryBudget(std::uint64_t limit_bytes = 0,
                         std::string remedy = "Give a larger --memory, or a smaller image.")
       : limit_(limit_bytes), remedy_(std::move(remedy)) {}
 
-  /// Reserves bytes under a name; throws MemoryError, naming every holder, where that would pass the limit.
+  /// Reserves bytes under a name. If that exceeds the limit, throws MemoryError, which lists all holders.
   void reserve(const std::string& name, std::uint64_t bytes);
   void release(const std::string& name, std::uint64_t bytes);
 
   std::uint64_t limit() const { return limit_; }
-  /// Bytes that may still be reserved; the largest number there is, where there is no limit.
+  /// Bytes that may still be reserved; the maximum of the type if there is no limit.
   std::uint64_t available() const;
   std::uint64_t peak() const;
-  /// Peak bytes by name.
+  /// Peak bytes for each name.
   std::map<std::string, std::uint64_t> peaks() const;
 
  private:
@@ -55,12 +55,12 @@ class Reservation {
   Reservation(const Reservation&) = delete;
   Reservation& operator=(const Reservation&) = delete;
 
-  /// Reserves so many bytes more; throws MemoryError as MemoryBudget::reserve does.
+  /// Reserves more bytes. Throws MemoryError as MemoryBudget::reserve() does.
   void grow(std::uint64_t bytes) {
     budget_.reserve(name_, bytes);
     bytes_ += bytes;
   }
-  /// Grows to `bytes` where it is smaller.
+  /// Grows to `bytes` if it is smaller.
   void cover(std::uint64_t bytes) {
     if (bytes > bytes_) grow(bytes - bytes_);
   }
@@ -73,15 +73,15 @@ class Reservation {
 
 /// Resident memory of this process now, in bytes.
 std::uint64_t resident_bytes();
-/// Peak resident memory of this process since restart_peak_resident(), else since its start, in bytes (getrusage).
+/// Peak resident memory of this process since restart_peak_resident() or its start, in bytes (getrusage).
 std::uint64_t peak_resident_bytes();
-/// Lets the peak begin anew at what is resident now; without effect where the system cannot (Linux can).
+/// Resets the peak to the present resident memory, if the system can (Linux).
 void restart_peak_resident();
-/// From now on memory that is freed goes back to the system at once, which costs some time.
+/// Makes freed memory return to the system at once, from now on. This costs some time.
 void keep_heap_small();
-/// Gives what is free in the heap back to the system.
+/// Returns free memory of the heap to the system.
 void return_free_memory();
-/// Memory of the machine in bytes.
+/// Physical memory of the machine in bytes.
 std::uint64_t physical_memory_bytes();
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Where rays begin that leave a surface.
+// Origins of rays that leave a surface.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,14 @@
 
 namespace glowworm {
 
-/// How far along its normal rays must begin from a place on a triangle, so that rounding cannot make them hit the
-/// triangle again: a bound of the error of all places on it together with that of Embree's test (Moeller and Trumbore),
-/// by running error analysis as in Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 6.8.
-/// It grows with the coordinates and the size of the triangle alone, so that it scales with the scene: one or two units
-/// in the last place of the largest coordinate, and of no coordinate across which the plane does not extend.
-/// @param corner first vertex, metres; @param e1, e2 from there to the others, rounded; the triangle has an area
+/// The distance along the normal at which rays must start from a triangle, so that rounding cannot make them hit it
+/// again. It bounds the rounding error of all points of the triangle and of Embree's test (Moeller and Trumbore), by
+/// running error analysis as in Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 6.8. It
+/// depends only on the coordinates and the size of the triangle, so it scales with the scene: one or two units in the
+/// last place of the largest coordinate, ignoring coordinates whose axis is perpendicular to the normal.
+/// @param corner first vertex, metres
+/// @param e1, e2 edges from there to the others, rounded; the triangle has an area
+/// @return metres
 inline double rounding_offset(Vec3 corner, Vec3 e1, Vec3 e2) {
   constexpr double kHalfUlp = 0x1p-24;
   double scaled[3], products[3];
@@ -28,21 +30,21 @@ inline double rounding_offset(Vec3 corner, Vec3 e1, Vec3 e2) {
     const double a = corner[k], b = a + e1[k], c = a + e2[k];
     const double largest = std::max({std::abs(a), std::abs(b), std::abs(c)});
     const double extent = std::max(std::abs(e1[k]), std::abs(e2[k]));
-    // Rounding of the moved place; of the place itself, unless nothing is added to the corner's coordinate; of the
-    // differences and products of the test, and of the edges of triangles beside it.
+    // Rounding of the moved point; of the point itself, unless nothing is added to the corner's coordinate; of the
+    // differences and products in the test; and of the edges of neighbouring triangles.
     sum += std::abs(scaled[k]) * (2 * largest + (extent > 0 ? 2 * largest : 0) + 8 * extent);
-    // Rounding of the normal, by which it does not stand upright on slender triangles.
+    // Rounding of the normal, which tilts it on slender triangles.
     sum += 4 * products[k] * extent;
   }
-  // The last term keeps a plane through the origin from an offset of nothing.
+  // The last term keeps the offset above zero for a plane through the origin.
   return kHalfUlp * (sum / doubled_area + std::sqrt(doubled_area));
 }
 
-/// How far rounding may have moved a place on a surface, where its triangle is not known, metres.
+/// A bound of the rounding error of a point on a surface if its triangle is not known, metres.
 inline float position_rounding(Vec3 p) { return 0x1p-22f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
 
-/// The origin of rays that leave a surface at p on the side of n, its geometric normal.
-/// @param offset rounding_offset() of the triangle
+/// The origin of rays that leave a surface at p on the side of n, the geometric normal.
+/// @param offset rounding_offset() of the triangle, metres
 inline Vec3 offset_origin(Vec3 p, Vec3 n, float offset) { return p + n * offset; }
 
 }  // namespace glowworm

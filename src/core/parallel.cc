@@ -20,8 +20,8 @@ namespace glowworm {
 
 namespace {
 
-// Debian's TBB is built without the thread sanitizer, and so is this file with what TBB's headers bring: the sanitizer
-// cannot see that a task starts after the call that made it and ends before that call returns. This tells it.
+// Debian's TBB is built without the thread sanitizer. The sanitizer therefore cannot see that a task starts after the
+// call that makes it and ends before that call returns. This class tells it so.
 class Ordering {
  public:
 #ifdef GLOWWORM_THREAD_SANITIZER
@@ -33,7 +33,7 @@ class Ordering {
 #endif
 };
 
-// Does something when the scope it stands in is left, by an exception too.
+// Runs an action when the scope is left, also by an exception.
 template <typename Action>
 class AtEnd {
  public:
@@ -46,26 +46,26 @@ class AtEnd {
   Action action_;
 };
 
-// What work of this thread looks at, or null.
+// The interrupt that work of this thread checks, or null.
 thread_local const Interrupt* cancellation = nullptr;
 
 void throw_if_cancelled(const Interrupt* flag) {
   if (flag && flag->requested()) throw Cancelled();
 }
 
-// Runs a task, cancelled by the flag of the thread that started it, between the marks of its start and its end.
+// Runs a task under the interrupt of the thread that started it, and marks its start and end for the sanitizer.
 template <typename Task>
 void run_ordered(Ordering& start, Ordering& end, const Interrupt* flag, const Task& task) {
   start.acquire();
   const AtEnd released([&] { end.release(); });
   throw_if_cancelled(flag);
-  // A thread that waits for its own loop may run a piece of another one meanwhile.
+  // A thread that waits for its own loop may run a piece of another loop meanwhile.
   const AtEnd restored([own = cancellation] { cancellation = own; });
   cancellation = flag;
   task();
 }
 
-// The first exception of a loop. TBB would allocate memory to carry it, and end the program where there is none.
+// The first exception of a loop. TBB would allocate memory to transport it, and would abort if there is none.
 class FirstFailure {
  public:
   template <typename Task>
@@ -78,14 +78,14 @@ class FirstFailure {
     }
   }
   tbb::task_group_context& context() { return context_; }
-  /// To be called when all pieces have ended.
+  /// Call it when all pieces have ended.
   void rethrow() {
     if (failure_) std::rethrow_exception(failure_);
   }
 
  private:
-  // Pieces run with the floating-point settings of the thread that starts the loop. Without this flag they would run
-  // with those of the thread that first used TBB: Embree does so with denormal numbers switched off.
+  // Pieces must run with the floating-point settings of the thread that starts the loop. Without this flag they would
+  // use those of the thread that first used TBB; Embree does so with denormal numbers switched off.
   tbb::task_group_context context_{tbb::task_group_context::bound,
                                    tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings};
   std::atomic_flag taken_ = ATOMIC_FLAG_INIT;

@@ -1,4 +1,4 @@
-// All threading goes through here; parallel.cc is the only file that includes TBB.
+// All threading goes through this file; only parallel.cc includes TBB.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -7,13 +7,13 @@
 
 namespace glowworm {
 
-/// Sets how many threads parallel work uses from now on; 0: as many as the machine runs at once.
+/// Sets how many threads parallel work uses from now on. 0: all hardware threads.
 void set_thread_count(int threads);
-/// How many threads parallel work uses.
+/// The number of threads that parallel work uses.
 int thread_count();
 
-/// While it lives, parallel loops that this thread starts, and those within them, begin no further piece once it
-/// is interrupted, and throw Cancelled (core/error.h).
+/// While this object lives, parallel loops started by this thread, and loops nested in them, stop taking new pieces
+/// when interrupted, and throw Cancelled (core/error.h).
 class CancellationScope {
  public:
   /// @param interrupt must outlive the scope
@@ -26,17 +26,17 @@ class CancellationScope {
   const Interrupt* outer_;
 };
 
-/// Throws Cancelled where this thread's CancellationScope is interrupted: for loops of one thread that take long.
+/// Throws Cancelled if this thread's CancellationScope is interrupted. Call it in long single-threaded loops.
 void check_cancelled();
 
-/// Calls body(first, last) for consecutive pieces of [begin, end), each of exactly `grain` items but for the last.
-/// The cut depends on begin, end and grain alone, never on threads: what a piece computes may be joined in index
-/// order for the same bits from any number of threads. An exception of one piece is thrown on, after all others that
-/// have begun have ended; the rest need not begin. Nested calls are allowed.
+/// Calls body(first, last) for consecutive pieces of [begin, end), each of `grain` items except the last. The pieces
+/// depend only on begin, end and grain, not on threads: join their results in index order, and you get the same bits
+/// for any number of threads. If a piece throws, the remaining pieces may be skipped, and the exception is rethrown
+/// when all running pieces have ended. Nested calls are allowed.
 void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
                   const std::function<void(std::size_t first, std::size_t last)>& body);
 
-/// Runs both functions, possibly at once, and returns when both are done.
+/// Runs both functions, possibly in parallel, and returns when both are done.
 void parallel_invoke(const std::function<void()>& a, const std::function<void()>& b);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Parts of a result that threads make in any order, joined in the order of the parts.
+// A queue of parts that threads make in any order and that are joined by index.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -10,19 +10,19 @@
 
 namespace glowworm {
 
-/// Hands out the numbers of parts in order, whichever thread asks, and joins the parts in that order as they come, so
-/// that few wait and their memory is used again while it is in the caches.
-/// @tparam Part what a part is made in; what it held before is still in it when it is borrowed
+/// Hands out part numbers in increasing order to any thread, and joins finished parts in that order as they arrive. Few
+/// parts wait, so their memory is reused while it is in the caches.
+/// @tparam Part holds the content of a part; a borrowed one still holds its old content
 template <typename Part>
 class PartQueue {
  public:
-  /// @param join called for each part in order, by one thread at a time
+  /// @param join called for each part in index order, by one thread at a time
   PartQueue(std::size_t parts, std::function<void(const Part&)> join) : waiting_(parts), join_(std::move(join)) {}
 
-  /// The number of the next part: each once.
+  /// The number of the next part. Each number is handed out once.
   std::size_t take() { return next_to_take_.fetch_add(1); }
 
-  /// Memory that has been used before where possible.
+  /// Returns memory for a part, reused if possible.
   std::unique_ptr<Part> borrow() {
     const std::scoped_lock lock(mutex_);
     if (spare_.empty()) return std::make_unique<Part>();
@@ -31,7 +31,7 @@ class PartQueue {
     return memory;
   }
 
-  /// Gives part `number`, made in memory that was borrowed.
+  /// Delivers part `number`, in memory from borrow().
   void put(std::size_t number, std::unique_ptr<Part> part) {
     const std::scoped_lock lock(mutex_);
     waiting_[number] = std::move(part);

@@ -12,8 +12,8 @@ constexpr int kMaxDigitBits = 11;
 constexpr std::size_t kMinPiece = std::size_t{1} << 14;
 constexpr std::size_t kMaxPieces = 64;
 
-/// One stable pass over a digit: every piece of the input counts its digits, the counts are summed in order of
-/// (digit, piece), and every piece writes to the places that are its own.
+/// One stable pass over a digit. Every piece of the input counts its digits; the counts are summed in order of (digit,
+/// piece); then every piece writes to its own range.
 template <typename Key>
 class DigitPass {
  public:
@@ -47,7 +47,7 @@ class DigitPass {
   std::vector<std::size_t> places_;
 };
 
-/// Bits in which the keys differ.
+/// The bits in which any keys differ.
 template <typename Key>
 Key differing_bits(const std::vector<KeyedIndex<Key>>& pairs) {
   Key differing = 0;
@@ -68,7 +68,7 @@ void sort(std::vector<KeyedIndex<Key>>& pairs, int bits) {
       ++shift;
       continue;
     }
-    // The bits that are left go in as few passes as they need, of equal width.
+    // Splits the remaining bits into the fewest passes, of equal width.
     int left = 0;
     while (left < bits - shift && differing >> (shift + left) != 0) ++left;
     const int passes = (left + kMaxDigitBits - 1) / kMaxDigitBits;

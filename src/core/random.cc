@@ -6,8 +6,8 @@ namespace glowworm {
 
 namespace {
 
-/// Second Sobol' dimension: column k of its generator matrix, from the primitive polynomial x + 1 (Pascal's triangle
-/// mod 2). Four tables of a byte each make a point four look-ups.
+/// The second Sobol' dimension: column k of its generator matrix, from the primitive polynomial x + 1 (Pascal's
+/// triangle mod 2). With four tables of 256 entries, a point takes four look-ups.
 struct SobolTables {
   std::array<std::array<std::uint32_t, 256>, 4> y{};  // bits reversed
   constexpr SobolTables() {
@@ -30,7 +30,7 @@ std::uint32_t reversed_sobol_y(std::uint32_t index) {
          tables.y[3][index >> 24];
 }
 
-/// The hash of Laine and Karras: scrambles bits that stand in reversed order.
+/// The hash of Laine and Karras; it scrambles bits in reversed order.
 std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -51,10 +51,10 @@ Vec2 Sampler::next2() {
     const std::uint32_t x = hash_combine(key, index_);
     return {to_unit_float(x), to_unit_float(hash32(x ^ 0xa511e9b3u))};
   }
-  // Shuffling the index by a scramble of its own decorrelates the dimension pairs but keeps every power-of-two
-  // block of samples a (0,2)-sequence block.
+  // Shuffling the index with its own scramble decorrelates the pairs of dimensions. Every power-of-two block of samples
+  // remains a block of a (0,2)-sequence.
   const std::uint32_t shuffled = nested_uniform_scramble(index_, key);
-  // nested_uniform_scramble() of the Sobol' point of that index, less the reversals that undo one another.
+  // nested_uniform_scramble() of the Sobol' point of that index, without the reversals that cancel.
   const std::uint32_t x = scramble_reversed(shuffled, hash32(key ^ 0x68bc21ebu));
   const std::uint32_t y = scramble_reversed(reversed_sobol_y(shuffled), hash32(key ^ 0x02e5be93u));
   return {to_unit_float(reverse_bits(x)), to_unit_float(reverse_bits(y))};

@@ -1,4 +1,4 @@
-// Random and low-discrepancy numbers that belong to an index, never to a thread.
+// Random and low-discrepancy numbers, determined by an index and not by a thread.
 #pragma once
 #include <cstdint>
 
@@ -6,7 +6,7 @@
 
 namespace glowworm {
 
-/// A 32-bit hash whose every input bit reaches every output bit (the "lowbias32" finaliser, C. Wellons, "Prospecting
+/// A 32-bit hash in which every input bit affects every output bit (the "lowbias32" finaliser, C. Wellons, "Prospecting
 /// for Hash Functions", 2018).
 inline std::uint32_t hash32(std::uint32_t x) {
   x ^= x >> 16;
@@ -20,21 +20,21 @@ inline std::uint32_t hash_combine(std::uint32_t seed, std::uint32_t value) {
   return hash32(seed ^ (value + 0x9e3779b9u + (seed << 6) + (seed >> 2)));
 }
 
-/// What streams of random numbers are for. One of these in a sequence's hash keeps its numbers apart from all others;
-/// another value is another picture. (The bytes are four letters of the name.)
+/// Purposes of random numbers. A purpose is part of a sequence's hash, so that streams are independent of each other.
+/// Changing a value changes the picture. (The bytes are four letters of the name.)
 enum RandomStream : std::uint32_t {
-  kBoundaryStream = 0x626f756e,     ///< how much of a photon's disc lies on its surface
+  kBoundaryStream = 0x626f756e,     ///< share of a photon's disc that lies on its surface
   kBrightPatchStream = 0x62726967,  ///< gather rays towards bright patches
   kCameraStream = 0x63616d65,       ///< camera rays
   kGatherStream = 0x67617468,       ///< gather rays
-  kGatherAgainStream = 0x61676169,  ///< gather rays from corners
+  kGatherAgainStream = 0x61676169,  ///< secondary gather rays
   kLightStream = 0x6c696768,        ///< light samples at gather points
   kLobeStream = 0x6c6f6265,         ///< the lobe of a gather ray
   kPathStream = 0x70617468,         ///< the path tracer
   kPhotonStream = 0x70686f74,       ///< photons
   kPilotStream = 0x70696c6f,        ///< pilot passes of photons
-  kSharpStream = 0x73686172,        ///< gather rays that go on through sharp lobes; one stream for each bounce
-  kSplitStream = 0x73706c69,  ///< whether gather rays go on through broad or sharp lobes; one stream for each bounce
+  kSharpStream = 0x73686172,        ///< gather rays that continue through sharp lobes; one stream for each bounce
+  kSplitStream = 0x73706c69,        ///< choice between broad and sharp lobes of gather rays; one stream for each bounce
 };
 
 /// The upper 24 bits of x as a float in [0, 1).
@@ -48,29 +48,29 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
   return __builtin_bswap32(x);
 }
 
-/// Owen-scrambles the bits of x, reversed on entry and exit (Burley, "Practical Hash-based Owen Scrambling", JCGT
-/// 9(4), 2020, with the hash of Laine and Karras as improved there).
+/// Owen-scrambles the bits of x, which are reversed before and after (Burley, "Practical Hash-based Owen Scrambling",
+/// JCGT 9(4), 2020, with its improved version of the hash by Laine and Karras).
 std::uint32_t nested_uniform_scramble(std::uint32_t x, std::uint32_t seed);
 
 enum class SamplerKind : std::uint8_t {
-  sobol,        ///< Owen-scrambled Sobol' pairs, padded and shuffled: the default
-  independent,  ///< hashed random numbers; for tests of the other
+  sobol,        ///< Owen-scrambled Sobol' pairs, padded and shuffled; the default
+  independent,  ///< hashed random numbers, for tests
 };
 
-/// The numbers of one sample of one sequence: sample `index` of the point set that belongs to (seed, sequence), for
-/// example camera sample 3 of pixel 1234, or photon 99 of the photon pass. Each next1/next2 is one more dimension
-/// pair; two samplers made alike give the same numbers.
+/// The random numbers of sample `index` of the sequence (seed, sequence): for example, camera sample 3 of pixel 1234,
+/// or photon 99 of the photon pass. Each next1() or next2() consumes one more pair of dimensions. Samplers made with
+/// the same arguments give the same numbers.
 class Sampler {
  public:
   Sampler(SamplerKind kind, std::uint32_t seed, std::uint32_t sequence, std::uint32_t index)
       : kind_(kind), key_(hash_combine(seed_key(seed), sequence)), index_(index) {}
 
-  /// What the numbers of pair `dimension` (0 for the first call of next2) of all samples of a sequence are made of,
-  /// with the sample number: for kernels that make many at once.
+  /// The key of pair `dimension` (0 for the first call of next2()), shared by all samples of a sequence. Kernels
+  /// combine it with sample numbers to make many numbers at once.
   static std::uint32_t pair_key(std::uint32_t seed, std::uint32_t sequence, std::uint32_t dimension) {
     return hash_combine(hash_combine(seed_key(seed), sequence), dimension);
   }
-  /// The part of pair_key() that belongs to the seed: pair_key is hash_combine(hash_combine(seed_key, sequence),
+  /// The part of pair_key() that depends only on the seed: pair_key is hash_combine(hash_combine(seed_key, sequence),
   /// dimension).
   static std::uint32_t seed_key(std::uint32_t seed) { return hash_combine(0x6c6f7721u, seed); }
 

@@ -1,5 +1,4 @@
-// Colour: linear RGB of the Rec. 709 primaries. What it measures (flux, radiance, reflectance) the name of the value
-// says.
+// Colour: linear RGB with Rec. 709 primaries. The name of a value says whether it is flux, radiance or reflectance.
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
-// Memory of large arrays that is kept for others.
+// Keeps memory of freed large arrays for reuse.
 #pragma once
 #include <cstddef>
 
 namespace glowworm {
 
-/// While it lives, up to so many bytes of large arrays (core/large_array.h) that are freed are kept for others of about
-/// their size, which then need not be cleared by the system page by page, and up to so many bytes of smaller ones stay
-/// with the C library. The bytes of several add up. For programs that make the same arrays over and over. Where the
-/// system does not tell how large a block is nothing is kept. return_free_memory() gives back what small arrays left.
+/// While this object lives, up to `bytes` bytes of freed large arrays (core/large_array.h) are kept for later arrays of
+/// similar size, so that the system need not clear new pages. The C library keeps as many bytes of smaller blocks. The
+/// limits of several keepers add up. Use it in programs that allocate the same arrays again and again. It keeps nothing
+/// on systems that cannot tell the size of a block. return_free_memory() returns what the C library kept.
 class FreedMemoryKeeper {
  public:
   explicit FreedMemoryKeeper(std::size_t bytes);

@@ -1,4 +1,4 @@
-// What a render counts and times. Every entry is typed, has a unit and one place that adds to it.
+// Counters and times of a render. Each entry has a type, a unit and one place that adds to it.
 #pragma once
 #include <array>
 #include <atomic>
@@ -24,7 +24,7 @@ enum class Phase {
   count_
 };
 
-/// Things counted; the keys of "count" in the statistics file.
+/// Counters; the keys of "count" in the statistics file.
 enum class Counter {
   photons_emitted,
   photons_stored,
@@ -43,8 +43,8 @@ enum class Counter {
 const char* name(Phase phase);
 const char* name(Counter counter);
 
-/// Counters and times of one render. add() may be called from any thread; times are added by the thread that
-/// orchestrates a phase, so that they are wall time, not processor time.
+/// Counters and times of one render. Any thread may call add(). The thread that runs a phase adds its time, so times
+/// are wall time, not processor time.
 class Statistics {
  public:
   void add(Counter counter, std::uint64_t n) {
@@ -56,7 +56,7 @@ class Statistics {
     auto& slot = times_[static_cast<std::size_t>(phase)];
     slot.store(slot.load() + seconds);
   }
-  /// Wall seconds spent in a phase so far.
+  /// Wall time spent in a phase so far, in seconds.
   double seconds(Phase phase) const { return times_[static_cast<std::size_t>(phase)].load(); }
 
  private:
@@ -64,7 +64,7 @@ class Statistics {
   std::array<std::atomic<double>, static_cast<std::size_t>(Phase::count_)> times_{};
 };
 
-/// Adds the wall time from its making to its end to a phase.
+/// Adds the wall time between its construction and destruction to a phase.
 class PhaseTimer {
  public:
   PhaseTimer(Statistics& statistics, Phase phase)

@@ -12,12 +12,11 @@
 
 namespace glowworm {
 
-// Entries make a list that only ever grows and whose members are used again: a signal handler may walk it at any
-// moment without a lock.
+// Entries form a list that only grows, and are reused, so a signal handler can walk it at any time without a lock.
 struct TemporaryName::Entry {
   enum State : int { kFree, kClaimed, kLive };
   std::atomic<int> state{kClaimed};
-  pid_t process = 0;  // a forked child must not remove what its parent is writing
+  pid_t process = 0;  // a forked child must not remove its parent's files
   Entry* next = nullptr;
   char path[PATH_MAX];
   static std::atomic<Entry*> head;
@@ -57,7 +56,7 @@ void remove_temporary_files() noexcept {
 namespace {
 extern "C" void remove_and_end(int signal_number) {
   remove_temporary_files();
-  // The handler was reset on entry (SA_RESETHAND), so that this ends the program with the signal's own status.
+  // SA_RESETHAND has reset the handler, so this ends the program with the signal's own status.
   raise(signal_number);
 }
 }  // namespace

@@ -18,7 +18,8 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kRemedy =
-    "Make room there, name a folder on another disk by TMPDIR, or give the render more memory so that it needs none.";
+    "Free space there, set TMPDIR to a folder on another disk, or give the render more memory so that it needs no "
+    "file.";
 
 [[noreturn]] void fail(const std::string& folder, const std::string& what, int error) {
   throw Error(FilePlace{folder}, fmt::format("{}: {}", what, std::strerror(error)), kRemedy);
@@ -33,7 +34,7 @@ int open_unnamed(const std::string& folder) {
 #ifdef O_TMPFILE
   const int unnamed = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (unnamed >= 0) return unnamed;
-  // These say that the file system or the kernel has no such files.
+  // These errors mean that the file system or the kernel does not support unnamed files.
   if (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL) fail(folder, "no temporary file can be made", errno);
 #endif
   static std::atomic<unsigned> counter{0};

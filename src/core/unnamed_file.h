@@ -1,4 +1,4 @@
-// Bytes on disk that never outlive the program.
+// Temporary files without a name.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -7,20 +7,20 @@
 
 namespace glowworm {
 
-/// A file that has no name from the moment it is open: it is gone with the process, however that ends. Thread-safe
-/// where no byte is read while it is written.
+/// A file without a name: it disappears with the process, however that ends. Threads may use it at once, unless one
+/// reads bytes that another writes.
 class UnnamedFile {
  public:
-  /// @param folder where it takes its room; empty: that of the environment (TMPDIR, else /tmp)
-  /// Throws Error where no file can be made there.
+  /// @param folder where to store the file; empty: TMPDIR, or else /tmp
+  /// Throws Error if no file can be created there.
   explicit UnnamedFile(const std::string& folder = {});
   ~UnnamedFile();
   UnnamedFile(const UnnamedFile&) = delete;
   UnnamedFile& operator=(const UnnamedFile&) = delete;
 
-  /// Copies bytes out, from byte `first` of the file on. Throws Error where the disk fails or the file ends before.
+  /// Reads bytes from offset `first`. Throws Error if the disk fails or the file ends too early.
   void read(std::uint64_t first, std::span<std::byte> to) const;
-  /// Copies bytes in; the file grows where it must. Throws Error where the disk fails or is full.
+  /// Writes bytes at offset `first`; the file grows as needed. Throws Error if the disk fails or is full.
   void write(std::uint64_t first, std::span<const std::byte> from);
 
  private:

@@ -8,7 +8,7 @@ namespace glowworm {
 inline constexpr float kPi = 3.14159265358979323846f;
 inline constexpr float kInversePi = 0.31830988618379067154f;
 
-/// Two floats: texture coordinates, or a point of the unit square that a sampling warp is given.
+/// Two floats: texture coordinates, or a point of the unit square.
 struct Vec2 {
   float x = 0, y = 0;
 };
@@ -17,7 +17,7 @@ inline Vec2 operator+(Vec2 a, Vec2 b) { return {a.x + b.x, a.y + b.y}; }
 inline Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y}; }
 inline Vec2 operator*(Vec2 a, float s) { return {a.x * s, a.y * s}; }
 
-/// Three floats: a point (metres), a direction or a normal; which of them, the name says.
+/// Three floats: a point (metres), a direction or a normal, according to its name.
 struct Vec3 {
   float x = 0, y = 0, z = 0;
   float operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
@@ -40,9 +40,9 @@ inline float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline float length_squared(Vec3 a) { return dot(a, a); }
 inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
-/// a scaled to length 1; a must not be zero.
+/// a scaled to length 1. a must not be zero.
 inline Vec3 normalize(Vec3 a) { return a * (1.0f / length(a)); }
-/// v mirrored so that it lies on the side of `reference`.
+/// v, or -v if v is not on the side of `reference`.
 inline Vec3 face_forward(Vec3 v, Vec3 reference) { return dot(v, reference) < 0 ? -v : v; }
 inline bool is_finite(Vec3 a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 

@@ -1,4 +1,4 @@
-// Sampling warps: maps from the unit square to the shapes that light is sampled over, with their densities.
+// Sampling warps: maps from the unit square to the domains over which light is sampled, with their densities.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 
 namespace glowworm {
 
-/// sin and cos of x in [-pi/4, pi/4], to a unit or two in the last place (polynomials of Moshier's Cephes library), at
-/// a fraction of the cost of the library's, which take any x.
+/// Sine and cosine of x in [-pi/4, pi/4], accurate to a unit or two in the last place (polynomials of Moshier's Cephes
+/// library). Much faster than the standard functions, which accept any x.
 inline Vec2 sine_and_cosine_of_octant(float x) {
   const float square = x * x;
   const float s = (-1.9515295891e-4f * square + 8.3321608736e-3f) * square - 1.6666654611e-1f;
@@ -16,10 +16,11 @@ inline Vec2 sine_and_cosine_of_octant(float x) {
   return {s * square * x + x, c * square * square + (1 - 0.5f * square)};
 }
 
-/// A point of the unit disc, uniform by area, by the concentric map (Shirley and Chiu 1997): strata stay compact.
+/// A point of the unit disc, uniform by area, by the concentric map (Shirley and Chiu 1997), which keeps strata
+/// compact.
 inline Vec2 square_to_disk(Vec2 u) {
   const float a = 2 * u.x - 1, b = 2 * u.y - 1;
-  // In the steep sectors the angle is measured from the other axis: sine and cosine change places.
+  // In the steep sectors the angle is measured from the other axis, so sine and cosine are swapped.
   const bool steep = std::abs(b) >= std::abs(a);
   const float radius = steep ? b : a, other = steep ? a : b;
   const Vec2 at = sine_and_cosine_of_octant((kPi / 4) * (other / (radius == 0 ? 1.0f : radius)));
@@ -40,7 +41,7 @@ inline Vec3 square_to_sphere(Vec2 u) {
 }
 inline constexpr float kUniformSpherePdf = kInversePi / 4;
 
-/// Barycentric coordinates (of the second and third vertex) uniform over a triangle.
+/// Barycentric coordinates of the second and third vertex, uniform over a triangle.
 inline Vec2 square_to_triangle(Vec2 u) {
   const float r = std::sqrt(u.x);
   return {r * (1 - u.y), r * u.y};
