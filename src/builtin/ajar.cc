@@ -13,7 +13,7 @@ namespace {
 constexpr Vec3 kRoomMin{-2.6f, 0, -2.2f}, kRoomMax{2.6f, 2.7f, 2.2f};
 constexpr Vec3 kCorridorMin{-1.4f, 0, -4.4f}, kCorridorMax{3.4f, 2.7f, -2.4f};
 constexpr float kDoorLeft = 0.7f, kDoorRight = 1.6f, kDoorTop = 2.05f;
-constexpr float kDoorAngle = 0.6f;  // radians that the door is open
+constexpr float kDoorAngle = 0.6f;  // opening angle of the door, radians
 
 struct Palette {
   std::uint32_t wall, corridor_wall, ceiling, floor, wood, dark_wood, paint, metal, shade, carpet, carpet_rim, cushion,
@@ -44,11 +44,11 @@ Palette make_palette(SceneDescription& scene) {
   return p;
 }
 
-// One room's shell, seen from inside; its wall at z = door_z has the doorway in it. `towards` is +1 where the room lies
-// on the +z side of that wall and -1 otherwise.
+// One room's shell, seen from inside. Its wall at z = door_z contains the doorway. `towards` is +1 if the room is on
+// the +z side of that wall and -1 otherwise.
 void add_shell(MeshBuilder& mesh, Vec3 a, Vec3 b, float towards, std::uint32_t wall, const Palette& p) {
   const float door_z = towards > 0 ? a.z : b.z, far_z = towards > 0 ? b.z : a.z;
-  // Seen from inside with the doorway ahead, the left and the right end of its wall and the doorway's own.
+  // Seen from inside, facing the doorway: left and right ends of the wall and of the doorway.
   const float left = towards > 0 ? a.x : b.x, right = towards > 0 ? b.x : a.x;
   const float d0 = towards > 0 ? kDoorLeft : kDoorRight, d1 = towards > 0 ? kDoorRight : kDoorLeft;
   mesh.set_material(wall);
@@ -149,7 +149,7 @@ void furnish(MeshBuilder& mesh, const Palette& p) {
   mesh.set_transform({});
 }
 
-// A flat lamp under the corridor's ceiling; its lower face shines.
+// A flat lamp under the corridor's ceiling; its lower face emits.
 void add_lamp(SceneDescription& scene, MeshBuilder& mesh) {
   const std::uint32_t lamp = add_diffuse(scene, "lamp", RGB(0.6f));
   const std::uint32_t light = add_emission(scene, "corridor lamp", {900, 800, 630});

@@ -9,7 +9,7 @@ namespace glowworm::ajar {
 
 /// A table with turned legs, 1.5 x 0.9 m and 0.76 m high.
 void add_table(MeshBuilder& mesh, std::uint32_t wood);
-/// A chair that looks towards -z.
+/// A chair that faces -z.
 void add_chair(MeshBuilder& mesh, std::uint32_t wood, std::uint32_t seat);
 /// A case of five boards, 1.3 m wide, 1.9 m high and 0.32 m deep, its back at z = 0 and its front at z = 0.32, full of
 /// books in the given colours.

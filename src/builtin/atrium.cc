@@ -31,7 +31,7 @@ Materials make_materials(SceneDescription& scene) {
   return m;
 }
 
-// Turns by quarters around the y axis, exactly.
+// Rotates by quarter turns around the y axis, exactly.
 Transform quarter_turn(int quarters) {
   switch (quarters & 3) {
     case 0:

@@ -6,7 +6,7 @@ namespace glowworm::atrium {
 
 namespace {
 
-// The wall reaches this far into the abaci, so that no two faces lie in one plane and no light passes the joint.
+// The wall reaches this far into the abaci, metres, so that no faces coincide and no light leaks through the joint.
 constexpr float kSunk = 0.02f;
 
 // The wall of one bay above and beside a half-round arch.
@@ -14,7 +14,7 @@ struct Bay {
   float x0, x1;       // from column to column
   float radius;       // of the arch
   float spring, top;  // heights
-  float front, back;  // z of the wall's faces; the front looks towards -z
+  float front, back;  // z of the wall's faces; the front faces -z
   Vec2 arch(float u, float r) const {
     const float angle = kPi * u;
     const float center = 0.5f * (x0 + x1);

@@ -6,7 +6,7 @@ namespace glowworm::atrium {
 
 namespace {
 
-// Even cuts of [a, b].
+// Even subdivision of [a, b].
 std::vector<float> cuts(float a, float b, float size) {
   const int count = std::max(1, static_cast<int>(std::lround((b - a) / size)));
   std::vector<float> out;
@@ -22,7 +22,7 @@ std::vector<float> joined(const std::vector<float>& a, const std::vector<float>&
   return out;
 }
 
-// Tiles between the lines xs and zs in two colours like a chess board, but for those inside the hole.
+// Tiles between the lines xs and zs in a checkerboard of two colours, except inside the hole.
 void add_tiles(MeshBuilder& mesh, const std::vector<float>& xs, const std::vector<float>& zs, float y, float hole_x,
                float hole_z, std::uint32_t light, std::uint32_t dark) {
   for (std::size_t j = 0; j + 1 < zs.size(); ++j)
@@ -53,7 +53,7 @@ void add_floor(MeshBuilder& mesh, float half_x, float half_z, float y, float siz
 }
 
 void add_shell(MeshBuilder& mesh, const Materials& materials) {
-  // Lines that end in a wall end inside it, so that joints are tight and no faces share a plane.
+  // Outlines that meet a wall end inside it, so that joints are tight and no faces coincide.
   const Profile steps = {{3.35f, 0}, {3.35f, -0.15f}, {3.05f, -0.15f}, {3.05f, kCourtFloor}};
   const Profile course = {{3.53f, kUpperFloor}, {3.53f, 4.97f}, {3.56f, 4.93f}, {3.56f, 4.86f},
                           {3.6f, 4.83f},        {3.6f, 4.74f},  {3.66f, 4.7f}};
@@ -66,7 +66,7 @@ void add_shell(MeshBuilder& mesh, const Materials& materials) {
   const Profile lower_wall = {{kWallFace, 4.9f}, {kWallFace, 0}};
   const Profile upper_wall = {{kWallFace, kCeiling}, {kWallFace, kUpperFloor}};
   const Profile ceiling = {{kColumnLine, kCeiling}, {kWallFace, kCeiling}};
-  // Hides the vaults' backs from the floor above them and closes the hollow over them.
+  // Hides the vaults' backs from the floor above and closes the space over them.
   const Profile slab = {{kColumnLine, 4.9f}, {kWallFace, 4.9f}};
   const Profile outside = {{kOutside, -0.6f}, {kOutside, kRidge}};
   mesh.set_material(materials.plaster);

@@ -38,7 +38,7 @@ SceneDescription builtin_scene(const std::string& name) {
     if (name == entry.name) return entry.make();
     list += list.empty() ? entry.name : std::string(", ") + entry.name;
   }
-  throw Error("there is no built-in scene '" + name + "'", "choose one of: " + list);
+  throw Error("there is no built-in scene '" + name + "'", "Choose one of: " + list);
 }
 
 std::uint32_t add_diffuse(SceneDescription& scene, const char* name, RGB reflectance) {

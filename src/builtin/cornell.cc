@@ -9,7 +9,7 @@ namespace {
 // The source gives millimetres.
 Vec3 mm(float x, float y, float z) { return {x / 1000, y / 1000, z / 1000}; }
 
-// The ceiling around the lamp's opening. It is cut there so that no two faces lie in one plane.
+// The ceiling around the lamp's opening, cut out so that no faces coincide.
 void add_ceiling(MeshBuilder& mesh) {
   const Vec3 outer[4] = {mm(556, 548.8f, 0), mm(556, 548.8f, 559.2f), mm(0, 548.8f, 559.2f), mm(0, 548.8f, 0)};
   const Vec3 inner[4] = {mm(343, 548.8f, 227), mm(343, 548.8f, 332), mm(213, 548.8f, 332), mm(213, 548.8f, 227)};

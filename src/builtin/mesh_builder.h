@@ -17,22 +17,23 @@ class MeshBuilder {
  public:
   explicit MeshBuilder(Geometry& geometry) : geometry_(geometry) {}
 
-  /// The material of what is added from now on, and its emission where it has one.
+  /// Sets the material, and optionally the emission, of shapes added from now on.
   void set_material(std::uint32_t material, std::uint32_t emission = kNone) {
     material_ = material;
     emission_ = emission;
   }
-  /// Where what is added from now on is placed.
+  /// Sets the transform of shapes added from now on.
   void set_transform(const Transform& transform) { transform_ = transform; }
   const Transform& transform() const { return transform_; }
 
-  /// A flat triangle, and a flat quadrilateral cut along a-c, whose front is where a, b, c, d run counter-clockwise.
+  /// A flat triangle, and a flat quadrilateral split along a-c. The front is the side from which the vertices run
+  /// counter-clockwise.
   void triangle(Vec3 a, Vec3 b, Vec3 c);
   void quad(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
   /// A flat convex polygon, counter-clockwise seen from its front.
   void polygon(std::span<const Vec3> points);
 
-  /// Faces of a box, to leave out where another solid covers them.
+  /// Faces of a box. Leave out those that another solid covers.
   enum Face : unsigned { kMinX = 1, kMaxX = 2, kMinY = 4, kMaxY = 8, kMinZ = 16, kMaxZ = 32, kAllFaces = 63 };
   /// A box seen from outside.
   void box(Vec3 min, Vec3 max, unsigned faces = kAllFaces);
@@ -46,17 +47,16 @@ class MeshBuilder {
   struct ProfilePoint {
     float radius;  ///< distance from the axis, >= 0; 0 only at the two ends
     float y;
-    bool crease = false;  ///< an edge: normals do not run smoothly across it
+    bool crease = false;  ///< an edge: normals are not smooth across it
   };
-  /// A solid of revolution around the y axis through the transform's origin. The outside is on the right of the way
-  /// from first to last point in the (radius, y) half-plane, so that an outline that goes upwards faces away from the
-  /// axis.
+  /// A solid of revolution around the y axis through the transform's origin. The outside is to the right of the outline
+  /// in the (radius, y) half-plane, so an outline that goes upwards faces away from the axis.
   /// @param arc_begin, arc_end part of the turn in radians, from +x towards -z; a whole turn closes without a seam
   void lathe(std::span<const ProfilePoint> profile, int segments, float arc_begin = 0, float arc_end = 2 * kPi);
 
-  /// A smooth patch of nu x nv cells over the unit square with the front where d/du x d/dv points. Normals are found by
-  /// central differences. The borders v = 0 and v = 1 may shrink to a
-  /// point. Opposite borders that coincide do so exactly only if `surface` gives the same bits there.
+  /// A smooth patch of nu x nv cells over the unit square. The front is the side of d/du x d/dv; normals come from
+  /// central differences. The borders v = 0 and v = 1 may shrink to a point. Opposite borders join exactly only if
+  /// `surface` gives the same bits there.
   void patch(const std::function<Vec3(float u, float v)>& surface, int nu, int nv);
 
   /// A quadrilateral with a quadrilateral hole: both counter-clockwise seen from the front, corner by corner.
@@ -68,7 +68,7 @@ class MeshBuilder {
   void tube(const std::function<Vec3(float t)>& center, const std::function<float(float t)>& radius, Vec3 reference,
             int around, int along);
 
-  /// Adds a mesh that was built before, under the current transform and material; its emission is not copied.
+  /// Adds an existing mesh with the current transform and material, without its emission.
   void instance(const Geometry& mesh);
 
   Geometry& geometry() { return geometry_; }
@@ -83,7 +83,7 @@ class MeshBuilder {
   std::uint32_t emission_ = kNone;
 };
 
-/// A map that turns by `angle` radians around the y axis (from +z towards +x) and then moves by `offset` metres.
+/// A map that rotates by `angle` radians around the y axis (from +z towards +x) and then translates by `offset` metres.
 Transform place(Vec3 offset, float angle = 0);
 
 }  // namespace glowworm

@@ -11,25 +11,25 @@ SceneDescription builtin_cornell();
 /// A colonnaded court of two storeys, 31 x 16 x 12 m, in sun and under a clear sky, all diffuse: about 100,000
 /// triangles. Cameras: main (along the court), gallery (in the dim lower gallery), overview.
 SceneDescription builtin_atrium();
-/// The same with finer mouldings and more ornaments: over 1,200,000 triangles, to time ray tracing with.
+/// The atrium with finer mouldings and more ornaments: over 1,200,000 triangles, for timing ray tracing.
 SceneDescription builtin_atrium_large();
 
-/// A closed box of side 1 m around the origin whose walls have albedo 0.5 and all emit radiance 1 inwards: the radiance
-/// is 1 / (1 - 0.5) = 2 everywhere, in every direction.
+/// A closed box of side 1 m around the origin. All walls have albedo 0.5 and emit radiance 1 W sr^-1 m^-2 inwards, so
+/// the radiance is 1 / (1 - 0.5) = 2 W sr^-1 m^-2 everywhere and in every direction.
 SceneDescription builtin_furnace_box();
 
-/// A closed sphere of radius 0.5 m around the origin, flat-shaded, with the same walls and the same answer: 2
-/// everywhere.
+/// A closed sphere of radius 0.5 m around the origin, flat-shaded, with the same walls and the same radiance of 2 W
+/// sr^-1 m^-2.
 SceneDescription builtin_furnace_sphere();
 /// A ball of clear glass (index 1.5) over a floor under a small bright square light.
 SceneDescription builtin_glass_sphere();
-/// An upright metal ring on a floor under a small light from the side, which draws a cardioid caustic.
+/// An upright metal ring on a floor, lit from the side by a small light: it casts a cardioid caustic.
 SceneDescription builtin_ring();
-/// A closed room of 5 x 3 x 4 m with thick walls and one window of a hundredth of its inner surface, under sun and sky.
+/// A closed room of 5 x 3 x 4 m with thick walls, under sun and sky. Its only window is a hundredth of its inner
+/// surface.
 SceneDescription builtin_window_room();
 
-/// A furnished room in which nearly all light is indirect: it comes through a door left ajar from a corridor with a
-/// lamp. All diffuse.
+/// A furnished room with nearly only indirect light: a lamp in a corridor shines through a door left ajar. All diffuse.
 SceneDescription builtin_ajar();
 
 /// Adds a diffuse material and returns its index.

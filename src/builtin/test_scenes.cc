@@ -24,7 +24,7 @@ void start_furnace(SceneDescription& scene, const char* name, MeshBuilder& mesh)
   set_camera(scene, {0.1f, 0.05f, -0.3f}, {-0.05f, 0, 0.4f}, 90, 128, 128);
 }
 
-// A square that shines towards `target` from `center`.
+// A square at `center` that emits towards `target`.
 void add_square_light(SceneDescription& scene, MeshBuilder& mesh, Vec3 center, Vec3 target, float side, RGB radiance) {
   const std::uint32_t lamp = add_diffuse(scene, "lamp", RGB(0.5f));
   mesh.set_material(lamp, add_emission(scene, "lamp", radiance));
@@ -53,7 +53,7 @@ SceneDescription builtin_furnace_sphere() {
   MeshBuilder mesh(scene.geometry);
   start_furnace(scene, "furnace-sphere", mesh);
   mesh.sphere({0, 0, 0}, 0.5f, 64, 32, true);
-  // The answer holds for the facets' own normals.
+  // The known radiance holds for the facets' own normals.
   std::fill(scene.geometry.normals.begin(), scene.geometry.normals.end(), Vec3{0, 0, 0});
   return scene;
 }

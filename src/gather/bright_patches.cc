@@ -14,30 +14,30 @@ namespace glowworm {
 
 namespace {
 
-/// Patches cover this share of what is lit at most, so that few rays have to be weighed,
+/// Patches cover at most this share of the lit area, so that few rays need weighting,
 constexpr double kMaxShare = 0.08;
-/// and are so many times as bright as the mean.
+/// and their irradiance is at least this multiple of the mean.
 constexpr double kBrightness = 8;
-/// Share of the mean square of radiosity that they must have for sampling them to pay.
+/// Patches pay off only with at least this share of the mean square of radiosity.
 constexpr double kMinMoment = 0.5;
-/// A triangle is divided this often at most, into so many cells.
+/// A triangle is divided at most this many times, into at most this many cells.
 constexpr int kDeepest = 7;
 constexpr float kMaxCells = 0x1p+14f;
 static_assert(kMaxCells == float{1 << (2 * kDeepest)});
-/// Rays about a bright photon that look for patches, and how far above the surface they start, in radii.
+/// Probe rays around a bright photon, and how far above the surface they start, in radii.
 constexpr int kProbes = 6;
 constexpr float kAbove = 0.25f;
-/// Share of the gather rays that goes to patches.
+/// One ray in this many goes to patches.
 constexpr std::uint32_t kRaysASample = 4;
 
-/// The irradiance above which places are bright; infinite where bright places would not matter.
+/// The irradiance above which points are bright; infinite if sampling bright points would not pay off.
 double find_threshold(const LitPlaces& places) {
   std::vector<std::size_t> order;
   double area = 0, flux = 0, moment = 0;
   for (std::size_t i = 0; i < places.flux.size(); ++i) {
     if (!(places.irradiance[i] > 0) || !(places.flux[i] > 0)) continue;
     order.push_back(i);
-    // A photon stands for the area over which its flux makes the irradiance there.
+    // A photon represents the area over which its flux gives the irradiance there.
     area += static_cast<double>(places.flux[i]) / places.irradiance[i];
     flux += places.flux[i];
     moment += static_cast<double>(places.flux[i]) * places.irradiance[i];
@@ -57,13 +57,14 @@ double find_threshold(const LitPlaces& places) {
 
 std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::uint64_t{triangle} << 32 | cell; }
 
-/// Halvings of a triangle's sides after which its cells are as large as a square around a circle of that radius.
+/// The number of times a triangle's sides are halved until its cells are no larger than a square around a circle of
+/// that radius.
 int level_of(const Geometry& geometry, std::uint32_t triangle, float radius) {
   const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, kMaxCells);
   return static_cast<int>(std::lround(std::log2(cells) / 2));
 }
 
-/// Number of the cell: two of them, a lower and an upper one, in each square of the barycentric grid.
+/// Number of a cell. Each square of the barycentric grid holds two cells, a lower and an upper one.
 std::uint32_t cell_of(Vec2 barycentric, int level) {
   const int n = 1 << level;
   const float x = barycentric.x * static_cast<float>(n), y = barycentric.y * static_cast<float>(n);
@@ -91,8 +92,8 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
   std::vector<std::size_t> place;
   for (std::size_t i = 0; i < places.position.size(); ++i) {
     if (places.irradiance[i] < threshold) continue;
-    // Back to the surface from a little above it, here and over as wide a disc as photons are blurred: patches between
-    // the photons shine, too.
+    // Probe back to the surface from slightly above it, over a disc as wide as the blur of photons, because patches
+    // also emit between photons.
     const Vec3 n = places.normal[i];
     const Frame frame = Frame::from_normal(n);
     const float radius = radii.radius(places.position[i]), above = kAbove * radius;
@@ -130,7 +131,7 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
       count.push_back(0);
     }
     LightBounds& b = bounds[patch];
-    // Translucent sheets shine on both sides, and there may be light on both.
+    // Translucent sheets emit on both sides, and may be lit on both.
     b.two_sided |= dot(b.axis, wo) < 0 || (lobes(bsdf) & kDiffuseTransmission);
     irradiance[patch] += places.irradiance[place[i]] * scattered;
     count[patch] += 1;
@@ -199,7 +200,7 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
       const std::uint32_t triangle = patches.triangle(s.patch);
       const float cosine = std::abs(dot(scene.diffuse_triangle(triangle).normal, direction));
       if (!(cosine > 0)) continue;
-      // Balance heuristic: f cos over the density of all samples together.
+      // Balance heuristic: f cos over the density of all samples.
       const float pdf_patch = s.density * squared / cosine;
       const float pdf_bsdf = surface.pdf(points.wo[i], direction, kBroad);
       const float together = static_cast<float>(samples_each) * pdf_patch + static_cast<float>(rays_each) * pdf_bsdf;

@@ -1,4 +1,4 @@
-// Small bright places that final gathering looks at on purpose.
+// Small bright areas that final gathering samples directly.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -13,43 +13,45 @@
 
 namespace glowworm {
 
-/// Places on surfaces with what arrives there, by which BrightPatches finds the bright ones. Arrays of one length.
+/// Points on surfaces with the light that arrives there; BrightPatches finds bright ones among them. Arrays of equal
+/// length.
 struct LitPlaces {
   std::vector<Vec3> position;     ///< metres
   std::vector<Vec3> normal;       ///< unit, on the lit side
-  std::vector<float> flux;        ///< luminance, W: of the photons that a place stands for
+  std::vector<float> flux;        ///< luminance, W: of the photons that the point represents
   std::vector<float> irradiance;  ///< luminance, W m^-2, by density estimation
 };
 
-/// Patches of triangles that are much brighter than what is around: the inside of a lampshade, the spot that a lamp
-/// throws. Rays by the BSDF seldom meet them and bring so much when they do that pixels stand out. They are therefore
-/// sampled like lights, chosen by a LightTree, and both ways of meeting them are weighted by the balance heuristic, so
-/// that the mean stays as it is. After Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995, who
-/// takes directions from photons near the gather point; patches have a density that is known at a ray's end.
+/// Patches of triangles that are much brighter than their surroundings, such as the inside of a lampshade or a spot lit
+/// by a lamp. Rays sampled by the BSDF rarely hit them, but contribute so much when they do that single pixels stand
+/// out. Patches are therefore also sampled like lights, chosen by a LightTree, and the balance heuristic weights both
+/// kinds of rays, which leaves the mean unchanged. After Jensen, "Importance Driven Path Tracing Using the Photon Map",
+/// EGWR 1995, which chooses directions by the photons near the gather point; for patches, the density at a ray's end is
+/// known.
 class BrightPatches {
  public:
   BrightPatches() = default;  ///< none
-  /// Finds the patches, if sampling them would halve the variance of gather rays or better; else there are none.
-  /// @param radii over which photons are blurred: the size of patches
+  /// Finds the patches. There are none unless sampling them at least halves the variance of gather rays.
+  /// @param radii blur radii of photons, which determine the size of patches
   BrightPatches(const Tracer& tracer, const LitPlaces& places, const RadiusGrid& radii);
 
   bool empty() const { return patches_.empty(); }
   std::size_t size() const { return patches_.size(); }
 
-  /// The patch at a place of a triangle, or kNone.
+  /// The patch that contains a point of a triangle, or kNone.
   std::uint32_t find(std::uint32_t triangle, Vec2 barycentric) const {
     return level_.empty() || level_[triangle] == kNoLevel ? kNone : find_cell(triangle, barycentric);
   }
   std::uint32_t triangle(std::uint32_t patch) const { return patches_[patch].triangle; }
-  /// Density per m^2 with which sample() gives the places of a patch.
+  /// Density per m^2 of the points that sample() chooses on a patch.
   float density(Vec3 from, std::uint32_t patch) const;
 
   struct Sample {
-    std::uint32_t patch = kNone;  ///< kNone: no patch shines towards the point
+    std::uint32_t patch = kNone;  ///< kNone: no patch emits towards the point
     Vec3 position;                ///< metres
     float density = 0;            ///< per m^2
   };
-  /// A place on a patch for the point `from`. @param u, v in [0, 1)
+  /// Samples a point on a patch, for the gather point `from`. @param u, v in [0, 1)
   Sample sample(const Geometry& geometry, Vec3 from, float u, Vec2 v) const;
 
  private:
@@ -62,29 +64,30 @@ class BrightPatches {
   std::uint32_t add(const Geometry& geometry, std::uint32_t triangle, std::uint32_t cell);
   static constexpr std::uint8_t kNoLevel = 255;
 
-  std::vector<std::uint8_t> level_;  // of each triangle: halvings of its sides; kNoLevel: no patch on it
+  std::vector<std::uint8_t>
+      level_;  // for each triangle: number of times its sides are halved; kNoLevel: no patch on it
   std::unordered_map<std::uint64_t, std::uint32_t> of_cell_;
   std::vector<Patch> patches_;
   LightTree tree_;
 };
 
-/// Rays of a gather point by the BSDF, and to bright patches.
+/// Numbers of rays of a gather point: sampled by the BSDF (`rays_each`), and towards bright patches (`samples_each`).
 struct PatchRaySettings {
   std::uint32_t rays_each, samples_each, seed;
 };
 
-/// Appends rays to bright patches, `samples_each` for every gather point listed, with their weights against `rays_each`
-/// rays by the BSDF; and to `targets` the patch that each must meet to count.
+/// Appends rays to bright patches, `samples_each` for every gather point listed, weighted against `rays_each` rays
+/// sampled by the BSDF. Appends to `targets` the patch that each ray must hit to count.
 void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
                        std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherRays& out,
                        std::vector<std::uint32_t>& targets);
 
-/// The balance heuristic's weight of a ray by the BSDF that ends on `patch`.
-/// @param pdf of the ray's direction per steradian
+/// Balance-heuristic weight of a BSDF-sampled ray that ends on `patch`.
+/// @param pdf density of the ray's direction, per steradian
 float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
                    const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each);
 
-/// How many rays to bright patches go with so many by the BSDF.
+/// The default number of rays to bright patches for a number of rays sampled by the BSDF.
 std::uint32_t default_patch_samples(std::uint32_t gather_rays);
 
 }  // namespace glowworm

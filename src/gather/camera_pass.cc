@@ -20,43 +20,43 @@ namespace glowworm {
 
 namespace {
 
-/// Pixels are taken in square blocks of this side, so that packets of rays are compact. Blocks lie in the picture's
-/// grid, whatever part of the picture a task is: the packet that a ray is in shows in the last bits of its hit.
+/// Pixels are traced in square blocks of this side, so that packets of rays are compact. Blocks are aligned to the
+/// whole picture, not to the task, because a hit's last bits depend on the ray's packet.
 constexpr int kBlock = 16;
-/// Pixels of a block are taken in squares of this side, as packets hold.
+/// Within a block, pixels are grouped in squares of this side, which fill a packet.
 constexpr int kSquare = 4;
-/// Slot of a camera ray that only fills a packet: it begins at a pixel outside of the task.
+/// Slot of a camera ray that only fills a packet; its pixel is outside the task.
 constexpr std::uint32_t kNoSlot = 0xffffffffu;
-/// Sharp bounces after which Russian roulette sets in.
+/// Russian roulette begins after this many sharp bounces.
 constexpr int kRouletteAfter = 4;
 
-/// What a camera path carries from bounce to bounce.
+/// State of a camera path between bounces.
 struct CameraPath {
   RGB throughput;
   Sampler sampler;
   std::uint32_t slot, sequence, sample;
-  /// Density of the last bounce per steradian, and where it was: 0 for the camera and perfectly smooth bounces, at
-  /// which no light was sampled.
+  /// Density of the last bounce per steradian, and its position. 0 for the camera and for perfectly smooth bounces,
+  /// where no light was sampled.
   float bounce_pdf;
   Vec3 bounce_position;
-  RGB absorption;  ///< of the volume that the last bounce led into
+  RGB absorption;  ///< of the volume that the last bounce entered
 };
 
-/// Arrays that blocks work in, one after the other.
+/// Working memory, reused for one block after another.
 struct BlockMemory {
   std::vector<Ray> rays;
   std::vector<Hit> hits;
   std::vector<std::uint32_t> slot, pixel;  // of the camera rays
-  std::vector<CameraPath> paths;           // that went through a sharp bounce
+  std::vector<CameraPath> paths;           // paths that continue through a sharp bounce
   GatherPoints points;                     // the one or the other
   QueryPoints queries;
-  std::vector<std::uint32_t> stream;  // of random numbers, which follow
+  std::vector<std::uint32_t> stream;  // streams of random numbers of the points that follow
   std::vector<float> film_x, film_y, lens_x, lens_y;
 };
 
 class BlockTracer {
  public:
-  /// @param as_queries whether query points are made, or else gather points
+  /// @param as_queries make query points instead of gather points
   BlockTracer(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
               bool as_queries, SlotRadiance& radiance, FirstHit& first_hit, BlockMemory& memory)
       : tracer_(tracer),
@@ -113,7 +113,7 @@ class BlockTracer {
     }
   }
 
-  /// Names the pixels of a square, so that rays that go in one packet are close together.
+  /// Lists the pixels of a square together, so that the rays of a packet are close together.
   void add_square(std::uint32_t s, int x0, int y0, int x1, int y1) {
     const int width = task_.x1 - task_.x0;
     for (int y = y0; y < y1; ++y)
@@ -126,7 +126,7 @@ class BlockTracer {
       }
   }
 
-  /// Rays through the pixels from number `first` of the block on.
+  /// Makes rays through the block's pixels from index `first` on.
   void create_rays(std::size_t first, std::uint32_t sample) {
     const std::size_t n = pixel_.size() - first;
     memory_.stream.resize(n);
@@ -147,7 +147,7 @@ class BlockTracer {
     }
   }
 
-  /// The sequence of a pixel's random numbers.
+  /// The sequence of random numbers of a pixel.
   static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, kCameraStream); }
 
   void intersect() {
@@ -156,8 +156,8 @@ class BlockTracer {
     rays_traced_ += rays_.size();
   }
 
-  /// Sample by sample: how many samples the task has must not show in which rays share a packet, on which the last bits
-  /// of a coherent ray's hit depend.
+  /// Traces one sample after another: the number of samples of the task must not change which rays share a packet,
+  /// because the last bits of a coherent ray's hit depend on that.
   void intersect_camera_rays() {
     hits_.resize(rays_.size());
     const std::size_t each = rays_.size() / task_.sample_count;
@@ -166,7 +166,7 @@ class BlockTracer {
     rays_traced_ += rays_.size();
   }
 
-  /// Takes camera ray i to what it sees first; true where it goes on from there, as the last of the paths.
+  /// Processes the hit of camera ray i. Returns true if the path continues; it is then the last of the paths.
   bool see(std::size_t i) {
     if (slot_[i] == kNoSlot) return false;
     const Hit& hit = hits_[i];
@@ -179,7 +179,7 @@ class BlockTracer {
     const std::size_t per_sample = slot_.size() / task_.sample_count;
     const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
     Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), sample);
-    // Film and lens took theirs.
+    // Film and lens have used the first two pairs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
     paths_.push_back({RGB(1.0f), sampler, slot_[i], pixel_[i], sample, 0, {}, RGB(0.0f)});
     if (advance(paths_.back(), rays_[i], hit, 0)) return true;
@@ -187,8 +187,7 @@ class BlockTracer {
     return false;
   }
 
-  /// What advance() comes to on a surface that only reflects diffusely, without all that such a one does not need.
-  /// Returns false where the surface is another.
+  /// A fast version of advance() for surfaces that only reflect diffusely. Returns false for other surfaces.
   bool see_diffuse(std::size_t i) {
     const Scene& scene = tracer_.scene();
     const Hit& hit = hits_[i];
@@ -207,7 +206,7 @@ class BlockTracer {
     return true;
   }
 
-  /// Takes a path over its hit; true where it goes on through a sharp bounce, along the ray then.
+  /// Processes a path's hit. Returns true if the path continues through a sharp bounce, along `ray`.
   bool advance(CameraPath& path, Ray& ray, const Hit& hit, int bounce) {
     const Scene& scene = tracer_.scene();
     const std::uint32_t slot = path.slot;
@@ -274,7 +273,7 @@ class BlockTracer {
     points_.throughput.push_back(throughput);
   }
 
-  /// Goes on through the sharp lobes of the surface; adds what rough ones reflect of the lights.
+  /// Continues through the sharp lobes of the surface, and adds the light of lamps that rough ones reflect.
   bool follow(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
     Sampler& sampler = path.sampler;
     const float u_lobe = sampler.next1();
@@ -317,14 +316,14 @@ class BlockTracer {
   std::uint64_t rays_traced_ = 0;
 };
 
-/// What a pass adds to beside its points.
+/// Outputs of a pass other than its points.
 struct PassOutput {
   SlotRadiance& radiance;
   FirstHit& first_hit;
   Statistics& statistics;
 };
 
-/// Traces the blocks of a task; what each has found is joined in the order of the blocks.
+/// Traces the blocks of a task, and joins their results in the order of the blocks.
 template <typename Join>
 void trace_blocks(const Tracer& tracer, const Camera& camera, const CameraTask& task,
                   const CameraPassSettings& settings, bool as_queries, const PassOutput& output, Join&& join) {

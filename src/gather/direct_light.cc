@@ -11,13 +11,13 @@
 namespace glowworm {
 
 namespace {
-/// Gather points that one piece of parallel work takes.
+/// Gather points per piece of parallel work.
 constexpr std::size_t kPointsPerChunk = 256;
-/// Error of a shadow ray's length and direction, relative to its length: 16 halves of the last place.
+/// Relative error of a shadow ray's length and direction: 16 half units in the last place.
 constexpr float kShadowError = 0x1p-20f;
 
-/// From the point, moved off its surface, to the place on the light, moved off that. Where rounding leaves nothing
-/// between them, a ray that meets nothing.
+/// The ray from a point to a place on a light, both offset from their surfaces. If rounding leaves nothing between
+/// them, the ray meets nothing.
 /// @param side the geometric normal on the side of the light
 Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
   const Vec3 from = offset_origin(point.position, side, point.offset);
@@ -27,7 +27,7 @@ Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
   const float distance = length(way);
   const bool crossed = !(dot(way, side) > 0) || (!light.delta && !(dot(way, light.normal) < 0));
   if (crossed) return {from, 0, light.direction, 0};
-  // The place of a point light has no side to move to.
+  // A point light has no side to offset to.
   return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance};
 }
 }  // namespace

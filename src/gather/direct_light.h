@@ -10,35 +10,35 @@
 
 namespace glowworm {
 
-/// Weight of a sample of a strategy that takes `count` samples of density `pdf`, beside another strategy: the balance
-/// heuristic (Veach 1997, equation 9.8).
+/// Weight of a sample from a strategy that takes `count` samples of density `pdf`, beside a second strategy: the
+/// balance heuristic (Veach 1997, equation 9.8).
 inline float balance_heuristic(float count, float pdf, float other_count, float other_pdf) {
   const float own = count * pdf, other = other_count * other_pdf;
   return own + other > 0 ? own / (own + other) : 0;
 }
 
-/// Light that one sampled light sends over a surface, before it is known whether something is between.
+/// Reflected light of one light sample, before the shadow test.
 struct UnoccludedLight {
-  RGB radiance{0.0f};  ///< f_r cos L / pdf; black where there is nothing to test
+  RGB radiance{0.0f};  ///< f_r cos L / pdf; black if no test is needed
   Ray shadow_ray;
 };
 
-/// Samples of a point that bring the same light: of lights, and of the BSDF (0: none are taken).
+/// Numbers of samples of a point that bring the same light: of lights, and of the BSDF (0: none).
 struct LightSampleCounts {
   float light = 1, bsdf = 0;
 };
 
-/// One light sample for a point: f_r of the lobes asked for, times cosine, times light, over pdf, times the weight
+/// Takes one light sample for a point: f_r of the given lobes, times cosine, times light, divided by pdf, weighted
 /// against the samples of the BSDF.
 UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
                                     Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts = {});
 
-/// How many light samples a gather point takes beside so many gather rays, where nothing else was asked for.
+/// The default number of light samples of a gather point for a number of gather rays.
 std::uint32_t default_light_samples(std::uint32_t gather_rays);
 
-/// Adds to radiance.direct the light that reaches the gather points straight from the lights, by `light_samples` light
-/// samples each; `gather_rays` is how many BSDF samples the final gather adds for the same light. On all threads
-/// (Phase::direct; counts occlusion_rays).
+/// Adds to radiance.direct the light that reaches the gather points directly from the lights, with `light_samples`
+/// light samples each. `gather_rays` is the number of BSDF samples that the final gather takes of the same light. Runs
+/// on all threads (Phase::direct; counts occlusion_rays).
 void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
                       std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics);
 

@@ -16,19 +16,19 @@ namespace glowworm {
 
 namespace {
 
-/// Random numbers that choose wavelengths; one stream for each bounce.
+/// Random numbers that choose wavelengths, one stream per bounce.
 constexpr std::uint32_t kWavelengthStream = 0x77617665;
 
-/// Final gather rays that one piece of parallel work traces at once.
+/// Final gather rays per piece of parallel work.
 constexpr std::size_t kRaysPerChunk = 32768;
-/// Of these so many are under way at a time, or one stratum: as their arrays fit the second cache.
+/// Of these, so many, or one stratum, are traced at a time: their arrays fit into the second-level cache.
 constexpr std::size_t kRaysAtOnce = 2048;
 
-/// Gather points of a chunk but the last, which may have fewer.
+/// Gather points of each chunk except the last, which may have fewer.
 std::size_t points_of_chunk(std::uint32_t rays_each) { return std::max<std::size_t>(1, kRaysPerChunk / rays_each); }
 
-/// Strata of a chunk that are under way at a time. The same for all chunks, however many points they have, so that the
-/// light of a point is added up in one order whatever tasks it comes in.
+/// Strata of a chunk that are traced at a time. All chunks use the same number, whatever their size, so that the light
+/// of a point is summed in the same order in any task.
 std::uint32_t strata_under_way(std::uint32_t rays_each) {
   return static_cast<std::uint32_t>(std::max<std::size_t>(1, kRaysAtOnce / points_of_chunk(rays_each)));
 }
@@ -65,7 +65,7 @@ class ChunkGatherer {
   std::uint64_t rays_traced = 0, shadow_rays = 0;
 
  private:
-  /// Rays to bright patches, which count where nothing is in the way.
+  /// Traces rays to bright patches. A ray counts if nothing is in its way.
   void look_at_patches(std::span<const std::uint32_t> order) {
     rays_.clear();
     std::vector<std::uint32_t> targets;
@@ -80,7 +80,7 @@ class ChunkGatherer {
     return hit.triangle != kNone && settings_.bright->find(hit.triangle, hit.barycentric) == patch;
   }
 
-  /// Weighs a ray by the BSDF that ends on a bright patch against those that look for it.
+  /// Weights a BSDF-sampled ray that ends on a bright patch against the rays to patches.
   void weigh_against_patches(std::size_t i, const Hit& hit) {
     const std::uint32_t patch = settings_.bright->find(hit.triangle, hit.barycentric);
     if (patch != kNone)
@@ -88,7 +88,7 @@ class ChunkGatherer {
                                       settings_.rays, settings_.patch_samples);
   }
 
-  /// Takes all rays to where they hit next, and drops those that end there or that `counts` refuses.
+  /// Traces all rays to their next hits. Drops rays that end there or that `counts` rejects.
   template <typename Counts>
   void trace(Counts&& counts) {
     rays_.hits.resize(rays_.rays.size());
@@ -108,12 +108,12 @@ class ChunkGatherer {
     rays_.shrink(kept);
   }
 
-  /// Whether the weight of ray i depends on the patch that it may end on.
+  /// Whether the weight of ray i depends on the patch where it may end.
   bool weighs_patches(std::size_t i) const {
     return settings_.looks_at_patches() && rays_.segment[i] == Segment::first;
   }
 
-  /// Where ray i ends on a surface that only reflects diffusely, as most do, makes it a query point and returns true.
+  /// If ray i ends on a surface that only reflects diffusely, as most do, makes it a query point and returns true.
   bool ends_on_diffuse(std::size_t i) {
     const Hit& hit = rays_.hits[i];
     const Vec3 wo = -rays_.rays[i].direction;
@@ -127,7 +127,7 @@ class ChunkGatherer {
     return true;
   }
 
-  /// Takes ray i over its hit; true where it goes on.
+  /// Processes the hit of ray i. Returns true if the ray continues.
   bool advance(std::size_t i) {
     const Hit& hit = rays_.hits[i];
     if (weighs_patches(i) && hit.triangle != kNone) weigh_against_patches(i, hit);
@@ -142,7 +142,7 @@ class ChunkGatherer {
     return !ends_on_diffuse(i) && advance_in_full(i, hit, wo);
   }
 
-  /// The same for whatever surface there is.
+  /// The same for any surface.
   bool advance_in_full(std::size_t i, const Hit& hit, Vec3 wo) {
     SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
     if (scene_.geometry().emission[hit.triangle] != kNone && counts_light(i))
@@ -167,7 +167,7 @@ class ChunkGatherer {
                            : follow(i, point, bsdf, wo, 1 / (1 - probability));
   }
 
-  /// Whether light that ray i meets is the final gather's to add.
+  /// Whether the final gather adds the light that ray i meets.
   bool counts_light(std::size_t i) const {
     return (rays_.segment[i] == Segment::secondary_chain && !caustic_queries_) ||
            (rays_.segment[i] == Segment::chain && settings_.adds_caustics) ||
@@ -181,7 +181,7 @@ class ChunkGatherer {
            hit.distance < settings_.radii->radius(position);
   }
 
-  /// What a ray that meets a light brings. Straight from the gather point it is a BSDF sample of direct light.
+  /// Adds the light that a ray meets. A ray straight from the gather point is a BSDF sample of direct light.
   template <typename PdfFrom>
   void add_light(std::size_t i, RGB emitted, PdfFrom&& light_density_from) {
     if (is_black(emitted)) return;
@@ -198,7 +198,8 @@ class ChunkGatherer {
     }
   }
 
-  /// The ray ends on a broad lobe: it becomes query points, or starts a secondary gather where it is too short.
+  /// Processes a ray that ends on a broad lobe: makes query points, or starts a secondary gather if the ray is too
+  /// short.
   bool arrive(std::size_t i, const Hit& hit, SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
     const RGB weight = rays_.weight[i] * factor;
     if (is_short(i, hit, point.position)) return secondary_gather(i, point, bsdf, wo, weight);
@@ -208,7 +209,7 @@ class ChunkGatherer {
     return false;
   }
 
-  /// Secondary final gather: direct light by a light sample, caustics by their map, the rest by one more ray.
+  /// Secondary gather: direct light by one light sample, caustics by their map, all other light by one more ray.
   bool secondary_gather(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
@@ -227,7 +228,7 @@ class ChunkGatherer {
     return bounce(i, point, bsdf, wo, weight, kBroad, sampler, Segment::secondary);
   }
 
-  /// Goes on through the sharp lobes.
+  /// Continues through the sharp lobes.
   bool follow(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
     const int bounces = ++rays_.bounces[i];
     if (bounces > settings_.max_sharp_bounces) return false;
@@ -265,7 +266,7 @@ class ChunkGatherer {
   const bool absorbs_ = has_absorption(scene_);
 };
 
-/// Arrays that chunks work in, one after the other.
+/// Working memory, reused for one chunk after another.
 struct ChunkMemory {
   GatherRays rays;
   QueryPoints queries, caustic_queries;

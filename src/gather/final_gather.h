@@ -1,4 +1,4 @@
-// Final gathering: BRDF-sampled, stratified rays from the gather points, and the query points where they end.
+// Final gathering: stratified, BRDF-sampled rays from the gather points, and query points at their ends.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -15,48 +15,48 @@ namespace glowworm {
 struct FinalGatherSettings {
   std::uint32_t rays = 64;  ///< final gather rays of each gather point
   std::uint32_t seed = 0;
-  std::uint32_t light_samples = 0;    ///< light samples of each gather point; 0: rays that hit lights are not counted
-  const RadiusGrid* radii = nullptr;  ///< photon radii; null: no secondary gather
-  const BrightPatches* bright = nullptr;  ///< places to look at on purpose; null: none
-  std::uint32_t patch_samples = 0;        ///< rays of each gather point that go there, beside `rays`
+  std::uint32_t light_samples = 0;        ///< light samples of each gather point; 0: rays that hit lights are ignored
+  const RadiusGrid* radii = nullptr;      ///< photon radii; null: no secondary gather
+  const BrightPatches* bright = nullptr;  ///< patches to sample directly; null: none
+  std::uint32_t patch_samples = 0;        ///< rays of each gather point to bright patches, in addition to `rays`
   int max_sharp_bounces = 16;
-  /// Whether rays that meet lights through sharp bounces add them to `radiance.caustic`: for points without photons
-  /// around them.
+  /// Whether rays that meet lights through sharp bounces add them to `radiance.caustic`. Use it for points without
+  /// photons around them.
   bool adds_caustics = false;
 
   bool looks_at_patches() const { return bright && patch_samples > 0 && !bright->empty(); }
 };
 
-/// What final gathering finds. What the query points held before is lost, but its memory is used again.
+/// Results of final gathering. Old content of the query points is replaced; their memory is reused.
 struct GatherQueries {
-  /// The query points, in an order in which neighbours are close together; their weight carries the throughput of the
-  /// camera path and 1/N, their gather_point is the slot.
+  /// The query points. Neighbours in their order are close together in space. Weights include the throughput of the
+  /// camera path and 1/N; gather_point is the slot.
   QueryPoints& queries;
-  /// Query points of the secondary gather, for the caustic map. Null: there is no caustic map, and lights that such
-  /// rays reach through sharp bounces are added, which is rare and noisy.
+  /// Query points of the secondary gather, for the caustic map. Null: there is no caustic map, and such rays add lights
+  /// that they reach through sharp bounces, which is rare and noisy.
   QueryPoints* caustic_queries = nullptr;
 };
 
-/// Gathers from points [first, last): traces their rays on all threads, adds to `radiance.direct` what rays that hit
-/// lights bring (weighted against light_samples light samples), and to `radiance.indirect` the direct light at the ends
-/// of the secondary gather. The same for any number of threads. Adds to Phase::gather_rays; counts gather_rays and
-/// occlusion_rays.
+/// Gathers from points [first, last): traces their rays on all threads. Adds to `radiance.direct` the light of rays
+/// that hit lights, weighted against light_samples light samples, and to `radiance.indirect` the direct light at the
+/// ends of rays that make a secondary gather. The result is the same for any number of threads. Adds to
+/// Phase::gather_rays; counts gather_rays and occlusion_rays.
 void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t first, std::size_t last,
                   const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,
                   Statistics& statistics);
 
-/// Appends a surface point as query points: one, two where it lets light through diffusely, none where it is black.
+/// Appends a surface point as query points: one; two if it transmits light diffusely; none if it is black.
 /// @param frame  shading frame
 /// @param wo     unit, world space, towards the viewer
 /// @param target QueryPoints::gather_point
 void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
                RGB weight, std::uint32_t target);
 
-/// The gather points themselves as query points, for the caustic map: weight is the throughput.
+/// The gather points as query points for the caustic map, weighted by the throughput.
 QueryPoints gather_points_as_queries(const GatherPoints& points);
 
-/// Completion: adds weight * queried to `target` at each query point's slot, in the order of the query points
-/// ([HHS05] section 4: in sequence, since scattered adding misses the cache).
+/// Completion: adds weight * queried to `target` at each query point's slot, in the order of the query points ([HHS05]
+/// section 4: sequentially, because scattered writes miss the cache).
 void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics);
 
 }  // namespace glowworm

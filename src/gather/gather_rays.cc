@@ -14,20 +14,20 @@ namespace glowworm {
 
 namespace {
 
-/// The cells that the square of directions is cut into: columns * rows = count, as square as may be.
+/// The cells into which the square of directions is divided: columns * rows = count, as nearly square as possible.
 struct Strata {
   std::uint32_t columns, rows;
   explicit Strata(std::uint32_t count) : columns(1), rows(count) {
     for (std::uint32_t c = 1; c * c <= count; ++c)
       if (count % c == 0) columns = c;
     rows = count / columns;
-    // A prime count has no near-square factors: then one long row would be no strata at all.
+    // A prime count has no factors near its square root, and one long row would stratify badly: use no cells.
     if (columns * 4 < rows) columns = rows = 0;
   }
   bool usable() const { return columns > 0; }
 };
 
-/// Where the rays of one stratum take their numbers.
+/// The random numbers of the rays of one stratum.
 DiffuseRayCell numbers_of_cell(std::uint32_t rays_each, std::uint32_t cell, std::uint32_t seed) {
   const Strata strata(rays_each);
   DiffuseRayCell numbers;
@@ -123,7 +123,7 @@ void coherent_order(const GatherPoints& points, std::size_t first, std::size_t l
   keys.reserve(last - first);
   for (std::size_t i = first; i < last; ++i) {
     const Frame& frame = points.frame[i];
-    // A stratum is a cell of directions about the side of the surface that the viewer is on.
+    // A stratum is a cell of directions around the normal on the viewer's side.
     const bool below = dot(points.normal[i], frame.n) < 0;
     const std::uint64_t cell = octahedral_cell(below ? -frame.n : frame.n, kNormalBits) << (2 * kTangentBits) |
                                octahedral_cell(frame.s, kTangentBits);
@@ -165,7 +165,7 @@ void GatherRayMaker::prepare_diffuse(std::size_t place) {
   const Frame& frame = points_->frame[i];
   const Vec3 axes[3] = {frame.s, frame.t, face_forward(frame.n, points_->normal[i])};
   const RGB reflectance = points_->bsdf[i].diffuse;
-  // A black surface has no rays: with a normal of zero no direction lies on its side.
+  // A black surface has no rays: if the normal is zero, no direction is on its side.
   const Vec3 normal = max_component(reflectance) > 0 ? points_->normal[i] : Vec3{0, 0, 0};
   sequence_[place] = points_->sequence[i];
   sample_[place] = points_->sample[i];
@@ -206,7 +206,7 @@ Ray GatherRayMaker::diffuse_ray(std::size_t place) const {
 void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
   std::size_t at = out.size();
   out.resize(at + order_.size(), cell);
-  // A sample without a direction is overwritten by the next one: a branch would mispredict often.
+  // The next sample overwrites one without a direction; a branch would mispredict often.
   for (std::size_t place = 0; place < order_.size(); ++place) {
     out.rays[at] = diffuse_ray(place);
     out.weight[at] = weight_[place];
@@ -217,7 +217,7 @@ void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
   out.shrink(at);
 }
 
-/// The same for one ray of any BSDF.
+/// Adds one ray of a point with any BSDF.
 void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const {
   const GatherPoints& points = *points_;
   const std::uint32_t i = order_[place];

@@ -13,9 +13,9 @@ namespace glowworm {
 namespace {
 
 /// Offset of rays from a point whose triangle is not known, relative to the largest coordinate of point and scene:
-/// several times the rounding of places on triangles as large as the scene (core/offset_origin.h).
+/// several times the rounding of points on triangles as large as the scene (core/offset_origin.h).
 constexpr float kPointOffset = 0x1p-20f;
-/// Deviation of the squared length of a normal from 1.
+/// Allowed deviation of a normal's squared length from 1.
 constexpr float kUnitTolerance = 1e-3f;
 
 float largest_coordinate(Vec3 p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
@@ -57,7 +57,7 @@ Bsdf white_bsdf() {
 }
 
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot) {
-  // Depths of neighbouring surfaces differ by a factor of two at least.
+  // Depths of neighbouring surfaces differ by at least a factor of two.
   constexpr std::uint32_t kDepths = 32;
   first_hit.albedo[slot] = RGB(1.0f);
   first_hit.normal[slot] = grid.normal[cell];

@@ -1,4 +1,4 @@
-// Gather points that do not come from a camera: places whose irradiance is wanted, such as sensors and texels.
+// Gather points without a camera: points whose irradiance is computed, such as sensors and texels.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -9,16 +9,17 @@
 
 namespace glowworm {
 
-/// Places in a grid of cells, row by row. A render over them fills its film as for a picture of width x height pixels,
-/// with irradiance in W m^-2 in place of radiance.
+/// Points in a grid of cells, row by row. A render of them fills a film of width x height pixels with irradiance in W
+/// m^-2 instead of radiance.
 struct PointGrid {
   int width = 0, height = 0;
   std::vector<Vec3> position;  ///< metres
   std::vector<Vec3> normal;    ///< unit; (0, 0, 0): the cell holds no point and stays black
-  /// Number of the surface of each cell. The filter never averages cells of different surfaces. Empty: all are of one.
+  /// Surface number of each cell. The filter never averages cells of different surfaces. Empty: all cells are on one
+  /// surface.
   std::vector<std::uint32_t> surface;
   /// Whether the points lie on surfaces of the scene, where photons are. Other points have no caustic map: gather rays
-  /// that meet lights through sharp bounces bring caustics to them, which is noisy, and misses lights without area.
+  /// that meet lights through sharp bounces add caustics instead, which is noisy and misses lights without area.
   bool on_surfaces = false;
 
   /// Whether the cell holds a point.
@@ -28,7 +29,7 @@ struct PointGrid {
   void check() const;
 };
 
-/// What a render looks from: a camera, or points.
+/// The viewpoint of a render: a camera, or points.
 struct View {
   View(const Camera& seen_by) : camera(&seen_by) {}
   View(const PointGrid& seen_at) : points(&seen_at) {}
@@ -36,15 +37,15 @@ struct View {
   const PointGrid* points = nullptr;
 };
 
-/// A point of the grid as a surface that reflects all light diffusely; its radiance times pi is the irradiance.
+/// A grid point as a surface that reflects all light diffusely: the irradiance is pi times its radiance.
 SurfacePoint white_point(const Scene& scene, const PointGrid& grid, std::size_t cell);
 /// The BSDF of white_point().
 Bsdf white_bsdf();
 
-/// Marks the cell as hit in `first_hit`, with albedo 1. The depth only tells surfaces apart.
+/// Marks the cell as hit in `first_hit`, with albedo 1 and a depth that only serves to distinguish surfaces.
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot);
 
-/// The gather points of a task over the grid; replaces the camera pass. Sizes `radiance` and `first_hit`.
+/// Makes the gather points of a task over the grid, in place of the camera pass. Resizes `radiance` and `first_hit`.
 void point_pass(const Scene& scene, const PointGrid& grid, const CameraTask& task, SlotRadiance& radiance,
                 FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
 

@@ -33,10 +33,9 @@ RadiusGrid::RadiusGrid(std::span<const Vec3> positions, std::span<const float> r
   fill_empty_cells(cell_side);
 }
 
-/// Where no photon lies, those around may still be blurred to: a cell takes the radius of the photons that reach it,
-/// by distance along the axes.
+/// Gives a cell without photons the radius of photons that reach it from other cells, by distance along the axes.
 void RadiusGrid::fill_empty_cells(float cell_side) {
-  std::vector<float> left = mean_;  // of the radius that a cell has, what goes on beyond it
+  std::vector<float> left = mean_;  // the part of a cell's radius that extends beyond it
   const std::ptrdiff_t strides[3] = {1, size_[0], static_cast<std::ptrdiff_t>(size_[0]) * size_[1]};
   for (int axis = 0; axis < 3; ++axis)
     for (const bool forward : {true, false}) {

@@ -1,4 +1,4 @@
-// A coarse field of photon radii: how far density estimation blurs around a place.
+// A coarse grid of photon radii, which tells how far density estimation blurs around a point.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -9,17 +9,17 @@
 
 namespace glowworm {
 
-/// Mean photon radius by cells of a uniform grid. Where a final gather ray is shorter than the radius at its end, the
-/// estimate there would blur over the corner that the gather point lies in; such rays gather once more.
+/// Mean photon radius in the cells of a uniform grid. If a final gather ray is shorter than the radius at its end, the
+/// estimate there would blur across the corner in which the gather point lies; such rays make a secondary gather.
 class RadiusGrid {
  public:
   RadiusGrid() = default;
-  /// @param positions of the photons, @param radii one each; metres
+  /// @param positions of the photons, @param radii one for each photon; metres
   RadiusGrid(std::span<const Vec3> positions, std::span<const float> radii);
 
-  /// The mean radius in the cell of p; where it holds no photon, that of a cell whose photons reach it, or 0. Metres.
+  /// The mean radius in the cell of p, metres. A cell without photons has the radius of photons that reach it, or 0.
   float radius(Vec3 p) const;
-  /// No radius() is above this. Metres.
+  /// Upper bound of radius(), metres.
   float max_radius() const { return max_radius_; }
 
  private:
