@@ -1,4 +1,4 @@
-// The commands of the program; each reads its own options.
+// The commands of the program. Each reads its own options.
 #pragma once
 #include <string>
 
@@ -10,18 +10,18 @@ class App;
 
 namespace glowworm {
 
-/// Exit status of a render that a signal ended is this and the signal's number, as shells count: 130 for Ctrl-C.
+/// A render ended by a signal exits with this plus the signal's number, as shells report it: 130 for Ctrl-C.
 inline constexpr int kExitSignalled = 128;
 
-/// Thrown for a command line that makes no sense, which ends the program with status 2.
+/// Thrown for an invalid command line; ends the program with status 2.
 class CommandLineError : public Error {
  public:
   using Error::Error;
 };
 
-/// Adds the command to the program. Its options are parsed into storage that lives as long as the program; running it
-/// throws Error where it fails, and sets `exit_status`.
-/// @param command_line what the picture keeps of how it was made
+/// Adds the command to the program. Its options are stored for the lifetime of the program. Running it throws Error on
+/// failure, and sets `exit_status`.
+/// @param command_line stored in the picture, as a record of how it was made
 void add_render_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_info_command(CLI::App& program);
 void add_view_command(CLI::App& program, int& exit_status);

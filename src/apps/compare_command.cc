@@ -23,7 +23,7 @@ struct CompareOptions {
 };
 
 void print_json(const ImageComparison& c) {
-  // JSON has no infinity: such numbers are null.
+  // JSON has no infinity: infinite numbers become null.
   nlohmann::json out = {{"mse", c.mse},
                         {"relative_mse", c.relative_mse},
                         {"relative_rmse", c.relative_rmse},
@@ -46,7 +46,7 @@ void print_text(const ImageComparison& c) {
   if (c.non_finite_pixels > 0) fmt::print("not finite {} pixels\n", c.non_finite_pixels);
 }
 
-/// Cuts both pictures to --region, or to what both have.
+/// Crops both pictures to --region, or to their common part.
 void cut_both(const CompareOptions& o, Image& image, Image& reference) {
   if (o.region.empty()) return cut_to_common_part(image, reference);
   int n[4] = {};
@@ -73,7 +73,7 @@ int run_compare(const CompareOptions& o) {
   const ImageComparison c = compare_images(image, reference, o.leave_out);
   if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
   o.json ? print_json(c) : print_text(c);
-  // What is not finite is in no mean, but a picture that has it is not like its reference.
+  // Means exclude pixels that are not finite, but a picture with such pixels does not match its reference.
   return o.limit > 0 && !(c.relative_rmse <= o.limit && c.non_finite_pixels == 0) ? 1 : 0;
 }
 
@@ -81,7 +81,7 @@ int run_compare(const CompareOptions& o) {
 
 void add_compare_command(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* c = program.add_subcommand("compare", "Measures how far a picture is from its reference.");
+  CLI::App* c = program.add_subcommand("compare", "Measures the difference between a picture and a reference.");
   c->add_option("image", options->image, "The picture: any file that OpenImageIO reads")
       ->required()
       ->option_text("IMAGE");
@@ -92,16 +92,17 @@ void add_compare_command(CLI::App& program, int& exit_status) {
                 "Write the signed relative difference in false colour: red where IMAGE is too bright, blue where dark")
       ->take_last()
       ->option_text("FILE.png");
-  c->add_option("--layer", options->layer, "Compare this layer of EXR files in place of the image")
+  c->add_option("--layer", options->layer, "Compare this layer of EXR files instead of the image")
       ->take_last()
       ->option_text("NAME");
-  c->add_option("--region", options->region, "Compare these pixels alone; X1 and Y1 are one past the last")
+  c->add_option("--region", options->region, "Compare only these pixels; X1 and Y1 are one past the last")
       ->take_last()
       ->option_text("X0,Y0,X1,Y1");
-  add_number(*c, "--leave-out", options->leave_out, 0, 0.99, "Share of the worst pixels to leave out of MSE and relMSE")
+  add_number(*c, "--leave-out", options->leave_out, 0, 0.99,
+             "Exclude this share of the worst pixels from MSE and relMSE")
       ->option_text("SHARE [0]");
   add_number(*c, "--limit", options->limit, 1e-30, 1e30,
-             "Exit with status 1 where relRMSE is above this, or a pixel is not finite")
+             "Exit with status 1 if relRMSE is above this, or a pixel is not finite")
       ->option_text("NUMBER");
   c->add_flag("--json", options->json, "Print a JSON object");
   c->footer(R"(

@@ -93,7 +93,7 @@ void add_info_command(CLI::App& program) {
   auto path = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
   auto changes = std::make_shared<SceneOptions>();
-  CLI::App* c = program.add_subcommand("info", "Prints what was read of a scene, and what is not supported.");
+  CLI::App* c = program.add_subcommand("info", "Prints the contents of a scene and its unsupported features.");
   c->add_option("scene", *path,
                 fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
                             fmt::join(builtin_scene_names(), ", builtin:")))

@@ -12,13 +12,13 @@ namespace {
 
 volatile sig_atomic_t caught = 0;
 Interrupt interrupt;
-static_assert(std::atomic<bool>::is_always_lock_free);  // as signal handlers need it
+static_assert(std::atomic<bool>::is_always_lock_free);  // signal handlers need that
 
 extern "C" void remember_and_arm(int number) {
   if (caught == 0) caught = number;
   interrupt.request();
-  // The next one ends the program. A hangup does not: a terminal that closes often sends two, and the end of a session
-  // brings one beside SIGTERM.
+  // The next one ends the program. A hangup does not: a terminal that closes often sends two, and the end of a login
+  // session sends one beside SIGTERM.
   remove_temporary_files_at_signals({SIGINT, SIGTERM});
 }
 

@@ -5,15 +5,15 @@
 
 namespace glowworm {
 
-/// From now on the first SIGINT, SIGTERM or SIGHUP is only remembered, so that the render can end in order. A SIGINT or
-/// SIGTERM after it ends the program at once, without leaving temporary files; a SIGHUP after it has no effect. A
-/// signal that was ignored (nohup, a shell's background) stays so.
+/// Makes the first SIGINT, SIGTERM or SIGHUP only set a flag, so that the render can end cleanly. A second SIGINT or
+/// SIGTERM removes temporary files and ends the program at once; a second SIGHUP has no effect. Ignored signals (nohup,
+/// background jobs of a shell) stay ignored.
 void catch_interrupts();
 
-/// The number of the signal that came since catch_interrupts(), or 0.
+/// The number of the signal received since catch_interrupts(), or 0.
 int caught_interrupt();
 
-/// Requested as soon as a signal came: for a CancellationScope (core/parallel.h).
+/// Requested when a signal arrives: for a CancellationScope (core/parallel.h).
 const Interrupt& signal_interrupt();
 
 }  // namespace glowworm

@@ -21,15 +21,15 @@ namespace glowworm {
 
 namespace {
 
-/// Opens what the caller closed of standard input, output and error (2>&-), so that no file that is opened later gets
-/// their numbers and with them the messages.
+/// Opens standard input, output and error if the caller closed them (2>&-). Otherwise files opened later would get
+/// their numbers, and messages would go into these files.
 void open_standard_streams() {
   int descriptor = 0;
   while (descriptor >= 0 && descriptor <= STDERR_FILENO) descriptor = open("/dev/null", O_RDWR);
   if (descriptor > STDERR_FILENO) close(descriptor);
 }
 
-/// The command line, with quotes around words that a shell would not take as they are.
+/// The command line, with quotes around words that a shell would split or expand.
 std::string command_line(int argc, char** argv) {
   std::string text = "glowworm";
   for (int i = 1; i < argc; ++i) {
@@ -40,7 +40,7 @@ std::string command_line(int argc, char** argv) {
   return text;
 }
 
-/// The option that is near to one that the commands do not know; "" where none is.
+/// Suggests an option similar to an unknown one; "" if none is similar.
 std::string meant_option(const CLI::App& program, int argc, char** argv) {
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands({}))
@@ -75,16 +75,15 @@ int run_program(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ExtrasError& error) {
-    throw CommandLineError(error.what(), meant_option(program, argc, argv) +
-                                             "'--help' behind the command lists its "
-                                             "options.");
+    throw CommandLineError(error.what(),
+                           meant_option(program, argc, argv) + "'--help' after the command lists its options.");
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? 0 : 2;
   }
   return exit_status;
 }
 
-/// Prints without allocating memory or throwing. Returns the status given.
+/// Prints without allocating memory or throwing. Returns `status`.
 int fail(const char* message, int status) noexcept {
   std::fprintf(stderr, "glowworm: error: %s\n", message);
   return status;
@@ -107,14 +106,14 @@ int main(int argc, char** argv) {
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::broken_pipe) return 1;
     if (error.code() != std::errc::resource_unavailable_try_again) return glowworm::fail(error.what(), 1);
-    return glowworm::fail(
-        "no thread can be started\n  Leave the program more memory or threads (ulimit -v, ulimit -u).", 1);
+    return glowworm::fail("no thread can be started\n  Raise the limits of memory or threads (ulimit -v, ulimit -u).",
+                          1);
   } catch (const std::exception& error) {
     return glowworm::fail(error.what(), 1);
   }
   std::cout.flush();
   errno = 0;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return status;
-  // A reader that has seen enough (head) is no error to speak of.
+  // A reader that closes early (head) causes no message.
   return errno == EPIPE ? 1 : glowworm::fail("standard output cannot be written", 1);
 }

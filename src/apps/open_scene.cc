@@ -16,7 +16,7 @@ namespace glowworm {
 
 namespace {
 
-/// A number between two bounds. Throws Error that names the option.
+/// Parses a number between two bounds. Throws Error that names the option.
 float parse_number(const char* name, const std::string& text, float least, float most) {
   float value = 0;
   const char* const end = text.data() + text.size();
@@ -45,10 +45,10 @@ void add_scene_options(CLI::App& command, SceneOptions& o) {
   };
   SceneChanges& c = o.changes;
   add("--environment", "FILE|R,G,B",
-      "Light from all around, in place of the scene's: a lat-long image (.exr, .hdr), a "
-      "square equal-area image, or a radiance (W sr^-1 m^-2)",
+      "Replace the scene's environment light: a lat-long image (.exr, .hdr), a square "
+      "equal-area image, or a radiance (W sr^-1 m^-2)",
       [&c](const std::string& text) { parse_environment(text, c); });
-  add("--environment-turn", "DEGREES [0]", "Turn the environment to the left",
+  add("--environment-turn", "DEGREES [0]", "Rotate the environment to the left",
       [&c](const std::string& text) { c.environment_turn = parse_number("--environment-turn", text, -3600, 3600); });
   add("--environment-scale", "F [1]", "Multiply the environment's radiance",
       [&c](const std::string& text) { c.environment_scale = parse_number("--environment-scale", text, 0, 1e9f); });
@@ -56,11 +56,11 @@ void add_scene_options(CLI::App& command, SceneOptions& o) {
     if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
     c.z_up = text == "z";
   });
-  add("--scale", "M [1]", "Metres of one unit of the file; lights keep their power",
+  add("--scale", "M [1]", "Metres per unit of the file; lights keep their power",
       [&c](const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); });
   add("--fov", "DEGREES", "Angle of view along the picture's shorter side",
       [&c](const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); });
-  add("--look-at", "X,Y,Z,X,Y,Z", "Put the scene's first camera at an eye (m), towards a target",
+  add("--look-at", "X,Y,Z,X,Y,Z", "Place the scene's first camera: eye and target (m)",
       [&c](const std::string& text) { c.look_at = parse_look_at(text); });
 }
 

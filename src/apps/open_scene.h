@@ -1,4 +1,4 @@
-// From a name on the command line to a scene.
+// Opens scenes named on the command line.
 #pragma once
 #include <memory>
 #include <string>
@@ -15,23 +15,23 @@ class App;
 
 namespace glowworm {
 
-/// What a command line asks of the scene beside its name.
+/// Options of a scene on the command line.
 struct SceneOptions {
   SceneChanges changes;
-  std::vector<std::string> given;  ///< the options and their values, as another command line has them
+  std::vector<std::string> given;  ///< the options with their values, in a form to repeat on another command line
 };
 
-/// Adds the options of scenes to a command: --environment, --up, --scale, --fov, --look-at, ...
+/// Adds the scene options to a command: --environment, --up, --scale, --fov, --look-at, ...
 void add_scene_options(CLI::App& command, SceneOptions& options);
 
-/// Loads a scene file or a built-in scene and makes the changes. Throws Error that names the file, also for what is
-/// wrong with the scene as a whole.
-/// @param files what the command writes, where it writes anything: gets all files that the scene consists of as inputs,
-/// and throws CommandLineError where it would write over one of them
+/// Loads a scene file or a built-in scene and applies the changes. Throws Error, which names the file, also if the
+/// scene as a whole is invalid.
+/// @param files the outputs of the command, if it writes any: gets all files of the scene as inputs. Throws
+/// CommandLineError if an output would overwrite one of them.
 std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options,
                                         const SceneChanges& changes, OutputFiles* files = nullptr);
 
-/// Tells the notes of a scene; what is wrong with its files is a warning.
+/// Prints the notes of a scene. Problems of its files are warnings.
 void tell_notes(const Scene& scene, const std::string& path);
 
 }  // namespace glowworm

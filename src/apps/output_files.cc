@@ -14,11 +14,11 @@ namespace glowworm {
 
 namespace {
 
-/// Files that warnings and the error at the end name; a full disk fails every frame of a session.
+/// Maximum number of files named in the error at the end: a full disk fails every frame of a session.
 constexpr std::size_t kMaxNames = 8;
 
 [[noreturn]] void refuse(const std::string& what, const std::string& path, const std::string& other) {
-  throw CommandLineError(fmt::format("{} '{}' and {} are one file", what, path, other), "Give each its own name.");
+  throw CommandLineError(fmt::format("{} '{}' and {} are the same file", what, path, other), "Give each its own name.");
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ void OutputFiles::check(const std::string& what, const std::string& path) const 
 bool OutputFiles::probe(const std::string& path) {
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
-  // The reader at the other end would see that a pipe or a device is opened.
+  // Probing a pipe or a device would be visible to the reader at its other end.
   if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character) return true;
   try {
     const AtomicFile probe(path);

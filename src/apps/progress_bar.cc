@@ -11,15 +11,15 @@
 namespace glowworm {
 
 namespace {
-constexpr int kMaxWidth = 40, kMinWidth = 8;  // of the bar
+constexpr int kMaxWidth = 40, kMinWidth = 8;  // width of the bar, columns
 constexpr int kUsualColumns = 80;
 constexpr double kPlainInterval = 10;  // seconds
 using Clock = std::chrono::steady_clock;
 
-/// A standard error that cannot be written to is no reason to end a render, so that nothing is thrown.
+/// A failed write to standard error must not end a render, so nothing is thrown.
 void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
-/// Columns of the terminal.
+/// Width of the terminal in columns.
 int columns() {
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsualColumns;
@@ -36,7 +36,7 @@ std::string format_duration(double seconds) {
 
 std::string progress_line(double share, const std::string& label, const std::string& left, int columns) {
   std::string text = fmt::format(" {:3.0f}%  {}  {}", 100 * share, label, left);
-  // The last column stays free: some terminals begin a new line after it.
+  // The last column stays free: some terminals start a new line after it.
   const int width = std::min(columns - 3 - static_cast<int>(text.size()), kMaxWidth);
   if (width < kMinWidth) return text.substr(1, static_cast<std::size_t>(std::max(columns - 1, 0)));
   const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);

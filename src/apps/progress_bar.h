@@ -5,12 +5,12 @@
 
 namespace glowworm {
 
-/// A bar with the time left on a terminal; elsewhere a plain line every ten seconds.
+/// On a terminal, a bar with the time left; otherwise a plain line every ten seconds.
 class ProgressBar {
  public:
-  /// @param shown false keeps it silent (-q)
+  /// @param shown false: print nothing (-q)
   explicit ProgressBar(bool shown);
-  /// @param share done, in [0, 1] @param label what is being done
+  /// @param share completed share, in [0, 1] @param label the current work
   void update(double share, const std::string& label);
   /// Clears the bar from the terminal.
   void finish();
@@ -21,11 +21,11 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_, last_;
 };
 
-/// The line of a bar that fits a terminal of so many columns; without the bar where there is no room.
-/// @param left the time left, for people
+/// The progress line for a terminal of `columns` columns; it omits the bar if there is no room.
+/// @param left the time left, formatted
 std::string progress_line(double share, const std::string& label, const std::string& left, int columns);
 
-/// "1:05", "2:03:09": a time in seconds for people.
+/// Formats a time in seconds as "1:05" or "2:03:09".
 std::string format_duration(double seconds);
 
 }  // namespace glowworm

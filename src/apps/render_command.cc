@@ -38,7 +38,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// With a budget above this, freed memory may stay in the heap for the next task, which is faster.
+/// With a larger budget, in bytes, freed memory may stay in the heap for the next task, which is faster.
 constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 
 /// An image to write.
@@ -49,29 +49,29 @@ struct Output {
 
 struct RenderOptions {
   std::string scene, command_line;
-  std::vector<std::string> names;  ///< as -o says
+  std::vector<std::string> names;  ///< values of -o
   std::vector<Output> outputs;
   std::string statistics, simd = "auto", tone = "filmic", precision = "half", resume, view, tev;
   std::vector<std::string> lights;
-  std::optional<float> exposure;  ///< stops; none: chosen by the picture
+  std::optional<float> exposure;  ///< stops; empty: chosen from the picture
   bool verbose = false, quiet = false, preview = false, resumes = false;
   TableOptions table;
   SceneOptions changes;
-  RenderSettings settings;  ///< those of the table, with the memory that there is
+  RenderSettings settings;  ///< settings of the table, with the memory available
 };
 
 double seconds_between(Clock::time_point start, Clock::time_point end) {
   return std::chrono::duration<double>(end - start).count();
 }
 
-/// The ending of a file's name in small letters.
+/// The extension of a file name, in lower case.
 std::string ending_of(const std::string& name) {
   std::string ending = std::filesystem::path(name).extension();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   return ending;
 }
 
-/// What a name after -o asks for.
+/// Interprets a value of -o.
 Output output_of(const std::string& name) {
   if (name == kStandardOutput || name == "exr:-") return {std::string(kStandardOutput), true};
   if (name == "png:-") return {std::string(kStandardOutput), false};
@@ -82,7 +82,7 @@ Output output_of(const std::string& name) {
   return {name, ending == ".exr"};
 }
 
-/// Without -o the image has the name that the scene gives it, or "out.exr".
+/// Without -o, the image gets the name that the scene gives it, or "out.exr".
 void name_outputs(RenderOptions& o, const FilmRequest& film) {
   if (o.outputs.empty()) {
     std::string name = film.file.empty() ? "out.exr" : film.file;
@@ -107,14 +107,14 @@ void resolve_options(RenderOptions& o) {
   for (const std::string& name : o.names) o.outputs.push_back(output_of(name));
 }
 
-/// Finds out now, rather than after the render, whether all files are different ones and can be written.
+/// Checks before the render that all files differ and can be written.
 void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
   if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
   for (const Output& output : o.outputs) files.add("-o", output.path);
   if (!o.statistics.empty()) files.add("--stats", o.statistics);
   if (!o.resume.empty()) files.add("--resume", o.resume);
-  // A pipe would let both the probe and the reading of it wait for ever.
+  // Probing or reading a pipe would block forever.
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
   bool any = false;
   for (const Output& output : o.outputs) any = files.probe(output.path) || any;
@@ -129,13 +129,13 @@ bool has_samples(const Film& film) {
   return false;
 }
 
-/// Writes the image to every -o that takes it. Returns its estimated relative error; "" where none is known.
-/// @param said tell of it
+/// Writes the image to every -o. Returns its estimated relative error, or "" if unknown.
+/// @param said print messages
 std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
   std::optional<Image> image;
   for (const Output& output : o.outputs) {
     const std::string& path = output.path;
-    // What has gone to standard output cannot be written over.
+    // Output on standard output cannot be replaced later.
     if (path == kStandardOutput && !said) continue;
     std::string how;
     const bool written = files.write(path, [&] {
@@ -158,8 +158,7 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
   std::string text =
       fmt::format("{}: {} triangles, {}x{} pixels", scene.name(), scene.geometry().triangle_count(), s.width, s.height);
   if (s.bounds != PixelBounds{0, 0, s.width, s.height})
-    text +=
-        fmt::format(" (of which {}x{} from {},{} on)", s.bounds.width(), s.bounds.height(), s.bounds.x0, s.bounds.y0);
+    text += fmt::format(" (only {}x{} at {},{})", s.bounds.width(), s.bounds.height(), s.bounds.x0, s.bounds.y0);
   text += fmt::format(", {} samples", s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
@@ -170,7 +169,7 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
   return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
 }
 
-/// Where the time went, for -v.
+/// Prints the time of each phase, for -v.
 void describe_times(const Statistics& statistics) {
   for (int i = 0; i < static_cast<int>(Phase::count_); ++i) {
     const auto phase = static_cast<Phase>(i);
@@ -178,24 +177,25 @@ void describe_times(const Statistics& statistics) {
   }
 }
 
-/// What became of the photons of each light, for -v.
+/// Prints the fate of each light's photons, for -v.
 void describe_photons(const Job& job) {
   for (const LightPhotons& light : job.light_photons())
     detail(fmt::format("photons of {} ({} sources): {} emitted, {} stored, {} used, {} wasted", light.name,
                        light.sources, light.emitted, light.stored, light.used, light.wasted()));
 }
 
-/// Writes what the render goes on from to the file of --resume.
+/// Writes a checkpoint to the file of --resume.
 void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files) {
   if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
 }
 
-/// Writes the image so far, if there is something of it.
+/// Writes the unfinished image, if there is one.
 void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
   if (o.preview && job.tasks() > 0) write_images(o, job, files, false);
 }
 
-/// Limits work that repeats during a render: at least `interval_s` apart, and at most a twentieth of the time.
+/// Limits work that repeats during a render: runs are at least `interval_s` apart, and take at most a twentieth of the
+/// time.
 class Throttle {
  public:
   explicit Throttle(double interval_s) : interval_(interval_s), next_(interval_s) {}
@@ -212,14 +212,14 @@ class Throttle {
   double interval_, next_;
 };
 
-/// What the job is doing, for the progress bar.
+/// A label of the job's current work, for the progress bar.
 std::string work_of(const Job& job) {
   if (job.is_mapping()) return "photon map";
   return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().samples));
 }
 
-/// Waits for the job, showing progress and keeping checkpoints and previews; hands a Ctrl-C on to it. Returns what the
-/// render threw, or null.
+/// Waits for the job. Shows progress, writes checkpoints and previews, and passes Ctrl-C on to it. Returns the
+/// exception of the render, or null.
 std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, TevStream& tev) {
   ProgressBar bar(!o.quiet);
   Throttle checkpoint(1), preview(2), stream(0.25);
@@ -240,7 +240,7 @@ std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, 
   return nullptr;
 }
 
-/// Writes all files. @param any there is something of the image
+/// Writes all files. @param any whether there is any image
 void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
                    bool any) {
   const Clock::time_point rendered = Clock::now();
@@ -248,30 +248,30 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
   const std::string error = any ? write_images(o, job, files, true) : "";
   keep_checkpoint(o, job, files);
   statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
-  // The job counted its own time; the total is that of the whole run.
+  // The job has counted its own time; the total covers the whole run.
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
   describe_times(statistics);
   describe_photons(job);
   if (!o.statistics.empty())
     files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
-    warn(fmt::format("{} camera samples are black, since their light was not finite", job.samples_not_finite()));
+    warn(fmt::format("{} camera samples are black, because their light was not finite", job.samples_not_finite()));
   inform(fmt::format("{} passes in {:.2f} s{}", job.passes(), statistics.seconds(Phase::total),
                      error.empty() ? "" : fmt::format(", estimated relative error {}", error)));
 }
 
-/// Says what an end before time means for the images. @param any there is something of the image
+/// Warns if the render ended early, and says what the files hold. @param any whether there is any image
 void warn_of_ending(Ending ending, bool any) {
   if (ending == Ending::cancelled)
     warn(any ? "interrupted: the files hold the image so far"
-             : "interrupted before any part of the image was there: no image was written");
+             : "interrupted before any part of the image was finished: no image was written");
   else if (ending == Ending::failed)
     warn("the render failed: the files hold the image so far");
   else if (!any)
-    warn("the time was up before any part of the image was there: no image was written");
+    warn("the time limit ended the render before any part of the image was finished: no image was written");
 }
 
-/// Writes what there is, then throws what went wrong, or returns the exit status. @param failure of the render, or null
+/// Writes the results, then throws the error, if any, or returns the exit status. @param failure of the render, or null
 int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
            const std::exception_ptr& failure) {
   const bool any = has_samples(job.snapshot());
@@ -284,7 +284,7 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
   return any ? 0 : 1;
 }
 
-/// Says which options have no effect on the formats of the outputs.
+/// Warns of options that have no effect on the output formats.
 void warn_of_unused_formats(const RenderOptions& o) {
   const auto is_exr = [](const Output& output) { return output.is_exr; };
   const bool any_exr = std::any_of(o.outputs.begin(), o.outputs.end(), is_exr);
@@ -301,7 +301,7 @@ int run_render(RenderOptions& o) {
   read_command_line([&] { set_simd(o.simd); });
   resolve_options(o);
   OutputFiles files;
-  // A scene may name its picture; all else is known now.
+  // If there is no -o, the scene may name its picture; everything else is known now.
   if (!o.outputs.empty()) {
     name_outputs(o, {});
     prepare_outputs(o, files);
@@ -325,7 +325,7 @@ int run_render(RenderOptions& o) {
   catch_interrupts();
   std::optional<Checkpoint> checkpoint;
   if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
+  if (checkpoint) inform(fmt::format("resuming from {}, which holds {} passes", o.resume, checkpoint->passes));
   Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, seconds_between(start, Clock::now()));
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
@@ -345,14 +345,14 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->option_text("FILE [the scene's, or out.exr]")
       ->group("Picture");
   add_table_options(c, "Picture", false, o.table);
-  c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; its lens stays as it is")
+  c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; the lens does not change")
       ->take_last()
       ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
       ->group("Picture");
   c.add_option("--light", o.lights, "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians)")
       ->option_text("NAME,CHANGE,...")
       ->group("Picture");
-  c.add_option("--tev", o.tev, "Show the image so far in a running tev")
+  c.add_option("--tev", o.tev, "Show the unfinished image in a running tev")
       ->take_last()
       ->option_text("HOST:PORT")
       ->group("Picture");
@@ -369,7 +369,8 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->expected(0, 1)
       ->option_text("[FILE] [OUTPUT.checkpoint]")
       ->group("Effort");
-  c.add_flag("--preview", o.preview, "Write the image so far every two seconds or less often")->group("Effort");
+  c.add_flag("--preview", o.preview, "Write the unfinished image every two seconds, or less often if writing is slow")
+      ->group("Effort");
 }
 
 void add_machine_options(CLI::App& c, RenderOptions& o) {
@@ -385,11 +386,11 @@ void add_report_options(CLI::App& c, RenderOptions& o) {
       ->take_last()
       ->option_text("FILE")
       ->group("Reports");
-  c.add_flag("-v,--verbose", o.verbose, "Print choices and the time of each phase, too")->group("Reports");
-  c.add_flag("-q,--quiet", o.quiet, "Print warnings and errors only")->group("Reports");
+  c.add_flag("-v,--verbose", o.verbose, "Also print automatic choices and the time of each phase")->group("Reports");
+  c.add_flag("-q,--quiet", o.quiet, "Print only warnings and errors")->group("Reports");
 }
 
-/// Whether an option was given. CLI::App::count() ends the program where it runs out of memory.
+/// Whether an option was given. CLI::App::count() would end the program if memory runs out.
 bool is_given(const CLI::App& c, std::string_view name) {
   for (const CLI::Option* option : c.get_options())
     for (const std::string& own : option->get_lnames())
@@ -397,7 +398,7 @@ bool is_given(const CLI::App& c, std::string_view name) {
   return false;
 }
 
-/// Says which options have no effect beside the others.
+/// Warns of options that have no effect with others.
 void warn_of_ignored(const TableOptions& table) {
   for (const Option* option : table.given)
     if (!option->has_effect(table.settings))

@@ -74,7 +74,7 @@ void add_exposure_option(CLI::App& command, const std::string& group, std::optio
   };
   command
       .add_option_function<std::string>("--exposure", read,
-                                        "Exposure of PNG and window in stops: +1 is twice as bright; auto takes the "
+                                        "Exposure of PNG and window in stops: +1 is twice as bright; auto maps the "
                                         "picture's mean to grey")
       ->take_last()
       ->option_text("auto|STOPS [auto]")

@@ -1,4 +1,4 @@
-// A render shown in tev while it goes on.
+// Shows the progress of a render in tev.
 #pragma once
 #include <memory>
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace glowworm {
 
-/// Sends the image so far to a tev. Where tev goes away, the render goes on without it, after a warning.
+/// Sends the unfinished image to tev. If the connection fails later, the render continues without it, after a warning.
 class TevStream {
  public:
-  /// @param address HOST:PORT; empty: nothing is ever sent. Throws Error where nothing answers there.
+  /// @param address HOST:PORT; empty: nothing is sent. Throws Error if the connection is refused.
   explicit TevStream(const std::string& address);
 
-  /// Sends the image so far, if there is something of it, and it is not what was sent last.
+  /// Sends the unfinished image, if there is one and it has changed since the last call.
   void show(const Job& job);
 
  private:

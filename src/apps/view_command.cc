@@ -39,11 +39,11 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->take_last()
       ->option_text("FILE.json")
       ->group("Session");
-  c.add_option("--out", o.out, "Open no window: write every frame into this folder")
+  c.add_option("--out", o.out, "Write every frame to this folder instead of opening a window")
       ->take_last()
       ->option_text("FOLDER")
       ->group("Session");
-  c.add_option("--frames", o.frames, "End after so many frames")
+  c.add_option("--frames", o.frames, "Stop after this number of frames")
       ->take_last()
       ->option_text("N [the script's]")
       ->group("Session");
@@ -51,7 +51,7 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
   add_number(c, "--fps", o.fps, 0.1, 1000, "Frames a second to hold while the view moves")
       ->option_text("N [15]")
       ->group("Session");
-  c.add_flag("--adapt", o.adapt, "With --out, too: hold --fps by fewer pixels, rays and photons while the view moves")
+  c.add_flag("--adapt", o.adapt, "Also with --out: hold --fps with fewer pixels, rays and photons while the view moves")
       ->group("Session");
   c.add_option("--simd", o.simd, "Instruction set of the kernels")
       ->take_last()

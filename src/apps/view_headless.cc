@@ -20,14 +20,14 @@ namespace glowworm {
 
 namespace {
 
-/// @param exposure stops; without a value it is chosen by the frame, and stays so
+/// @param exposure stops; if empty, it is chosen from the frame and kept
 void write_frame(const ViewOptions& o, const ViewFrame& frame, const std::string& path,
                  std::optional<float>& exposure) {
   if (std::filesystem::path(path).extension() == ".exr") {
     write_exr(path, frame_image(frame));
     return;
   }
-  // False colours are for display as they are.
+  // False colours are shown unchanged.
   const bool tone = frame.is_light && o.tone == "filmic";
   if (frame.is_light && !exposure) exposure = automatic_exposure(frame.image.light);
   write_png(path, frame_image(frame), tone ? ToneCurve::filmic : ToneCurve::srgb, frame.is_light ? *exposure : 0);
@@ -49,13 +49,13 @@ std::string table_row(std::uint32_t number, const ViewFrame& frame) {
   return text + "\n";
 }
 
-/// What frames.csv is to hold, and how many frames are in their files.
+/// The content of frames.csv, and the number of frames written.
 struct FrameTable {
   std::string text = table_head();
   std::uint32_t written = 0;
 };
 
-/// A session of a scene and the state it is in.
+/// A session of a scene, with its state.
 struct Stage {
   std::unique_ptr<Session> session;
   ViewState state;
@@ -66,7 +66,7 @@ struct Stage {
         state(first_state(o, script, session->scene(), session->initial_state())) {}
 };
 
-/// Puts another scene in the place of this one; an interrupt leaves it as it is.
+/// Replaces the scene. An interrupt leaves the stage unchanged.
 void change_scene(Stage& stage, const ViewOptions& o, const Script& script, const std::string& scene,
                   OutputFiles& files) try {
   const CancellationScope scope(signal_interrupt());
@@ -79,14 +79,14 @@ bool is_frame_name(const std::string& name, const std::string& format) {
   return digits >= 5 && name.substr(digits) == "." + format;
 }
 
-/// Throws CommandLineError where a frame would replace another file of the session.
+/// Throws CommandLineError if a frame would overwrite another file of the session.
 void check_frames(const ViewOptions& o, const OutputFiles& files) {
   std::error_code not_there_yet;
   for (const auto& entry : std::filesystem::directory_iterator(o.out, not_there_yet))
     if (is_frame_name(entry.path().filename(), o.format)) files.check("the frame", entry.path());
 }
 
-/// Throws CommandLineError where two files that the session writes, or one that it reads, are one.
+/// Throws CommandLineError if two outputs of the session, or an output and an input, are the same file.
 void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& files) {
   const std::filesystem::path folder = o.out;
   files.add_input("the scene", o.scene);
@@ -120,7 +120,7 @@ void play_frames(const ViewOptions& o, const Script& script, Stage& stage, Outpu
     if (caught_interrupt()) break;
     play(script, i, stage.session->scene(), stage.session->rig(), i > 0 ? &frame : nullptr, stage.state);
     frame = stage.session->next_frame(stage.state, clock);
-    // The clock of frames that must come in time is the real one.
+    // Frames with a deadline use the real clock.
     clock += o.adapt ? frame.cost.seconds : 1 / script.frames_per_second;
     const std::string path = std::filesystem::path(o.out) / fmt::format("{:05}.{}", i, o.format);
     if (files.write(path, [&] { write_frame(o, frame, path, exposure); })) ++table.written;
@@ -142,8 +142,8 @@ int run_headless_view(const ViewOptions& o, const Script& script) {
   std::error_code error;
   std::filesystem::create_directories(o.out, error);
   if (error)
-    throw Error(fmt::format("the folder '{}' cannot be made: {}", o.out, error.message()),
-                "Give --out a folder that may be written to.");
+    throw Error(fmt::format("the folder '{}' cannot be created: {}", o.out, error.message()),
+                "Give --out a writable folder.");
   catch_interrupts();
   FrameTable table;
   std::exception_ptr failure;

@@ -15,10 +15,10 @@ namespace {
 
 constexpr float kHandleReach = 8;        // pixels
 constexpr float kTurnPerPixel = 0.006f;  // radians
-/// Seconds in which flying crosses the scene's radius.
+/// Time to fly across the scene's radius, seconds.
 constexpr float kCrossing = 4;
 
-/// The light's place and where its edit puts it.
+/// The light's position, including its edit.
 Vec3 light_position(const ViewModel& model) {
   const auto i = static_cast<std::size_t>(model.light);
   return model.scene->lights[i].center + model.state.lights[i].move;
@@ -46,7 +46,7 @@ bool ViewInput::handle(ViewModel& model, const PictureArea& area) {
   for (int button = 0; button < 3; ++button) {
     if (over && ImGui::IsMouseClicked(button)) {
       dragging_ = true;
-      last_ = pointer;  // ImGui's MouseDelta has the way up to the press in it
+      last_ = pointer;  // ImGui's MouseDelta includes movement before the button was pressed
     }
     any_down = any_down || ImGui::IsMouseDown(button);
   }
@@ -93,7 +93,7 @@ bool ViewInput::move_by_mouse(ViewModel& model, const PictureArea& area, Vec2 po
   last_ = pointer;
   const Vec3 up = model.up();
   if (ImGui::IsMouseDown(2) || (ImGui::IsMouseDown(0) && io.KeyShift)) {
-    // What is at the pivot stays under the pointer.
+    // The point at the pivot stays under the pointer.
     const Vec2 now = film(model, area, pointer);
     const Vec2 before = film(model, area, {pointer.x - delta.x, pointer.y - delta.y});
     const Vec3 by = unproject(s.camera, before, s.width, s.height, s.pivot_distance) -

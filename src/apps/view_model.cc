@@ -97,7 +97,7 @@ bool ViewModel::take() {
     tell_notes(*scene->scene, scene->path);
     ViewState fresh = first ? first_state(options, script, *scene->scene, scene->state) : scene->state;
     if (!first) {
-      // Another scene is shown the way the last one was.
+      // A new scene keeps the view settings of the last one.
       fresh.mode = state.mode;
       fresh.gather = state.gather;
       fresh.engine = state.engine;

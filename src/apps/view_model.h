@@ -1,4 +1,4 @@
-// What the window knows: the state, the newest frame and what is to be said; shared by its parts.
+// The state of the window: camera and settings, newest frame and messages. Its parts share it.
 #pragma once
 #include <array>
 #include <deque>
@@ -14,13 +14,13 @@
 
 namespace glowworm {
 
-/// A point of the curves of frame time.
+/// A point of the frame-time curves.
 struct FrameTimes {
   float total = 0, photons = 0, map = 0, camera = 0, direct = 0, gather = 0, density = 0;  // milliseconds
-  float rays = 0, operations = 0;                                                          // millions a second
+  float rays = 0, operations = 0;                                                          // millions per second
 };
 
-/// The window's data, apart from GLFW and OpenGL.
+/// The window's data, independent of GLFW and OpenGL.
 struct ViewModel {
   explicit ViewModel(const ViewOptions& options, const Script& script, std::function<void()> wake);
 
@@ -28,40 +28,40 @@ struct ViewModel {
   const Script& script;
   SessionWorker worker;
 
-  std::optional<LoadedScene> scene;  ///< none until the first is loaded
-  std::unique_ptr<LightRig> rig;     ///< of that scene
-  bool failed = false;               ///< the last thing that the worker said is an error
+  std::optional<LoadedScene> scene;  ///< empty until the first scene is loaded
+  std::unique_ptr<LightRig> rig;     ///< the lights of that scene
+  bool failed = false;               ///< whether the worker's last message is an error
   ViewState state;
   std::optional<WorkerFrame> shown;
-  bool new_frame = false;  ///< since the texture was filled
+  bool new_frame = false;  ///< a frame arrived since the texture was filled
   std::vector<std::pair<std::string, Camera>> saved_cameras;
-  int light = -1;  ///< the selected one, or -1
+  int light = -1;  ///< the selected light, or -1
   ToneCurve tone = ToneCurve::filmic;
   float exposure = 0;  ///< stops
-  bool expose = true;  ///< by the next frame of light
+  bool expose = true;  ///< choose the exposure from the next frame that shows light
   std::string save_path = "view.png";
   std::vector<std::string> messages;  ///< errors, newest last
   std::deque<FrameTimes> times;
-  double longest_latency = 0;    ///< seconds, of frames in motion
-  bool picture_changed = false;  ///< tone or exposure
+  double longest_latency = 0;    ///< seconds, of frames while the view moves
+  bool picture_changed = false;  ///< tone curve or exposure changed
 
-  bool help = false;      ///< the panel says what mouse and keys do
-  int panel_width = 340;  ///< pixels of the window that the panel takes
+  bool help = false;      ///< the panel shows help on mouse and keys
+  int panel_width = 340;  ///< width of the panel, pixels
 
-  /// Posts the state where it differs from the last posted, or a person is at it.
+  /// Posts the state if it differs from the last one posted, or if the user is interacting.
   void post(bool interacting);
-  /// From now on shows_newest() tells of frames that come later, of the state that is posted next.
+  /// Makes shows_newest() false until a frame of the next posted state arrives.
   void expect_frame() { expected_ = true; }
   bool shows_newest() const { return !expected_; }
-  /// Takes what the worker has; true where there is something new to draw.
+  /// Takes results from the worker. Returns true if there is something new to draw.
   bool take();
   void open(const std::string& path);
-  /// Chooses the exposure by the frame shown, if it is one of light and `expose` asks for it.
+  /// Chooses the exposure from the frame shown, if that shows light and `expose` is set.
   void expose_now();
   void say(const std::string& message);
-  /// Writes the frame shown to a file, or says why not.
+  /// Writes the frame shown to a file, or shows an error message.
   void save(const std::string& path);
-  /// The world's up, as the scene's first camera has it.
+  /// The world's up vector, from the scene's first camera.
   Vec3 up() const;
 
  private:
@@ -69,10 +69,10 @@ struct ViewModel {
   std::optional<ViewState> posted_;
   bool interacting_ = false;
   bool expected_ = false;
-  std::uint64_t number_ = 0;  // of the state posted last
+  std::uint64_t number_ = 0;  // number of the state posted last
 };
 
-/// Whether two states differ in anything.
+/// Whether two states are equal.
 bool same_state(const ViewState& a, const ViewState& b);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// What `glowworm view` was asked for.
+// Options of `glowworm view`.
 #pragma once
 #include <optional>
 #include <string>
@@ -17,29 +17,29 @@ struct ViewOptions {
   SceneOptions changes;
   std::string script, out, format = "png", simd = "auto", mode = "gather", part = "all";
   std::string tone = "filmic";
-  std::optional<float> exposure;  ///< stops; none: chosen by the first frame of a scene
+  std::optional<float> exposure;  ///< stops; empty: chosen from the first frame of a scene
   std::uint32_t frames = 0;
   double fps = 15;
   bool adapt = false;
   bool filter = false, no_reuse = false;
 };
 
-/// Opens a scene as the options of scenes say; one that is dropped later keeps its own camera. @param memory_bytes that
-/// it may take
+/// Opens a scene with the scene options. Those of the camera do not apply to scenes dropped later.
+/// @param memory_bytes memory that loading may take
 std::shared_ptr<const Scene> open_view_scene(const ViewOptions& options, const std::string& path,
                                              std::uint64_t memory_bytes, OutputFiles* files = nullptr);
 
-/// The state that a session begins with: `state` (Session::initial_state()), changed as the options say. Throws Error
-/// for what there is not.
+/// The initial state of a session: `state` (Session::initial_state()), changed by the options. Throws Error if an
+/// option names something that does not exist.
 ViewState first_state(const ViewOptions& options, const Script& script, const Scene& scene, ViewState state);
 
-/// Frames to play: as asked for, else as the script says, else as long as something happens in it.
+/// Number of frames to play: as requested, or as the script says, or until nothing more happens in it.
 std::uint32_t script_length(const Script& script, std::uint32_t asked);
 
-/// Settings of the session; frames adapt in a window, and elsewhere where asked to.
+/// Settings of the session. Frames adapt in a window, and otherwise on request.
 SessionSettings session_settings(const ViewOptions& options, bool window);
 
-/// Plays the script without a window and writes each frame into the folder --out. Returns the exit status.
+/// Plays the script without a window and writes each frame to the folder --out. Returns the exit status.
 int run_headless_view(const ViewOptions& options, const Script& script);
 
 /// Opens the window. Returns the exit status.

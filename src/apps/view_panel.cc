@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kDegree = kPi / 180;
 
-/// A list of names of which one is chosen; true where another was.
+/// Draws a list of names to choose from. Returns true if the choice changed.
 bool choose(const char* label, const std::vector<std::string>& names, std::size_t& chosen) {
   bool changed = false;
   if (!ImGui::BeginCombo(label, chosen < names.size() ? names[chosen].c_str() : "")) return false;
@@ -38,7 +38,7 @@ void choose_enumeration(const char* label, const std::vector<std::string>& names
   if (choose(label, names, chosen)) value = static_cast<Enumeration>(chosen);
 }
 
-/// What the item before does, shown while the pointer rests on it.
+/// A tooltip for the item before.
 void hint(const char* text) {
   if (!ImGui::IsItemHovered()) return;
   ImGui::BeginTooltip();
@@ -51,7 +51,7 @@ void hint(const char* text) {
 void draw_picture(ViewModel& model) {
   ViewState& s = model.state;
   choose_enumeration("show", view_mode_names(), s.mode);
-  hint("gather: the final picture; photons: the photon map itself; the others explain it by false colours");
+  hint("gather: the final picture; photons: the photon map itself; others: its data in false colours");
   choose_enumeration("light shown", light_part_names(), s.part);
   hint("All light, or a part of it: direct, indirect, caustics");
   static const std::vector<std::string> counts = {"1", "4", "16", "64", "100"};
@@ -63,7 +63,7 @@ void draw_picture(ViewModel& model) {
   engines.insert(engines.begin(), "auto");
   std::size_t engine = std::find(engines.begin(), engines.end(), s.engine) - engines.begin();
   if (choose("photon lookup", engines, engine)) s.engine = engines[engine];
-  hint("Density engine, which looks photons up: all give the same picture; auto is the fastest");
+  hint("Density engine, which looks up photons. All give the same picture; auto is the fastest");
   choose_enumeration("photon kernel", kernel_names(), s.kernel);
   hint("How the weight of a photon falls off with distance");
   static const std::vector<std::string> photons = {"10000", "50000", "200000", "500000", "2000000"};
@@ -86,7 +86,7 @@ void draw_picture(ViewModel& model) {
     model.expose = true;
     model.expose_now();
   }
-  hint("Choose the exposure by the picture that is shown");
+  hint("Choose the exposure from the picture shown");
 }
 
 void draw_cameras(ViewModel& model) {
@@ -102,7 +102,7 @@ void draw_cameras(ViewModel& model) {
     model.saved_cameras.emplace_back(fmt::format("saved {}", model.saved_cameras.size() + 1), model.state.camera);
 }
 
-/// Azimuth and elevation of what has a direction, or turns of the rest.
+/// Azimuth and elevation of lights with a direction; rotations of other lights.
 bool draw_turning(ViewModel& model, const RigLight& light, LightEdit& edit) {
   if (length_squared(light.direction) > 0) {
     const Vec3 up = model.up();
@@ -178,7 +178,7 @@ void draw_files(ViewModel& model) {
                                 .c_str());
 }
 
-/// The colours of false-colour frames from left to right, with the numbers that they stand for; logarithmic.
+/// The colour scale of false-colour frames from left to right, with its numbers; logarithmic.
 void draw_legend(const ViewFrame& frame) {
   constexpr int kSteps = 48;
   const ImVec2 corner = ImGui::GetCursorScreenPos();
@@ -198,7 +198,7 @@ void draw_legend(const ViewFrame& frame) {
   ImGui::TextWrapped("%s", frame.unit.c_str());
 }
 
-/// What mouse and keys do.
+/// Lists the mouse and keyboard controls.
 void draw_help() {
   static constexpr const char* kLines[] = {"drag: orbit",
                                            "Shift or middle button: pan",
@@ -246,7 +246,7 @@ bool draw_panel(ViewModel& model, float window_width, float window_height) {
     if (ImGui::CollapsingHeader("lights", ImGuiTreeNodeFlags_DefaultOpen)) busy = draw_lights(model);
     if (ImGui::CollapsingHeader("cameras")) draw_cameras(model);
     if (ImGui::CollapsingHeader("file")) draw_files(model);
-    if (ImGui::CollapsingHeader("times of frames")) draw_curves(model);
+    if (ImGui::CollapsingHeader("frame times")) draw_curves(model);
   }
   ImGui::End();
   return busy;

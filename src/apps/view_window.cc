@@ -1,4 +1,4 @@
-// The window: GLFW, OpenGL and Dear ImGui around a session. All that it shows is made elsewhere.
+// The window: GLFW, OpenGL and Dear ImGui around a session. It contains no rendering.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -24,9 +24,9 @@ namespace glowworm {
 
 namespace {
 
-constexpr double kIdleSeconds = 0.1;       ///< between two looks at signals, when nothing happens
-constexpr double kBusySeconds = 1.0 / 60;  ///< the same while a key is held
-/// How long a script waits for a frame that does not come, since the window is hidden or the state cannot be shown.
+constexpr double kIdleSeconds = 0.1;       ///< interval between checks for signals, while nothing happens
+constexpr double kBusySeconds = 1.0 / 60;  ///< interval while a key is held
+/// Maximum time for which a script waits for a frame, in case the window is hidden or the state cannot be shown.
 constexpr double kPatience = 0.2;
 
 std::string last_glfw_error() {
@@ -35,7 +35,7 @@ std::string last_glfw_error() {
   return text ? text : "no reason given";
 }
 
-/// GLFW, from its start to its end.
+/// Initialises GLFW, and terminates it at the end.
 class GlfwLibrary {
  public:
   GlfwLibrary() {
@@ -86,14 +86,14 @@ class Window {
   unsigned texture_ = 0;
   int texture_width_ = 0, texture_height_ = 0;
   bool busy_ = false, fitted_ = false;
-  std::uint32_t script_frame_ = 0;  // to be played next
-  bool playing_ = false;            // a frame of the script is played, but not shown yet
+  std::uint32_t script_frame_ = 0;  // next frame to play
+  bool playing_ = false;            // a frame of the script is played, but not yet shown
   std::chrono::steady_clock::time_point played_;
-  std::string shot_;  // screenshot to take behind the next drawing
+  std::string shot_;  // screenshot to take after the next drawing
 };
 
-/// Set while a window is open. Where the X server goes away, Xlib ends the program by exit(); nothing may be destroyed
-/// then, since the session's thread is still at work.
+/// Set while a window is open. If the X server goes away, Xlib ends the program by exit(). Nothing may be destroyed
+/// then, because the session's thread is still running.
 bool window_is_open = false;
 
 void end_at_once() {
@@ -104,7 +104,7 @@ void Window::create(int width, int height) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 2);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-  // Asked for first, so that a reset of the graphics driver is told and can be got over.
+  // Set before the window is created, so that the program notices a reset of the graphics driver and can recover.
   glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
   window_ = glfwCreateWindow(std::max(width, 64), std::max(height, 64), "glowworm", nullptr, nullptr);
   glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_NO_ROBUSTNESS);
@@ -119,7 +119,7 @@ void Window::create(int width, int height) {
     if (count > 0) static_cast<ViewModel*>(glfwGetWindowUserPointer(handle))->open(paths[0]);
   });
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // leaves no file behind
+  ImGui::GetIO().IniFilename = nullptr;  // write no settings file
   ImGui::StyleColorsDark();
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 150");
@@ -140,7 +140,7 @@ void Window::destroy() {
   window_is_open = false;
 }
 
-/// Makes the window as large as the first picture needs, as far as it fits on the screen.
+/// Resizes the window for the first picture, within the limits of the screen.
 void Window::fit_to_picture() {
   fitted_ = true;
   int width = model_.state.width + model_.panel_width, height = model_.state.height;
@@ -161,7 +161,7 @@ bool Window::hidden() const {
   return glfwGetWindowAttrib(window_, GLFW_ICONIFIED) || width <= model_.panel_width || height < 1;
 }
 
-/// The picture fills what the panel leaves; a window of no size renders nothing.
+/// Fits the picture to the area beside the panel. A window of zero size renders nothing.
 void Window::follow_size() {
   int width = 0, height = 0;
   glfwGetWindowSize(window_, &width, &height);
@@ -222,7 +222,7 @@ void Window::draw() {
   glfwSwapBuffers(window_);
 }
 
-/// Writes the window as it was just drawn.
+/// Writes the window as last drawn.
 void Window::screenshot(const std::string& path) {
   int width = 0, height = 0;
   glfwGetFramebufferSize(window_, &width, &height);
@@ -249,7 +249,7 @@ void Window::screenshot(const std::string& path) {
 
 void Window::act(const ScriptMove& move) {
   if (move.drop) {
-    // As if it had been dropped on the window.
+    // Simulates a drop on the window.
     const char* path = move.drop->c_str();
     const GLFWdropfun callback = glfwSetDropCallback(window_, nullptr);
     glfwSetDropCallback(window_, callback);
@@ -270,7 +270,7 @@ bool Window::context_lost() const {
   return status && status() != GL_NO_ERROR;
 }
 
-/// Makes the window and all that the graphics driver held anew; the session knows nothing of it.
+/// Recreates the window and all objects of the graphics driver. The session is not affected.
 void Window::recreate() {
   int width = 0, height = 0;
   glfwGetWindowSize(window_, &width, &height);
@@ -278,7 +278,7 @@ void Window::recreate() {
   create(width, height);
 }
 
-/// Plays one frame of the script, once the one before is shown; false at its end.
+/// Plays one frame of the script when the previous one is shown. Returns false at the end of the script.
 bool Window::step_script() {
   const bool bounded = options_.frames > 0 || !options_.script.empty();
   if (bounded && !model_.scene && model_.failed) return false;
@@ -290,7 +290,7 @@ bool Window::step_script() {
     for (const ScriptMove& move : script_.moves)
       if (move.screenshot && move.from == script_frame_) shot_ = *move.screenshot;
     ++script_frame_;
-    return true;  // what is shown is drawn before it changes
+    return true;  // draw the present frame before it changes
   }
   if (script_frame_ >= script_length(script_, options_.frames)) return false;
   try {

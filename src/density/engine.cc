@@ -41,7 +41,7 @@ const Entry& entry(const std::string& name) {
   for (const Entry& e : kEngines)
     if (known == e.traits.name) return e;
   throw Error(fmt::format("there is no density engine \"{}\"", name),
-              fmt::format("choose one of: {}", fmt::join(engine_names(), ", ")));
+              fmt::format("Choose one of: {}", fmt::join(engine_names(), ", ")));
 }
 
 }  // namespace

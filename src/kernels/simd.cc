@@ -89,7 +89,7 @@ void set_simd(const std::string& name) {
   if (!found) {
     std::string choices = "auto";
     for (const std::string& there : simd_names()) choices += ", " + there;
-    throw Error("this machine has no instruction set \"" + name + "\"", "choose one of: " + choices);
+    throw Error("this machine has no instruction set \"" + name + "\"", "Choose one of: " + choices);
   }
   disable_targets(disabled);
 }

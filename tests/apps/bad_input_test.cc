@@ -235,7 +235,7 @@ TEST_F(BadInputTest, NoPixelIsEverInfinite) {
                                            integrator, "--aov", "direct,indirect"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     if (integrator != std::string("photons")) {
-      EXPECT_THAT(outcome.err, HasSubstr("camera samples are black, since their light was not finite"));
+      EXPECT_THAT(outcome.err, HasSubstr("camera samples are black, because their light was not finite"));
     }
     const Image image = read_image(path("a.exr"));
     for (const ImageChannel& channel : image.channels())

@@ -124,7 +124,7 @@ TEST_F(CommandLineTest, ASceneNamesItsPictureAndItsCrop) {
   Words words = {"render", scene, "--samples", "1", "--gather", "1", "--photons", "1k"};
   const Outcome outcome = run(words);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("of which 16x8 from 16,0 on"));
+  EXPECT_THAT(outcome.err, HasSubstr("only 16x8 at 16,0"));
   EXPECT_EQ(read_image(path("there.exr")).place, (PicturePlace{16, 0, 32, 16}));
   words.insert(words.end(), {"--crop", "0,0,1,1"});
   ASSERT_EQ(run(words).status, 0);

@@ -41,7 +41,7 @@ class OutputsTest : public ProgramTest {
     const std::string before = state();
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 2) << testing::PrintToString(arguments) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("are one file")) << testing::PrintToString(arguments);
+    EXPECT_THAT(outcome.err, HasSubstr("are the same file")) << testing::PrintToString(arguments);
     EXPECT_EQ(state(), before) << testing::PrintToString(arguments);
   }
 };
