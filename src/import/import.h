@@ -1,4 +1,4 @@
-// Scene files to scenes: one entrance for every format.
+// Loads scene files of all formats.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -9,28 +9,27 @@
 
 namespace glowworm {
 
-/// A budget for loading a scene. @param bytes 0: half of the machine's memory
+/// A memory budget for loading a scene. @param bytes 0: half of the machine's memory
 std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes = 0);
 
-/// What an import may use.
+/// Resources and options of an import.
 struct ImportOptions {
-  /// Bounds what loading holds: files on their way, meshes, the scene's triangles with what rays will be traced
-  /// against, and textures. A quarter of it is for texels; those beyond it go into a temporary file.
+  /// Limits the memory of loading: file contents, meshes, the scene's triangles with their ray-tracing structures, and
+  /// textures. A quarter is for texels; further texels go into a temporary file.
   std::shared_ptr<MemoryBudget> budget = loading_budget();
-  /// Texels are read when they are first asked for, for what looks at a few of them only. Damage to the pixels of a
-  /// file is not found then.
+  /// Reads texels on first use. Use it if only a few are needed. Damaged pixels of a file are then not detected while
+  /// loading.
   bool lazy_textures = false;
-  /// Path of the program glowworm-assimp, which reads the formats that are left to Assimp. Empty: beside the running
-  /// program, or in ../libexec/glowworm from there.
+  /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running
+  /// program, or in ../libexec/glowworm relative to it.
   std::string assimp_program = {};
 };
 
 /// Reads a scene: "builtin:NAME", or a file by its extension: .pbrt (pbrt-v4), .gltf and .glb (glTF 2.0), .obj (with
-/// its .mtl), .ply, .stl, and what Assimp reads besides (.fbx, .dae, .blend, .3ds, ...). Lengths are taken as metres
-/// and the up axis as it stands. What the file asks for and is not supported is named in the description's notes; a
-/// texture that cannot be read becomes magenta, with a warning and a note.
-/// Throws Error with file, place and remedy for what is missing or broken or does not fit into the budget, and for
-/// names and extensions that are not known.
+/// its .mtl), .ply, .stl, or another format that Assimp reads (.fbx, .dae, .blend, .3ds, ...). Lengths are interpreted
+/// as metres; the up axis is not changed. The description's notes list features of the file that are not supported. A
+/// texture that cannot be read becomes magenta, with a warning and a note. Throws Error with file, place and remedy if
+/// something is missing, broken or too large for the budget, or if the name or the extension is unknown.
 SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options = {});
 
 }  // namespace glowworm

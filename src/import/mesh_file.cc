@@ -15,8 +15,8 @@ namespace glowworm {
 
 namespace {
 
-/// The scene of one mesh of one material.
-/// @param mesh its arrays for vertices are full
+/// The scene of one mesh with one material.
+/// @param mesh all its vertex arrays have full length
 SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const std::string& path,
                           const ImportOptions& options, NoteCounter& notes) {
   const Reservation held(*options.budget, "meshes", mesh_bytes(mesh));
@@ -68,7 +68,7 @@ SceneDescription load_stl(const std::string& path, const ImportOptions& options)
   Geometry mesh = read_stl(path, *options.budget);
   NoteCounter notes;
   notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
-  // The facet's normal says no more than the winding does now.
+  // The facet's normal now adds nothing to the winding.
   mesh.normals.assign(mesh.positions.size(), Vec3{0, 0, 0});
   merge_identical_vertices(mesh);
   PhongMaterial material;

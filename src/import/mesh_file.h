@@ -1,4 +1,4 @@
-// Files that hold a mesh and no materials, as scenes.
+// Loads files with a mesh and no materials as scenes.
 #pragma once
 #include <string>
 
@@ -7,11 +7,11 @@
 
 namespace glowworm {
 
-/// Reads a PLY file (import/ply/reader.h) as a scene: grey, or with the texture that it names. Throws Error as
-/// load_scene() does.
+/// Reads a PLY file (import/ply/reader.h) as a scene. The surface is grey, or has the texture that the file names.
+/// Throws Error as load_scene() does.
 SceneDescription load_ply(const std::string& path, const ImportOptions& options);
 
-/// Reads an STL file (import/stl/reader.h) as a scene: grey, with flat facets. Throws Error as load_scene() does.
+/// Reads an STL file (import/stl/reader.h) as a scene with grey, flat facets. Throws Error as load_scene() does.
 SceneDescription load_stl(const std::string& path, const ImportOptions& options);
 
 }  // namespace glowworm

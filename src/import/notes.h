@@ -1,4 +1,4 @@
-// Notes of an import, with counts: each thing is said once.
+// Notes of an import. Equal notes are counted and reported once.
 #pragma once
 #include <cstddef>
 #include <map>
@@ -7,14 +7,14 @@
 
 namespace glowworm {
 
-/// Collects what a file asks for and is not done, or had to be guessed.
+/// Collects notes on features that are not supported and on guesses.
 class NoteCounter {
  public:
-  /// Counts one more (or `times` more) of what `text` says; nothing where times is 0.
+  /// Counts the note `text` `times` times; 0 times adds nothing.
   void add(const std::string& text, std::size_t times = 1) {
     if (times > 0) counts_[text] += times;
   }
-  /// Adds "text", or "text (N times)", for each text in alphabetical order.
+  /// Writes "text", or "text (N times)", for each note in alphabetical order.
   void write_to(std::vector<std::string>& notes) const {
     for (const auto& [text, count] : counts_) {
       notes.push_back(count == 1 ? text : text + " (" + std::to_string(count) + " times)");

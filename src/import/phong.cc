@@ -11,11 +11,11 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kRayTracedSmoothExponent = 100;  ///< Ns from which a traced reflection is a mirror's
-constexpr float kHighlightReflectance = 0.08f;   ///< reflectance at normal incidence of Ks = 1 in illumination model 2
-constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5, which KHR_materials_specular scales
+constexpr float kRayTracedSmoothExponent = 100;  ///< a traced reflection is a mirror from this Ns on
+constexpr float kHighlightReflectance = 0.08f;   ///< reflectance at normal incidence for Ks = 1 in illumination model 2
+constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5; KHR_materials_specular scales it
 
-/// The material with every number in its range.
+/// The material with every number clamped to its range.
 PhongMaterial bounded(PhongMaterial p) {
   const PhongMaterial defaults;
   const auto color = [](RGB& c, RGB otherwise) {
@@ -35,7 +35,7 @@ PhongMaterial bounded(PhongMaterial p) {
   return p;
 }
 
-/// A texture as an image; null where the material has none.
+/// The image of a texture; null if the material has none.
 std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, TextureEncoding encoding,
                                              const PhongContext& context) {
   if (texture.name.empty()) return nullptr;
@@ -66,7 +66,7 @@ bool is_glass(const PhongMaterial& p) {
   if (p.ior <= 1.001f) return false;
   if (p.model == 6 || p.model == 7 || p.model == 9) return true;
   const bool clear = p.opacity < 1 || !(p.filter == RGB(1.0f)) || max_component(p.diffuse) < 0.1f;
-  return p.model == 4 && clear;  // exporters write model 4 for opaque materials too
+  return p.model == 4 && clear;  // exporters write model 4 for opaque materials, too
 }
 
 void set_surface(Material& material, const PhongMaterial& p) {
@@ -78,7 +78,8 @@ void set_surface(Material& material, const PhongMaterial& p) {
     material.ior = p.ior;
     material.reflectance = ColorInput{RGB(1.0f), kNone};
     const float clearest = max_component(p.filter);
-    material.transmittance.value = clearest > 0 ? sqrt(p.filter / clearest) : RGB(1.0f);  // passed twice: in and out
+    material.transmittance.value =
+        clearest > 0 ? sqrt(p.filter / clearest) : RGB(1.0f);  // light passes twice: on entry and exit
     material.alpha.value = 1;
   } else if (traced && max_component(p.specular) > 0.05f && !textured &&
              max_component(p.diffuse) <= 0.5f * max_component(p.specular)) {
@@ -95,7 +96,7 @@ void set_surface(Material& material, const PhongMaterial& p) {
   }
 }
 
-/// Physically based factors, where the file gives them.
+/// Sets physically based factors that the file gives.
 void set_factors(Material& material, const PhongMaterial& p, const PhongContext& context) {
   if (!p.metallic && !p.roughness) return;
   if (material.kind != MaterialKind::diffuse && material.kind != MaterialKind::metallic_roughness) return;

@@ -7,7 +7,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kTestsPerCorner = 1024;  ///< tests of a point in a triangle, at most
+constexpr std::size_t kTestsPerCorner = 1024;  ///< maximum number of point-in-triangle tests per corner
 
 struct Point {
   double x = 0, y = 0;
@@ -15,11 +15,11 @@ struct Point {
 
 bool same(Point a, Point b) { return a.x == b.x && a.y == b.y; }
 
-/// Twice the area of a triangle; positive where it is counter-clockwise.
+/// Twice the signed area of a triangle: positive if it is counter-clockwise.
 double turn(Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
-/// The corners in the plane that the polygon covers most of, counter-clockwise on the whole (Newell's normal); empty
-/// where it has no area.
+/// Projects the corners to the coordinate plane in which the polygon is largest, counter-clockwise overall (Newell's
+/// normal). Empty if the area is zero.
 std::vector<Point> flattened(std::span<const Vec3> corners) {
   double n[3] = {0, 0, 0};
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -61,7 +61,7 @@ class EarCutter {
     }
     return true;
   }
-  /// The corner that bends inwards; the first of several.
+  /// The first reflex corner.
   std::uint32_t reflex_corner() const {
     for (const std::uint32_t i : blockers_) {
       if (bend(i) < 0) return i;
@@ -97,10 +97,10 @@ class EarCutter {
     std::size_t kept = 0;
     bool empty = true;
     for (const std::uint32_t i : blockers_) {
-      if (!blocks_[i]) continue;  // gone since
+      if (!blocks_[i]) continue;  // cut off since
       blockers_[kept++] = i;
       const Point p = flat_[i];
-      // Corners that touch those of the ear are the ends of a bridge to a hole.
+      // Corners that coincide with those of the ear are the ends of a bridge to a hole.
       if (!empty || same(p, a) || same(p, b) || same(p, c)) continue;
       empty = turn(a, b, p) < 0 || turn(b, c, p) < 0 || turn(c, a, p) < 0;
     }
@@ -122,8 +122,8 @@ class EarCutter {
   std::vector<std::array<std::uint32_t, 3>>& triangles_;
   std::uint32_t left_;
   std::vector<std::uint32_t> previous_, next_;
-  std::vector<bool> blocks_;             ///< whether a corner is straight or bends inwards
-  std::vector<std::uint32_t> blockers_;  ///< those, and some that were
+  std::vector<bool> blocks_;             ///< whether a corner is straight or reflex
+  std::vector<std::uint32_t> blockers_;  ///< indices of these corners; some may no longer be
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Polygons to triangles.
+// Triangulation of polygons.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace glowworm {
 
-/// Cuts a polygon of three corners or more into two triangles less than it has corners, wound as it is, and appends
-/// them. A convex one becomes a fan around its first corner; of others ears are cut off (Meisters, "Polygons Have
-/// Ears", 1975). The work is in proportion to the number of corners, so that a polygon of thousands of reflex corners,
-/// or one that crosses itself, may end in a fan.
-/// @param triangles takes indices into `corners`
-/// @return whether the polygon was convex or all of it was cut into ears
+/// Triangulates a polygon of n >= 3 corners into n - 2 triangles with the same winding, and appends them. A convex
+/// polygon becomes a fan around its first corner; others are cut by ears (Meisters, "Polygons Have Ears", 1975). The
+/// work is linear in n. To keep it so, a polygon with thousands of reflex corners, or one that intersects itself, may
+/// end in a fan.
+/// @param triangles receives indices into `corners`
+/// @return whether the polygon was convex or was cut into ears completely
 bool cut_polygon(std::span<const Vec3> corners, std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 }  // namespace glowworm

@@ -19,8 +19,8 @@ namespace glowworm {
 
 namespace {
 
-/// Reads as many finite numbers as there are places, with commas between them, or a semicolon behind the third; false
-/// where the text is anything else.
+/// Parses exactly values.size() finite numbers, separated by commas, or by a semicolon after the third. Returns false
+/// for any other text.
 bool parse_numbers(std::string_view text, std::span<float> values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
@@ -33,7 +33,7 @@ bool parse_numbers(std::string_view text, std::span<float> values) {
   return text.empty();
 }
 
-/// A radiance, or nothing where the text is not made of numbers.
+/// Parses a radiance; empty if the text is not made of numbers.
 std::optional<RGB> parse_radiance(const std::string& text) {
   float v[3];
   if (parse_numbers(text, {v, 1})) return RGB(v[0]);
@@ -41,7 +41,8 @@ std::optional<RGB> parse_radiance(const std::string& text) {
   return std::nullopt;
 }
 
-/// Turns z up to y up and multiplies lengths; absorption is per metre. Intensities, fluxes and radiances stay.
+/// Rotates z up to y up and scales lengths and absorption, which is per metre. Intensities, fluxes and radiances are
+/// unchanged.
 void change_space(SceneDescription& d, bool z_up, float scale) {
   Transform turn;
   if (z_up) turn = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}};
@@ -67,7 +68,7 @@ void change_cameras(SceneDescription& d, const SceneChanges& changes) {
   if (changes.look_at) {
     Camera first = d.cameras.empty() ? Camera() : d.cameras.front();
     const auto& [eye, target] = *changes.look_at;
-    // A camera that looks straight up or down has the file's -z at its upper edge.
+    // If the camera looks straight up or down, the file's -z is at the upper edge of the picture.
     const Vec3 way = target - eye;
     const Vec3 up = length(cross(way, {0, 1, 0})) > 1e-4f * length(way) ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
     first.to_world = look_at(eye, target, up, 45).to_world;

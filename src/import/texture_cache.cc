@@ -22,7 +22,7 @@ namespace glowworm {
 
 namespace {
 
-/// A texture file as the scene's images are asked for.
+/// A texture that is read from a file.
 class FileImage final : public TextureImage {
  public:
   explicit FileImage(std::shared_ptr<const TextureFile> file) : file_(std::move(file)) {}
@@ -36,7 +36,7 @@ class FileImage final : public TextureImage {
   std::shared_ptr<const TextureFile> file_;
 };
 
-/// What stands for an image that cannot be read.
+/// Replaces an image that cannot be read.
 class MagentaImage final : public TextureImage {
  public:
   RGB color(Vec2) const override { return {1, 0, 1}; }
@@ -46,7 +46,7 @@ class MagentaImage final : public TextureImage {
   int height() const override { return 1; }
 };
 
-/// A folder that is there for as long as this is.
+/// A folder that exists as long as this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -69,13 +69,13 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// The first line of an error about `name`, without the name in front, which the caller says himself.
+/// The first line of an error about `name`, without the leading name, which the caller adds.
 std::string problem_of(const std::string& name, const std::string& message) {
   const std::string line = message.substr(0, message.find('\n'));
   return line.starts_with(name + ": ") ? line.substr(name.size() + 2) : line;
 }
 
-/// Hands what stands in memory to `read` by way of a file, since the library reads, and bounds the memory of, files.
+/// Passes data in memory to `read` through a temporary file, because the library reads files and limits their memory.
 template <typename Read>
 auto by_way_of_a_file(std::span<const std::uint8_t> bytes, const Read& read) {
   const TemporaryFolder folder;
@@ -95,7 +95,7 @@ auto by_way_of_a_file(std::span<const std::uint8_t> bytes, const Read& read) {
   }
 }
 
-/// A texture whose texels are read when they are first asked for. What cannot be read then is magenta, with a warning.
+/// A texture that is read on first use. If it cannot be read then, it is magenta, with a warning.
 class LazyImage final : public TextureImage {
  public:
   using Open = std::function<std::shared_ptr<const TextureFile>()>;
@@ -131,8 +131,8 @@ class LazyImage final : public TextureImage {
   mutable std::shared_ptr<const TextureFile> file_;
 };
 
-/// The entry of a folder that has this name but for capitals, the first of several in the order of their bytes; empty
-/// where there is none.
+/// The folder entry with this name, ignoring capitalisation; the first in byte order if there are several, empty if
+/// there is none.
 std::filesystem::path entry_whatever_the_capitals(const std::filesystem::path& folder, const std::string& name) {
   std::error_code error;
   if (std::filesystem::exists(folder / name, error)) return folder / name;
@@ -176,8 +176,9 @@ struct TextureCache::State {
   std::shared_ptr<TextureLibrary> library;
   NoteCounter& notes;
   bool lazy;
-  std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>> unread;  // files in memory, where lazy
-  std::map<std::string, ImageFileHeader> headers;                                  // of those
+  std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>>
+      unread;                                      // files in memory that were not read yet (lazy textures)
+  std::map<std::string, ImageFileHeader> headers;  // their headers
   std::set<std::string> failed;
   std::shared_ptr<const TextureImage> magenta = std::make_shared<MagentaImage>();
 };

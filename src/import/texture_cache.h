@@ -13,26 +13,26 @@
 
 namespace glowworm {
 
-/// Decodes textures for one import. What cannot be read becomes magenta, with a note; where the budget has no room,
-/// MemoryError is thrown, and where the program cannot read any image, MissingLibrary.
+/// Decodes the textures of one import. A texture that cannot be read becomes magenta, with a note. Throws MemoryError
+/// if the budget is exceeded, and MissingLibrary if the program cannot read images at all.
 class TextureCache {
  public:
-  /// @param options the budget that textures take a part of, and whether they are read at once
-  /// @param notes   takes what was wrong; must outlive the cache
+  /// @param options the budget, of which textures may use a part, and whether textures are read lazily
+  /// @param notes   receives problems; must outlive the cache
   TextureCache(const ImportOptions& options, NoteCounter& notes);
   ~TextureCache();
   TextureCache(const TextureCache&) = delete;
   TextureCache& operator=(const TextureCache&) = delete;
 
-  /// The texture in a file; never null. A file is decoded once, however it is wrapped.
+  /// The texture in a file; never null. Each file is decoded once, even with several options.
   std::shared_ptr<const TextureImage> load_file(const std::string& path, const TextureOptions& options = {});
-  /// The texture in an image file that stands in memory; never null. It counts as a file does.
-  /// @param name tells it from others, and from the files, of this import, and names it in messages
+  /// The texture in an image file in memory; never null. Treated like a file.
+  /// @param name unique among the textures of this import; used in messages
   std::shared_ptr<const TextureImage> load_memory(const std::string& name, std::span<const std::uint8_t> bytes,
                                                   const TextureOptions& options = {});
-  /// The same, but throws Error where the file cannot be read.
+  /// The same, but throws Error if the file cannot be read.
   std::shared_ptr<const TextureImage> load_needed_file(const std::string& path, const TextureOptions& options = {});
-  /// What stands for an image that cannot be read: magenta. Notes `problem`.
+  /// The magenta image that replaces one that cannot be read. Notes `problem`.
   std::shared_ptr<const TextureImage> missing(const std::string& name, const std::string& problem);
 
  private:
@@ -40,11 +40,11 @@ class TextureCache {
   std::unique_ptr<State> state_;
 };
 
-/// The file that a scene in `folder` means by `name`: as written, with backslashes as slashes, in the folder itself
-/// where the path before it does not exist here, or with other capitals. Where there is none, the first of these.
+/// Finds the file that a scene in `folder` refers to by `name`. Tries the name with backslashes as slashes, as written,
+/// and the file name alone; then ignores capitalisation. If there is no such file, returns the first of these.
 std::string find_texture_file(const std::string& folder, const std::string& name);
 
-/// Adds a node that shows an image and returns its index.
+/// Adds a texture node that shows an image, and returns its index.
 std::uint32_t add_image_node(std::vector<TextureNode>& textures, std::shared_ptr<const TextureImage> image);
 
 }  // namespace glowworm

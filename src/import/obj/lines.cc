@@ -66,7 +66,7 @@ std::optional<float> number_of(std::string_view word) {
   double number = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
   if (error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
-  // strtod says whether it is too large or too small.
+  // strtod distinguishes overflow from underflow.
   if (error == std::errc::result_out_of_range) number = std::strtod(std::string(word).c_str(), nullptr);
   return static_cast<float>(number);
 }

@@ -1,4 +1,4 @@
-// The lines and words of OBJ and MTL files.
+// Lines and words of OBJ and MTL files.
 #pragma once
 #include <optional>
 #include <string>
@@ -6,16 +6,16 @@
 
 namespace glowworm {
 
-/// Gives the logical lines of a text, in time that is linear in its length: a backslash at the end joins two lines, and
-/// what follows a '#' at the beginning of a word is left out.
+/// Iterates over the logical lines of a text, in linear time. A backslash at the end of a line joins it to the next. A
+/// word that starts with '#' begins a comment, which is skipped.
 class LineReader {
  public:
   explicit LineReader(std::string_view text) : rest_(text) {}
-  /// Moves to the next line; false after the last.
+  /// Moves to the next line. Returns false at the end.
   bool next();
   /// The line, valid until next().
   std::string_view line() const { return line_; }
-  /// Its number, or that of the last that was joined to it; from 1.
+  /// Number of the line, or of the last line joined to it, from 1.
   int number() const { return number_; }
 
  private:
@@ -26,13 +26,13 @@ class LineReader {
   int number_ = 0;
 };
 
-/// Takes the next word off the front of `rest`; empty at the end of the line.
+/// Removes the next word from the front of `rest` and returns it. Empty at the end of the line.
 std::string_view next_word(std::string_view& rest);
 
-/// The text without the blanks around it: names of files and materials may hold spaces.
+/// The text without surrounding blanks: names of files and materials may contain spaces.
 std::string_view trimmed(std::string_view text);
 
-/// The number that a word is; infinite beyond the range of float; nothing where it is no number.
+/// Parses a number. Infinite if out of range for float; empty if the word is not a number.
 std::optional<float> number_of(std::string_view word);
 
 }  // namespace glowworm

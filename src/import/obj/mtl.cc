@@ -32,7 +32,7 @@ class MtlParser {
       const std::string_view key = next_word(rest);
       if (key == "newmtl") {
         materials_.emplace_back().name = trimmed(rest);
-      } else if (!key.empty() && !materials_.empty()) {  // what stands before the first material belongs to none
+      } else if (!key.empty() && !materials_.empty()) {  // lines before the first material are ignored
         visit(key, rest, materials_.back());
       }
     }
@@ -90,7 +90,7 @@ class MtlParser {
     }
   }
 
-  /// Takes a number where there is one; otherwise it stays as it was, with a note.
+  /// Parses a number. If it is invalid, keeps the old value and adds a note.
   void number(std::string_view key, std::string_view rest, float& value) {
     const auto found = number_of(next_word(rest));
     if (found) {
@@ -100,7 +100,7 @@ class MtlParser {
     }
   }
 
-  /// One number stands for all three channels.
+  /// A single number sets all three channels.
   void color(std::string_view key, std::string_view rest, RGB& value) {
     const auto r = number_of(next_word(rest));
     if (!r) return notes_.add(fmt::format("MTL '{}' without a number, left out", key));

@@ -9,8 +9,7 @@
 namespace glowworm {
 
 /// Reads an MTL file (Wavefront, "Advanced Visualizer Manual", appendix B2; Pr, Pm and norm of its later extension).
-/// What is not supported, and numbers that are none, are counted in the notes. A name that is defined twice comes
-/// twice.
+/// Notes count unsupported features and invalid numbers. A name defined twice gives two materials.
 std::vector<PhongMaterial> parse_mtl(std::string_view text, NoteCounter& notes);
 
 }  // namespace glowworm

@@ -26,9 +26,9 @@ namespace glowworm {
 
 namespace {
 
-/// Bytes of a mesh for each triangle while no vertex is shared.
+/// Bytes of a mesh per triangle, without shared vertices.
 constexpr std::size_t kMeshBytes = 3 * (2 * sizeof(Vec3) + sizeof(Vec2)) + 3 * sizeof(std::uint32_t);
-constexpr std::size_t kNamedMaterials = 8;  ///< that notes name, of those that are used but not defined
+constexpr std::size_t kNamedMaterials = 8;  ///< number of undefined materials that notes name
 
 class ObjParser {
  public:
@@ -59,7 +59,7 @@ class ObjParser {
   }
 
  private:
-  /// One corner of a face: places in the lists of the file; kNone where it has none.
+  /// One corner of a face: indices into the file's lists; kNone if absent.
   struct Corner {
     std::uint32_t index[3] = {kNone, kNone, kNone};  ///< vertex, texture vertex, normal
   };
@@ -106,7 +106,7 @@ class ObjParser {
       throw Error({file_, line_}, fmt::format("vertex with {} coordinates", numbers), "Expected: v x y z");
     }
     if (numbers >= 6) notes_.add("vertex with a colour of its own, not used");
-    const float w = numbers == 4 ? value[3] : 1;  // a fourth is a weight, of six or seven the last are a colour
+    const float w = numbers == 4 ? value[3] : 1;  // a fourth number is a weight; the last of six or seven are a colour
     positions_.push_back(Vec3{value[0], value[1], value[2]} * (1 / w));
   }
 
@@ -147,7 +147,7 @@ class ObjParser {
     faces_held_.cover(mesh_.triangles.capacity() * kMeshBytes + corners_.capacity() * sizeof(Corner));
   }
 
-  /// One corner: v, v/vt, v//vn or v/vt/vn.
+  /// Parses a corner: v, v/vt, v//vn or v/vt/vn.
   Corner corner_of(std::string_view word) const {
     static constexpr std::string_view kNames[3] = {"vertex", "texture vertex", "normal"};
     const std::size_t counts[3] = {positions_.size(), uvs_.size(), normals_.size()};
@@ -182,7 +182,7 @@ class ObjParser {
     return static_cast<std::uint32_t>(index > 0 ? index - 1 : count + index);
   }
 
-  /// The place of a material among those of the file.
+  /// The index of a material in the file.
   std::uint32_t material_index(std::string_view name) {
     const auto [place, fresh] = indices_.try_emplace(std::string(name), static_cast<std::uint32_t>(materials_.size()));
     if (fresh) {
@@ -200,8 +200,8 @@ class ObjParser {
     material_ = index;
   }
 
-  /// Adds the triangles since the last object or material to the scene. Until all materials are known, triangles count
-  /// them as the file does.
+  /// Adds the triangles since the last object or material to the scene. They keep the file's material indices until all
+  /// materials are known.
   void end_mesh() {
     if (mesh_.triangles.empty()) return;
     if (!smooth_triangles_.empty()) smooth_normals(mesh_, smooth_triangles_);
@@ -230,7 +230,7 @@ class ObjParser {
     }
   }
 
-  /// Adds the materials that triangles have, in the order of their definition.
+  /// Adds the materials that triangles use, in the order of their definition.
   void add_materials() {
     Geometry& geometry = description_.geometry;
     std::vector<bool> is_used(materials_.size());
@@ -264,24 +264,24 @@ class ObjParser {
   const std::string& file_;
   const ObjFiles& files_;
   NoteCounter& notes_;
-  Reservation lists_, faces_held_, triangles_;  ///< of the file's lists, mesh_, and the scene's triangles
+  Reservation lists_, faces_held_, triangles_;  ///< for the file's lists, mesh_, and the scene's triangles
   SceneDescription description_;
   int line_ = 0;
-  std::string object_;  // its name; empty before the first
+  std::string object_;  // name; empty before the first object
   std::size_t faces_ = 0;
   bool smooth_ = false, smoothed_ = false;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
   std::vector<PhongMaterial> materials_;
   std::vector<bool> is_defined_;
-  std::unordered_map<std::string, std::uint32_t> indices_;  ///< of materials by their names
+  std::unordered_map<std::string, std::uint32_t> indices_;  ///< materials by name
   std::set<std::string> libraries_;
   std::uint32_t material_ = 0;
-  Geometry mesh_;                                  ///< since the last object or material; no vertex is shared yet
-  std::vector<std::uint32_t> smooth_triangles_;    ///< of the mesh
-  std::vector<Corner> corners_;                    ///< of one face,
-  std::vector<Vec3> places_;                       ///< their positions,
-  std::vector<std::array<std::uint32_t, 3>> cut_;  ///< and its triangles
+  Geometry mesh_;                                  ///< since the last object or material; no vertices are shared yet
+  std::vector<std::uint32_t> smooth_triangles_;    ///< triangles of mesh_
+  std::vector<Corner> corners_;                    ///< of one face
+  std::vector<Vec3> places_;                       ///< positions of these corners
+  std::vector<std::array<std::uint32_t, 3>> cut_;  ///< triangles of this face
 };
 
 }  // namespace
@@ -304,7 +304,7 @@ SceneDescription load_obj(const std::string& path, const ImportOptions& options)
     } catch (const MemoryError&) {
       throw;
     } catch (const Error&) {
-      return std::nullopt;  // which becomes a note
+      return std::nullopt;  // this becomes a note
     }
   };
   files.texture = [&](const PhongTexture& texture, const TextureOptions& texture_options) {

@@ -14,22 +14,22 @@
 
 namespace glowworm {
 
-/// Reads an OBJ file (Wavefront, "Advanced Visualizer Manual", appendix B1) and its material libraries. Faces of a
-/// smoothing group without normals become smooth over edges of less than 60 degrees within their object and material.
-/// Notes count what is not supported, material libraries that cannot be read, and materials used but not defined.
-/// Throws Error with file, line and remedy for a face index out of range, a face of fewer than three corners, and a
-/// vertex that is no number.
+/// Reads an OBJ file (Wavefront, "Advanced Visualizer Manual", appendix B1) and its material libraries. Smoothing
+/// groups whose faces have no normals become smooth across edges of less than 60 degrees, within one object and
+/// material. Notes count unsupported features, material libraries that cannot be read, and undefined materials. Throws
+/// Error with file, line and remedy for a face index out of range, a face with fewer than three corners, or an invalid
+/// vertex.
 SceneDescription load_obj(const std::string& path, const ImportOptions& options);
 
-/// What parse_obj() needs of the outside.
+/// Access to other files for parse_obj().
 struct ObjFiles {
-  /// The text of a material library; nothing where it cannot be read.
+  /// The text of a material library; empty if it cannot be read.
   std::function<std::optional<std::string>(const std::string& name)> library;
   std::function<std::shared_ptr<const TextureImage>(const PhongTexture&, const TextureOptions&)> texture;
 };
 
-/// The same from a text in memory. @param file for messages
-/// @param budget that what is read is reserved in meanwhile. Throws MemoryError, too
+/// Reads an OBJ file from memory. @param file for messages
+/// @param budget limits memory while reading. Also throws MemoryError.
 SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes,
                            MemoryBudget& budget);
 

@@ -10,12 +10,12 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kCosLimit = 0.5f;  ///< of 60 degrees
+constexpr float kCosLimit = 0.5f;  ///< cosine of 60 degrees
 
 FloatBits<3> place_of(Vec3 p) { return std::bit_cast<FloatBits<3>>(p + Vec3{0, 0, 0}); }  // -0 becomes 0
 
-/// Triangles at one place whose normals lie within 60 degrees of the first one's. No more than a dozen or so directions
-/// can be farther than that from each other, so that the bundles of a place are few, whatever the triangles.
+/// Triangles at one position whose normals are within 60 degrees of the first one's. Only about a dozen directions can
+/// be farther apart than that, so a position has few bundles.
 struct Bundle {
   Vec3 first, sum;
 };

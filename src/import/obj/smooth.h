@@ -7,10 +7,10 @@
 
 namespace glowworm {
 
-/// Gives normals to vertices that have none: the mean of the triangles' unit normals around the place of the vertex,
-/// over edges of less than 60 degrees. The work is in proportion to the number of triangles.
-/// @param mesh triangles whose vertices belong to no other triangle; all arrays are full
-/// @param chosen triangles that are smoothed with one another, in ascending order
+/// Computes normals of vertices without one: the mean of the unit normals of triangles at the same position, across
+/// edges of less than 60 degrees. The work is linear in the number of triangles.
+/// @param mesh triangles share no vertices; all arrays have full length
+/// @param chosen triangles to smooth together, in ascending order
 void smooth_normals(Geometry& mesh, std::span<const std::uint32_t> chosen);
 
 }  // namespace glowworm

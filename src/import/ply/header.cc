@@ -26,7 +26,7 @@ constexpr NamedType kTypes[] = {
     {"float", "float32", PlyType::float32, 4}, {"double", "float64", PlyType::float64, 8},
 };
 
-/// Cuts the next blank-separated word off a line.
+/// Removes the next blank-separated word from a line and returns it.
 std::string_view take_word(std::string_view& line) {
   const std::size_t begin = line.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return line = {};

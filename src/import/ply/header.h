@@ -11,7 +11,7 @@ namespace glowworm {
 enum class PlyFormat : std::uint8_t { ascii, binary_little_endian, binary_big_endian };
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// Bytes of a binary value.
+/// Size of a binary value, bytes.
 std::size_t size_of(PlyType type);
 
 struct PlyProperty {
@@ -25,20 +25,21 @@ struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
-  /// Bytes that one element takes at the least: in a binary file exactly where it has no list; in an ASCII file one
-  /// digit and one blank for each value.
+  /// Minimum size of an element, bytes. Exact in binary files without lists; in ASCII files, one digit and one blank
+  /// per value.
   std::size_t smallest_size(PlyFormat format) const;
 };
 
 struct PlyHeader {
   PlyFormat format = PlyFormat::ascii;
   std::vector<PlyElement> elements;
-  std::string texture;         ///< name of the image that a comment "TextureFile" gives, or empty
+  std::string texture;         ///< image name from a comment "TextureFile", or empty
   std::size_t data_begin = 0;  ///< offset of the first byte after the header
 };
 
-/// Reads the header and checks that the file can hold as many elements as it promises.
-/// @param file for messages. Throws Error with file and line.
+/// Reads the header, and checks that the file is large enough for the elements it declares.
+/// @param file for messages
+/// Throws Error with file and line.
 PlyHeader read_ply_header(std::string_view bytes, const std::string& file);
 
 }  // namespace glowworm

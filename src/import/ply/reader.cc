@@ -16,10 +16,10 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kDamaged = "The file may be damaged or cut off.";
-/// Bytes for each corner of a face: its index, and its position while the face is cut.
+/// Bytes per corner of a face: its index, and its position while the face is triangulated.
 constexpr std::size_t kCornerBytes = sizeof(std::uint32_t) + sizeof(Vec3);
 
-/// Gives the file's values one after another, whatever its format. Every value fits a double exactly.
+/// Reads the file's values one after another, in any format. Every value fits a double exactly.
 class ValueReader {
  public:
   ValueReader(std::string_view bytes, const PlyHeader& header, const std::string& file)
@@ -27,7 +27,7 @@ class ValueReader {
 
   double value(PlyType type) { return format_ == PlyFormat::ascii ? ascii_value() : binary_value(type); }
 
-  /// A list's length: no longer than what the rest of the file can hold.
+  /// Reads a list's length. Throws if the rest of the file is too short for it.
   std::uint64_t length(const PlyProperty& property) {
     const double count = value(property.count_type);
     const std::uint64_t each = format_ == PlyFormat::ascii ? 1 : size_of(property.type);
@@ -37,7 +37,7 @@ class ValueReader {
     return static_cast<std::uint64_t>(count);
   }
 
-  /// Skips values of one type at once where that can be done.
+  /// Skips several values of one type, at once if possible.
   void skip(PlyType type, std::uint64_t count) {
     if (format_ == PlyFormat::ascii) {
       for (std::uint64_t i = 0; i < count; ++i) ascii_value();
@@ -109,7 +109,7 @@ class ValueReader {
   const std::string& file_;
 };
 
-/// What a vertex property means: an index into {x, y, z, nx, ny, nz, u, v}, or -1.
+/// The meaning of a vertex property: an index into {x, y, z, nx, ny, nz, u, v}, or -1.
 int vertex_role(std::string_view name) {
   constexpr std::pair<std::string_view, int> kRoles[] = {
       {"x", 0}, {"y", 1}, {"z", 2}, {"nx", 3},        {"ny", 4},        {"nz", 5},        {"u", 6},
@@ -184,7 +184,7 @@ void add_larger_face(const std::vector<std::uint32_t>& corners, PlyMesh& mesh) {
   }
 }
 
-/// @param corners room that is used again for each face
+/// @param corners working memory, reused for each face
 void read_face(ValueReader& reader, const PlyProperty& property, std::vector<std::uint32_t>& corners, Reservation& held,
                PlyMesh& mesh) {
   const std::uint64_t count = reader.length(property);

@@ -18,7 +18,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kHeaderBytes = 84, kFacetBytes = 50;
-/// Bytes of a mesh for each facet.
+/// Bytes of a mesh per facet.
 constexpr std::uint64_t kMeshBytes = 3 * (2 * sizeof(Vec3) + sizeof(Vec2)) + 3 * sizeof(std::uint32_t);
 constexpr const char* kDamaged = "The file may be damaged or cut off.";
 
@@ -52,7 +52,7 @@ Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBud
   mesh.uvs.reserve(3 * std::size_t{count});
   mesh.triangles.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    Vec3 values[4];  // the normal, and three vertices
+    Vec3 values[4];  // the normal and three vertices
     std::memcpy(values, bytes.data() + kHeaderBytes + kFacetBytes * i, sizeof values);
     add_facet(mesh, values + 1, values[0]);
   }
