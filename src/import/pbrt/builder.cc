@@ -27,17 +27,17 @@ namespace {
 
 constexpr std::size_t kMaxNesting = 10000;
 
-/// What Attribute directives set: the newest, and those before it. A list, so that what every AttributeBegin saves
-/// shares it.
+/// Parameters set by Attribute directives, newest first. It is a linked list, so that states saved by AttributeBegin
+/// share it.
 struct Defaults {
   std::string target;  ///< "shape", "light", ...
   PbrtParameters parameters;
   std::shared_ptr<const Defaults> before;
-  int length = 1;  ///< of the list
+  int length = 1;  ///< length of the list
 };
 constexpr int kMaxDefaults = 256;
 
-/// Whether every parameter of `others` is also among `parameters`.
+/// Whether `parameters` contains all names of `others`.
 bool hides(const PbrtParameters& parameters, const PbrtParameters& others) {
   return std::all_of(others.all().begin(), others.all().end(), [&](const PbrtParameter& other) {
     return std::any_of(parameters.all().begin(), parameters.all().end(),
@@ -45,7 +45,7 @@ bool hides(const PbrtParameters& parameters, const PbrtParameters& others) {
   });
 }
 
-/// What AttributeBegin saves.
+/// The state that AttributeBegin saves.
 struct Attributes {
   Transform transform;
   bool reverse = false;
@@ -54,7 +54,7 @@ struct Attributes {
   std::shared_ptr<PbrtAreaLight> light;
   std::shared_ptr<const Defaults> defaults;  ///< null: none
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
-  bool start_active = true;  ///< transforms count at the start of the motion
+  bool start_active = true;  ///< transforms apply to the start of the motion
 };
 
 struct Saved {
@@ -190,7 +190,7 @@ PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) 
   for (const Entry& entry : kActions) {
     if (entry.name == name) return entry.action;
   }
-  // How to render (Accelerator, Option, ...) is the program's own affair.
+  // Directives that control rendering (Accelerator, Option, ...) are ignored.
   return &State::ignore;
 }
 

@@ -1,4 +1,4 @@
-// What pbrt directives mean: a state of transforms and attributes, and the scene that grows from it.
+// The meaning of pbrt directives: a state of transforms and attributes, and the scene built from it.
 #pragma once
 #include <memory>
 
@@ -7,7 +7,7 @@
 
 namespace glowworm {
 
-/// Takes directives in order and fills in a scene. Mistakes go to the context's diagnostics.
+/// Processes directives in order and builds a scene. Reports errors to the context's diagnostics.
 class PbrtBuilder {
  public:
   explicit PbrtBuilder(PbrtContext& context);
@@ -16,7 +16,7 @@ class PbrtBuilder {
   PbrtBuilder& operator=(const PbrtBuilder&) = delete;
 
   void take(PbrtDirective& directive);
-  /// To be called after the last directive: checks what can only be checked then.
+  /// Call it after the last directive. Makes the checks that need the complete file.
   void finish();
 
  private:

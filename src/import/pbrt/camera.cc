@@ -12,7 +12,7 @@ namespace {
 /// The angle of view along the shorter side, in degrees.
 float field_of_view(const PbrtParameters& parameters) {
   float degrees = parameters.real("fov", 90);
-  // pbrt-v3: half of the angle, given for the height of the picture.
+  // pbrt-v3: half the angle of view along the picture's height.
   if (parameters.has("halffov")) degrees = 2 * parameters.real("halffov", 45);
   if (degrees > 0 && degrees < 180) return degrees;
   parameters.diagnostics().error(parameters.place(), fmt::format("a field of view of {} degrees", degrees),
@@ -31,7 +31,7 @@ void set_window(Camera& camera, const PbrtParameters& parameters) {
   for (int i = 0; i < 4; ++i) camera.window[i] = static_cast<float>(window[i]);
 }
 
-/// Sets the crop to the pixels of "pixelbounds", which a cropwindow overrules, as in pbrt.
+/// Sets the crop from "pixelbounds". A cropwindow takes precedence, as in pbrt.
 void set_pixel_bounds(FilmRequest& film, const PbrtParameters& parameters) {
   const auto bounds = parameters.numbers("pixelbounds", PbrtType::integer);
   if (bounds.empty() || film.width == 0) return;
@@ -127,7 +127,7 @@ void note_render_settings(std::string_view directive, const std::string& kind, c
                        fmt::format("not supported, light goes on until nothing is left: maxdepth {}",
                                    parameters.integer("maxdepth", 0)));
   } else if (directive == "PixelFilter") {
-    // A box of one pixel, whatever its radii are, is the nearest to what is done here.
+    // A box filter of one pixel, of any radius, is closest to the filter used here.
     if (kind != "box")
       diagnostics.note(parameters.place(),
                        fmt::format("not supported, replaced by a box of one pixel: pixel filter {}", in_quotes(kind)));
@@ -150,7 +150,7 @@ FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters,
     film.width = film.height = 0;
   }
   set_crop(film, parameters);
-  // A file that comes from elsewhere must not choose a folder to write to.
+  // A scene file must not choose the folder for output.
   const std::string name = parameters.string("filename", "");
   film.file = name.substr(name.find_last_of('/') + 1);
   const std::string sensor = parameters.string("sensor", "cie1931");

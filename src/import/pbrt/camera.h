@@ -8,21 +8,21 @@
 
 namespace glowworm {
 
-/// The camera of a Camera directive. @param to_world inverse of the transform in force there
+/// Makes the camera of a Camera directive. @param to_world inverse of the current transform
 Camera make_camera(const std::string& kind, const PbrtParameters& parameters, const Transform& to_world);
 
-/// Gives the camera the screen window that a "frameaspectratio" stands for, if it has one.
+/// Sets the camera's screen window from "frameaspectratio", if given.
 void set_frame_aspect(Camera& camera, const PbrtParameters& parameters);
 
-/// Seconds that the shutter is open, 1 where the file does not say.
+/// Exposure time in seconds, 1 if not given.
 float exposure_time(const PbrtParameters& camera_parameters);
 
-/// Takes what is used of a directive Sampler, Integrator or PixelFilter, and notes what is not.
-/// @param kind the directive's type, as "halton"
+/// Reads the supported settings of a directive Sampler, Integrator or PixelFilter, and notes the others.
+/// @param kind the directive's type, for example "halton"
 void note_render_settings(std::string_view directive, const std::string& kind, const PbrtParameters& parameters,
                           FilmRequest& film);
 
-/// The picture that a Film directive asks for. @param exposure_seconds of the camera
+/// The picture settings of a Film directive. @param exposure_seconds of the camera
 FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters, float exposure_seconds);
 
 }  // namespace glowworm

@@ -13,8 +13,8 @@ namespace glowworm {
 
 namespace {
 
-/// Linear RGB in a colour space's own primaries to linear Rec. 709 (white points adapted by Bradford's method where
-/// they differ: Lindbloom, "Chromatic Adaptation"; ITU-R BT.2407 for Rec. 2020).
+/// Converts linear RGB of a colour space to linear Rec. 709. Different white points are adapted by Bradford's method
+/// (Lindbloom, "Chromatic Adaptation"; ITU-R BT.2407 for Rec. 2020).
 RGB to_rec709(PbrtColorSpace space, RGB c) {
   struct Matrix {
     float m[3][3];
@@ -46,7 +46,7 @@ bool has_count(const PbrtParameters& parameters, const PbrtParameter& parameter,
   return false;
 }
 
-/// The colour of a black body: its temperature, and in pbrt-v3 a factor.
+/// The colour of a black body, from its temperature and, in pbrt-v3, a factor.
 std::optional<RGB> read_blackbody(const PbrtParameters& parameters, const PbrtParameter& parameter) {
   const std::size_t count = parameter.numbers.size();
   if (count != 2 && !has_count(parameters, parameter, 1)) return std::nullopt;
@@ -176,7 +176,8 @@ RGB color_or(PbrtContext& context, const PbrtParameters& parameters, std::string
 
 namespace {
 
-/// "Ag" of "metal-Ag-eta", for the ending "-eta" or "-k"; empty where the name is of another form.
+/// The metal in a spectrum name: "Ag" for "metal-Ag-eta". @param ending "-eta" or "-k"; returns "" for names of another
+/// form
 std::string metal_of(const PbrtParameter& parameter, std::string_view ending) {
   if (parameter.strings.empty()) return {};
   const std::string_view name = parameter.strings[0];
@@ -185,7 +186,7 @@ std::string metal_of(const PbrtParameter& parameter, std::string_view ending) {
   return std::string(name.substr(kPrefix.size(), name.size() - kPrefix.size() - ending.size()));
 }
 
-/// Spectrum of one of a conductor's two parameters, a metal's copper where it is not given; none where it is a colour.
+/// The spectrum of one of a conductor's two parameters; that of copper if not given; empty if it is a colour.
 std::optional<SampledSpectrum> index_spectrum(PbrtContext& context, const PbrtParameters& parameters,
                                               const PbrtParameter* parameter, bool is_k) {
   if (!parameter) return is_k ? named_metal("Cu")->k : named_metal("Cu")->eta;

@@ -1,4 +1,4 @@
-// What is wrong with, or not supported in, a pbrt scene: collected while it is read, told at the end.
+// Errors and notes on a pbrt scene, collected while reading and reported at the end.
 #pragma once
 #include <cstddef>
 #include <deque>
@@ -9,36 +9,36 @@
 
 namespace glowworm {
 
-/// A place in one of the files of a scene; the file's name is kept by PbrtDiagnostics.
+/// A place in one of the files of a scene. PbrtDiagnostics stores the file's name.
 struct PbrtPlace {
   const std::string* file = nullptr;
-  int line = 0, column = 0;  ///< from 1; 0 is not known
+  int line = 0, column = 0;  ///< from 1; 0: unknown
 };
 
-/// A name from a file for use in a message: in double quotes, cut after 60 bytes, what cannot be printed as \xNN.
+/// Formats a name from a file for messages: in double quotes, truncated to 60 bytes, with unprintable characters as
+/// \xNN.
 std::string in_quotes(std::string_view name);
 
-/// Collects errors and notes. Reading goes on after an error, so that one run finds several.
+/// Collects errors and notes. Reading continues after an error, so that one run finds several.
 class PbrtDiagnostics {
  public:
-  /// After this many errors reading stops.
+  /// Reading stops after this many errors.
   static constexpr std::size_t kMaxErrors = 20;
 
-  /// Keeps a file's name for places to point to.
+  /// Stores a file's name, to which places can point.
   const std::string* add_file(std::string name);
 
-  /// Records a mistake that makes the scene unusable: what is wrong and what can be done. Errors beyond kMaxErrors are
-  /// dropped.
+  /// Records an error that makes the scene unusable, with its remedy. Errors beyond kMaxErrors are dropped.
   void error(const PbrtPlace& place, const std::string& message, const std::string& remedy);
   std::size_t error_count() const { return errors_.size(); }
-  /// True when there are so many errors that reading should stop.
+  /// Whether there are so many errors that reading should stop.
   bool full() const { return errors_.size() >= kMaxErrors; }
   /// Throws one Error that lists all errors, if there are any.
   void throw_if_errors() const;
 
-  /// Records something that is left out or guessed; the same text is counted, with its first place.
+  /// Records a feature that is left out or guessed. Equal texts are counted, with the first place.
   void note(const PbrtPlace& place, const std::string& text, std::size_t times = 1);
-  /// One line a note: "text (file:line:column, and 3 more)", in order of first appearance.
+  /// One line per note, "text (file:line:column, and 3 more)", in order of first appearance.
   std::vector<std::string> notes() const;
 
  private:

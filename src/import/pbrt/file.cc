@@ -17,7 +17,7 @@ namespace glowworm {
 
 namespace {
 
-/// Ends an inflate stream whatever happens between.
+/// Ends an inflate stream when the scope is left.
 struct Inflater {
   z_stream stream{};
   bool ready = inflateInit2(&stream, 15 + 16) == Z_OK;  // 16: expect gzip's header
@@ -63,7 +63,7 @@ std::string inflate_gzip(const std::string& path, const std::string& packed, Res
   return out;
 }
 
-/// A path that goes through files which stand for symbolic links; empty where there is no such way.
+/// Resolves a path through files that stand for symbolic links. Empty if there is no such file.
 std::filesystem::path follow_link_files(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   constexpr std::uintmax_t kLongestLink = 255;

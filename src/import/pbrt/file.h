@@ -1,4 +1,4 @@
-// Whole files in memory, gzip or not, with bounds.
+// Reads whole files into memory, gzipped or not, with size limits.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace glowworm {
 
-/// What a gzipped file may grow to beyond kMaxInflation times its size, which meshes and scenes stay far below.
+/// A gzipped file may inflate to kMaxInflation times its size plus this many bytes. Meshes and scenes stay far below.
 inline constexpr std::uint64_t kSmallInflatedBytes = std::uint64_t{16} << 20;
 inline constexpr std::uint64_t kMaxInflation = 200;
 
-/// Reads a file; one that starts with gzip's magic bytes is inflated, whatever its name.
-/// @param held grows by the bytes that are returned, before memory is taken for them
-/// Throws Error with the file's name: missing, no regular file, unreadable, damaged, or inflated to more than a file of
-/// its size should; and MemoryError.
+/// Reads a file. A file that starts with gzip's magic bytes is inflated, whatever its name.
+/// @param held grows by the bytes returned, before memory is allocated
+/// Throws Error with the file's name if it is missing, not a regular file, unreadable or damaged, or if it inflates
+/// beyond the limit; and MemoryError.
 std::string read_pbrt_file(const std::string& path, Reservation& held);
 
-/// The path of a file that a scene names: absolute as it is, else under the main scene's folder, or where that does not
-/// exist under the folder of the file that names it. A folder on the way may be a small file that holds a path, which
-/// is what git leaves in place of a symbolic link where it makes none.
+/// Resolves a path in a scene file. Absolute paths are unchanged. Others are relative to the main scene's folder or, if
+/// there is no such file, to the folder of the file that contains the path. Components may be small files that contain
+/// a path: git writes such files where it cannot create symbolic links.
 std::string resolve_pbrt_path(const std::string& name, const std::string& main_file, const std::string& naming_file);
 
 }  // namespace glowworm

@@ -7,11 +7,10 @@
 
 namespace glowworm {
 
-/// Reads a pbrt scene file with all that it includes. The meanings are those of pbrt-v4: see the parts of this room.
-/// Curved shapes become triangles, instances are resolved, spectra become linear Rec. 709. What is not supported
-/// (media, curves, subsurface scattering, motion, ...) is named with place and count in the description's notes, and
-/// the rest is there.
-/// Throws Error: one for all mistakes, up to 20, each as file:line:column with a remedy.
+/// Reads a pbrt scene file with all files it includes, as pbrt-v4 defines them. Curved shapes become triangles,
+/// instances are expanded, and spectra become linear Rec. 709 RGB. The description's notes list unsupported features
+/// (media, curves, subsurface scattering, motion, ...) with place and count; everything else is loaded. Throws one
+/// Error that lists up to 20 errors, each with file:line:column and a remedy.
 SceneDescription load_pbrt(const std::string& path, const ImportOptions& options = {});
 
 }  // namespace glowworm

@@ -14,7 +14,7 @@ namespace glowworm {
 
 namespace {
 
-/// A light's colour: of the parameter `name`, times its scale, which pbrt-v3 lets be a colour.
+/// A light's colour: the parameter `name` times the scale, which can be a colour in pbrt-v3.
 RGB light_color(PbrtContext& context, const PbrtParameters& parameters, const char* name) {
   const RGB color = color_or(context, parameters, name, PbrtColorUse::illuminant, RGB(1.0f));
   const RGB scaled = color * color_or(context, parameters, "scale", PbrtColorUse::unbounded, RGB(1.0f));
@@ -25,7 +25,7 @@ RGB light_color(PbrtContext& context, const PbrtParameters& parameters, const ch
   return RGB(0.0f);
 }
 
-/// A unit vector, or an error at the directive.
+/// Normalises a vector, or reports an error at the directive.
 Vec3 direction_or_error(const PbrtParameters& parameters, Vec3 v) {
   const float l = length(v);
   if (l > 0 && std::isfinite(l)) return v / l;
@@ -34,7 +34,7 @@ Vec3 direction_or_error(const PbrtParameters& parameters, Vec3 v) {
   return {0, 0, -1};
 }
 
-/// Sets the transform of an environment to the rotation (perhaps mirrored) in `to_world`, without its scale.
+/// The rotation, perhaps mirrored, of `to_world` without its scale.
 Transform rotation_of(const PbrtParameters& parameters, const Transform& to_world) {
   Transform out;
   out.x = direction_or_error(parameters, to_world.x);
@@ -70,8 +70,8 @@ class LightBuilder {
  private:
   void note(const std::string& text) { parameters_.diagnostics().note(parameters_.place(), text); }
 
-  /// Intensity (W sr^-1) with which a light has the parameter "power", if given, where its intensity over all
-  /// directions integrates to `steradians` times the greatest.
+  /// The intensity (W sr^-1) of a light. If "power" is given, intensity is scaled to it; `steradians` is the light's
+  /// integral over directions divided by its maximum.
   RGB intensity(float steradians) {
     const RGB color = light_color(context_, parameters_, "I");
     const float power = parameters_.real("power", -1);
@@ -131,14 +131,13 @@ class LightBuilder {
     environment.to_world = rotation_of(parameters_, to_world_);
     if (!file.empty()) read_image(environment, file);
     const float illuminance = parameters_.real("illuminance", -1);
-    // Light from a whole hemisphere of radiance 1 gives an irradiance of pi.
+    // A hemisphere of radiance 1 gives an irradiance of pi.
     if (illuminance > 0) environment.scale *= illuminance / (kPi * mean_luminance(environment));
     if (context_.scene.environment) note("there is more than one infinite light, the last one is used");
     context_.scene.environment = std::move(environment);
   }
 
-  /// Mean over the hemisphere around the light's own +z of the image's luminance times the cosine, over that of the
-  /// cosine alone; 1 for a constant.
+  /// Mean luminance of the image over the hemisphere around the light's +z, weighted by the cosine; 1 for a constant.
   static float mean_luminance(const Environment& environment) {
     if (environment.pixels.empty()) return 1;
     double sum = 0, weight = 0;
@@ -156,8 +155,8 @@ class LightBuilder {
     return sum > 0 ? static_cast<float>(sum / weight) : 1;
   }
 
-  /// Cosine to the light's +z at a pixel's centre (Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD",
-  /// 2008, for the square).
+  /// Cosine to the light's +z at a pixel's centre (for square images: Clarberg, "Fast Equal-Area Mapping of the
+  /// (Hemi)Sphere using SIMD", 2008).
   static double cosine_of(const Environment& environment, int x, int y) {
     const double v = (y + 0.5) / environment.height;
     if (environment.mapping == EnvironmentMapping::lat_long) return std::cos(v * kPi);
@@ -167,7 +166,7 @@ class LightBuilder {
     return std::copysign(1 - r * r, distance);
   }
 
-  /// The image of a light; null, with an error, where it cannot be read: no colour stands for the light of a sky.
+  /// The image of a light. If it cannot be read, reports an error and returns null: no colour can replace a sky.
   std::shared_ptr<const TextureImage> needed_image(const std::string& path) {
     try {
       return context_.load_needed_image(path, default_image_options(path));
@@ -187,7 +186,7 @@ class LightBuilder {
     }
   }
 
-  /// Square images are equal-area maps as pbrt-v4 wants them, twice as wide ones are lat-long maps.
+  /// Square images are equal-area maps, as in pbrt-v4; images of twice that width are lat-long maps.
   void read_image(Environment& environment, const std::string& file) {
     const std::string path = context_.resolve(file, parameters_.place());
     const auto image = needed_image(path);
@@ -209,7 +208,8 @@ class LightBuilder {
     }
     if (!context_.v3) note("taken as a lat-long map, since it is not square: image of an infinite light");
     environment.mapping = EnvironmentMapping::lat_long;
-    // pbrt's lat-long maps have z up and go round from +x over +y; Environment's have y up and go from +z over -x.
+    // pbrt's lat-long maps have z up and run from +x towards +y; those of Environment have y up and run from +z towards
+    // -x.
     environment.to_world = environment.to_world * Transform{{0, -1, 0}, {0, 0, 1}, {1, 0, 0}, {0, 0, 0}};
   }
 

@@ -7,23 +7,23 @@
 
 namespace glowworm {
 
-/// Adds the light of a LightSource directive to the scene. @param to_world the transform in force there
+/// Adds the light of a LightSource directive to the scene. @param to_world the current transform
 void add_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
                const Transform& to_world);
 
-/// What an AreaLightSource directive says of the shapes that follow it.
+/// An AreaLightSource directive, which applies to the shapes after it.
 struct PbrtAreaLight {
   Emission emission;
-  float power = 0;               ///< W (or lm) that each shape sends out in all; 0: by the emission's radiance
-  float image_luminance = 1;     ///< mean luminance of the emission's image, 1 where there is none
-  std::uint32_t shared = kNone;  ///< index of the emission in the scene once it is there; unused where power is set
+  float power = 0;               ///< total power of each shape, W (or lm); 0: the emission's radiance applies
+  float image_luminance = 1;     ///< mean luminance of the emission's image; 1 if there is none
+  std::uint32_t shared = kNone;  ///< index of the emission in the scene, once it exists; unused if power is set
 };
 
 /// @param kind "diffuse" (or pbrt-v2's "area")
 PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters);
 
-/// Index in the scene's emissions of what a shape of `area` m^2 emits under an area light. pbrt-v4 takes each triangle
-/// of a mesh and each bilinear patch as a light of its own, which a given power is the power of.
+/// Returns the index in the scene's emissions for a shape of `area` m^2 under an area light. In pbrt-v4, each triangle
+/// of a mesh and each bilinear patch is a separate light, and a given power is that of each.
 std::uint32_t add_emission(PbrtContext& context, PbrtAreaLight& light, double area);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Loop subdivision. Masks: Loop 1987; boundaries and limit positions after Hoppe et al., "Piecewise Smooth Surface
+// Loop subdivision. Masks after Loop 1987; boundaries and limit positions after Hoppe et al., "Piecewise Smooth Surface
 // Reconstruction", 1994.
 #include <algorithm>
 #include <cmath>
@@ -13,18 +13,18 @@ namespace glowworm {
 namespace {
 
 struct Edge {
-  std::uint32_t ends[2];      ///< the smaller index first
-  std::uint32_t opposite[2];  ///< third corners of its triangles
+  std::uint32_t ends[2];      ///< smaller index first
+  std::uint32_t opposite[2];  ///< opposite corners of the adjacent triangles
   int triangles = 0;
 };
 
-/// The edges of a mesh, in the order of their ends.
+/// The edges of a mesh, sorted by their ends.
 struct EdgeTable {
   std::vector<Edge> edges;
-  std::vector<std::uint32_t> after_corner;  ///< three a triangle: the edge from that corner to the next
+  std::vector<std::uint32_t> after_corner;  ///< three per triangle: the edge from that corner to the next
 };
 
-/// The edges of a mesh; none where one has more than two triangles.
+/// The edges of a mesh; empty if an edge has more than two triangles.
 EdgeTable edges_of(const Geometry& mesh) {
   const std::size_t corners = 3 * mesh.triangles.size();
   std::vector<KeyedIndex<std::uint64_t>> sorted;
@@ -50,7 +50,7 @@ EdgeTable edges_of(const Geometry& mesh) {
   return table;
 }
 
-/// What lies around each vertex.
+/// Sums over the neighbours of each vertex.
 struct Rings {
   std::vector<int> valence;
   std::vector<Vec3> sum;           ///< of the neighbours
@@ -75,13 +75,13 @@ Rings rings_of(const Geometry& mesh, const EdgeTable& table) {
   return rings;
 }
 
-/// Weight of each neighbour of an inner vertex: Loop's choice.
+/// Loop's weight of each neighbour of an inner vertex.
 float neighbour_weight(int valence) {
   const double c = 0.375 + 0.25 * std::cos(2 * M_PI / valence);
   return static_cast<float>((0.625 - c * c) / valence);
 }
 
-/// Moves the old vertices by a mask with the given weights of neighbours.
+/// Moves the old vertices by a mask with the given neighbour weights.
 std::vector<Vec3> relaxed(const Geometry& mesh, const EdgeTable& table, float boundary_weight, bool limit) {
   const Rings rings = rings_of(mesh, table);
   std::vector<Vec3> out = mesh.positions;
@@ -136,7 +136,7 @@ Geometry loop_subdivide(const Geometry& control, int levels) {
     const EdgeTable table = edges_of(mesh);
     if (!table.edges.empty()) mesh.positions = relaxed(mesh, table, 0.2f, true);
   }
-  // Normals weighted by area: at this fineness they are the limit surface's to a fraction of a degree.
+  // Area-weighted normals: after subdivision, they match the limit surface to a fraction of a degree.
   mesh.normals.assign(mesh.positions.size(), Vec3{0, 0, 0});
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t vertex : mesh.triangles[t]) mesh.normals[vertex] += mesh.scaled_normal(t);

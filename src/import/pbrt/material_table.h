@@ -9,24 +9,24 @@
 
 namespace glowworm {
 
-/// Fills in the scene's materials; index 0 is pbrt's default, diffuse with a reflectance of 0.5. A name may be used
-/// before it is defined.
+/// The scene's materials. Index 0 is pbrt's default: diffuse with a reflectance of 0.5. Names may be used before they
+/// are defined.
 class PbrtMaterialTable {
  public:
   explicit PbrtMaterialTable(PbrtContext& context);
 
   /// Adds a material without a name.
   std::uint32_t add(const std::string& kind, const PbrtParameters& parameters);
-  /// Defines a name. One that is defined already is noted, and what comes later takes the new material.
+  /// Defines a named material. If the name is already defined, adds a note; later uses get the new material.
   void define(const std::string& name, const std::string& kind, const PbrtParameters& parameters);
-  /// Index of a named material, known or yet to come.
+  /// Index of a named material, even if it is defined later.
   std::uint32_t by_name(const std::string& name, const PbrtPlace& place);
-  /// A material like another with a shape's alpha; the same index where alpha is 1.
+  /// A copy of a material with a shape's alpha; the same index if alpha is 1.
   std::uint32_t with_alpha(std::uint32_t material, const FloatInput& alpha);
-  /// False where texture coordinates surely don't matter to the material.
+  /// Returns false only if texture coordinates do not affect the material.
   bool may_be_textured(std::uint32_t material) const;
-  /// After the last directive: names that were never defined are errors, as are mixes that hold themselves; triangles
-  /// of materials that are not there ("interface") are taken out.
+  /// Call it after the last directive. Reports undefined names and mixes that contain themselves as errors. Removes
+  /// triangles of "interface" materials.
   void finish();
 
  private:
@@ -45,7 +45,7 @@ class PbrtMaterialTable {
 
   PbrtContext& context_;
   std::map<std::string, Name, std::less<>> names_;
-  std::vector<bool> known_;  // one a material: false until it is defined
+  std::vector<bool> known_;  // for each material: false until it is defined
   std::vector<Variant> variants_;
 };
 

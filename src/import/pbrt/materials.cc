@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-/// GGX alpha of pbrt's roughness: its square root in pbrt-v4, a fitted polynomial in pbrt-v3
+/// Converts pbrt's roughness to a GGX alpha: the square root in pbrt-v4, a fitted polynomial in pbrt-v3
 /// (TrowbridgeReitzDistribution::RoughnessToAlpha of each).
 float remapped_roughness(float roughness, bool v3) {
   if (!v3) return std::sqrt(std::max(roughness, 0.0f));
@@ -21,7 +21,7 @@ float remapped_roughness(float roughness, bool v3) {
   return 1.62142f + 0.819955f * x + 0.1734f * x * x + 0.0171201f * x * x * x + 0.000640711f * x * x * x * x;
 }
 
-/// Mean of a float texture over its unit square.
+/// Mean of a float texture over the unit square.
 float mean_of(const std::vector<TextureNode>& textures, const FloatInput& input) {
   constexpr int kSide = 16;
   float sum = 0;
@@ -98,13 +98,13 @@ class MaterialBuilder {
 
   void diffuse() {
     material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
-    // The deviation of pbrt-v3's Oren-Nayar model.
+    // Standard deviation of pbrt-v3's Oren-Nayar model.
     if (parameters_.has("sigma") && parameters_.real("sigma", 0) != 0) {
       parameters_.diagnostics().note(parameters_.place(), "not supported, taken as 0: sigma of a diffuse material");
     }
   }
 
-  /// Reads NAMEroughness with its u and v forms into two inputs.
+  /// Reads NAMEroughness and its u and v variants into two inputs.
   void roughness(const std::string& prefix, float otherwise, FloatInput& u, FloatInput& v) {
     const bool remap = parameters_.boolean("remaproughness", true);
     const FloatInput both = float_input(context_, parameters_, prefix + "roughness", otherwise);
@@ -122,7 +122,7 @@ class MaterialBuilder {
     }
   }
 
-  /// A roughness of 0 stays smooth in pbrt-v3 too, where glass asks for it.
+  /// In pbrt-v3, a roughness of 0 also stays smooth.
   float remapped(float roughness) const { return roughness == 0 ? 0 : remapped_roughness(roughness, context_.v3); }
 
   void ignore(std::initializer_list<const char*> names) {
@@ -212,7 +212,7 @@ class MaterialBuilder {
     material_.transmittance.value *= scale;
   }
 
-  /// pbrt-v4 lists the names; pbrt-v3 has two parameters, of which the first counts where the amount is 1.
+  /// pbrt-v4 has a list of names. pbrt-v3 has two parameters; the first one has the weight `amount`.
   void mix() {
     std::vector<std::string> names;
     for (const std::string& name : parameters_.strings("materials")) names.push_back(name);
@@ -236,7 +236,7 @@ class MaterialBuilder {
     }
   }
 
-  // What follows is pbrt-v3's.
+  // Materials of pbrt-v3.
 
   void matte() {
     diffuse();

@@ -15,7 +15,7 @@ struct TypeName {
   PbrtType type;
 };
 
-// The first name of each type is pbrt-v4's.
+// The first name of each type is that of pbrt-v4.
 constexpr std::array kTypeNames = {
     TypeName{"bool", PbrtType::boolean},      TypeName{"integer", PbrtType::integer},
     TypeName{"float", PbrtType::real},        TypeName{"point2", PbrtType::point2},
@@ -32,7 +32,7 @@ bool is_numeric(PbrtType type) {
   return type != PbrtType::string && type != PbrtType::texture && type != PbrtType::spectrum;
 }
 
-/// Numbers that make up one value of a type.
+/// Number of numbers in one value of a type.
 std::size_t group_size(PbrtType type) {
   switch (type) {
     case PbrtType::point2:
@@ -74,7 +74,7 @@ void PbrtParameters::add_defaults(const PbrtParameters& defaults) {
     for (std::size_t i = 0; i < own; ++i) given = given || parameters_[i].name == extra.name;
     if (given) continue;
     parameters_.push_back(extra);
-    parameters_.back().used = true;  // it was not written for this directive, so need not fit it
+    parameters_.back().used = true;  // it was not written for this directive, so it may not fit
   }
 }
 

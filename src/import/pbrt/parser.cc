@@ -15,11 +15,11 @@ namespace glowworm {
 
 namespace {
 
-/// What follows a directive's name, in this order.
+/// The arguments of a directive, in this order.
 struct Signature {
   std::string_view name;
   int strings = 0;           ///< quoted strings
-  int optional_strings = 0;  ///< more of them that may be left out
+  int optional_strings = 0;  ///< optional quoted strings after those
   int numbers = 0;           ///< numbers, in brackets or not
   int words = 0;             ///< bare words
   bool parameters = false;   ///< a list of parameters
@@ -87,7 +87,7 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// A directive that is spelt the same but for upper and lower case, for the remedy.
+/// The remedy for an unknown directive: suggests one that differs only in case.
 std::string spelling_remedy(std::string_view name) {
   for (const Signature& signature : kGrammar) {
     if (lower(signature.name) == lower(name)) return fmt::format("Write it as {}.", signature.name);
@@ -95,12 +95,12 @@ std::string spelling_remedy(std::string_view name) {
   return "Check the spelling; directives are those of pbrt-v4, like Shape, Material or LightSource.";
 }
 
-/// Thrown inside the parser after a mistake is recorded: the directive is given up.
+/// Thrown inside the parser after an error is recorded, to skip the directive.
 struct GiveUp {};
 
 constexpr std::size_t kMaxIncludeDepth = 64;
 constexpr std::size_t kMaxIncludes = 16384;
-constexpr std::size_t kMaxParameters = 1000;  // of one directive; keeps looking for doubles cheap
+constexpr std::size_t kMaxParameters = 1000;  // per directive; keeps the search for duplicates cheap
 
 class Parser {
  public:
@@ -143,7 +143,7 @@ void Parser::parse(std::string_view text, const std::string& path) {
     try {
       directive(tokens, path);
     } catch (const GiveUp&) {
-      // Go on at the next word that begins a directive.
+      // Continue at the next word that begins a directive.
       while (tokens.peek().kind != PbrtTokenKind::end &&
              !(tokens.peek().kind == PbrtTokenKind::word && find_signature(tokens.peek().text))) {
         tokens.next();
@@ -292,7 +292,7 @@ PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens) {
   const PbrtToken open = tokens.next();
   while (tokens.peek().kind != PbrtTokenKind::right_bracket) {
     if (tokens.peek().kind == PbrtTokenKind::end || find_signature(tokens.peek().text)) {
-      // A string may read like a directive; a bare word may not stand in a list.
+      // A string may look like a directive, but a bare word may not stand in a list.
       if (tokens.peek().kind != PbrtTokenKind::string) {
         fail(open.place, fmt::format("the list of values of {} has no end", in_quotes(parameter.name)),
              "Close it with ].");

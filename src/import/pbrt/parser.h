@@ -1,4 +1,4 @@
-// The grammar of pbrt scene files: from tokens to directives. What directives mean is pbrt_builder's affair.
+// The grammar of pbrt scene files: from tokens to directives. PbrtBuilder interprets the directives.
 #pragma once
 #include <functional>
 #include <string>
@@ -11,30 +11,30 @@
 
 namespace glowworm {
 
-/// One directive as it stands in the file. Included files have been entered: "Include" never appears, and an imported
-/// file is put between an AttributeBegin and an AttributeEnd, since its settings stay its own.
+/// One directive of a file. Included files are already expanded: "Include" never appears, and an imported file is
+/// enclosed in AttributeBegin and AttributeEnd, so that its settings do not affect other files.
 struct PbrtDirective {
   std::string_view name;  ///< as in the grammar's table
   PbrtPlace place;
   std::vector<double> numbers;       ///< of transforms
-  std::vector<std::string> strings;  ///< names and types, as many as the directive has
+  std::vector<std::string> strings;  ///< names and types, as many as the directive takes
   PbrtParameters parameters;
 };
 
 using PbrtSink = std::function<void(PbrtDirective&)>;
 
-/// Reads a scene file and all that it includes and gives the directives to `sink` in order. Mistakes are recorded and
-/// reading goes on at the next directive; it stops when diagnostics.full(). Files may include others 64 deep and
-/// 16,384 times in all; a file that includes itself is an error.
-/// @param budget that the texts of files are reserved in while they are open
-/// Throws Error where the main file itself cannot be read.
+/// Reads a scene file and all files it includes, and passes the directives to `sink` in order. Errors are recorded, and
+/// reading continues at the next directive until diagnostics.full(). Files may be included 64 levels deep and 16,384
+/// times in total; a file that includes itself is an error.
+/// @param budget limits the memory of open files
+/// Throws Error if the main file cannot be read.
 void parse_pbrt_file(const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget, const PbrtSink& sink);
 
-/// The same for a text. @param path what names in it are relative to and messages call it
+/// Parses a scene from memory. @param path base of relative paths, and name for messages
 void parse_pbrt_text(std::string_view text, const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget,
                      const PbrtSink& sink);
 
-/// True where a scene's main file is for pbrt-v3: there is a WorldEnd, which pbrt-v4 does away with.
+/// Whether a scene's main file is for pbrt-v3: it contains WorldEnd, which pbrt-v4 does not have.
 bool is_pbrt_v3(std::string_view text);
 
 }  // namespace glowworm

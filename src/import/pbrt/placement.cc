@@ -26,7 +26,7 @@ void wind_outwards(Geometry& mesh, bool swap_all) {
   }
 }
 
-/// pbrt's texture coordinates of a triangle that has none.
+/// Adds pbrt's default texture coordinates to triangles.
 void add_default_uvs(Geometry& mesh) {
   constexpr Vec2 kCorner[3] = {{0, 0}, {1, 0}, {1, 1}};
   Geometry out;
@@ -45,7 +45,7 @@ void add_default_uvs(Geometry& mesh) {
   mesh = std::move(out);
 }
 
-/// What each triangle emits.
+/// Index of each triangle's emission.
 std::vector<std::uint32_t> emissions_of(PbrtContext& context, const PbrtShape& shape, const Geometry& world) {
   std::vector<double> areas(1, 0.0);
   const auto patch_of = [&](std::size_t t) { return shape.mesh.patch.empty() ? 0u : shape.mesh.patch[t]; };

@@ -1,4 +1,4 @@
-// Shapes into the world: transforms, which side is outside, emission, texture coordinates.
+// Places shapes in the world: transforms, orientation, emission and texture coordinates.
 #pragma once
 #include <memory>
 
@@ -9,25 +9,25 @@
 
 namespace glowworm {
 
-/// A shape as the file gives it, with the attributes that were in force.
+/// A shape with the attributes at its directive.
 struct PbrtShape {
   PbrtMesh mesh;         ///< in its own space
-  Transform to_outer;    ///< to the space that the shape was given in: the world's, or an object's
-  bool reverse = false;  ///< ReverseOrientation was in force
+  Transform to_outer;    ///< from the shape's space to the space of its directive: the world's, or an object's
+  bool reverse = false;  ///< ReverseOrientation applies
   std::uint32_t material = 0;
-  bool textured = true;                  ///< texture coordinates matter
-  std::shared_ptr<PbrtAreaLight> light;  ///< null where it is none
+  bool textured = true;                  ///< texture coordinates are needed
+  std::shared_ptr<PbrtAreaLight> light;  ///< null if it does not emit
   PbrtPlace place;
   std::string kind;
 };
 
-/// The shape's mesh in world space. Its outside is, as in pbrt, the side of its own normals where it has them, else
-/// that which its winding gives in its own space, so mirroring does not turn it inside out; ReverseOrientation does.
-/// Triangles of a mesh without texture coordinates get (0,0), (1,0), (1,1) where the material is textured.
+/// The shape's mesh in world space. As in pbrt, the outside is the side of the shape's normals or, without normals, the
+/// side given by the winding in its own space. Mirroring transforms do not turn the shape inside out;
+/// ReverseOrientation does. Triangles without texture coordinates get (0,0), (1,0), (1,1) if the material is textured.
 /// @param to_world applied after shape.to_outer
 Geometry to_world_space(const PbrtShape& shape, const Transform& to_world);
 
-/// Adds a shape to the context's scene. Triangles without area or with infinite corners are left out and noted.
+/// Adds a shape to the context's scene. Triangles without area or with infinite corners are left out, with a note.
 void place_shape(PbrtContext& context, const PbrtShape& shape, const Transform& to_world);
 
 }  // namespace glowworm

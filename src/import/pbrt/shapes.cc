@@ -14,7 +14,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMaxSubdivided = std::size_t{1} << 21;  // triangles of a file's subdivided meshes together
+constexpr std::size_t kMaxSubdivided = std::size_t{1} << 21;  // triangles of all subdivided meshes of a file
 
 class ShapeBuilder {
  public:
@@ -67,7 +67,7 @@ class ShapeBuilder {
     return out;
   }
 
-  /// "indices", checked: each below `vertices`, a multiple of `corners` of them; none after an error.
+  /// Checks and returns "indices": a multiple of `corners` of them, each below `vertices`. Empty after an error.
   std::optional<std::vector<std::uint32_t>> indices(std::size_t vertices, std::size_t corners) {
     std::vector<std::uint32_t> out;
     const PbrtParameter* given = parameters_.find("indices");
@@ -95,7 +95,7 @@ class ShapeBuilder {
     return out;
   }
 
-  /// Drops what is not one a vertex, with an error.
+  /// Checks that there is one value per vertex, or none. Reports an error otherwise.
   template <typename T>
   bool fits(const std::vector<T>& values, std::size_t vertices, const char* name) {
     if (values.empty() || values.size() == vertices) return true;
@@ -151,7 +151,7 @@ class ShapeBuilder {
     return mesh;
   }
 
-  /// "phimax" in radians, or none after an error.
+  /// "phimax" in radians; empty after an error.
   std::optional<float> phi_max() {
     const float degrees = parameters_.real("phimax", 360);
     if (degrees > 0) return std::min(degrees, 360.0f) * (kPi / 180);
@@ -239,7 +239,7 @@ class ShapeBuilder {
                                      fmt::format("subdivided {} times only, for size: loopsubdiv", most));
       levels = most;
     }
-    // Two meshes and the edges of one.
+    // Memory of two meshes and the edges of one.
     constexpr std::uint64_t kBytesPerTriangle = 200;
     const Reservation held(*context_.budget, "subdivision",
                            (std::uint64_t{control.triangles.size()} << (2 * levels)) * kBytesPerTriangle);

@@ -8,14 +8,15 @@
 
 namespace glowworm {
 
-/// The mesh of a Shape directive; none where it is not supported, which is noted, or wrong, which is an error.
-/// @param emissive whether it is a light: spheres that only emit need no fine outline
+/// The mesh of a Shape directive. Empty if it is not supported, which is noted, or invalid, which is an error.
+/// @param emissive whether it is a light: emitting spheres need no fine tessellation
 std::optional<PbrtMesh> make_shape(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
                                    bool emissive);
 
-/// Loop subdivision (Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987) with boundaries, vertices moved to
-/// the limit surface, and its normals. A mesh with an edge of more than two triangles comes back as it is.
-/// @param levels each makes four triangles of one
+/// Loop subdivision (Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987) with boundaries. Vertices are moved
+/// to the limit surface, and normals are those of it. A mesh with an edge of more than two triangles is returned
+/// unchanged.
+/// @param levels each level divides every triangle into four
 Geometry loop_subdivide(const Geometry& control, int levels);
 
 }  // namespace glowworm

@@ -36,7 +36,7 @@ double matching_sum() {
 
 RGB scaled_rgb(const Triple& xyz, double white) { return rgb_from_xyz(xyz[0] / white, xyz[1] / white, xyz[2] / white); }
 
-/// White of the table of D65 in linear RGB, all but 1: dividing by it makes a perfect reflector exactly white.
+/// White of the D65 table in linear RGB, close to 1. Dividing by it makes a perfect reflector exactly white.
 RGB daylight_white() {
   static const RGB white = [] {
     const Triple xyz = tristimulus([](int i) { return kDaylight65[i]; });
@@ -84,7 +84,7 @@ RGB blackbody_rgb(double kelvin) {
   for (int i = 0; i < kMatchingCount; ++i) {
     const double wavelength = matching_wavelength(i);
     spectrum.wavelengths.push_back(wavelength);
-    // Relative to the longest wavelength, so that cold bodies neither vanish nor overflow.
+    // Relative to the longest wavelength, so that cold bodies neither underflow nor overflow.
     constexpr double kLongest = kMatchingFirst + kMatchingStep * (kMatchingCount - 1);
     const double exponent = kSecondRadiation / kelvin * (1 / wavelength - 1 / kLongest);
     const double small = 1 - std::exp(-kSecondRadiation / (kelvin * wavelength));
@@ -127,7 +127,7 @@ ConductorIndex conductor_rgb(const SampledSpectrum& eta, const SampledSpectrum& 
       under_daylight([&](double wavelength) { return normal_reflectance(eta.at(wavelength), k.at(wavelength)); });
   for (int c = 0; c < 3; ++c) {
     const double n = std::max(mean_eta[c], 0.01f), r = std::clamp(reflectance[c], 0.0f, 0.9999f);
-    // From r = ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2); where no k gives so little, k = 0.
+    // From r = ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2). If no k gives such a low reflectance, k = 0.
     const double squared = (r * (n + 1) * (n + 1) - (n - 1) * (n - 1)) / (1 - r);
     index.eta[c] = static_cast<float>(n);
     index.k[c] = static_cast<float>(std::sqrt(std::max(squared, 0.0)));

@@ -12,15 +12,15 @@ extern const std::array<std::array<double, 3>, kMatchingCount> kMatching;
 /// Relative spectral power of standard illuminant D65 (CIE 15:2004, table T.1) at the same wavelengths.
 extern const std::array<double, kMatchingCount> kDaylight65;
 
-/// Wavelengths (nm) of the metals' tables but brass.
+/// Wavelengths (nm) of the tables of all metals except brass.
 inline constexpr int kMetalCount = 37;
 extern const std::array<double, kMetalCount> kMetalWavelengths;
 struct MetalTable {
   const char* name;
   std::array<double, kMetalCount> eta, k;
 };
-/// Silver, aluminium, gold and copper: index of refraction and extinction coefficient, thin-film measurements of the
-/// SOPRA and Palik collections as the field's renderers use them.
+/// Silver, aluminium, gold and copper: index of refraction and extinction coefficient. Thin-film measurements of the
+/// SOPRA and Palik collections, as commonly used by renderers.
 extern const std::array<MetalTable, 4> kMetals;
 
 inline constexpr int kBrassCount = 43;

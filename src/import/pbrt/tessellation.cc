@@ -14,8 +14,8 @@ struct SurfaceSample {
   Vec3 position, normal;
 };
 
-/// Adds a grid of columns x rows cells over [0, 1]^2, two triangles each; its winding is counter-clockwise where
-/// dp/du x dp/dv points outwards.
+/// Adds a grid of columns x rows cells over [0, 1]^2, two triangles each. The winding is counter-clockwise seen from
+/// the side of dp/du x dp/dv.
 void append_grid(int columns, int rows, const std::function<SurfaceSample(float u, float v)>& surface,
                  Geometry& geometry) {
   const auto first = static_cast<std::uint32_t>(geometry.positions.size());
@@ -30,7 +30,7 @@ void append_grid(int columns, int rows, const std::function<SurfaceSample(float 
   }
   const auto at = [&](int i, int j) { return first + static_cast<std::uint32_t>(j * (columns + 1) + i); };
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    // At a pole one side of a cell is a point.
+    // At a pole, one side of the cell is a point.
     const Vec3 pa = geometry.positions[a], pb = geometry.positions[b], pc = geometry.positions[c];
     if (!(pa == pb) && !(pb == pc) && !(pc == pa)) geometry.triangles.push_back({a, b, c});
   };
@@ -55,12 +55,12 @@ double area_of(const Geometry& geometry) {
   return sum;
 }
 
-/// Cells around for an angle of phi_max where a full circle takes `full`.
+/// Number of cells for an angle of phi_max, if a full circle has `full`.
 int cells_around(float phi_max, int full) {
   return std::max(3, static_cast<int>(std::ceil(full * phi_max / (2 * kPi))));
 }
 
-/// cos and sin of u * phi_max; the ends of a full circle are the same point to the bit.
+/// Cosine and sine of u * phi_max. The ends of a full circle are bitwise equal.
 Vec2 on_circle(float u, float phi_max) {
   if (u == 1 && phi_max >= 2 * kPi) u = 0;
   const double phi = static_cast<double>(u) * phi_max;
@@ -80,7 +80,7 @@ PbrtMesh tessellate_sphere(float radius, float z_min, float z_max, float phi_max
       columns, rows,
       [&](float u, float v) -> SurfaceSample {
         const double theta = theta_min + v * (theta_max - theta_min);
-        // The poles are one point to the bit.
+        // The poles are bitwise equal points.
         const bool pole = (v == 0 && theta_min >= M_PI) || (v == 1 && theta_max <= 0);
         const auto s = pole ? 0.0f : static_cast<float>(std::sin(theta));
         const Vec2 c = on_circle(u, phi_max);
@@ -98,7 +98,7 @@ PbrtMesh tessellate_sphere(float radius, float z_min, float z_max, float phi_max
 
 PbrtMesh tessellate_disk(float height, float radius, float inner_radius, float phi_max) {
   const int columns = cells_around(phi_max, 128);
-  // A circle's sector of angle a is a triangle of area r^2 sin(a) / 2 in place of r^2 a / 2.
+  // A circular sector of angle a becomes a triangle of area r^2 sin(a) / 2 instead of r^2 a / 2.
   const double step = static_cast<double>(phi_max) / columns;
   const auto correction = static_cast<float>(std::sqrt(step / std::sin(step)));
   PbrtMesh mesh;
@@ -137,7 +137,7 @@ void append_bilinear_patch(const Vec3 (&corner)[4], const std::vector<Vec3>& nor
   const Vec3 cross_product = cross(along_u, along_v);
   const float out_of_plane = std::fabs(dot(cross_product, corner[3] - corner[0]));
   const float size = std::max(length(along_u), length(along_v));
-  // Flat to one part in a million of its size.
+  // Flat to one millionth of its size.
   const bool flat = out_of_plane <= 1e-6f * length(cross_product) * size;
   const int cells = flat ? 1 : 16;
   Geometry& geometry = mesh.geometry;

@@ -8,28 +8,29 @@
 
 namespace glowworm {
 
-/// A shape's mesh in its own space: wound counter-clockwise seen from outside. `patch` tells to which of pbrt's shapes
-/// a triangle belongs, counted from 0; empty: all to one.
+/// A shape's mesh in its own space, wound counter-clockwise seen from outside. `patch` gives the number of the pbrt
+/// shape that each triangle belongs to, from 0; empty: all belong to one shape.
 struct PbrtMesh {
   Geometry geometry;  ///< without materials and emissions; normals and uvs may be empty
   std::vector<std::uint32_t> patch;
 };
 
-/// A part of a sphere around the origin, as pbrt's: cut off below z_min and above z_max, and after phi_max (radians, in
-/// (0, 2 pi]) around z from +x over +y. Normals are the sphere's, outwards; u runs with phi, v from z_min to z_max.
-/// The vertices lie on a slightly larger sphere, such that the triangles' area is that of the true surface.
+/// A part of a sphere around the origin, as in pbrt: cut off below z_min and above z_max, and after phi_max (radians,
+/// in (0, 2 pi]) around z from +x towards +y. Normals are those of the sphere and point outwards; u runs with phi, v
+/// from z_min to z_max. The vertices lie on a slightly larger sphere, so that the triangles have the area of the true
+/// surface.
 /// @param fine 4 times as many triangles
 PbrtMesh tessellate_sphere(float radius, float z_min, float z_max, float phi_max, bool fine);
 
-/// A disk with a hole, at height z, seen from above; u runs with phi, v inwards. Its area is true.
+/// A disk with a hole, at height z, seen from above. u runs with phi, v inwards. It has the area of the true surface.
 PbrtMesh tessellate_disk(float height, float radius, float inner_radius, float phi_max);
 
-/// The side of a cylinder around z; u runs with phi, v with z. Its area is true.
+/// The side of a cylinder around z. u runs with phi, v with z. It has the area of the true surface.
 PbrtMesh tessellate_cylinder(float radius, float z_min, float z_max, float phi_max);
 
-/// A bilinear patch with corners p(0,0), p(1,0), p(0,1), p(1,1): two triangles where it is flat, else a grid of
-/// 16 x 16 x 2. `normals` and `uvs`, of the corners in this order, are empty or four; normals of a curved patch
-/// without given ones are those of the surface. Appends to `mesh`.
+/// Appends to `mesh` a bilinear patch with corners p(0,0), p(1,0), p(0,1), p(1,1): two triangles if it is flat,
+/// otherwise a grid of 16 x 16 x 2. `normals` and `uvs` of the corners, in this order, are empty or four. A curved
+/// patch without given normals gets those of the surface.
 void append_bilinear_patch(const Vec3 (&corner)[4], const std::vector<Vec3>& normals, const std::vector<Vec2>& uvs,
                            PbrtMesh& mesh);
 

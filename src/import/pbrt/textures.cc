@@ -29,7 +29,7 @@ std::uint32_t as_node(PbrtContext& context, const PbrtTexture& texture) {
   return add_node(context, product);
 }
 
-/// A texture parameter of a texture: a number, a colour or another texture.
+/// A parameter of a texture: a number, a colour or another texture.
 PbrtTexture operand(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, bool is_float,
                     float otherwise) {
   if (is_float) {
@@ -113,14 +113,14 @@ class TextureBuilder {
     node.invert = parameters_.boolean("invert", false);
     set_mapping(node);
     PbrtTexture texture{RGB(1.0f), id};
-    // A float image with transparency stands for its alpha, as in pbrt-v4.
+    // A float texture from an image with transparency uses its alpha, as in pbrt-v4.
     if (is_float_ && node.image->has_alpha()) texture.channel = Channel::alpha;
     return texture;
   }
 
   TextureOptions image_options(const std::string& file) {
     TextureOptions options = default_image_options(file);
-    // "bilinear", "trilinear" and "ewa" differ by how they blur what is far away, which many samples do as well.
+    // "bilinear", "trilinear" and "ewa" differ only in how they blur distant texels; many samples have the same effect.
     if (parameters_.string("filter", "bilinear") == "point") options.filter = TextureFilter::nearest;
     static_cast<void>(parameters_.find("maxanisotropy"));
     static_cast<void>(parameters_.find("trilinear"));
@@ -169,7 +169,7 @@ class TextureBuilder {
   bool is_float_;
 };
 
-/// The texture that a parameter names, or null after recording that there is none.
+/// The texture that a parameter names. If there is none, reports an error and returns null.
 const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& parameters, const PbrtParameter& parameter,
                                 bool is_float) {
   if (parameter.strings.size() != 1) {

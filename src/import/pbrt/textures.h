@@ -13,14 +13,14 @@ namespace glowworm {
 void define_texture(PbrtContext& context, const std::string& name, const std::string& value_type,
                     const std::string& kind, const PbrtParameters& parameters);
 
-/// A colour parameter that may be a texture, or `otherwise`.
+/// A colour parameter, which may be a texture; `otherwise` if it is not given.
 ColorInput color_input(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, RGB otherwise,
                        PbrtColorUse use = PbrtColorUse::reflectance);
 
-/// A number parameter that may be a texture, or `otherwise`.
+/// A number parameter, which may be a texture; `otherwise` if it is not given.
 FloatInput float_input(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, float otherwise);
 
-/// How an image file is meant where nothing is said, as in pbrt: sRGB, but for the formats of floats, which are linear.
+/// The default encoding of an image file, as in pbrt: sRGB, but linear for floating-point formats.
 TextureOptions default_image_options(const std::string& file);
 
 /// Adds a texture node that shows an image file.

@@ -11,13 +11,13 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' |
 bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
 bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.'; }
 
-/// Parses the whole of `text` as a number; infinities by overflow are let through, NaN is not.
+/// Parses all of `text` as a finite number. Underflow gives 0; overflow fails.
 bool parse_number(std::string_view text, double& value) {
   if (!text.empty() && text[0] == '+') text.remove_prefix(1);
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error == std::errc::result_out_of_range) {
-    value = 0;  // as small as a double cannot hold; or too large, which is no sensible length or radiance
+    value = 0;  // on underflow; on overflow, the function fails
     return stop == end && text.find("e-") != std::string_view::npos;
   }
   return error == std::errc() && stop == end && std::isfinite(value);
@@ -27,7 +27,7 @@ bool parse_number(std::string_view text, double& value) {
 
 PbrtTokenizer::PbrtTokenizer(std::string_view text, const std::string* file, PbrtDiagnostics& diagnostics)
     : text_(text), file_(file), diagnostics_(diagnostics) {
-  if (text_.starts_with("\xef\xbb\xbf")) at_ = line_start_ = 3;  // a byte order mark some editors write
+  if (text_.starts_with("\xef\xbb\xbf")) at_ = line_start_ = 3;  // byte order mark, written by some editors
 }
 
 PbrtPlace PbrtTokenizer::place() const { return {file_, line_, static_cast<int>(at_ - line_start_) + 1}; }

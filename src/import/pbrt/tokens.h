@@ -10,24 +10,24 @@ namespace glowworm {
 
 enum class PbrtTokenKind : std::uint8_t { word, number, string, left_bracket, right_bracket, end };
 
-/// One token. `text` points into the file's text: a string's without its quotes, escapes not resolved.
+/// One token. `text` points into the file's text. That of a string excludes the quotes, and escapes are not resolved.
 struct PbrtToken {
   PbrtTokenKind kind = PbrtTokenKind::end;
   std::string_view text;
   PbrtPlace place;
-  double number = 0;         ///< number: its value
-  bool has_escapes = false;  ///< string: there is a backslash in it
+  double number = 0;         ///< value of a number
+  bool has_escapes = false;  ///< whether a string contains a backslash
 };
 
-/// Cuts a text into tokens. White space and comments (# to the end of the line) part them. What is no token (an
+/// Splits a text into tokens, separated by white space and comments (# to the end of the line). Anything else (an
 /// unterminated string, a malformed number, a NUL or control byte) is recorded as an error and skipped.
 class PbrtTokenizer {
  public:
   /// `text` must outlive the tokenizer and its tokens.
   PbrtTokenizer(std::string_view text, const std::string* file, PbrtDiagnostics& diagnostics);
-  /// Takes the next token; kind `end` at the end of the text, again and again.
+  /// Takes the next token. At the end of the text, always returns kind `end`.
   PbrtToken next();
-  /// The next token, not taken.
+  /// The next token, without taking it.
   const PbrtToken& peek();
 
  private:
@@ -46,7 +46,7 @@ class PbrtTokenizer {
   bool has_peeked_ = false;
 };
 
-/// The characters that a string token stands for: \n \t \r \b \f \\ \" \' resolved, others left as they are.
+/// The text of a string token, with \n \t \r \b \f \\ \" \' resolved and other characters unchanged.
 std::string unescape(const PbrtToken& token);
 
 }  // namespace glowworm

@@ -11,7 +11,7 @@ Vec3 three(const PbrtDirective& directive, std::size_t first) {
           static_cast<float>(directive.numbers[first + 2])};
 }
 
-/// Sixteen numbers as pbrt writes them: column after column.
+/// Reads sixteen numbers in pbrt's order, column by column.
 std::optional<Transform> from_matrix(const PbrtDirective& directive) {
   const double w = directive.numbers[15];
   if (directive.numbers[3] != 0 || directive.numbers[7] != 0 || directive.numbers[11] != 0 || w == 0) {
@@ -39,8 +39,8 @@ std::optional<Transform> rotation(const PbrtDirective& directive) {
   return Transform{turned({1, 0, 0}), turned({0, 1, 0}), turned({0, 0, 1}), {0, 0, 0}};
 }
 
-/// From the world to a camera that stands at the first point, looks along +z at the second, with y up and, unlike
-/// OpenGL's, +x to the right: pbrt's space is left-handed.
+/// The transform from the world to a camera at the first point that looks along +z at the second point, with y up. +x
+/// is to the right, unlike in OpenGL: pbrt's space is left-handed.
 std::optional<Transform> look_at_transform(const PbrtDirective& directive) {
   const Vec3 eye = three(directive, 0), forward = three(directive, 3) - eye, up = three(directive, 6);
   const Vec3 right = cross(up, forward);

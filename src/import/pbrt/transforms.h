@@ -7,7 +7,7 @@
 
 namespace glowworm {
 
-/// The transform after an Identity, Transform, ConcatTransform, Translate, Scale, Rotate or LookAt directive; none
+/// The transform after an Identity, Transform, ConcatTransform, Translate, Scale, Rotate or LookAt directive. Empty
 /// after an error, which is recorded.
 std::optional<Transform> apply_transform(const PbrtDirective& directive, const Transform& current);
 
