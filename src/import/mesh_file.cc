@@ -28,7 +28,7 @@ SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const st
     return textures.load_file(find_texture_file(full.parent_path().string(), texture.name), texture_options);
   };
   const std::uint32_t emission = add_phong_material(material, {load, notes, description});
-  notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
+  notes.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
   const Reservation triangles(*options.budget, "triangles", scene_bytes(mesh));
   append_counted(description.geometry, mesh, path, 0, emission, notes);
   if (description.geometry.triangles.empty()) {
@@ -67,7 +67,7 @@ SceneDescription load_ply(const std::string& path, const ImportOptions& options)
 SceneDescription load_stl(const std::string& path, const ImportOptions& options) {
   Geometry mesh = read_stl(path, *options.budget);
   NoteCounter notes;
-  notes.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
+  notes.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
   // The facet's normal now adds nothing to the winding.
   mesh.normals.assign(mesh.positions.size(), Vec3{0, 0, 0});
   merge_identical_vertices(mesh);

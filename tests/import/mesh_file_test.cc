@@ -36,14 +36,14 @@ TEST_F(MeshFileTest, AsciiStl) {
 TEST_F(MeshFileTest, BinaryStlThatBeginsWithSolid) {
   const auto d = load_scene(write("a.stl", binary_stl(3, 3)));
   EXPECT_EQ(d.geometry.triangle_count(), 3u);
-  EXPECT_THAT(d.notes, Not(HasNote("turned round")));
+  EXPECT_THAT(d.notes, Not(HasNote("reversed")));
   const auto turned = load_scene(write("b.stl", binary_stl(1, 1, -1)));
   EXPECT_EQ(turned.geometry.normal(0), (Vec3{0, 0, -1}));
-  EXPECT_THAT(turned.notes, HasNote("turned round"));
+  EXPECT_THAT(turned.notes, HasNote("reversed"));
 }
 
 TEST_F(MeshFileTest, BadStlIsRefusedWithItsPlace) {
-  EXPECT_THAT(message_of(write("a.stl", "")), HasSubstr("a.stl: is no STL file"));
+  EXPECT_THAT(message_of(write("a.stl", "")), HasSubstr("a.stl: is not an STL file"));
   EXPECT_THAT(message_of(write("b.stl", binary_stl(1, 0xffffffff).replace(0, 5, "other"))),
               HasSubstr("promises 4294967295 facets"));
   const auto ascii = [&](const std::string& text) { return message_of(write("c.stl", "solid c\n" + text)); };

@@ -115,7 +115,7 @@ TEST(PbrtHostile, IncludesAreBoundedInDepthAndNumber) {
         try {
           load_pbrt(folder.path("0.pbrt"));
         } catch (const Error& error) {
-          EXPECT_NE(std::string(error.what()).find("64.pbrt:1:1: files include one another more than 64 deep"),
+          EXPECT_NE(std::string(error.what()).find("64.pbrt:1:1: files are included more than 64 deep"),
                     std::string::npos)
               << error.what();
           throw;
@@ -149,7 +149,7 @@ TEST(PbrtHostile, AbsurdNesting) {
 }
 
 TEST(PbrtHostile, UnbalancedBlocks) {
-  EXPECT_NE(error_of("AttributeEnd").find("scene.pbrt:1:1: AttributeEnd without its AttributeBegin: nothing is open"),
+  EXPECT_NE(error_of("AttributeEnd").find("scene.pbrt:1:1: AttributeEnd without its AttributeBegin: no block is open"),
             std::string::npos);
   EXPECT_NE(
       error_of("AttributeBegin\nTransformEnd")

@@ -310,7 +310,7 @@ TEST(PbrtMaterial, MistakesAreErrorsWithPlaces) {
       {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a\" \"string wrap\" \"zig\"", "wrap \"zig\""},
       {"Material \"mix\"", "scene.pbrt:1:1: a mix needs the names of two materials"},
       {"MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]",
-       "the mix \"m\" holds itself"},
+       "the mix \"m\" contains itself"},
       {"Material \"dielectric\" \"float eta\" 0", "scene.pbrt:1:23: an index of refraction must be positive"},
       {"Material \"dielectric\" \"spectrum eta\" \"no.spd\"",
        "scene.pbrt:1:23: \"no.spd\" is neither a known spectrum nor a readable file"},

@@ -172,14 +172,14 @@ TEST(PbrtParser, MistakesOfParametersHavePlacesAndRemedies) {
   const struct {
     const char *text, *message;
   } kCases[] = {
-      {"Shape \"x\" \"radius\" 1", "f.pbrt:1:11: \"radius\" is no parameter: expected a type and a name"},
+      {"Shape \"x\" \"radius\" 1", "f.pbrt:1:11: \"radius\" is not a parameter: expected a type and a name"},
       {"Shape \"x\" \"flaot r\" 1", "f.pbrt:1:11: unknown type \"flaot\" of parameter \"r\""},
       {"Shape \"x\" \"float r\" [1 2", "f.pbrt:1:21: the list of values of \"r\" has no end"},
       {"Shape \"x\" \"float r\" [1 Material \"y\"", "f.pbrt:1:21: the list of values of \"r\" has no end"},
       {"Shape \"x\" \"float r\"", "the file ends where the value of \"r\" is expected"},
-      {"Shape \"x\" \"float r\" \"one\"", "f.pbrt:1:21: \"one\" is no value of type float"},
-      {"Shape \"x\" \"bool r\" 1", "f.pbrt:1:20: \"1\" is no value of type bool"},
-      {"Shape \"x\" \"string r\" 1", "f.pbrt:1:22: \"1\" is no value of type string"},
+      {"Shape \"x\" \"float r\" \"one\"", "f.pbrt:1:21: \"one\" is not a value of type float"},
+      {"Shape \"x\" \"bool r\" 1", "f.pbrt:1:20: \"1\" is not a value of type bool"},
+      {"Shape \"x\" \"string r\" 1", "f.pbrt:1:22: \"1\" is not a value of type string"},
       {"Shape \"x\" \"rgb r\" [1 2]", "f.pbrt:1:11: parameter \"r\" has 2 values, expected 3"},
       {"Shape \"x\" \"spectrum r\" [400 1 500]", "f.pbrt:1:11: spectrum \"r\" should be pairs"},
       {"Shape \"x\" \"spectrum r\" [400 \"a\"]", "f.pbrt:1:11: parameter \"r\" mixes numbers and strings"},

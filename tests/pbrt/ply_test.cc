@@ -177,7 +177,7 @@ TEST(Ply, MistakesNameFileAndLine) {
     std::string text, message;
   } kCases[] = {
       {"", "f.ply:1: the PLY header has no end"},
-      {"hello\n", "f.ply:1: is no PLY file"},
+      {"hello\n", "f.ply:1: is not a PLY file"},
       {"ply\n", "f.ply:2: the PLY header has no end"},
       {"ply\nformat xml 1.0\n", "f.ply:2: unknown PLY format"},
       {"ply\nend_header\n", "f.ply:2: the header has no format line"},
@@ -195,8 +195,8 @@ TEST(Ply, MistakesNameFileAndLine) {
       {head + vertex + face + "end_header\n" + points + "3 0 1", "the file ends inside its data"},
       {head + vertex + face + "end_header\n" + points + "3 0 1 3", "a face has vertex 3, but there are 3 vertices"},
       {head + vertex + face + "end_header\n" + points + "3 0 1 -1", "a face has vertex -1"},
-      {head + vertex + face + "end_header\n" + points + "-3 0 1 2", "a list has a length that the file cannot hold"},
-      {head + vertex + face + "end_header\n" + points + "99 0 1 2", "a list has a length that the file cannot hold"},
+      {head + vertex + face + "end_header\n" + points + "-3 0 1 2", "a list is longer than the rest of the file"},
+      {head + vertex + face + "end_header\n" + points + "99 0 1 2", "a list is longer than the rest of the file"},
       {head + vertex + face + "end_header\n0 0 x 1 0 0 0 1 0 3 0 1 2", "expected a number"},
   };
   for (const auto& [text, message] : kCases) {

@@ -283,7 +283,7 @@ TEST(PbrtShape, MistakesAreErrorsWithPlaces) {
       {"Shape \"sphere\" \"float radius\" 0", "scene.pbrt:1:1: the radius of a sphere must be positive"},
       {"Shape \"sphere\" \"float zmin\" 2 \"float zmax\" 3", "leave nothing of the sphere"},
       {"Shape \"sphere\" \"float phimax\" 0", "phimax must be positive"},
-      {"Shape \"disk\" \"float innerradius\" 1", "the radii of a disk make no ring"},
+      {"Shape \"disk\" \"float innerradius\" 1", "the radii of a disk enclose no area"},
       {"Shape \"cylinder\" \"float zmin\" 1", "a cylinder without radius or height"},
       {"Shape \"trianglemesh\"", "a mesh without points"},
       {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1]", "parameter \"P\" has 4 values, which is not a multiple of 3"},

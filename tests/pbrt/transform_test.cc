@@ -59,7 +59,7 @@ TEST(PbrtTransform, MotionOfShapesAndCamerasIsNoted) {
   const std::string motion = "ActiveTransform EndTime Translate 9 9 9 ActiveTransform All ";
   for (const std::string& scene : {motion + "Camera \"perspective\" WorldBegin " + kTriangle,
                                    "WorldBegin AttributeBegin " + motion + kTriangle + " AttributeEnd"})
-    EXPECT_TRUE(pbrt_testing::has_note(load_text(scene), "not supported, everything stands where it starts: motion"))
+    EXPECT_TRUE(pbrt_testing::has_note(load_text(scene), "not supported, everything stays at its start: motion"))
         << scene;
 }
 
@@ -79,7 +79,8 @@ TEST(PbrtTransform, TransformEndKeepsAttributes) {
 }
 
 TEST(PbrtTransform, MistakesAreErrors) {
-  EXPECT_NE(error_of("Rotate 90 0 0 0").find("scene.pbrt:1:1: Rotate around an axis of no length"), std::string::npos);
+  EXPECT_NE(error_of("Rotate 90 0 0 0").find("scene.pbrt:1:1: Rotate around an axis of zero length"),
+            std::string::npos);
   EXPECT_NE(error_of("LookAt 0 0 0 0 0 0 0 1 0").find("scene.pbrt:1:1: LookAt"), std::string::npos);
   EXPECT_NE(error_of("LookAt 0 0 0 0 1 0 0 1 0").find("scene.pbrt:1:1: LookAt"), std::string::npos);
   EXPECT_NE(error_of("Transform [1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1]").find("not affine"), std::string::npos);

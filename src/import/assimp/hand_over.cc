@@ -12,14 +12,14 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x31617767, kEnd = 0x646e6567;
 
-/// What is wrong with bytes that are no scene.
+/// The reason why bytes are not a valid scene.
 struct Unsound {
   const char* what;
 };
 
 [[noreturn]] void fail(const char* what) { throw Unsound{what}; }
 
-/// What is copied as it stands in memory.
+/// Types that are copied bitwise.
 template <typename T>
 concept Plain = std::is_same_v<T, float> || std::is_same_v<T, std::uint32_t> || std::is_same_v<T, std::int32_t> ||
     std::is_same_v<T, Vec2> || std::is_same_v<T, Vec3> || std::is_same_v<T, RGB> || std::is_same_v<T, Transform> ||
@@ -32,7 +32,7 @@ class Writer {
   explicit Writer(const std::function<void(const void*, std::size_t)>& write) : write_(write) {}
 
   void bytes(const void* data, std::size_t size) { write_(data, size); }
-  /// The number of elements, each of at least so many bytes.
+  /// Number of elements, of at least `size` bytes each.
   std::size_t count(std::size_t size, std::size_t) {
     const std::uint64_t value = size;
     bytes(&value, sizeof value);
@@ -65,7 +65,7 @@ class Reader {
   std::string_view rest_;
 };
 
-// Each transfer() names what a structure consists of, once for both directions.
+// Each transfer() lists the members of a structure, for both reading and writing.
 
 template <typename Archive, Plain T>
 void transfer(Archive& archive, T& value) {
@@ -109,7 +109,7 @@ void transfer(Archive& archive, std::vector<T>& values) {
     values.resize(archive.count(values.size(), sizeof(T)));
     archive.bytes(values.data(), values.size() * sizeof(T));
   } else {
-    // In memory an element takes some ten times of the bytes that it takes at least here.
+    // An element in memory takes about ten times its minimum size in the encoding.
     const std::size_t count = archive.count(values.size(), 8);
     for (std::size_t i = 0; i < count; ++i) {
       if constexpr (Archive::kReads) values.emplace_back();
@@ -221,7 +221,7 @@ void check_indices(const ForeignScene& scene) {
 
 void write_foreign_scene(const ForeignScene& scene, const std::function<void(const void*, std::size_t)>& write) {
   Writer writer(write);
-  transfer(writer, const_cast<ForeignScene&>(scene));  // which a writer does not change
+  transfer(writer, const_cast<ForeignScene&>(scene));  // a writer does not change the scene
 }
 
 ForeignScene read_foreign_scene(std::string_view bytes, const std::string& file) try {
@@ -232,8 +232,8 @@ ForeignScene read_foreign_scene(std::string_view bytes, const std::string& file)
   check_indices(scene);
   return scene;
 } catch (const Unsound& unsound) {
-  throw Error({file}, std::string("the scene that Assimp makes of it is not sound: ") + unsound.what,
-              "Open it in the program that wrote it and export it anew, as glTF if possible.");
+  throw Error({file}, std::string("Assimp's output is invalid: ") + unsound.what,
+              "Open it in the program that wrote it and export it again, as glTF if possible.");
 }
 
 }  // namespace glowworm

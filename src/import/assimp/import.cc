@@ -31,7 +31,7 @@ Vec3 unit_or_zero(Vec3 n) {
   return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
 }
 
-/// Builds a description from what was handed over.
+/// Builds a scene description from the output of glowworm-assimp.
 class ForeignBuilder {
  public:
   ForeignBuilder(const ForeignScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes)
@@ -82,7 +82,7 @@ class ForeignBuilder {
     mesh.normals.resize(mesh.positions.size());
     mesh.triangles = source.triangles;
     merge_identical_vertices(mesh);
-    notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh));
+    notes_.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
     transform_mesh(mesh, to_world);
     triangles_.grow(scene_bytes(mesh));
     description_.geometry.begin_object(source.name);
@@ -149,17 +149,17 @@ class ForeignBuilder {
   Reservation triangles_;
   TextureCache textures_;
   SceneDescription description_;
-  std::vector<std::uint32_t> emissions_;  ///< of each material
+  std::vector<std::uint32_t> emissions_;  ///< for each material
 };
 
-/// Throws MemoryError where meshes are used so often that their triangles do not fit, before the first is placed.
+/// Throws MemoryError if the triangles of all instances do not fit into the budget, before the first is placed.
 void check_room(const ForeignScene& scene, MemoryBudget& budget) {
   std::uint64_t triangles = 0;
   for (const ForeignInstance& instance : scene.instances) triangles += scene.meshes[instance.mesh].triangles.size();
   const Reservation room(budget, "triangles of instances", scene_bytes(triangles, 0));
 }
 
-/// Bytes that the process may take.
+/// Maximum memory of the process, bytes.
 std::uint64_t memory_limit(const MemoryBudget& budget) {
   const std::uint64_t most = physical_memory_bytes() / 2;
   return budget.limit() > 0 ? std::min(budget.limit(), most) : most;
@@ -180,7 +180,7 @@ SceneDescription load_assimp(const std::string& path, const ImportOptions& optio
 }
 
 SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options) {
-  const Reservation meshes(*options.budget, "meshes", bytes.size());  // which take as much in both forms
+  const Reservation meshes(*options.budget, "meshes", bytes.size());  // both forms have about the same size
   const ForeignScene scene = read_foreign_scene(bytes, path);
   check_room(scene, *options.budget);
   NoteCounter notes;

@@ -1,4 +1,4 @@
-// The formats that are read by Assimp, in a process of its own.
+// Imports scene formats by Assimp, in a separate process.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -9,22 +9,22 @@
 
 namespace glowworm {
 
-/// What the process that reads a file may use.
+/// Limits of the process that reads a file.
 struct AssimpLimits {
-  std::uint64_t memory_bytes = 0;  ///< of address space, and of what it hands over; 0: the limit of the budget for
-                                   ///< loading, and no more than half of the machine's memory
-  unsigned cpu_seconds = 0;        ///< of the processor; 0: a minute, and two seconds for each MiB of the file
-  unsigned clock_seconds = 0;      ///< by the clock; 0: ten times as many, since machines are shared
+  std::uint64_t memory_bytes = 0;  ///< address space, and size of the result; 0: the limit of the loading budget, but
+                                   ///< at most half of the machine's memory
+  unsigned cpu_seconds = 0;        ///< processor time; 0: a minute plus two seconds per MiB of the file
+  unsigned clock_seconds = 0;      ///< wall time; 0: ten times cpu_seconds, because machines are shared
 };
 
-/// Reads a file by the program glowworm-assimp. Throws Error with the file, its format and the cause where that program
-/// crashes, meets a limit, or hands over what is not sound; Cancelled as check_cancelled() does; else as load_scene().
+/// Reads a file by the program glowworm-assimp. Throws Error with the file, its format and the cause if that program
+/// crashes, reaches a limit or returns invalid data; Cancelled as check_cancelled() does; otherwise as load_scene().
 SceneDescription load_assimp(const std::string& path, const ImportOptions& options, const AssimpLimits& limits = {});
 
-/// The scene of what the program handed over. Throws Error where that is not sound, and MemoryError.
+/// Builds the scene from the program's output. Throws Error if that is invalid, and MemoryError.
 SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options);
 
-/// Whether files of that extension (".fbx"; lower case, with the dot) are left to Assimp: formats that it reads well.
+/// Whether files with this extension (".fbx"; lower case, with the dot) are read by Assimp: formats that it reads well.
 bool assimp_reads(const std::string& extension);
 
 }  // namespace glowworm

@@ -25,9 +25,9 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kProgram = "glowworm-assimp";
-constexpr const char* kRemedy = "Open it in the program that wrote it and export it anew, as glTF if possible.";
-constexpr int kHandOver = 3;               ///< descriptor of the pipe in the process
-constexpr int kPatienceMilliseconds = 50;  ///< between two looks at the clock and at cancellation
+constexpr const char* kRemedy = "Open it in the program that wrote it and export it again, as glTF if possible.";
+constexpr int kHandOver = 3;               ///< file descriptor of the pipe in the process
+constexpr int kPatienceMilliseconds = 50;  ///< interval between checks of the clock and of cancellation
 
 /// Both ends of a pipe.
 class Pipe {
@@ -52,7 +52,7 @@ class Pipe {
   int ends_[2] = {-1, -1};
 };
 
-/// A started process, which is ended and waited for in any case.
+/// A child process. The destructor ends it and waits for it.
 class Child {
  public:
   Child(const std::string& path, const ReaderProcess& process, int pipe) {
@@ -71,7 +71,7 @@ class Child {
       throw Error(
           {path},
           fmt::format("the program {}, which reads it, cannot be started: {}", process.program, strerror(error)),
-          fmt::format("Keep {} in the folder of the program.", kProgram));
+          fmt::format("Put {} into the folder of the program.", kProgram));
     }
   }
   ~Child() {
@@ -80,7 +80,8 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
-  /// Ends it, and returns its status as waitpid() has it. One that has begun to exit keeps the status it exits with.
+  /// Ends the process and returns its status as waitpid() does. A process that is already exiting keeps its exit
+  /// status.
   int end() {
     int status = 0;
     kill(id_, SIGKILL);
@@ -122,21 +123,21 @@ class Reading {
     if (number == SIGXCPU) {
       fail(fmt::format("was stopped after {} s of processor time, its limit", process_.cpu_seconds));
     }
-    if (number == SIGKILL) fail("was killed, perhaps by the system for want of memory");
+    if (number == SIGKILL) fail("was killed, perhaps by the system for lack of memory");
     const char* name = sigabbrev_np(number);
-    fail(fmt::format("crashed on this one (SIG{}): it is damaged, or made to do harm", name ? name : "?"));
+    fail(fmt::format("crashed on this file (SIG{}): the file is damaged or malicious", name ? name : "?"));
   }
 
   [[noreturn]] void fail_by_status(int status, const std::string& reason) const {
     if (status == static_cast<int>(ForeignExit::out_of_memory)) {
-      fail(fmt::format("needs more memory for this one than the {} MB that it may take",
+      fail(fmt::format("needs more memory for this file than the {} MB that it may take",
                        process_.memory_bytes / 1'000'000));
     }
     if (status == static_cast<int>(ForeignExit::refused)) throw Error({path_}, "cannot be read: " + reason, kRemedy);
     fail(fmt::format("could not be run (status {} of {})", status, process_.program));
   }
 
-  /// Everything that comes through the pipe until its other end is closed.
+  /// Reads the pipe until its other end is closed.
   std::string take_all(int pipe) const {
     const auto end = Clock::now() + std::chrono::seconds(process_.clock_seconds);
     std::string bytes;

@@ -7,19 +7,19 @@
 
 namespace glowworm {
 
-/// How a process is run.
+/// Program and limits of a reader process.
 struct ReaderProcess {
   std::string program;  ///< path of glowworm-assimp
   std::uint64_t memory_bytes = 0;
   unsigned cpu_seconds = 0, clock_seconds = 0;
 };
 
-/// Lets the program read a file and returns the bytes that it hands over, which `held` grows by. Throws Error with the
-/// file, its format and the cause where it does not come to its end, MemoryError, and Cancelled as check_cancelled()
-/// does. No process is left behind.
+/// Runs the program on a file and returns its output; `held` grows by the output's size. Throws Error with the file,
+/// its format and the cause if the program fails, MemoryError, and Cancelled as check_cancelled() does. The process has
+/// always ended on return.
 std::string run_reader(const std::string& path, const ReaderProcess& process, Reservation& held);
 
-/// Where the program is: in the folder of the running one, or in libexec/glowworm beside that.
+/// Path of the program: in the folder of the running program, or in libexec/glowworm beside that folder.
 std::string find_reader();
 
 }  // namespace glowworm

@@ -14,7 +14,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
 template <typename T>
 T load(const std::uint8_t* bytes) {
@@ -23,7 +23,7 @@ T load(const std::uint8_t* bytes) {
   return value;
 }
 
-/// One number as a float (glTF 2.0, section 3.11: "decoded" values of normalised integers).
+/// Converts one number to a float (glTF 2.0, section 3.11: "decoded" values of normalised integers).
 float component(const std::uint8_t* bytes, int type, bool normalized) {
   switch (type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE: {
@@ -58,7 +58,7 @@ bool is_index_type(int type) {
          type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
-/// Replaces the elements that the sparse part of an accessor names.
+/// Substitutes the elements in the sparse part of an accessor.
 void apply_sparse(const GltfDocument& document, int index, int components, int element_components,
                   std::size_t component_size, std::vector<float>& out) {
   const tinygltf::Accessor& accessor = document.model->accessors[static_cast<std::size_t>(index)];

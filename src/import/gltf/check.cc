@@ -16,9 +16,9 @@ namespace {
 using nlohmann::json;
 
 constexpr int kDeepestNesting = 200;
-/// Elements of an accessor that no buffer holds (all zero, or sparse): bounds what a short file can make us allocate.
+/// Limits accessors without a buffer (all zero, or sparse), so that a short file cannot allocate much memory.
 constexpr std::size_t kMaxImplicitElements = std::size_t{1} << 20;
-constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
 class Checker {
  public:
@@ -80,7 +80,7 @@ class Checker {
     }
   }
 
-  /// Checks an index into a list; absent is fine. Returns whether it is there.
+  /// Checks an index into a list, if present. Returns whether it is present.
   bool check_reference(const json& o, const char* key, const char* list, const std::string& where) const {
     if (!o.contains(key)) return false;
     check_index(unsigned_member(o, key, 0, where, path_), key, list, where);
@@ -208,7 +208,7 @@ class Checker {
     }
   }
 
-  /// Calls `check` with each object of a list inside of an object; absent is fine.
+  /// Calls `check` for each object of a list inside an object, if present.
   template <typename Check>
   void each_in(const json& o, const char* list, const std::string& where, const Check& check) const {
     const auto it = o.find(list);
@@ -283,7 +283,7 @@ std::size_t unsigned_member(const json& object, const char* key, std::size_t oth
                             const std::string& path) {
   const auto it = object.find(key);
   if (it == object.end()) return otherwise;
-  // Bounded well below 2^64, so that sums and products of a few of them cannot wrap round.
+  // Far below 2^64, so that sums and products of a few such numbers cannot overflow.
   constexpr std::size_t kMaxValue = std::size_t{1} << 48;
   if (it->is_number_float() && it->get<double>() >= 0 && it->get<double>() < 1e14 &&
       it->get<double>() == static_cast<double>(static_cast<std::size_t>(it->get<double>()))) {

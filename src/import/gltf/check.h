@@ -1,4 +1,4 @@
-// Checks of a glTF file's JSON: every reference in range, before anyone follows it.
+// Checks the JSON of a glTF file, so that other code can follow its references.
 #pragma once
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
@@ -7,15 +7,15 @@
 
 namespace glowworm {
 
-/// Throws Error where brackets are nested deeper than any glTF file needs, so that parsers that recurse are safe.
+/// Throws Error if brackets are nested too deeply for recursive parsers.
 void check_json_depth(std::string_view text, const std::string& path);
 
-/// Throws Error, naming file and object, where a part that this program reads has the wrong type, refers to something
-/// that is not there, or reaches past the end of what holds it (glTF 2.0, sections 3.6 and 5).
+/// Throws Error, which names file and object, if a part that this program reads has the wrong type, refers to something
+/// that does not exist, or exceeds its container (glTF 2.0, sections 3.6 and 5).
 void check_gltf_json(const nlohmann::json& root, const std::string& path);
 
-/// A member that is an integer >= 0; `otherwise` where there is none. Throws Error where it is something else.
-/// @param where names the object in messages: "bufferViews[3]"
+/// A member that is an integer >= 0, or `otherwise` if it is absent. Throws Error for any other value.
+/// @param where name of the object for messages: "bufferViews[3]"
 std::size_t unsigned_member(const nlohmann::json& object, const char* key, std::size_t otherwise,
                             const std::string& where, const std::string& path);
 

@@ -16,9 +16,9 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew, without compression.";
-/// Decoded bytes for each compressed one, at most: the codec writes at least a bit or so for every element, so what
-/// claims more is damaged.
+constexpr const char* kRemedy = "The file is damaged or invalid: export it again, without compression.";
+/// Maximum ratio of decoded to compressed bytes. The codec writes about a bit or more for every element, so data with a
+/// larger ratio is damaged.
 constexpr std::size_t kMaxExpansion = 512;
 
 std::size_t number_of(const tinygltf::Value& object, const char* key) {
@@ -53,10 +53,10 @@ CompressedView compressed_view(const GltfDocument& document, const tinygltf::Val
   view.bytes = std::span(document.buffers[buffer]).subspan(offset, length);
   if (view.count == 0 || view.stride == 0 || view.stride > 256 || decoded != view.count * view.stride ||
       decoded / kMaxExpansion > length) {
-    throw Error({document.path},
-                fmt::format("{}: {} elements of {} bytes cannot be what {} bytes stand for", where, view.count,
-                            view.stride, length),
-                kRemedy);
+    throw Error(
+        {document.path},
+        fmt::format("{}: {} elements of {} bytes cannot come from {} bytes", where, view.count, view.stride, length),
+        kRemedy);
   }
   return view;
 }

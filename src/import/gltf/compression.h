@@ -1,4 +1,4 @@
-// Compressed geometry of glTF files: EXT_meshopt_compression and KHR_draco_mesh_compression.
+// Decompresses geometry of glTF files: EXT_meshopt_compression and KHR_draco_mesh_compression.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -13,26 +13,26 @@ namespace glowworm {
 
 struct GltfDocument;
 
-/// Decodes every compressed buffer view of a document into its decoded_views, which it resizes to one for each buffer
-/// view (EXT_meshopt_compression, "Ratified Khronos extension", by meshoptimizer). Throws Error where one is broken.
+/// Decodes all compressed buffer views of a document (EXT_meshopt_compression, by meshoptimizer) into its
+/// decoded_views, resized to one for each buffer view. Throws Error if one is damaged.
 void decode_meshopt_views(GltfDocument& document);
 
-/// A primitive that Draco decoded: numbers of each attribute, and vertex indices, three a triangle.
+/// A primitive decoded by Draco: attributes, and vertex indices, three per triangle.
 struct DracoPrimitive {
   struct Attribute {
     int components = 0;
-    std::vector<float> values;  ///< `components` a vertex; integers are normalised where the file says so
+    std::vector<float> values;  ///< `components` per vertex; integers are normalised if the file says so
   };
-  std::map<std::string, Attribute> attributes;  ///< by glTF's names: POSITION, NORMAL, TEXCOORD_0, ...
+  std::map<std::string, Attribute> attributes;  ///< by glTF name: POSITION, NORMAL, TEXCOORD_0, ...
   std::vector<std::uint32_t> indices;
   std::size_t vertex_count = 0;
 };
 
-/// Whether a primitive is compressed with Draco.
+/// Whether a primitive is compressed by Draco.
 bool is_draco(const tinygltf::Primitive& primitive);
 
-/// Decodes a primitive compressed with Draco (KHR_draco_mesh_compression). Throws Error, naming `where`, where it is
-/// broken.
+/// Decodes a primitive compressed by Draco (KHR_draco_mesh_compression). Throws Error, which names `where`, if it is
+/// damaged.
 DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                             const std::string& where);
 

@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it anew.";
+constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it again.";
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 std::uint32_t little_endian_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
@@ -68,7 +68,7 @@ json parse_json(std::span<const std::uint8_t> bytes, const std::string& path) {
     return json::parse(text.begin(), text.end());
   } catch (const json::exception& e) {
     throw Error({path}, std::string("is not valid JSON: ") + e.what(),
-                "Is it a glTF file? If so, it is damaged: export it anew.");
+                "Is it a glTF file? If so, it is damaged: export it again.");
   }
 }
 
@@ -81,7 +81,7 @@ bool is_meshopt_fallback(const json& buffer) {
   return false;
 }
 
-/// Reads one buffer; one that only stands in for compressed data stays empty.
+/// Reads one buffer. A placeholder for compressed data stays empty.
 std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, const GltfDocument& document,
                                       std::span<const std::uint8_t> binary) {
   const std::string where = fmt::format("buffers[{}]", index);
@@ -96,7 +96,7 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
     document.held->grow(binary.size());
     bytes.assign(binary.begin(), binary.end());
   } else {
-    if (!buffer["uri"].is_string()) throw Error({document.path}, where + ".uri is not text", "Export the file anew.");
+    if (!buffer["uri"].is_string()) throw Error({document.path}, where + ".uri is not text", "Export the file again.");
     const std::string& uri = buffer["uri"].get_ref<const std::string&>();
     if (uri.starts_with("data:")) {
       source = "its data URI";
@@ -115,14 +115,15 @@ std::vector<std::uint8_t> read_buffer(const json& buffer, std::size_t index, con
   }
   if (bytes.size() < length) {
     throw Error({document.path},
-                fmt::format("{} has {} bytes by its byteLength, but {} holds {}", where, length, source, bytes.size()),
+                fmt::format("{} has {} bytes according to its byteLength, but {} holds {}", where, length, source,
+                            bytes.size()),
                 kTruncatedRemedy);
   }
   bytes.resize(length);
   return bytes;
 }
 
-/// Lets tinygltf map the JSON, from which everything that would make it open files was taken.
+/// Converts JSON by tinygltf, after removing everything that would make it open files.
 std::unique_ptr<tinygltf::Model> map_json(const json& root, const std::string& path) {
   auto model = std::make_unique<tinygltf::Model>();
   std::string error, warning;
@@ -136,7 +137,7 @@ std::unique_ptr<tinygltf::Model> map_json(const json& root, const std::string& p
   }
   if (!good) {
     while (!error.empty() && (error.back() == '\n' || error.back() == ' ')) error.pop_back();
-    throw Error({path}, "is not a valid glTF file: " + error, "Export it anew.");
+    throw Error({path}, "is not a valid glTF file: " + error, "Export it again.");
   }
   return model;
 }
@@ -154,7 +155,7 @@ void take_images(json& root, GltfDocument& document) {
   root.erase("images");
 }
 
-/// Draco brings its indices along; tinygltf refuses the accessor without bytes that stands for them.
+/// Removes the index accessors of Draco primitives: they have no bytes, and tinygltf would reject them.
 void drop_draco_indices(json& root) {
   if (!root.contains("meshes")) return;
   for (json& mesh : root["meshes"]) {
@@ -179,8 +180,9 @@ std::span<const std::uint8_t> GltfDocument::view(int index) const {
   const tinygltf::BufferView& view = model->bufferViews.at(i);
   const std::span<const std::uint8_t> buffer = buffers.at(static_cast<std::size_t>(view.buffer));
   if (buffer.size() < view.byteOffset + view.byteLength) {
-    throw Error({path}, fmt::format("bufferViews[{}] lies in a buffer that only stands in for compressed data", index),
-                "Export the file anew.");
+    throw Error({path},
+                fmt::format("bufferViews[{}] is in a buffer that is only a placeholder for compressed data", index),
+                "Export the file again.");
   }
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
@@ -264,7 +266,7 @@ std::vector<std::uint8_t> decode_data_uri(const std::string& uri) {
   static constexpr std::string_view kMark = ";base64,";
   const std::size_t mark = uri.find(kMark);
   if (!uri.starts_with("data:") || mark == std::string::npos) return {};
-  // tinygltf knows a few media types only; what the bytes are is known from where they are used.
+  // tinygltf knows only a few media types; the use of the data determines its type.
   const std::string plain = "data:application/octet-stream;base64," + uri.substr(mark + kMark.size());
   std::vector<std::uint8_t> bytes;
   std::string media_type;

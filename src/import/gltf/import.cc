@@ -27,9 +27,9 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kLumensPerWatt = 683;  ///< luminous efficacy that Blender's exporter and importer use
+constexpr float kLumensPerWatt = 683;  ///< luminous efficacy in Blender's exporter and importer
 constexpr int kDeepestNode = 1000;
-constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
 Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
   if (v.size() != 3) return otherwise;
@@ -46,7 +46,7 @@ Vec3 unit_or(Vec3 v, Vec3 otherwise) {
   return l > 0 && std::isfinite(l) ? v / l : otherwise;
 }
 
-/// Builds a description from a document.
+/// Builds a scene description from a document.
 class GltfBuilder {
  public:
   GltfBuilder(const GltfDocument& document, const ImportOptions& options)
@@ -61,14 +61,15 @@ class GltfBuilder {
   SceneDescription build() {
     description_.name = std::filesystem::path(document_.path).stem().string();
     for (const tinygltf::Material& material : model_.materials) material_info_.push_back(materials_.add(material));
-    // The last one is for primitives that name no material.
+    // The last one is for primitives without a material.
     material_info_.push_back(materials_.add(tinygltf::Material()));
     description_.materials.back().name = "glTF default";
-    // Where skins lie is known once all joints are placed.
+    // Skinned meshes need the transforms of all joints, so they follow after all nodes are placed.
     for (const int root : root_nodes()) place(root, Transform{}, 0);
     for (const int node : placed_) add_node(node);
     note_extensions();
-    // Viewers of glTF bring light, unless the file has lights; a room with a glowing lamp is lit by it.
+    // glTF viewers add lights unless the file has some. Emission lights a scene only if that is plausible, as in a room
+    // with a glowing lamp.
     description_.emission_may_be_decoration = true;
     note_variants();
     notes_.add("animation: the first moment is shown", model_.animations.size());
@@ -118,7 +119,7 @@ class GltfBuilder {
     }
   }
 
-  /// The mesh of a node, once or at each place of EXT_mesh_gpu_instancing.
+  /// Adds the mesh of a node, once or at each place of EXT_mesh_gpu_instancing.
   void add_instances(int index, const Transform& to_world) {
     const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
     const GltfDeformation deformation = pose_.deformation(index);
@@ -150,7 +151,7 @@ class GltfBuilder {
     }
   }
 
-  /// A primitive of a mesh, read when it is first asked for.
+  /// A primitive of a mesh, read on first use.
   const Geometry& primitive(int mesh, std::size_t index, const GltfMaterialInfo& info, const std::string& where) {
     const auto key = std::pair(mesh, index);
     const auto found = primitives_.find(key);
@@ -161,7 +162,7 @@ class GltfBuilder {
     return primitives_.emplace(key, std::move(fresh)).first->second;
   }
 
-  /// Calls `use` with each primitive of a mesh, what the file says of it, its material and its name.
+  /// Calls `use` for each primitive of a mesh, with its material and its name for messages.
   template <typename Use>
   void for_each_primitive(int index, const Use& use) {
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
@@ -173,7 +174,7 @@ class GltfBuilder {
     }
   }
 
-  /// Throws MemoryError where so many instances of a mesh do not fit, before the first of them is made.
+  /// Throws MemoryError if the instances of a mesh do not fit into the budget, before the first is made.
   void check_room(int index, std::size_t instances) {
     double bytes = 0;
     for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive&, std::size_t, const std::string&) {
@@ -199,7 +200,7 @@ class GltfBuilder {
     });
   }
 
-  /// A material whose colour is multiplied by that of the vertices.
+  /// A material whose colour is multiplied by vertex colours.
   const GltfMaterialInfo& tinted(std::size_t material) {
     const auto found = tinted_.find(material);
     if (found != tinted_.end()) return found->second;
@@ -211,10 +212,10 @@ class GltfBuilder {
     const tinygltf::Camera& source = model_.cameras[static_cast<std::size_t>(node.camera)];
     Camera camera;
     camera.name = !node.name.empty() ? node.name : source.name;
-    // glTF's cameras look along -z; scale does not act on them.
+    // glTF's cameras look along -z and are not scaled.
     camera.to_world = {unit_or(to_world.x, {1, 0, 0}), unit_or(to_world.y, {0, 1, 0}), -unit_or(to_world.z, {0, 0, 1}),
                        to_world.translation};
-    double extent = 0;  // of half the picture's height, then of half its shorter side
+    double extent = 0;  // half the picture's height, then half its shorter side
     if (source.type == "orthographic") {
       camera.kind = CameraKind::orthographic;
       extent = std::min(std::abs(source.orthographic.xmag), std::abs(source.orthographic.ymag));
@@ -257,14 +258,14 @@ class GltfBuilder {
     }
     if (!glowworm::is_finite(light.intensity) || light.intensity.r < 0 || light.intensity.g < 0 ||
         light.intensity.b < 0) {
-      notes_.add("light '" + light.name + "' has no intensity that makes sense, left out");
+      notes_.add("light '" + light.name + "' has no valid intensity, left out");
       return;
     }
     if (source.range > 0) notes_.add("range of a light, not used: light falls off by the square of the distance");
     description_.lights.push_back(std::move(light));
   }
 
-  /// Names the variants of KHR_materials_variants, of which the file's own choice is shown.
+  /// Adds a note on the variants of KHR_materials_variants. The file's default variant is shown.
   void note_variants() {
     const auto* variants = find_extension(model_.extensions, "KHR_materials_variants");
     if (!variants || !variants->Has("variants") || !variants->Get("variants").IsArray()) return;
@@ -290,7 +291,7 @@ class GltfBuilder {
   Reservation meshes_, triangles_;
   TextureCache textures_;
   GltfMaterials materials_;
-  std::vector<GltfMaterialInfo> material_info_;  ///< of each material of the file, and of the default one
+  std::vector<GltfMaterialInfo> material_info_;  ///< for each material of the file, then the default material
   GltfPose pose_;
   std::vector<int> placed_;  ///< nodes, in the order of the file's tree
   std::map<std::pair<int, std::size_t>, Geometry> primitives_;

@@ -30,7 +30,7 @@ TextureWrap wrap_of(int mode) {
   return mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? TextureWrap::mirror : TextureWrap::repeat;
 }
 
-constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5, which specularColorFactor scales
+constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5; specularColorFactor scales it
 
 }  // namespace
 
@@ -38,7 +38,7 @@ GltfMaterials::GltfMaterials(const GltfDocument& document, TextureCache& texture
                              SceneDescription& description)
     : document_(document), textures_(textures), notes_(notes), description_(description) {}
 
-/// Returns whether a set is the second of the material at hand.
+/// Returns whether a set is the second one of the current material.
 bool GltfMaterials::use_uv_set(int set) {
   if (uv_sets_.first < 0) uv_sets_.first = set;
   if (uv_sets_.first == set) return false;
@@ -67,7 +67,7 @@ GltfMaterials::TextureReference GltfMaterials::reference(const Info& info) {
   return out;
 }
 
-// glTF 2.0, section 3.8.3: what a file says of its transfer function (gAMA, ICC profiles) is ignored.
+// glTF 2.0, section 3.8.3: transfer functions in image files (gAMA, ICC profiles) are ignored.
 std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncoding encoding) {
   const std::string name = fmt::format("textures[{}] of {}", index, document_.path);
   if (index >= static_cast<int>(document_.model->textures.size())) return textures_.missing(name, "no such texture");
@@ -101,8 +101,8 @@ std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEnco
   if (reference.texture < 0) return kNone;
   const std::uint32_t id = add_image_node(description_.textures, image(reference.texture, encoding));
   description_.textures[id].second_uv = use_uv_set(reference.uv_set);
-  // glTF: uv' = offset + R (scale uv) with v downwards and R(u, v) = (c u + s v, -s u + c v). With v upwards, as here
-  // (v -> 1 - v before and after), the same rotation is counter-clockwise, and the offset moves along.
+  // glTF: uv' = offset + R (scale uv) with v downwards and R(u, v) = (c u + s v, -s u + c v). Here v points upwards (v
+  // -> 1 - v before and after), so the same rotation is counter-clockwise, and the offset changes accordingly.
   const float c = std::cos(reference.uv_rotation), s = std::sin(reference.uv_rotation);
   const Vec2 scale = reference.uv_scale, offset = reference.uv_offset;
   TextureNode& node = description_.textures[id];
@@ -113,7 +113,7 @@ std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEnco
   }
   node.uv_rotation = reference.uv_rotation;
   if (scale.x == 1 && scale.y == 1) return id;
-  // A node scales after it rotates, glTF before: a node around this one does.
+  // A node scales after it rotates, but glTF scales first, so a second node around this one scales.
   TextureNode outer;
   outer.kind = TextureKind::scale;
   outer.uv_scale = scale;
@@ -174,7 +174,7 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
   const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
   if (const auto* ior = find("KHR_materials_ior")) {
     const float value = number_member(*ior, "ior", 1.5f);
-    material.ior = value == 0 ? 1e4f : std::max(1.0f, value);  // 0 means that everything is reflected
+    material.ior = value == 0 ? 1e4f : std::max(1.0f, value);  // 0 means total reflection
   }
   if (const auto* specular = find("KHR_materials_specular")) {
     material.specular = {unit_range(number_member(*specular, "specularFactor", 1)),
@@ -294,7 +294,7 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
 
 GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source, bool tinted) {
   uv_sets_ = {-1, -1};
-  // Normal maps are turned by the first set.
+  // Normal maps use the first set.
   if (source.normalTexture.index >= 0) use_uv_set(reference(source.normalTexture).uv_set);
   Material material;
   material.name = source.name;

@@ -17,30 +17,30 @@ namespace glowworm {
 
 struct GltfDocument;
 
-/// What the meshes need to know of a converted material.
+/// Properties of a converted material that meshes need.
 struct GltfMaterialInfo {
-  std::uint32_t index = kNone;     ///< its place in the description
+  std::uint32_t index = kNone;     ///< index in the description
   std::uint32_t emission = kNone;  ///< index of its emission
-  GltfUvSets uv_sets;              ///< sets of texture coordinates that its textures read
+  GltfUvSets uv_sets;              ///< the sets of texture coordinates that its textures use
 };
 
-/// Converts materials of one file: metallic-roughness with normal maps, alpha modes and the extensions
-/// KHR_materials_{anisotropy, clearcoat, diffuse_transmission, dispersion, emissive_strength, ior, iridescence,
-/// pbrSpecularGlossiness, sheen, specular, transmission, unlit, volume} and KHR_texture_transform. GGX alpha is the
-/// square of glTF's roughness (glTF 2.0, appendix B.2.3). An unlit surface becomes a black one that emits its colour.
+/// Converts the materials of one file: metallic-roughness with normal maps, alpha modes, KHR_texture_transform and the
+/// extensions KHR_materials_{anisotropy, clearcoat, diffuse_transmission, dispersion, emissive_strength, ior,
+/// iridescence, pbrSpecularGlossiness, sheen, specular, transmission, unlit, volume}. GGX alpha is the square of glTF's
+/// roughness (glTF 2.0, appendix B.2.3). An unlit surface becomes black and emits its colour.
 class GltfMaterials {
  public:
   GltfMaterials(const GltfDocument& document, TextureCache& textures, NoteCounter& notes,
                 SceneDescription& description);
 
-  /// Adds a material to the description. @param tinted whether the colours of the vertices multiply its own
+  /// Adds a material to the description. @param tinted whether vertex colours multiply its colour
   GltfMaterialInfo add(const tinygltf::Material& source, bool tinted = false);
 
  private:
-  /// A reference to a texture, of any of glTF's kinds.
+  /// A reference to a texture, of any type in glTF.
   struct TextureReference {
     int texture = -1, uv_set = 0;
-    float scale = 1;  ///< of normal textures
+    float scale = 1;  ///< scale of normal textures
     Vec2 uv_scale{1, 1}, uv_offset{0, 0};
     float uv_rotation = 0;
   };
@@ -66,7 +66,7 @@ class GltfMaterials {
   TextureCache& textures_;
   NoteCounter& notes_;
   SceneDescription& description_;
-  GltfUvSets uv_sets_;  ///< of the material at hand; -1: not decided yet
+  GltfUvSets uv_sets_;  ///< of the current material; -1: not assigned yet
 };
 
 }  // namespace glowworm

@@ -20,9 +20,9 @@ namespace glowworm {
 
 namespace {
 
-constexpr const char* kRemedy = "The file is damaged or was written wrongly: export it anew.";
+constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
-/// Gives the attributes of one primitive, compressed or not.
+/// Reads the attributes of one primitive, compressed or not.
 class AttributeReader {
  public:
   AttributeReader(const GltfDocument& document, const tinygltf::Primitive& primitive, const std::string& where)
@@ -34,7 +34,7 @@ class AttributeReader {
     return (draco_ && draco_->attributes.contains(name)) || primitive_.attributes.contains(name);
   }
 
-  /// Numbers that an attribute has for each vertex.
+  /// The number of components of an attribute.
   int components(const std::string& name) const {
     if (draco_ && draco_->attributes.contains(name)) return draco_->attributes.at(name).components;
     const int accessor = primitive_.attributes.at(name);
@@ -42,10 +42,10 @@ class AttributeReader {
         static_cast<std::uint32_t>(document_.model->accessors[static_cast<std::size_t>(accessor)].type));
   }
 
-  /// From now on every attribute must have that many elements.
+  /// Requires every attribute to have this number of elements from now on.
   void expect(std::size_t vertex_count) { vertex_count_ = vertex_count; }
 
-  /// Numbers of an attribute, `components` a vertex; throws Error where there are not as many as vertices.
+  /// Reads an attribute, `components` per vertex. Throws Error if its count differs from the number of vertices.
   std::vector<float> read(const std::string& name, std::size_t components) {
     std::vector<float> values;
     if (draco_ && draco_->attributes.contains(name)) {
@@ -58,7 +58,7 @@ class AttributeReader {
     } else {
       const int accessor = primitive_.attributes.at(name);
       const std::size_t count = document_.model->accessors[static_cast<std::size_t>(accessor)].count;
-      // Told before the numbers are read, so that a wrong count cannot make us allocate.
+      // Check before reading, so that a wrong count cannot allocate memory.
       if (vertex_count_ && count != *vertex_count_) {
         fail(name, fmt::format("has {} elements, POSITION has {}", count, *vertex_count_));
       }
@@ -104,12 +104,12 @@ class AttributeReader {
   const GltfDocument& document_;
   const tinygltf::Primitive& primitive_;
   const std::string& where_;
-  Reservation held_{*document_.budget, "meshes", 0};  // of what is read
+  Reservation held_{*document_.budget, "meshes", 0};  // memory of everything read
   std::optional<DracoPrimitive> draco_;
   std::optional<std::size_t> vertex_count_;
 };
 
-/// Triangles of a mode (glTF 2.0, section 3.7.2.1).
+/// Makes triangles according to the mode (glTF 2.0, section 3.7.2.1).
 std::vector<std::array<std::uint32_t, 3>> triangles_of(const std::vector<std::uint32_t>& indices, int mode) {
   std::vector<std::array<std::uint32_t, 3>> out;
   if (mode == TINYGLTF_MODE_TRIANGLES) {
@@ -125,7 +125,7 @@ std::vector<std::array<std::uint32_t, 3>> triangles_of(const std::vector<std::ui
   return out;
 }
 
-/// Texture coordinates of a set, v upwards; empty where the primitive has none.
+/// Texture coordinates of a set, v upwards; empty if the primitive has none.
 std::vector<Vec2> read_uvs(AttributeReader& reader, int set) {
   std::vector<Vec2> out;
   const std::string name = fmt::format("TEXCOORD_{}", set);
@@ -135,13 +135,13 @@ std::vector<Vec2> read_uvs(AttributeReader& reader, int set) {
   return out;
 }
 
-/// COLOR_0, where a vertex has another colour than white.
+/// COLOR_0; empty if all vertices are white.
 std::vector<VertexColor> read_colors(AttributeReader& reader) {
   std::vector<VertexColor> out;
   if (!reader.has("COLOR_0")) return out;
   const std::size_t width = reader.components("COLOR_0") == 4 ? 4 : 3;
   const std::vector<float> colors = reader.read("COLOR_0", width);
-  const auto unit = [](float x) { return x > 0 ? std::min(x, 1.0f) : 0.0f; };  // 0 for what is no number
+  const auto unit = [](float x) { return x > 0 ? std::min(x, 1.0f) : 0.0f; };  // 0 for NaN
   bool white = true;
   for (std::size_t i = 0; i < colors.size(); i += width) {
     const VertexColor& color = out.emplace_back(

@@ -82,13 +82,14 @@ void GltfPose::animate(std::vector<std::vector<double>>& translations, std::vect
     if (!is_weights && !is_rotation && channel.target_path != "translation" && channel.target_path != "scale") continue;
     const std::vector<float> values = read_floats(document_, sampler.output, is_weights ? 1 : is_rotation ? 4 : 3);
     const std::size_t keys = model.accessors[static_cast<std::size_t>(sampler.input)].count;
-    // Before the first key its value holds (glTF 2.0, section 3.11); a cubic spline's key is tangent, value, tangent.
+    // The first key's value applies before that key (glTF 2.0, section 3.11). A cubic spline's key is tangent, value,
+    // tangent.
     const bool cubic = sampler.interpolation == "CUBICSPLINE";
     const std::size_t width = is_weights ? values.size() / (keys * (cubic ? 3 : 1)) : is_rotation ? 4 : 3;
     const std::size_t first = cubic ? width : 0;
     if (first + width > values.size()) {
       throw Error({document_.path}, fmt::format("an animation of node {} has too few numbers", node),
-                  "The file is damaged or was written wrongly: export it anew.");
+                  "The file is damaged or invalid: export it again.");
     }
     const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
     const auto end = begin + static_cast<std::ptrdiff_t>(width);
@@ -111,7 +112,7 @@ GltfDeformation GltfPose::deformation(int index) const {
     throw Error({document_.path},
                 fmt::format("skins[{}] has {} joints, but only {} matrices", node.skin, skin.joints.size(),
                             inverses.size() / 16),
-                "The file is damaged or was written wrongly: export it anew.");
+                "The file is damaged or invalid: export it again.");
   }
   for (std::size_t i = 0; i < skin.joints.size(); ++i) {
     const Transform inverse = inverses.empty() ? Transform{} : matrix_of(inverses, 16 * i);

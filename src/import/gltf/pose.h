@@ -1,4 +1,4 @@
-// Where the nodes of a glTF file stand at its first moment.
+// The pose of a glTF file's nodes at time 0.
 #pragma once
 #include <vector>
 
@@ -9,18 +9,18 @@ namespace glowworm {
 
 struct GltfDocument;
 
-/// The nodes of a file at time 0 of its first animation; as the file places them where it has none.
+/// The nodes of a file at time 0 of its first animation, or their static transforms if there is none.
 class GltfPose {
  public:
-  /// Throws Error where an animation or a skin has too few numbers.
+  /// Throws Error if an animation or a skin has too few numbers.
   explicit GltfPose(const GltfDocument& document);
 
   /// A node's transform relative to its parent.
   const Transform& local(int node) const { return local_[static_cast<std::size_t>(node)]; }
-  /// Says where a node stands in the world.
+  /// Sets a node's transform to the world.
   void place(int node, const Transform& to_world) { to_world_[static_cast<std::size_t>(node)] = to_world; }
   const Transform& to_world(int node) const { return to_world_[static_cast<std::size_t>(node)]; }
-  /// What a node with a mesh does to its vertices, once all nodes are placed.
+  /// The deformation of a mesh by a node. All nodes must be placed.
   GltfDeformation deformation(int node) const;
 
  private:
@@ -32,7 +32,7 @@ class GltfPose {
   std::vector<std::vector<float>> weights_;  ///< of morph targets, by node
 };
 
-/// A rotation by a quaternion (x, y, z, w), which need not be quite unit, after a scale.
+/// A scale, followed by a rotation by a quaternion (x, y, z, w), which need not be exactly unit.
 Transform gltf_rotation_and_scale(const double q[4], Vec3 scale);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Numbers and texture references out of glTF extensions, as tinygltf keeps them.
+// Reads numbers and texture references from glTF extensions, as tinygltf stores them.
 #pragma once
 #include <tiny_gltf.h>
 
@@ -10,20 +10,20 @@
 
 namespace glowworm {
 
-/// The extension of that name as an object; nullptr where there is none.
+/// The extension with this name as an object; nullptr if there is none.
 inline const tinygltf::Value* find_extension(const tinygltf::ExtensionMap& extensions, const char* name) {
   const auto it = extensions.find(name);
   return it != extensions.end() && it->second.IsObject() ? &it->second : nullptr;
 }
 
-/// A member that is a finite number; `otherwise` where it is not there or something else.
+/// A member that is a finite number; `otherwise` if it is absent or of another type.
 inline float number_member(const tinygltf::Value& object, const char* key, float otherwise) {
   if (!object.Has(key) || !object.Get(key).IsNumber()) return otherwise;
   const float value = static_cast<float>(object.Get(key).GetNumberAsDouble());
   return std::isfinite(value) ? value : otherwise;
 }
 
-/// Element i of a member that is a list of numbers; `otherwise` where there is none.
+/// Element i of a member that is a list of numbers; `otherwise` if it is absent.
 inline float element_member(const tinygltf::Value& object, const char* key, int i, float otherwise) {
   if (!object.Has(key) || !object.Get(key).IsArray()) return otherwise;
   const tinygltf::Value& element = object.Get(key).Get(i);
@@ -37,7 +37,7 @@ inline RGB color_member(const tinygltf::Value& object, const char* key, RGB othe
           element_member(object, key, 2, otherwise.b)};
 }
 
-/// A texture reference inside an extension; its index is -1 where there is none.
+/// A texture reference inside an extension; its index is -1 if there is none.
 inline tinygltf::TextureInfo texture_member(const tinygltf::Value& object, const char* key) {
   tinygltf::TextureInfo info;
   if (!object.Has(key) || !object.Get(key).IsObject()) return info;

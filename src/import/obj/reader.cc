@@ -159,7 +159,7 @@ class ObjParser {
       if (!text.empty()) {
         corner.index[field] = index_of(text, kNames[field], counts[field]);
       } else if (field == 0) {
-        throw Error({file_, line_}, fmt::format("face corner '{}' names no vertex", word),
+        throw Error({file_, line_}, fmt::format("face corner '{}' is not a vertex", word),
                     "Expected: f 1/1/1 2/2/2 ...");
       }
       if (slash == std::string_view::npos) break;
@@ -177,7 +177,7 @@ class ObjParser {
     const bool inside = error == std::errc() && ((index >= 1 && index <= count) || (index <= -1 && index >= -count));
     if (!inside || count >= std::int64_t{kNone}) {
       throw Error({file_, line_}, fmt::format("{} index {} is out of range: {} defined so far", what, text, count),
-                  "Indices count from 1, or from -1 backwards. Export the file anew.");
+                  "Indices count from 1, or from -1 backwards. Export the file again.");
     }
     return static_cast<std::uint32_t>(index > 0 ? index - 1 : count + index);
   }
@@ -207,7 +207,7 @@ class ObjParser {
     if (!smooth_triangles_.empty()) smooth_normals(mesh_, smooth_triangles_);
     smoothed_ = smoothed_ || !smooth_triangles_.empty();
     merge_identical_vertices(mesh_);
-    notes_.add("triangle wound against its normals, turned round", wind_by_normals(mesh_));
+    notes_.add("triangle wound against its normals, reversed", wind_by_normals(mesh_));
     triangles_.grow(scene_bytes(mesh_));
     if (!object_.empty()) description_.geometry.begin_object(object_);
     append_counted(description_.geometry, mesh_, file_, material_, kNone, notes_);

@@ -108,7 +108,7 @@ struct PbrtBuilder::State {
     if (set->before) set->length = set->before->length + 1;
     if (set->length > kMaxDefaults) {
       return error(d, fmt::format("more than {} Attribute directives are in force", kMaxDefaults),
-                   "Join some of them.");
+                   "Merge some of them.");
     }
     now.defaults = std::move(set);
   }
@@ -116,7 +116,7 @@ struct PbrtBuilder::State {
     if (stack.size() < kMaxNesting) {
       stack.push_back({now, d.name, d.place});
     } else if (ignored_nesting++ == 0) {
-      error(d, fmt::format("{} is nested more than {} deep", d.name, kMaxNesting), "Close what is open.");
+      error(d, fmt::format("{} is nested more than {} deep", d.name, kMaxNesting), "Close open blocks.");
     }
   }
   void end(PbrtDirective& d);
@@ -202,9 +202,10 @@ void PbrtBuilder::State::end(PbrtDirective& d) {
   const std::string_view stem = d.name.substr(0, d.name.size() - 3);  // without "End"
   if (stack.empty() || !stack.back().opened_by.starts_with(stem)) {
     const std::string open =
-        stack.empty() ? "nothing is open"
+        stack.empty() ? "no block is open"
                       : fmt::format("{} at {} is open", stack.back().opened_by, to_string(stack.back().place));
-    error(d, fmt::format("{} without its {}Begin: {}", d.name, stem, open), "Remove it, or close what is open first.");
+    error(d, fmt::format("{} without its {}Begin: {}", d.name, stem, open),
+          "Remove it, or close the open block first.");
     return;
   }
   Attributes& saved = stack.back().attributes;
@@ -230,7 +231,7 @@ void PbrtBuilder::State::color_space(PbrtDirective& d) {
     now.color_space = PbrtColorSpace::aces2065_1;
   } else {
     error(d, fmt::format("unknown colour space {}", in_quotes(name)),
-          "Known are srgb, rec2020, dci-p3 and aces2065-1.");
+          "Supported: srgb, rec2020, dci-p3 and aces2065-1.");
   }
 }
 
@@ -247,7 +248,7 @@ void PbrtBuilder::State::active_transform(PbrtDirective& d) {
     return;
   }
   now.start_active = word != "EndTime";
-  if (!now.start_active) note(d, "not supported, everything stands where it starts: motion");
+  if (!now.start_active) note(d, "not supported, everything stays at its start: motion");
 }
 
 void PbrtBuilder::State::coordinate_system_transform(PbrtDirective& d) {
@@ -274,8 +275,7 @@ void PbrtBuilder::State::camera(PbrtDirective& d) {
 
 void PbrtBuilder::State::world_begin(PbrtDirective& d) {
   if (has_world_content) {
-    error(d, "WorldBegin comes after shapes or lights",
-          "Move them behind it: before, there is only the camera's space.");
+    error(d, "WorldBegin comes after shapes or lights", "Move them after it: only the camera comes before.");
   }
   now.transform = Transform();
   coordinate_systems["world"] = now.transform;
@@ -388,7 +388,7 @@ void PbrtBuilder::State::object_instance(PbrtDirective& d) {
   }
   const auto found = objects.find(d.strings[0]);
   if (found == objects.end()) {
-    error(d, fmt::format("no object {}", in_quotes(d.strings[0])), "Define it before by ObjectBegin.");
+    error(d, fmt::format("no object {}", in_quotes(d.strings[0])), "Define it first by ObjectBegin.");
     return;
   }
   for (const PbrtShape& shape : found->second) {

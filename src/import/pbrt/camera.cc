@@ -24,7 +24,7 @@ void set_window(Camera& camera, const PbrtParameters& parameters) {
   const auto window = parameters.numbers("screenwindow", PbrtType::real);
   if (window.empty()) return;
   if (window.size() != 4 || window[0] == window[1] || window[2] == window[3]) {
-    parameters.diagnostics().error(parameters.place(), "screenwindow is no rectangle",
+    parameters.diagnostics().error(parameters.place(), "screenwindow is not a rectangle",
                                    "Give four numbers: left, right, bottom and top.");
     return;
   }
@@ -38,7 +38,7 @@ void set_pixel_bounds(FilmRequest& film, const PbrtParameters& parameters) {
   const double size[2] = {static_cast<double>(film.width), static_cast<double>(film.height)};
   if (bounds.size() != 4 || bounds[0] >= bounds[1] || bounds[2] >= bounds[3] || bounds[0] >= size[0] ||
       bounds[2] >= size[1] || bounds[1] <= 0 || bounds[3] <= 0) {
-    parameters.diagnostics().error(parameters.place(), "pixelbounds is no part of the picture",
+    parameters.diagnostics().error(parameters.place(), "pixelbounds is not a part of the picture",
                                    "Give x0 x1 y0 y1 in pixels with x0 < x1 and y0 < y1.");
     return;
   }
@@ -54,7 +54,7 @@ void set_crop(FilmRequest& film, const PbrtParameters& parameters) {
       crop[3] <= 1) {
     for (int i = 0; i < 4; ++i) film.crop[i] = static_cast<float>(crop[i]);
   } else {
-    parameters.diagnostics().error(parameters.place(), "cropwindow is no part of the picture",
+    parameters.diagnostics().error(parameters.place(), "cropwindow is not a part of the picture",
                                    "Give x0 x1 y0 y1 with 0 <= x0 < x1 <= 1, and the same for y.");
   }
 }
@@ -97,7 +97,7 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
     return camera;
   } else {
     parameters.diagnostics().error(parameters.place(), fmt::format("unknown camera {}", in_quotes(kind)),
-                                   "Known are perspective and orthographic.");
+                                   "Supported: perspective and orthographic.");
     return camera;
   }
   set_window(camera, parameters);
@@ -119,13 +119,13 @@ void note_render_settings(std::string_view directive, const std::string& kind, c
     const int samples = std::clamp(parameters.integer("pixelsamples", 0), 0, 1 << 20);
     if (samples == 0) return;
     film.samples = static_cast<std::uint32_t>(samples);
-    diagnostics.note(parameters.place(),
-                     fmt::format("the default of --samples with --integrator path alone: pixelsamples {}", samples));
+    diagnostics.note(
+        parameters.place(),
+        fmt::format("used only as the default of --samples with --integrator path: pixelsamples {}", samples));
   } else if (directive == "Integrator") {
     if (parameters.has("maxdepth"))
-      diagnostics.note(parameters.place(),
-                       fmt::format("not supported, light goes on until nothing is left: maxdepth {}",
-                                   parameters.integer("maxdepth", 0)));
+      diagnostics.note(parameters.place(), fmt::format("not supported, paths have no length limit: maxdepth {}",
+                                                       parameters.integer("maxdepth", 0)));
   } else if (directive == "PixelFilter") {
     // A box filter of one pixel, of any radius, is closest to the filter used here.
     if (kind != "box")
@@ -138,7 +138,7 @@ FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters,
   FilmRequest film;
   if (kind != "rgb" && kind != "image" && kind != "gbuffer" && kind != "spectral") {
     parameters.diagnostics().error(parameters.place(), fmt::format("unknown film {}", in_quotes(kind)),
-                                   "Known are rgb, gbuffer and spectral.");
+                                   "Supported: rgb, gbuffer and spectral.");
     return film;
   }
   constexpr int kLongestSide = 1 << 16;

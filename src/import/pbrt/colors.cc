@@ -98,7 +98,7 @@ std::optional<SampledSpectrum> read_spectrum(PbrtContext& context, const PbrtPar
       parameters.error(
           parameter,
           fmt::format("{} is neither a known spectrum nor a readable file: {}", in_quotes(name), error.what()),
-          "Known are metal-Ag-eta, metal-Ag-k (also Al, Au, Cu, CuZn), glass-BK7 and other glasses, "
+          "Supported: metal-Ag-eta, metal-Ag-k (also Al, Au, Cu, CuZn), glass-BK7 and other glasses, "
           "stdillum-D65 and other illuminants.");
       return std::nullopt;
     }
@@ -157,7 +157,7 @@ std::optional<RGB> read_color(PbrtContext& context, const PbrtParameters& parame
   if (!color) return std::nullopt;
   if (!is_finite(*color)) {
     parameters.error(parameter, fmt::format("the colour {} is too large", in_quotes(parameter.name)),
-                     "Give numbers that single precision holds.");
+                     "Give numbers within single precision.");
     return std::nullopt;
   }
   return use == PbrtColorUse::reflectance ? clamp_reflectance(parameters, parameter, *color) : *color;

@@ -41,7 +41,7 @@ std::string inflate_gzip(const std::string& path, const std::string& packed, Res
       throw Error({path},
                   "inflates to more than " + std::to_string(max_bytes >> 20) + " MiB, " +
                       std::to_string(kMaxInflation) + " times its size",
-                  "Inflate it by hand (gunzip) if it is what it should be.");
+                  "If the file is genuine, inflate it with gunzip.");
     }
     const std::size_t room = std::min<std::uint64_t>(std::max(kPiece, filled / 2), max_bytes - filled);
     const std::size_t piece_out = std::min<std::size_t>(room, 1u << 30);
@@ -57,7 +57,7 @@ std::string inflate_gzip(const std::string& path, const std::string& packed, Res
     out.resize(filled + piece_out - stream.avail_out);
     const bool progress = out.size() > filled || stream.avail_in < piece_in;
     if ((result != Z_OK && result != Z_STREAM_END) || !progress) {
-      throw Error({path}, "is damaged: its gzip data end early or make no sense", "Get the file again.");
+      throw Error({path}, "is damaged: its gzip data is truncated or invalid", "Get the file again.");
     }
   }
   return out;

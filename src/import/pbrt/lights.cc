@@ -56,7 +56,7 @@ class LightBuilder {
     if (kind == "infinite" || kind == "exinfinite") return infinite();
     if (kind == "goniometric") {
       parameters_.use_all();
-      note("not supported, taken as a point light: goniometric light");
+      note("not supported, read as a point light: goniometric light");
       return point();
     }
     if (kind == "projection") {
@@ -64,7 +64,7 @@ class LightBuilder {
       return note("not supported, left out: projection light");
     }
     parameters_.diagnostics().error(parameters_.place(), fmt::format("unknown light {}", in_quotes(kind)),
-                                    "Known are point, spot, distant and infinite.");
+                                    "Supported: point, spot, distant and infinite.");
   }
 
  private:
@@ -180,8 +180,8 @@ class LightBuilder {
       const std::string message = error.what();
       context_.diagnostics.error(
           parameters_.place(),
-          "the picture of an infinite light cannot be read: " + message.substr(0, message.find('\n')),
-          "Put the file where the scene says, or leave the light out.");
+          "the image of an infinite light cannot be read: " + message.substr(0, message.find('\n')),
+          "Put the file there, or remove the light.");
       return nullptr;
     }
   }
@@ -240,7 +240,7 @@ PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, con
   PbrtAreaLight light;
   if (kind != "diffuse" && kind != "area") {
     parameters.diagnostics().error(parameters.place(), fmt::format("unknown area light {}", in_quotes(kind)),
-                                   "The one area light there is is \"diffuse\".");
+                                   "The only area light is \"diffuse\".");
     return light;
   }
   light.emission.name = "area light";

@@ -105,8 +105,8 @@ void PbrtMaterialTable::check_mixes() {
         if (state[part] == open) {
           const auto name = names_.find(materials[at].name);
           context_.diagnostics.error(name == names_.end() ? PbrtPlace() : name->second.first_use,
-                                     fmt::format("the mix {} holds itself", in_quotes(materials[part].name)),
-                                     "Mix materials that are no mixes of it.");
+                                     fmt::format("the mix {} contains itself", in_quotes(materials[part].name)),
+                                     "Mix materials that do not contain it.");
           materials[at].kind = MaterialKind::diffuse;
           break;
         }
@@ -138,7 +138,7 @@ void PbrtMaterialTable::remove_absent() {
   }
   if (count < geometry.triangles.size()) {
     context_.scene.notes.push_back(
-        fmt::format("{} triangles of an \"interface\" material or with an alpha of 0 are not there",
+        fmt::format("{} triangles of an \"interface\" material or with an alpha of 0 were removed",
                     geometry.triangles.size() - count));
   }
   geometry.triangles.resize(count);

@@ -84,7 +84,7 @@ class MaterialBuilder {
                                                                "fourier",    "kdsubsurface", "principled", "merl"};
     if (std::find(kKnown.begin(), kKnown.end(), kind) == kKnown.end()) {
       parameters_.diagnostics().error(parameters_.place(), fmt::format("unknown material {}", in_quotes(kind)),
-                                      "Known are diffuse, coateddiffuse, conductor, coatedconductor, dielectric, "
+                                      "Supported: diffuse, coateddiffuse, conductor, coatedconductor, dielectric, "
                                       "thindielectric, diffusetransmission, mix and interface.");
       return;
     }
@@ -100,7 +100,7 @@ class MaterialBuilder {
     material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
     // Standard deviation of pbrt-v3's Oren-Nayar model.
     if (parameters_.has("sigma") && parameters_.real("sigma", 0) != 0) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as 0: sigma of a diffuse material");
+      parameters_.diagnostics().note(parameters_.place(), "not supported, read as 0: sigma of a diffuse material");
     }
   }
 
@@ -137,7 +137,7 @@ class MaterialBuilder {
     if (!parameters_.has("albedo")) return;
     const ColorInput albedo = color_input(context_, parameters_, "albedo", RGB(0.0f));
     if (!is_black(albedo.value)) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as absorbing: albedo of a coat");
+      parameters_.diagnostics().note(parameters_.place(), "not supported, read as absorbing: albedo of a coat");
     }
   }
 
@@ -153,7 +153,7 @@ class MaterialBuilder {
     if (parameters_.has("reflectance")) {
       if (parameters_.has(prefix + "eta") || parameters_.has(prefix + "k")) {
         parameters_.diagnostics().error(parameters_.place(), "a conductor with both reflectance and eta or k",
-                                        "Give the one or the other.");
+                                        "Give only one of them.");
       }
       material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
       material_.use_reflectance = material_.reflectance.texture != kNone;
@@ -180,7 +180,7 @@ class MaterialBuilder {
     FloatInput other;
     roughness("interface.", 0, material_.coat_roughness, other);
     if (other.value != material_.coat_roughness.value) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as isotropic: roughness of a coat");
+      parameters_.diagnostics().note(parameters_.place(), "not supported, read as isotropic: roughness of a coat");
     }
     material_.ior = read_index_of_refraction(context_, parameters_, "interface.eta", 1.5f);
     coat("thickness");

@@ -113,8 +113,7 @@ float PbrtParameters::real(std::string_view name, float otherwise) const {
   if (!found) return otherwise;
   const auto value = static_cast<float>(found->numbers[0]);
   if (std::isfinite(value)) return value;
-  error(*found, fmt::format("parameter {} is too large", in_quotes(name)),
-        "Give a number that single precision holds.");
+  error(*found, fmt::format("parameter {} is too large", in_quotes(name)), "Give a number within single precision.");
   return otherwise;
 }
 
@@ -147,7 +146,7 @@ Vec3 PbrtParameters::point3(std::string_view name, Vec3 otherwise) const {
   const Vec3 value{static_cast<float>(found->numbers[0]), static_cast<float>(found->numbers[1]),
                    static_cast<float>(found->numbers[2])};
   if (is_finite(value)) return value;
-  error(*found, fmt::format("parameter {} is too large", in_quotes(name)), "Give numbers that single precision holds.");
+  error(*found, fmt::format("parameter {} is too large", in_quotes(name)), "Give numbers within single precision.");
   return otherwise;
 }
 
@@ -164,7 +163,7 @@ std::span<const double> PbrtParameters::numbers(std::string_view name, PbrtType 
     error(*found,
           fmt::format("parameter {} has {} values, which is not a multiple of {}", in_quotes(name),
                       found->numbers.size(), group_size(type)),
-          "Values are missing or too many.");
+          "Add or remove values.");
     return {};
   }
   return found->numbers;

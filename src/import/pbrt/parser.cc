@@ -197,11 +197,11 @@ void Parser::include(const PbrtDirective& directive, const std::string& path) {
     fail(directive.place, in_quotes(name) + " includes itself", "Remove the circular Include.");
   }
   if (open_files_.size() > kMaxIncludeDepth) {
-    fail(directive.place, fmt::format("files include one another more than {} deep", kMaxIncludeDepth),
+    fail(directive.place, fmt::format("files are included more than {} deep", kMaxIncludeDepth),
          "Include fewer levels.");
   }
   if (++includes_ > kMaxIncludes) {
-    fail(directive.place, fmt::format("more than {} included files", kMaxIncludes), "Join some of them.");
+    fail(directive.place, fmt::format("more than {} included files", kMaxIncludes), "Merge some of them.");
   }
   std::string text;
   Reservation held(budget_, "scene files", 0);
@@ -236,7 +236,7 @@ void Parser::read_numbers(PbrtTokenizer& tokens, const Signature& signature, Pbr
   const PbrtToken& end = tokens.peek();
   if (end.kind != PbrtTokenKind::right_bracket) {
     fail(end.place, fmt::format("expected ] after the {} numbers of {}", signature.numbers, signature.name),
-         "Close the list, or remove what is too much.");
+         "Close the list, or remove surplus numbers.");
   }
   tokens.next();
 }
@@ -268,7 +268,7 @@ PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens) {
   const std::size_t type_end = text.find_first_of(kBlanks, type_begin);
   const std::size_t name_begin = text.find_first_not_of(kBlanks, type_end);
   if (type_begin == std::string::npos || name_begin == std::string::npos) {
-    fail(declaration.place, in_quotes(text) + " is no parameter: expected a type and a name",
+    fail(declaration.place, in_quotes(text) + " is not a parameter: expected a type and a name",
          "Write for example \"float radius\" 2.");
   }
   const std::string_view type = std::string_view(text).substr(type_begin, type_end - type_begin);
@@ -319,7 +319,7 @@ void Parser::read_value(const PbrtToken& token, PbrtParameter& parameter) {
     return;
   }
   fail(token.place,
-       fmt::format("{} is no value of type {} for parameter {}", in_quotes(token.text), name_of(parameter.type),
+       fmt::format("{} is not a value of type {} for parameter {}", in_quotes(token.text), name_of(parameter.type),
                    in_quotes(parameter.name)),
        parameter.type == PbrtType::boolean ? "Write true or false." : "Give a value of that type.");
 }
@@ -327,7 +327,7 @@ void Parser::read_value(const PbrtToken& token, PbrtParameter& parameter) {
 void Parser::check_values(const PbrtParameter& parameter) {
   if (!parameter.numbers.empty() && !parameter.strings.empty()) {
     fail(parameter.place, fmt::format("parameter {} mixes numbers and strings", in_quotes(parameter.name)),
-         "Give the one or the other.");
+         "Give only one of them.");
   }
   const std::size_t count = parameter.numbers.size() + parameter.strings.size();
   const bool color = parameter.type == PbrtType::rgb || parameter.type == PbrtType::xyz;

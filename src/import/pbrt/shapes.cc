@@ -37,7 +37,7 @@ class ShapeBuilder {
       return std::nullopt;
     }
     return fail(fmt::format("unknown shape {}", in_quotes(kind)),
-                "Known are trianglemesh, plymesh, bilinearmesh, loopsubdiv, sphere, disk and cylinder.");
+                "Supported: trianglemesh, plymesh, bilinearmesh, loopsubdiv, sphere, disk and cylinder.");
   }
 
  private:
@@ -81,7 +81,7 @@ class ShapeBuilder {
     }
     if (given->numbers.size() % corners != 0) {
       parameters_.error(*given, fmt::format("{} indices are not a multiple of {}", given->numbers.size(), corners),
-                        "Indices are missing or too many.");
+                        "Add or remove indices.");
       return std::nullopt;
     }
     for (const double index : parameters_.numbers("indices", PbrtType::integer)) {
@@ -99,7 +99,7 @@ class ShapeBuilder {
   template <typename T>
   bool fits(const std::vector<T>& values, std::size_t vertices, const char* name) {
     if (values.empty() || values.size() == vertices) return true;
-    fail(fmt::format("{} {} for {} points P", values.size(), name, vertices), "Give one a point, or none.");
+    fail(fmt::format("{} {} for {} points P", values.size(), name, vertices), "Give one per point, or none.");
     return false;
   }
 
@@ -176,7 +176,7 @@ class ShapeBuilder {
     const float height = parameters_.real("height", 0);
     const auto phi = phi_max();
     if (!(radius > 0) || !(inner >= 0) || inner >= radius) {
-      return fail("the radii of a disk make no ring", "Give 0 <= innerradius < radius.");
+      return fail("the radii of a disk enclose no area", "Give 0 <= innerradius < radius.");
     }
     if (!phi) return std::nullopt;
     return tessellate_disk(height, radius, inner, *phi);

@@ -89,7 +89,7 @@ class TextureBuilder {
 
   PbrtTexture checkerboard() {
     if (parameters_.integer("dimension", 2) != 2) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, taken as two-dimensional: 3D checkerboard");
+      parameters_.diagnostics().note(parameters_.place(), "not supported, read as two-dimensional: 3D checkerboard");
     }
     TextureNode node;
     node.kind = TextureKind::checkerboard;

@@ -28,7 +28,7 @@ std::optional<Transform> rotation(const PbrtDirective& directive) {
   const Vec3 axis = three(directive, 1);
   const float l = length(axis);
   if (!(l > 0) || !std::isfinite(l)) {
-    directive.parameters.diagnostics().error(directive.place, "Rotate around an axis of no length",
+    directive.parameters.diagnostics().error(directive.place, "Rotate around an axis of zero length",
                                              "Give an angle in degrees and an axis, as Rotate 90 0 1 0.");
     return std::nullopt;
   }
@@ -45,9 +45,9 @@ std::optional<Transform> look_at_transform(const PbrtDirective& directive) {
   const Vec3 eye = three(directive, 0), forward = three(directive, 3) - eye, up = three(directive, 6);
   const Vec3 right = cross(up, forward);
   if (!(length(right) > 0) || !is_finite(right)) {
-    directive.parameters.diagnostics().error(
-        directive.place, "LookAt: the eye is at what it looks at, or up points along the view",
-        "Give three numbers each for the eye, the point it looks at, and what is up.");
+    directive.parameters.diagnostics().error(directive.place,
+                                             "LookAt: eye and target coincide, or up is parallel to the view",
+                                             "Give three numbers each for eye, target and up.");
     return std::nullopt;
   }
   const Vec3 z = normalize(forward), x = normalize(cross(normalize(up), z));

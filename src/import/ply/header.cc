@@ -42,7 +42,7 @@ class HeaderReader {
 
   PlyHeader read() {
     PlyHeader header;
-    if (trimmed(next_line()) != "ply") fail("is no PLY file: its first line is not 'ply'", kDamaged);
+    if (trimmed(next_line()) != "ply") fail("is not a PLY file: its first line is not 'ply'", kDamaged);
     bool has_format = false;
     for (;;) {
       std::string_view line = next_line();

@@ -32,7 +32,7 @@ class ValueReader {
     const double count = value(property.count_type);
     const std::uint64_t each = format_ == PlyFormat::ascii ? 1 : size_of(property.type);
     if (!(count >= 0) || count > static_cast<double>((bytes_.size() - at_) / each)) {
-      fail("a list has a length that the file cannot hold");
+      fail("a list is longer than the rest of the file");
     }
     return static_cast<std::uint64_t>(count);
   }
@@ -240,7 +240,7 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget&
       has_vertices = true;
       read_vertices(reader, element, file, vertices, mesh);
     } else if (element.name == "face" && !element.properties.empty()) {
-      if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh anew.");
+      if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh again.");
       has_faces = true;
       read_faces(reader, element, faces, mesh);
     } else {

@@ -39,7 +39,7 @@ std::uint32_t facet_count(std::string_view bytes) {
 }
 
 Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
-  if (bytes.size() < kHeaderBytes) throw Error({file}, "is no STL file: it ends within the header", kDamaged);
+  if (bytes.size() < kHeaderBytes) throw Error({file}, "is not an STL file: it ends within the header", kDamaged);
   const std::uint32_t count = facet_count(bytes);
   if (count > (bytes.size() - kHeaderBytes) / kFacetBytes) {
     throw Error({file}, fmt::format("the header promises {} facets, but the file ends before them", count), kDamaged);

@@ -1,6 +1,6 @@
-// glowworm-assimp: reads a scene file by Assimp and hands it over through a pipe. Assimp does not stand up to files
-// that are damaged or made to do harm; so this is a process of its own, with limits, which may crash. usage:
-// glowworm-assimp FILE DESCRIPTOR MEMORY_BYTES CPU_SECONDS
+// glowworm-assimp: reads a scene file by Assimp and writes it to a pipe. Assimp may crash on damaged or malicious
+// files, so this is a separate process with limits.
+// usage: glowworm-assimp FILE DESCRIPTOR MEMORY_BYTES CPU_SECONDS
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
@@ -55,7 +55,7 @@ void limit(__rlimit_resource resource, rlim_t most, rlim_t beyond = 0) {
 }
 
 void confine(rlim_t memory_bytes, rlim_t cpu_seconds) {
-  // The one that started this process may end at any moment, and Ctrl-C is its business.
+  // The parent may end at any time, and handles Ctrl-C.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() == 1) end(ForeignExit::misused);
   signal(SIGINT, SIG_IGN);
@@ -63,14 +63,14 @@ void confine(rlim_t memory_bytes, rlim_t cpu_seconds) {
   close_range(static_cast<unsigned>(descriptor) + 1, ~0u, 0);
   limit(RLIMIT_AS, memory_bytes);
   limit(RLIMIT_STACK, kStackBytes);
-  limit(RLIMIT_CPU, cpu_seconds, 1);  // at which SIGXCPU comes, before SIGKILL a second later
+  limit(RLIMIT_CPU, cpu_seconds, 1);  // SIGXCPU first, SIGKILL a second later
   limit(RLIMIT_NOFILE, kOpenFiles);
-  limit(RLIMIT_FSIZE, 0);  // it writes no file
+  limit(RLIMIT_FSIZE, 0);  // it writes no files
   limit(RLIMIT_CORE, 0);
   std::set_new_handler([] { end(ForeignExit::out_of_memory); });
 }
 
-/// Opens regular files only: others may block for ever.
+/// Opens only regular files: others may block forever.
 class RegularFiles final : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override {
@@ -101,7 +101,7 @@ TextureWrap wrap_of(int mode) {
   }
 }
 
-/// Takes what a scene of Assimp's has over into one of ours.
+/// Converts a scene of Assimp.
 class Collector {
  public:
   explicit Collector(const aiScene& scene) : scene_(scene) {}
@@ -109,7 +109,7 @@ class Collector {
   ForeignScene collect() {
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) {
       const aiTexture& texture = *scene_.mTextures[i];
-      std::string& bytes = out_.embedded.emplace_back();  // stays empty for raw pixels, which no reader in use gives
+      std::string& bytes = out_.embedded.emplace_back();  // stays empty for raw pixels, which no reader in use produces
       if (texture.mHeight == 0) bytes.assign(reinterpret_cast<const char*>(texture.pcData), texture.mWidth);
     }
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i) out_.materials.push_back(material_of(*scene_.mMaterials[i]));
@@ -122,7 +122,7 @@ class Collector {
   }
 
  private:
-  /// Visits parents before children, and children in their order; without recursion, since trees may be deep.
+  /// Visits parents before children, and children in order. Not recursive, because trees may be deep.
   void visit_nodes() {
     std::vector<std::pair<const aiNode*, Transform>> pending;
     if (scene_.mRootNode) pending.emplace_back(scene_.mRootNode, Transform{});
@@ -240,12 +240,12 @@ class Collector {
 
   const aiScene& scene_;
   ForeignScene out_;
-  std::multimap<std::string, unsigned> cameras_, lights_;  ///< by the names of their nodes
+  std::multimap<std::string, unsigned> cameras_, lights_;  ///< by name of their node
 };
 
 void run(const char* file) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new RegularFiles);  // which the importer deletes
+  importer.SetIOHandler(new RegularFiles);  // the importer deletes it
   const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate);
   if (!scene) {
     const std::string reason = importer.GetErrorString();
@@ -271,5 +271,5 @@ int main(int argc, char** argv) {
     glowworm::send(error.what(), std::strlen(error.what()));
     glowworm::end(ForeignExit::refused);
   }
-  glowworm::end(ForeignExit{0});  // without destructors: Assimp's may crash, too
+  glowworm::end(ForeignExit{0});  // no destructors: Assimp's may crash, too
 }
