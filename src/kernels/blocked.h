@@ -14,7 +14,7 @@ namespace glowworm {
 inline constexpr int kBlockWidth = 8;
 /// Query points that are looked up together. Runs are padded to a multiple of this.
 inline constexpr int kTileWidth = 32;
-/// Most query points in a run.
+/// Maximum number of query points in a run.
 inline constexpr int kRunPoints = 256;
 
 /// Eight nearby photons. A lane without a photon has infinite inverse_radius_squared, so no kernel contains it.
@@ -68,7 +68,7 @@ struct BlockedCounts {
   }
 };
 
-/// A photon found by blocked_find(): its place (8 times the block plus the lane), and its profile at the query point.
+/// A photon found by blocked_find(): its index (8 times the block plus the lane), and its profile at the query point.
 struct BlockedPhoton {
   std::uint32_t place;
   float profile;
@@ -88,7 +88,7 @@ void blocked_sum(const BlockTree& tree, const QueryRun& run, BlockedScratch& scr
 void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const GlossyPoints& glossy, BlockedScratch& scratch,
                         BlockedCounts& counts);
 
-/// Replaces `found` by the photons whose support contains one point, in order of their places.
+/// Replaces `found` by the photons whose support contains one point, in order of their indices.
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
                   std::vector<BlockedPhoton>& found, BlockedCounts& counts);
 

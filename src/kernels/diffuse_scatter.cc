@@ -15,7 +15,7 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Where paths arrived.
+/// The points where paths arrived.
 struct Places {
   Triple position, geometric, shading;
 };

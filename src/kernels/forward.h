@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// Most query points in a packet.
+/// Maximum number of query points in a packet.
 inline constexpr int kForwardMaxLanes = 16;
 
 /// A node of the tree, 8 bytes: one photon, on the node's split plane. Nodes are in preorder: the left child follows

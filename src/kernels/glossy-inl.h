@@ -1,4 +1,4 @@
-// f of glossy query points, one a lane, towards the direction of a photon; compiled once for every instruction set.
+// Evaluates f of glossy query points, one per lane, towards a photon; compiled once for every instruction set.
 #if defined(GLOWWORM_KERNELS_GLOSSY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GLOWWORM_KERNELS_GLOSSY_INL_H_
 #undef GLOWWORM_KERNELS_GLOSSY_INL_H_
@@ -18,8 +18,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Reflectance of a dielectric (fresnel_dielectric() of bsdf/fresnel.h): for total reflection the cosine beyond is 0
-/// and both terms are 1.
+/// Reflectance of a dielectric (fresnel_dielectric() of bsdf/fresnel.h). At total reflection the transmitted cosine is
+/// 0, and both terms are 1.
 template <class D>
 HWY_INLINE hn::Vec<D> glossy_dielectric(D d, hn::Vec<D> cosine, hn::Vec<D> eta) {
   const auto one = hn::Set(d, 1.0f);
@@ -93,7 +93,7 @@ HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::siz
   const auto above = hn::Gt(cosine, zero);
   const V c = hn::Max(cosine, hn::Set(d, 1e-12f));
 
-  // The lobe, with the half vector's length left in: v = wo + wi, of which t is tangential and n along the normal.
+  // The lobe, without normalising the half vector: v = wo + wi, with tangential part t and normal part n.
   const V vx = hn::Add(field(kGlossyWo), x), vy = hn::Add(field(kGlossyWo + 1), y),
           vz = hn::Add(field(kGlossyWo + 2), z);
   const V along = hn::MulAdd(nx, vx, hn::MulAdd(ny, vy, hn::Mul(nz, vz)));

@@ -1,4 +1,4 @@
-// Glossy query points for the kernels: arrays of the numbers of their BSDFs.
+// Data of glossy query points for the kernels: arrays of the numbers of their BSDFs.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -41,15 +41,15 @@ enum GlossyField : std::size_t {
 };
 inline constexpr std::size_t kGlossyIndex = kGlossyFirstGrazing, kGlossyThickness = kGlossySecondGrazing;
 
-/// Values of a curve in the tables, at cosines (i / (kGlossyCurve - 1))^2; a point of the model schlick has two, one
-/// behind the other.
+/// Number of values of a curve in the tables, at cosines (i / (kGlossyCurve - 1))^2. A point of the model schlick has
+/// two curves, one after the other.
 inline constexpr int kGlossyCurve = 32;
 
 /// The numbers of one point.
 using GlossyNumbers = std::array<float, kGlossyFields>;
 
-/// Numbers of points that lie together: field f of point i is fields[f * stride + i]. Readable up to a vector behind
-/// the last point.
+/// Numbers of consecutive points: field f of point i is fields[f * stride + i]. One vector beyond the last point is
+/// readable.
 struct GlossyPoints {
   const float* fields = nullptr;
   std::size_t stride = 0;

@@ -1,4 +1,4 @@
-// Profiles of the kernels of density estimation in vectors; compiled once for every instruction set.
+// Vector versions of the profiles of density kernels; compiled once for every instruction set.
 #if defined(GLOWWORM_KERNELS_KERNEL_SHAPE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GLOWWORM_KERNELS_KERNEL_SHAPE_INL_H_
 #undef GLOWWORM_KERNELS_KERNEL_SHAPE_INL_H_
@@ -18,7 +18,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// kernel_profile() at u = (distance over radius)^2. Lanes of u of 1 or more hold anything.
+/// kernel_profile() at u = (distance / radius)^2. Lanes with u >= 1 are undefined.
 template <KernelShape shape, class D>
 HWY_INLINE hn::Vec<D> kernel_profile_at(D d, hn::Vec<D> u) {
   const auto one = hn::Set(d, 1.0f);
@@ -26,7 +26,7 @@ HWY_INLINE hn::Vec<D> kernel_profile_at(D d, hn::Vec<D> u) {
   if constexpr (shape == KernelShape::cone) return hn::Sub(one, hn::Sqrt(u));
   if constexpr (shape == KernelShape::epanechnikov) return hn::Sub(one, u);
   if constexpr (shape == KernelShape::gaussian)
-    // The exponential is asked for its own range alone.
+    // Limits the argument to the range in use.
     return hn::Exp(d, hn::Mul(hn::Min(u, one), hn::Set(d, static_cast<float>(kGaussianExponent))));
 }
 

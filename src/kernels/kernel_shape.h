@@ -1,5 +1,5 @@
-// The kernels K of the density estimators, over the unit disc: their names, their norms and their profiles. A new shape
-// takes an entry in each function here, and one in kernels/kernel_shape-inl.h.
+// The kernels K of the density estimators, over the unit disc: names, norms and profiles. To add a shape, add an entry
+// to each function here, and to the function in kernels/kernel_shape-inl.h.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -10,24 +10,24 @@
 
 namespace glowworm {
 
-/// Kernels K over the unit disc, normalised so that their integral over it is 1 (d: distance over radius).
+/// Kernels K over the unit disc, normalised to an integral of 1 (d: distance / radius).
 enum class KernelShape : std::uint8_t {
   box,           ///< 1 / pi
   cone,          ///< 3 / pi (1 - d)
   epanechnikov,  ///< 2 / pi (1 - d^2)
-  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
+  gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, truncated at d = 1 and normalised
 };
 
 inline constexpr KernelShape kKernelShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
                                                 KernelShape::gaussian};
 
-/// Names for menus, scripts, the command line and the statistics; the index is the value of KernelShape.
+/// Names for menus, scripts, the command line and the statistics, indexed by KernelShape.
 inline const std::vector<std::string>& kernel_names() {
   static const std::vector<std::string> names = {"box", "cone", "epanechnikov", "gaussian"};
   return names;
 }
 
-/// Calls work(c), where c is a std::integral_constant of the shape: code for each shape from a choice at run time.
+/// Calls work(c), where c is a std::integral_constant of the shape: one instance of the code for each shape.
 template <class Work>
 [[gnu::always_inline]] inline void with_kernel_shape(KernelShape shape, Work&& work) {
   switch (shape) {
@@ -42,17 +42,17 @@ template <class Work>
   }
 }
 
-/// Factors in front of the kernels, so that the integral of each over the unit disc is 1.
+/// Factors that normalise the kernels' integral over the unit disc to 1.
 inline constexpr double kBoxNorm = 1 / std::numbers::pi;
 inline constexpr double kConeNorm = 3 / std::numbers::pi;
 inline constexpr double kEpanechnikovNorm = 2 / std::numbers::pi;
-/// The Gaussian is exp(kGaussianExponent d^2), that is s = 1/3; cut at d = 1 it integrates to
-/// pi / 4.5 (1 - exp(-4.5)).
+/// The Gaussian is exp(kGaussianExponent d^2), so s = 1/3. Truncated at d = 1, its integral is pi / 4.5 (1 -
+/// exp(-4.5)).
 inline constexpr double kGaussianExponent = -4.5;
 inline constexpr double kExpOfGaussianExponent = 0.011108996538242306;
 inline constexpr double kGaussianNorm = 4.5 / (std::numbers::pi * (1 - kExpOfGaussianExponent));
 
-/// The factor of a shape, as above.
+/// The normalising factor of a shape.
 constexpr double kernel_norm(KernelShape shape) {
   switch (shape) {
     case KernelShape::box:
@@ -67,9 +67,9 @@ constexpr double kernel_norm(KernelShape shape) {
   return 0;
 }
 
-/// K(d) over kernel_norm(shape), for d in [0, 1]: 1 at the middle. The sums of the estimators take this inside and the
-/// factor outside.
-/// @param d_squared (distance over radius) squared; only the cone needs a root
+/// K(d) / kernel_norm(shape) for d in [0, 1]; 1 at the centre. Estimators use it inside their sums and multiply by the
+/// norm afterwards.
+/// @param d_squared (distance / radius)^2; only the cone needs a square root
 template <class Real>
 Real kernel_profile(KernelShape shape, Real d_squared) {
   switch (shape) {

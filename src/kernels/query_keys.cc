@@ -20,7 +20,7 @@ using U = hn::RebindToUnsigned<F>;
 using FloatVector = hn::Vec<F>;
 using Bits = hn::Vec<U>;
 
-/// Bit i of each lane to bit 2i, for kKeyLevels bits.
+/// Moves bit i of each lane to bit 2i, for kKeyLevels bits.
 HWY_INLINE Bits spread(Bits v) {
   static_assert(kKeyLevels <= 8);
   const U u;
@@ -29,8 +29,9 @@ HWY_INLINE Bits spread(Bits v) {
   return hn::And(hn::Or(v, hn::ShiftLeft<1>(v)), hn::Set(u, 0x5555u));
 }
 
-/// The place of square (x, y) of 2^kKeyLevels along each axis on a Hilbert curve (Skilling, "Programming the Hilbert
-/// curve", AIP Conference Proceedings 707, 2004: coordinates are turned into the key's bits level by level).
+/// The position of square (x, y) on a Hilbert curve through 2^kKeyLevels squares along each axis (Skilling,
+/// "Programming the Hilbert curve", AIP Conference Proceedings 707, 2004: the coordinates become the key's bits level
+/// by level).
 HWY_INLINE Bits curve(Bits x, Bits y) {
   const U u;
   const Bits zero = hn::Zero(u);
@@ -51,8 +52,7 @@ HWY_INLINE Bits curve(Bits x, Bits y) {
   return hn::Or(hn::ShiftLeft<1>(spread(hn::Xor(x, turned))), spread(hn::Xor(y, turned)));
 }
 
-/// Where the points of a vector lie on their surfaces: slab and curve of the key, and the group that their normals make
-/// (of Lambertian points), in their places.
+/// The slab, curve and group bits of a vector's keys. The group is that of Lambertian points.
 HWY_INLINE Bits place_on_surface(const FloatVector* n, const Bits* fine) {
   const U u;
   const FloatVector of_x = hn::Abs(n[0]), of_y = hn::Abs(n[1]), of_z = hn::Abs(n[2]);
@@ -68,7 +68,7 @@ HWY_INLINE Bits place_on_surface(const FloatVector* n, const Bits* fine) {
                 curve(hn::IfThenElse(is_x, fine[1], fine[0]), hn::IfThenElse(is_z, fine[1], fine[2])));
 }
 
-/// The keys of as many points as a vector has lanes.
+/// Computes the keys of one vector of points.
 HWY_INLINE void keys_of_vector(const KeyGrid& grid, const float* position, const float* normal,
                                const std::uint32_t* bsdf, std::uint32_t* keys) {
   const F f;
@@ -94,7 +94,7 @@ HWY_INLINE void keys_of_vector(const KeyGrid& grid, const float* position, const
   const Bits other =
       hn::Or(hn::And(place, hn::Set(u, (1u << kKeyGroupShift) - 1)), hn::Set(u, kNotLambertianGroup << kKeyGroupShift));
   const Bits key = hn::Or(hn::ShiftLeft<kKeyCellShift>(cell), hn::IfThenElse(lambertian, place, other));
-  // Zero times what is not finite is not a number.
+  // Zero times infinity or NaN is NaN.
   const FloatVector sum = hn::Add(hn::Add(hn::Add(p[0], p[1]), hn::Add(p[2], n[0])), hn::Add(n[1], n[2]));
   const auto finite = hn::Eq(hn::Mul(sum, hn::Zero(f)), hn::Zero(f));
   hn::StoreU(hn::IfThenElse(hn::RebindMask(u, finite), key, hn::Set(u, kNoKey)), u, keys);

@@ -3,7 +3,7 @@
 #include <bit>
 #include <type_traits>
 
-// The searches keep vectors in structures, whose size must be known.
+// The searches store vectors in structures, so their size must be known.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/reverse.cc"
@@ -24,7 +24,7 @@ namespace {
 struct Lanes {
   V x, y, z, normal_x, normal_y, normal_z;
 
-  /// Lanes behind the end of the leaf are infinitely far from everything.
+  /// Lanes after the end of the leaf are infinitely far away.
   template <bool kNormals>
   HWY_INLINE void load(const float* leaf, std::size_t count, std::size_t at) {
     const D d;
@@ -36,7 +36,8 @@ struct Lanes {
     normal_z = kNormals ? hn::LoadU(d, leaf + 5 * count + at) : x;
   }
 
-  /// Lanes inside the support of photon i of those that reach the leaf, of matching normal; u: (distance / radius)^2.
+  /// The lanes inside the support of photon i (an index into the photons that reach the leaf) with matching normals.
+  /// Sets u to (distance / radius)^2.
   template <bool kNormals>
   HWY_INLINE M inside(const ReversePhotons& photons, const Reached& reached, std::size_t i, V& u) const {
     const D d;
@@ -80,7 +81,7 @@ struct Sums {
   }
 };
 
-/// Counts lanes, without a way out of the vectors for each of them.
+/// Counts lanes in vector registers.
 struct LaneCounter {
   hn::Vec<DI> minus;
 
@@ -95,8 +96,8 @@ struct LaneCounter {
   }
 };
 
-/// Calls run(number of vectors, as a constant; first point) for all vectors of a leaf of so many points, a few at once:
-/// these share the photons' data, and wait less for one another.
+/// Calls run(number of vectors, as a constant; first point) for all vectors of a leaf of `count` points. Several
+/// vectors share the loads of a photon's data, and their latencies overlap.
 template <std::size_t kMaxVectors, class Run>
 HWY_INLINE void for_vectors(std::size_t count, Run&& run) {
   for (std::size_t at = 0; at < count;) {
@@ -113,10 +114,10 @@ HWY_INLINE void for_vectors(std::size_t count, Run&& run) {
     }
   }
 }
-// Vectors at once: as many as there are registers for.
+// Vectors per call, limited by the number of registers.
 constexpr std::size_t kVectors = kWidth >= 16 ? 3 : 2;
 
-/// Where reverse_sum() puts what it finds: the leaf's entries of A_W.
+/// Sink of reverse_sum(): adds to the leaf's entries of A_W.
 template <KernelShape shape>
 struct Sink {
   static constexpr bool kColors = true;
@@ -155,8 +156,8 @@ struct Sink {
   }
 };
 
-/// Calls visit(first point of a vector, photon's place among those that reach the leaf, u of the vector's points, those
-/// within the photon's kernel) for every vector of a leaf and every photon that reaches it.
+/// Calls visit(first point of a vector, index of the photon among those that reach the leaf, u of the vector's points,
+/// lanes inside the photon's kernel) for every vector of a leaf and every photon that reaches it.
 template <bool kNormals, class Visit>
 HWY_INLINE void visit_pairs(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseNode& node,
                             const Reached& reached, ReverseCounts& counts, Visit&& visit) {
@@ -175,7 +176,7 @@ HWY_INLINE void visit_pairs(const ReverseSubtreeView& part, const ReversePhotons
   counts.tested += reached.count * count;
 }
 
-/// Where reverse_sum_glossy() puts what it finds: the leaf's entries of A_W.
+/// Sink of reverse_sum_glossy(): adds to the leaf's entries of A_W.
 template <KernelShape shape, GlossyModel model>
 struct GlossySink {
   static constexpr bool kColors = true;
@@ -199,8 +200,8 @@ struct GlossySink {
           const GlossyValue<D> f =
               glossy_value<model>(d, points, at, photons.directions + 3 * std::size_t{reached.photons[i]});
           const auto add = [&](std::size_t channel, float flux, V value) HWY_ATTR {
-            // The weight is 0 in all lanes that must not change, those behind the leaf among them; a store by mask
-            // would take longer than all the rest.
+            // The weight is 0 in all lanes that must not change, including those after the leaf. A masked store would
+            // take longer than all other work.
             float* sum = sums + channel * count + at;
             hn::StoreU(hn::MulAdd(hn::Mul(weight, hn::Set(d, flux)), value, hn::LoadU(d, sum)), d, sum);
           };
@@ -211,7 +212,7 @@ struct GlossySink {
   }
 };
 
-/// Where reverse_collect() puts what it finds: a list of pairs.
+/// Sink of reverse_collect(): appends to a list of pairs.
 template <KernelShape shape>
 struct Collector {
   static constexpr bool kColors = false;

@@ -11,16 +11,16 @@
 
 namespace glowworm {
 
-/// A node of the reverse photon map, 8 bytes. Nodes stand in depth-first preorder: the left child of an inner node
+/// A node of the reverse photon map, 8 bytes. Nodes are in depth-first preorder: the left child of an inner node
 /// follows it.
 struct ReverseNode {
   static constexpr std::uint32_t kInner = 0, kLeaf = 1;  ///< types
   static constexpr std::uint32_t kMaxCount = 255;        ///< points in a leaf
   static constexpr std::uint32_t kMaxNodes = 1u << 28, kMaxPoints = 1u << 30;
-  static constexpr int kMaxDepth = 160;  ///< no way from the root to a leaf is longer: T_h of [HHS05]
+  static constexpr int kMaxDepth = 160;  ///< maximum length of a path from the root to a leaf: T_h of [HHS05]
 
-  std::uint32_t word;  ///< inner: bits of the split position; leaf: upper 24: diagonal as a float less its last 8 bits,
-                       ///< lower 8: number of points
+  std::uint32_t word;  ///< inner: bits of the split position; leaf: upper 24: diagonal as a float without its last 8
+                       ///< bits, lower 8: number of points
   std::uint32_t link;  ///< lowest 2: type; inner: next 2: axis, upper 28: right child; leaf: upper 30: first point
 
   /// Points at or below the split position are on the left, at or above it on the right.
@@ -57,65 +57,65 @@ static_assert(sizeof(ReverseNode) == 8);
 /// n normal y, n normal z, then (as 32-bit integers) n targets and n indices of BSDFs. In A_W: n r, n g, n b.
 inline constexpr std::size_t kReverseFields = 8;
 inline constexpr std::size_t kReverseSums = 3;
-/// Floats behind the last reverse photon of A_R and A_W that are read and not used.
+/// Floats after the last reverse photon of A_R and A_W that are read but not used.
 inline constexpr std::size_t kReversePadding = 16;
 
-/// What a leaf holds.
+/// Bounds of a leaf's points.
 struct ReverseLeafBounds {
   float min[3], max[3];
   float normal[3];  ///< a unit vector near all normals
-  float spread;     ///< how far at most a normal is away from it
+  float spread;     ///< largest distance of a normal from it
 };
 
-/// A part of the tree that one thread works on: the nodes below a node, and the points of their leaves.
+/// A part of the tree that one thread processes: the nodes below a node, and the points of their leaves.
 struct ReverseSubtreeView {
   const ReverseNode* nodes = nullptr;         ///< of the whole tree
   std::uint32_t root = 0;                     ///< of the part
   std::uint32_t first_point = 0;              ///< of the part
   const float* points = nullptr;              ///< A_R from first_point on
-  float* sums = nullptr;                      ///< A_W from first_point on; used by reverse_sum() alone
-  const ReverseLeafBounds* bounds = nullptr;  ///< by node less root; only those of leaves are read
+  float* sums = nullptr;                      ///< A_W from first_point on; only used by reverse_sum()
+  const ReverseLeafBounds* bounds = nullptr;  ///< by node minus root; only those of leaves are read
 };
 
-/// Photons, A_P, in structure-of-arrays form, with room for kReversePadding more.
+/// Photons, A_P, in structure-of-arrays form, with kReversePadding more elements.
 struct ReversePhotons {
   const float *x, *y, *z;                       ///< metres
   const float* inverse_radius_squared;          ///< m^-2
   const float *normal_x, *normal_y, *normal_z;  ///< unit
   const float *r, *g, *b;                       ///< dPhi / (pi h^2) times the norm of the kernel, W m^-2
-  const float* directions = nullptr;            ///< x, y, z of each, unit, back along its way; for glossy points
-  float min_normal_cosine = 0;                  ///< photons count where the normals' dot product is above this
+  const float* directions = nullptr;            ///< x, y, z of each, unit, back along its path; for glossy points
+  float min_normal_cosine = 0;                  ///< photons count if the dot product of the normals is above this
   KernelShape kernel = KernelShape::epanechnikov;
 };
 
-/// Photons that follow one another in A_P and are searched for at once ([HHS05], section 6.3).
+/// Consecutive photons of A_P that are searched for together ([HHS05], section 6.3).
 struct ReverseCluster {
   static constexpr std::uint32_t kMaxCount = 64;
 
   std::uint32_t first = 0, count = 0;  ///< photons
-  float center[3] = {}, radius = 0;    ///< of a sphere around all photons' own spheres, with room for rounding
+  float center[3] = {}, radius = 0;    ///< of a sphere around the supports of all photons, with a margin for rounding
   float min[3] = {}, max[3] = {};      ///< of a box around the same
 };
 
-/// What the searches did.
+/// Work of the searches.
 struct ReverseCounts {
   std::uint64_t tested = 0;      ///< pairs whose distance was computed
-  std::uint64_t operations = 0;  ///< of them inside the kernel support, of matching normals
+  std::uint64_t operations = 0;  ///< pairs inside the kernel support with matching normals
   std::uint64_t steps = 0;       ///< a photon against a vector of reverse photons
   std::uint64_t nodes = 0;       ///< nodes visited
 };
 
-/// Adds to the sums of every point of the part what the photons of the clusters give it: K / h^2 dPhi / pi, photon by
-/// photon in their order, so that clusters give the same bits as their photons one by one. All clusters go down the
-/// tree together, each as far as its box reaches; a leaf meets their photons one after another.
+/// Adds to each point's sum the contributions of the clusters' photons: K / h^2 dPhi / pi, in the order of the photons.
+/// The result has the same bits as single photons would give. All clusters descend the tree together, each as far as
+/// its box reaches, and a leaf processes all its photons at once.
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons,
                  std::span<const ReverseCluster> clusters, ReverseCounts& counts);
 
-/// Numbers of the glossy points of a part, all of one model.
+/// Numbers of the glossy points of a part; all have one model.
 struct ReverseGlossy {
   const float* fields = nullptr;
-  /// By node less root, of leaves: where its numbers begin in `fields`. Field f of its point i is f * stride + i behind
-  /// that, with reverse_glossy_stride(), up to which points repeat the last one.
+  /// By node minus root, for leaves: start of the leaf's numbers in `fields`. From there, field f of point i has index
+  /// f * stride + i, where stride is reverse_glossy_stride(). Padding repeats the last point.
   const std::uint32_t* leaf = nullptr;
   const float* tables = nullptr;
   GlossyModel model = GlossyModel::coated;
@@ -130,17 +130,17 @@ void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& ph
 
 /// A photon inside the kernel support at a point.
 struct ReversePair {
-  std::uint32_t point;   ///< its place in A_R
-  std::uint32_t photon;  ///< its place in A_P
+  std::uint32_t point;   ///< index in A_R
+  std::uint32_t photon;  ///< index in A_P
   float profile;         ///< K over its norm
 };
 
-/// Appends the pairs that reverse_sum() would add up; those of one point come in the order of their photons.
+/// Appends the pairs that reverse_sum() would sum. Pairs of one point are in the order of their photons.
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons,
                      std::span<const ReverseCluster> clusters, std::vector<ReversePair>& pairs, ReverseCounts& counts);
 
-/// reverse_sum() in plain C++: every photon of the clusters against every point of the part; for tests. Counts tested
-/// and operations.
+/// reverse_sum() in plain C++, for tests: every photon of the clusters against every point of the part. Counts `tested`
+/// and `operations`.
 void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons,
                            std::span<const ReverseCluster> clusters, ReverseCounts& counts);
 

@@ -1,11 +1,11 @@
-// Reverse photon mapping's inner loop in plain C++.
+// The inner loop of reverse photon mapping in plain C++.
 #include "kernels/reverse.h"
 
 namespace glowworm {
 
 namespace {
 
-/// One photon against all points of a leaf.
+/// Adds one photon to all points of a leaf.
 void add_to_leaf(const ReverseNode& leaf, const float* points, float* sums, const ReversePhotons& photons,
                  std::uint32_t j, ReverseCounts& counts) {
   const std::size_t n = leaf.count();
@@ -25,7 +25,7 @@ void add_to_leaf(const ReverseNode& leaf, const float* points, float* sums, cons
   }
 }
 
-/// One photon against all points of the part.
+/// Adds one photon to all points of the part.
 void add_to_part(const ReverseSubtreeView& part, const ReversePhotons& photons, std::uint32_t j,
                  ReverseCounts& counts) {
   std::vector<std::uint32_t> pending{part.root};

@@ -1,4 +1,4 @@
-// How clusters of photons find the leaves of a tree of query points; compiled once for every instruction set.
+// The search of photon clusters for leaves in a tree of query points; compiled once for every instruction set.
 #if defined(GLOWWORM_KERNELS_REVERSE_SEARCH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GLOWWORM_KERNELS_REVERSE_SEARCH_INL_H_
 #undef GLOWWORM_KERNELS_REVERSE_SEARCH_INL_H_
@@ -28,8 +28,8 @@ using DI = hn::RebindToSigned<D>;
 using DU = hn::RebindToUnsigned<D>;
 constexpr std::size_t kWidth = hn::MaxLanes(D());
 
-/// Photons that reach into the bounds of a leaf, side by side: what their tests and sums read is in the nearest cache,
-/// at one address and a distance.
+/// Photons that reach the bounds of a leaf, copied side by side, so that tests and sums read them from the first-level
+/// cache.
 struct Reached {
   static constexpr std::size_t kMaxCount = 256;
   static constexpr std::size_t kRoom = kMaxCount + kReversePadding;
@@ -37,21 +37,21 @@ struct Reached {
   HWY_ALIGN float x[kRoom];
   float y[kRoom], z[kRoom], inverse_radius_squared[kRoom];
   float r[kRoom], g[kRoom], b[kRoom];
-  std::uint32_t photons[kRoom];  ///< their places in A_P
+  std::uint32_t photons[kRoom];  ///< their indices in A_P
   std::size_t count = 0;
-  bool check_normals = false;  ///< of some photon the normal may match some points and others not
+  bool check_normals = false;  ///< whether the normal of some photon matches only some of the points
 };
 
-/// Puts the photons `first` + i of A_P of all lanes i that are set at a place among those that reach; returns how many.
+/// Appends photons `first` + i of A_P for all set lanes i; returns their number.
 template <bool kColors>
 HWY_INLINE std::size_t append(const ReversePhotons& photons, std::uint32_t first, M lanes, Reached& reached,
                               std::size_t to) {
   const D d;
 #if HWY_TARGET <= HWY_AVX3
-  // Whole vectors are stored: what stands behind the photons found is written over by the next.
+  // Stores whole vectors; the next call overwrites lanes after the photons found.
   const auto put = [&](const float* from, float* field)
                        HWY_ATTR { hn::StoreU(hn::Compress(hn::LoadU(d, from + first), lanes), d, field + to); };
-  // Iota() of Highway 1.0 goes through memory unless it is a constant.
+  // Iota() of Highway 1.0 goes through memory unless its argument is a constant.
   const DU du;
   const auto places = hn::Add(hn::Iota(du, 0), hn::Set(du, first));
   hn::StoreU(hn::Compress(places, hn::RebindMask(du, lanes)), du, reached.photons + to);
@@ -79,7 +79,7 @@ HWY_INLINE std::size_t append(const ReversePhotons& photons, std::uint32_t first
   return count;
 }
 
-/// The bounds of a leaf in every lane.
+/// The bounds of a leaf, broadcast to all lanes.
 struct LeafBox {
   V min[3], max[3], normal[3], spread;
 
@@ -97,8 +97,8 @@ struct LeafBox {
   }
 };
 
-/// Appends the photons of the cluster that reach into the box, by the same arithmetic as that of pairs: each step of it
-/// is monotone, so that no pair within the support is lost to rounding.
+/// Appends the photons of a cluster that reach the box. It uses the same arithmetic as the test of pairs; each step is
+/// monotone, so rounding loses no pair inside the support.
 template <bool kColors>
 HWY_INLINE void accept(const LeafBox& box, const ReversePhotons& photons, const ReverseCluster& cluster,
                        Reached& reached) {
@@ -132,7 +132,7 @@ HWY_INLINE bool overlap(const ReverseCluster& cluster, const ReverseLeafBounds& 
   return !apart;
 }
 
-/// Gives the photons of some clusters that reach into a leaf to the sink.
+/// Passes the photons of some clusters that reach a leaf to the sink.
 template <class S>
 void visit_leaf(const ReverseSubtreeView& part, std::uint32_t at, const ReversePhotons& photons,
                 const ReverseCluster* clusters, const std::uint8_t* list, std::size_t count, S& sink,
@@ -157,15 +157,15 @@ void visit_leaf(const ReverseSubtreeView& part, std::uint32_t at, const ReverseP
   give();
 }
 
-// Clusters that go down the tree together: as many as a byte can tell apart.
+// Clusters that descend the tree together: as many as a byte can index.
 constexpr std::size_t kBatch = 256;
 
-/// Takes a batch of clusters down the tree at once: each node has the list of those that reach into its cell. So a leaf
-/// meets all its photons one after another.
+/// Descends the tree with a batch of clusters. Each node has a list of the clusters that reach its cell, so a leaf
+/// processes all its photons at once.
 template <class S>
 void search_batch(const ReverseSubtreeView& part, const ReversePhotons& photons,
                   std::span<const ReverseCluster> clusters, S& sink, ReverseCounts& counts) {
-  // The lists of the nodes that wait, on the way to the one visited, and its own, one behind the other.
+  // The lists of pending nodes on the path to the current node, and its own list, one after another.
   std::uint8_t lists[(ReverseNode::kMaxDepth + 2) * kBatch];
   struct Pending {
     std::uint32_t node, first, count;
@@ -185,7 +185,7 @@ void search_batch(const ReverseSubtreeView& part, const ReversePhotons& photons,
       now = stack[--depth];
       continue;
     }
-    // The list of the right child takes the place of the node's, that of the left one stands behind it.
+    // The list of the right child replaces that of the node; the list of the left child follows it.
     const int axis = node.axis();
     const float split = node.split();
     std::uint8_t *right = lists + now.first, *left = lists + now.first + now.count;

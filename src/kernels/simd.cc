@@ -32,7 +32,7 @@ namespace {
 HWY_EXPORT(target);
 HWY_EXPORT(lanes);
 
-// The targets that differ in nothing but instructions that no kernel here uses have one name.
+// Targets that differ only in instructions that no kernel uses share one name.
 std::string target_name(std::int64_t target) {
   std::string name = hwy::TargetName(target);
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -49,11 +49,11 @@ std::int64_t& disabled_targets() {
 void disable_targets(std::int64_t targets) {
   disabled_targets() = targets;
   hwy::DisableTargets(targets);
-  // So that the next call of a kernel looks at the machine again.
+  // Makes the next call of a kernel detect the machine again.
   hwy::GetChosenTarget().DeInit();
 }
 
-// All targets of the machine, whatever set_simd() disabled, best first.
+// All targets of the machine, including those disabled by set_simd(), best first.
 std::vector<std::int64_t> machine_targets() {
   const std::int64_t disabled = disabled_targets();
   hwy::DisableTargets(0);

@@ -1,21 +1,21 @@
-// Which instruction set the SIMD kernels run on.
+// The instruction set of the SIMD kernels.
 #pragma once
 #include <string>
 #include <vector>
 
 namespace glowworm {
 
-/// Chooses the instruction set of all kernels from now on: "auto" is the best that the machine has, else one of
-/// simd_names(). Not to be called while kernels run. Throws Error for names and instruction sets that are not there.
+/// Sets the instruction set of all kernels: one of simd_names(), or "auto" for the best one of the machine. Do not call
+/// it while kernels run. Throws Error if the name is unknown or the machine lacks the instruction set.
 void set_simd(const std::string& name);
 
-/// The instruction set in use, by the names of set_simd: "avx512", "avx2", "sse4", "ssse3", "neon", "scalar", ...
+/// The current instruction set, by its name for set_simd(): "avx512", "avx2", "sse4", "ssse3", "neon", "scalar", ...
 std::string simd_name();
 
-/// Floats in a vector of the instruction set in use.
+/// Number of floats in a vector of the current instruction set.
 int simd_lanes();
 
-/// The instruction sets that this machine can run and this program holds kernels for, best first.
+/// The instruction sets that both this machine and this program support, best first.
 std::vector<std::string> simd_names();
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Owen-scrambled Sobol' pairs in vectors, the numbers of core/random.h; compiled once for every instruction set.
+// Vector version of the Owen-scrambled Sobol' pairs of core/random.h; compiled once for every instruction set.
 #if defined(GLOWWORM_KERNELS_SOBOL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GLOWWORM_KERNELS_SOBOL_INL_H_
 #undef GLOWWORM_KERNELS_SOBOL_INL_H_
@@ -44,7 +44,7 @@ HWY_INLINE SobolBits reverse_bits_of(SobolBits x) {
   return hn::Set(u, reverse_bits(hn::GetLane(x)));
 }
 #else
-/// Bytes in reversed order, then the bits of each byte by a table for its halves.
+/// Reverses the bytes, then the bits of each byte by a table for its halves.
 HWY_INLINE SobolBits reverse_bits_of(SobolBits x) {
   alignas(16) static constexpr std::uint8_t kBytes[16] = {3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
   alignas(16) static constexpr std::uint8_t kHalves[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
@@ -59,7 +59,7 @@ HWY_INLINE SobolBits reverse_bits_of(SobolBits x) {
 }
 #endif
 
-/// The hash of Laine and Karras on bits that stand in reversed order.
+/// The hash of Laine and Karras for bits in reversed order.
 HWY_INLINE SobolBits scramble_reversed_bits(SobolBits x, SobolBits seed) {
   const SobolBitsTag u;
   x = hn::Add(hn::Xor(x, hn::Mul(x, hn::Set(u, 0x3d20adeau))), seed);
@@ -68,9 +68,9 @@ HWY_INLINE SobolBits scramble_reversed_bits(SobolBits x, SobolBits seed) {
   return hn::Xor(x, hn::Mul(x, hn::Set(u, 0x53a22864u)));
 }
 
-/// The second Sobol' dimension with its bits reversed. Its matrix is Pascal's triangle mod 2, bit i the sum of the
-/// index's bits k for which C(k, i) is odd, that is for which k has all bits of i (Lucas): a sum over supersets, done
-/// in a step for each of the five bits of a bit's number.
+/// The second Sobol' dimension with its bits reversed. Its matrix is Pascal's triangle mod 2: bit i is the sum of the
+/// index's bits k for which C(k, i) is odd, which holds if k has all bits of i (Lucas). This sum over supersets takes
+/// one step for each of the five bits of a bit number.
 HWY_INLINE SobolBits reversed_second_dimension(SobolBits x) {
   const SobolBitsTag u;
   x = hn::Xor(x, hn::And(hn::ShiftRight<1>(x), hn::Set(u, 0x55555555u)));

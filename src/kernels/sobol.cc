@@ -13,7 +13,7 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Calls pair(numbers, x, y) for vectors of `in`, and writes what it makes of them.
+/// Calls pair(numbers, x, y) for vectors of `in`, and writes x and y.
 template <typename Pair>
 HWY_INLINE void for_each_vector(const std::uint32_t* in, std::size_t n, float* x, float* y, const Pair& pair) {
   const SobolTag f;

@@ -1,5 +1,5 @@
-// Sampling warps and triples in vectors, the numbers of core/warp.h and core/vec.h; compiled once for every instruction
-// set.
+// Vector versions of the sampling warps of core/warp.h and the vectors of core/vec.h; compiled once for every
+// instruction set.
 #if defined(GLOWWORM_KERNELS_WARP_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef GLOWWORM_KERNELS_WARP_INL_H_
 #undef GLOWWORM_KERNELS_WARP_INL_H_
@@ -17,7 +17,7 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Products and sums are rounded apart, as the plain loops round them: the same scene has the same rays and photons on
+// Products and sums are rounded separately, as in the scalar code, so that a scene has the same rays and photons on
 // every instruction set.
 HWY_INLINE SobolNumbers multiply_add(SobolNumbers a, SobolNumbers b, SobolNumbers c) {
   return hn::Add(hn::Mul(a, b), c);
@@ -98,7 +98,7 @@ template <typename Choice>
 HWY_INLINE Triple choose(Choice first, Triple a, Triple b) {
   return {hn::IfThenElse(first, a.x, b.x), hn::IfThenElse(first, a.y, b.y), hn::IfThenElse(first, a.z, b.z)};
 }
-/// v where `side` is not negative, else -v.
+/// v if `side` is not negative, otherwise -v.
 HWY_INLINE Triple on_side(Triple v, SobolNumbers side) {
   const auto behind = hn::Lt(side, hn::Zero(SobolTag()));
   return choose(behind, {hn::Neg(v.x), hn::Neg(v.y), hn::Neg(v.z)}, v);
