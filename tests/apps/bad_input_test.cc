@@ -1,4 +1,4 @@
-// What the program says to files and settings that cannot be: a message with the place, status 1, and nothing left.
+// Invalid files and settings: the program prints an error with its place, exits with status 1 and leaves no files.
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>

@@ -1,4 +1,5 @@
-// What people expect of a command line: the last option wins, nonsense ends with status 2, nothing is ignored silently.
+// The command line: the last of repeated options wins, invalid values end with status 2, and ignored options are
+// reported.
 #include <fcntl.h>
 #include <sys/ioctl.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// Query points in a file of the temporary folder: the same picture, and clear errors where the disk fails.
+// Query points in a temporary file: the same picture, and clear errors when the disk fails.
 #include <sys/resource.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// A disk that fails at every call that writes, and memory that is refused at any place (apps/preload/refuse_calls.cc).
-// Slow, and so without sanitizers, whose own allocator stands in the way.
+// Disks that fail at every write, and memory refused at any place (apps/preload/refuse_calls.cc). Slow, because
+// sanitizers' own allocators would interfere.
 #include <stdlib.h>
 
 #include <cerrno>

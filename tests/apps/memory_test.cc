@@ -1,4 +1,4 @@
-// The memory budget: what a process really holds beside its scene, as the system counts it.
+// The memory budget: memory that the process really uses beyond its scene, as measured by the system.
 #include <fmt/format.h>
 
 #include <string>

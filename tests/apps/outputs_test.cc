@@ -1,4 +1,4 @@
-// What becomes of a command's files where one of them cannot be written, or two have one name.
+// Output files when one of them cannot be written, or when two have the same name.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>

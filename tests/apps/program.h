@@ -1,4 +1,4 @@
-// Runs the program as a person does, in a folder of its own.
+// Runs the program as a user does, in its own folder.
 #pragma once
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

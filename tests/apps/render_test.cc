@@ -1,4 +1,4 @@
-// What a render leaves behind: images with their layers and metadata, statistics, exit status.
+// Results of a render: images with layers and metadata, statistics and exit status.
 #include <signal.h>
 
 #include <chrono>

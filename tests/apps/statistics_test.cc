@@ -1,4 +1,4 @@
-// The statistics file: every key there, every count what was done, every rate its count over its time.
+// The statistics file: all keys are present, counts are correct, and every rate is its count over its time.
 #include <algorithm>
 #include <cmath>
 

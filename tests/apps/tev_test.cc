@@ -1,4 +1,4 @@
-// `render --tev` against a viewer that is written in another language, from tev's published protocol alone.
+// `render --tev` against a viewer in another language, written from tev's published protocol.
 #include <array>
 #include <cstdio>
 #include <cstring>

@@ -1,4 +1,4 @@
-// Textures that are larger than the memory they may take.
+// Textures larger than their memory limit.
 #include <fmt/format.h>
 
 #include <chrono>

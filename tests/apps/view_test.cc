@@ -1,4 +1,4 @@
-// `glowworm view`: without a window, and in a real one under Xvfb with Mesa's software OpenGL.
+// `glowworm view` without a window, and in a window under Xvfb with Mesa's software OpenGL.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// A screen that nobody sees.
+// A virtual screen.
 #pragma once
 #include <sys/types.h>
 

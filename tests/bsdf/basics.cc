@@ -1,4 +1,4 @@
-// What every kind must do, on single values.
+// Requirements on every kind of BSDF, on single values.
 #include <gtest/gtest.h>
 
 #include "bsdf/bsdf.h"

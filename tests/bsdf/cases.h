@@ -1,4 +1,4 @@
-// BSDFs of every kind, for tests that hold for all.
+// BSDFs of every kind, for tests of common properties.
 #pragma once
 #include <string>
 #include <vector>

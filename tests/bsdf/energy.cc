@@ -1,4 +1,4 @@
-// Energy, reciprocity and what must hold for every kind and any numbers.
+// Energy conservation, reciprocity and other properties of every kind of BSDF, for any parameters.
 #include <gtest/gtest.h>
 
 #include <array>

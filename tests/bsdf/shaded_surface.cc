@@ -1,4 +1,4 @@
-// Scattering under shading normals that lean away from the surface's own.
+// Scattering under shading normals that differ from the geometric normal.
 #include "bsdf/shaded_surface.h"
 
 #include <gtest/gtest.h>

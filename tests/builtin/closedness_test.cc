@@ -1,4 +1,4 @@
-// What is closed, is closed; and light goes where it should.
+// Built-in scenes: closed surfaces have no gaps, and light reaches the intended places.
 #include <gtest/gtest.h>
 
 #include <optional>

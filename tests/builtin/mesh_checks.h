@@ -1,4 +1,4 @@
-// Questions asked of meshes by brute force.
+// Brute-force checks of meshes.
 #pragma once
 #include <algorithm>
 #include <array>

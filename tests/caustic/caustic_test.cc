@@ -1,5 +1,4 @@
-// Caustics of the photon map against tracing light alone: their energy, and how
-// sharp their edges are.
+// Caustics of the photon map against light tracing: their energy, and the sharpness of their edges.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Caustics by tracing light, photon by photon: a reference without maps, kernels or final gathering.
+// Caustics by light tracing, photon by photon: a reference without maps, kernels or final gathering.
 #pragma once
 #include <cmath>
 #include <cstdint>

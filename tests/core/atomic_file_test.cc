@@ -1,4 +1,4 @@
-// Files appear whole or not at all, whichever way the program ends.
+// Files appear whole or not at all, however the program ends.
 #include "core/atomic_file.h"
 
 #include <gmock/gmock.h>

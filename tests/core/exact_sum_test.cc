@@ -1,4 +1,4 @@
-// Sums that do not depend on order or grouping.
+// Sums that do not depend on the order or grouping of their terms.
 #include "core/exact_sum.h"
 
 #include <gtest/gtest.h>

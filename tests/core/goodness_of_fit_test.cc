@@ -1,4 +1,4 @@
-// The statistical tests themselves: against closed forms, and that they reject what is wrong.
+// The statistical tests: they match closed forms and reject wrong samplers.
 #include "support/goodness_of_fit.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Glossy query points: what the vector code says of every kind of surface against brute force, which evaluates BSDFs
-// one by one, on every instruction set.
+// Glossy query points: vector code for every kind of surface against brute force, which evaluates single BSDFs, on
+// every instruction set.
 #include "density/glossy.h"
 
 #include <gtest/gtest.h>

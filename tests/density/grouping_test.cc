@@ -1,4 +1,4 @@
-// What an engine says of a query point depends on no other point that it is asked about at the same time.
+// An engine's result for a query point does not depend on the other points of the call.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Normal photon mapping against brute force.
+// Nearest-neighbour photon mapping against brute force.
 #include "density/knn.h"
 
 #include <gtest/gtest.h>

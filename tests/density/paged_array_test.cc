@@ -1,4 +1,4 @@
-// Paged arrays against plain vectors, and on disks that fail.
+// Paged arrays against plain vectors, and with failing disks.
 #include "density/paged_array.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Query points by way of a file: all come back, once, as they were, near one another.
+// Query points stored in a file: each comes back once, unchanged, with its neighbours close by.
 #include "density/query_store.h"
 
 #include <gtest/gtest.h>

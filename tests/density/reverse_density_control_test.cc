@@ -1,4 +1,4 @@
-// Density control: flux stays, photons go where there are many.
+// Density control: flux is preserved, and photons are removed where they are dense.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The filter of gathered light, on pictures whose noise is known.
+// The filter of gathered light, on pictures with known noise.
 #include "filter/light_filter.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The fuzz targets' seeds, run once each, so that the targets stay whole where nobody fuzzes.
+// Runs the seeds of the fuzz targets once each, so that the targets keep working between fuzzing runs.
 #include <gtest/gtest.h>
 
 #include <filesystem>

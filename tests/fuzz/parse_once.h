@@ -1,4 +1,4 @@
-// What the fuzz targets do with one input. The tests run the seeds through the same.
+// Processes one input as the fuzz targets do; the tests run the seeds through it, too.
 #pragma once
 #include <cstdint>
 #include <string_view>

@@ -1,4 +1,4 @@
-// Looking at small bright places on purpose: the same light, and quieter.
+// Sampling of bright patches: the same mean with less noise.
 #include "gather/bright_patches.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The camera pass: gather points, and query points made without them.
+// The camera pass: gather points, and query points made directly.
 #include "gather/camera_pass.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Gather rays that meet glass, and the secondary gather.
+// Gather rays through glass, and the secondary gather.
 #include "gather/final_gather.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Photons do not count where they cannot shine: behind a thin wall, and around a corner.
+// Photons do not leak through thin walls or around corners.
 #include <gtest/gtest.h>
 
 #include "density/engine.h"

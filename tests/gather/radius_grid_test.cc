@@ -1,4 +1,4 @@
-// How far photons blur to places where none lies.
+// Photon radii at places without photons.
 #include "gather/radius_grid.h"
 
 #include <gtest/gtest.h>

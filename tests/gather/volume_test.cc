@@ -1,4 +1,4 @@
-// Volumes that absorb, by Beer's law: seen by both renderers, and crossed by photons.
+// Absorbing volumes by Beer's law, for camera rays of both renderers and for photons.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Round trips of picture files, and files that are none.
+// Round trips of picture files, and invalid files.
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <signal.h>

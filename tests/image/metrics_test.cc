@@ -1,4 +1,4 @@
-// Metrics against values worked out by hand, and the statistics of the z-test.
+// Metrics against values computed by hand, and the statistics of the z-test.
 #include "image/metrics.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// A folder of its own for each test, gone with it.
+// A temporary folder for each test.
 #pragma once
 #include <gtest/gtest.h>
 #include <stdlib.h>

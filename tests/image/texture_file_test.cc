@@ -1,4 +1,4 @@
-// Textures of files: wraps, filters, colour spaces, and the two ways of holding texels against each other.
+// Texture files: wrapping, filters, colour spaces, and texels in memory against texels in a file.
 #include "image/texture_file.h"
 
 #include <OpenImageIO/imageio.h>

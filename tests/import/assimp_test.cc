@@ -1,4 +1,4 @@
-// Files that are left to Assimp, and what becomes of a process that reads them.
+// Files read by Assimp, and failures of the process that reads them.
 #include <signal.h>
 #include <sys/stat.h>
 

@@ -1,4 +1,4 @@
-// The entrance to import, and errors that all formats share.
+// Choosing an importer by name, and errors common to all formats.
 #include <sys/stat.h>
 
 #include "test_files.h"

@@ -1,4 +1,4 @@
-// glTF files that are damaged or hostile: each is refused with a message that says where.
+// Damaged or hostile glTF files: each is rejected with a message that names the place.
 #include "gltf_file.h"
 
 namespace glowworm {

@@ -1,4 +1,4 @@
-// glTF files that the tests put together.
+// glTF files built by the tests.
 #pragma once
 #include <array>
 #include <cstdint>

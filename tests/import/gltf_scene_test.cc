@@ -1,4 +1,4 @@
-// glTF: nodes, meshes, cameras, lights, and the ways numbers are stored.
+// glTF nodes, meshes, cameras, lights and storage formats of numbers.
 #include <array>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// What a command line changes of a scene: environment, axis, unit and camera.
+// Changes of a scene by command-line options: environment, axis, unit and camera.
 #include "import/scene_changes.h"
 
 #include "image/image.h"

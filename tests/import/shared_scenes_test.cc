@@ -1,4 +1,4 @@
-// Real assets, where the folder that holds them is there: triangle counts as their sources state them.
+// Real assets, if their folder exists: triangle counts as stated by their sources.
 #include "test_files.h"
 
 namespace glowworm {

@@ -1,4 +1,4 @@
-// Files that the import tests write for themselves.
+// Files written by the import tests.
 #pragma once
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Sorting of photons into compact blocks: the same order as by plain loops, on every instruction set.
+// Sorting of photons into compact blocks: the same order as the scalar reference on every instruction set.
 #include "kernels/compact_sort.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Sample numbers and diffuse directions made in vectors: the same bits as by plain loops, on every instruction set.
+// Vector kernels for sample numbers and diffuse directions: the same bits as scalar code on every instruction set.
 #include "kernels/diffuse_rays.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Light paths scattered in vectors: the same bits as by plain loops, on every instruction set.
+// The vector kernel for diffuse scattering: the same bits as scalar code on every instruction set.
 #include "kernels/diffuse_scatter.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Checks of kernels on all that the machine can run them on.
+// Runs checks of kernels on every instruction set of the machine.
 #pragma once
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Files that are broken or mean ill: an error with its place, in little time and memory.
+// Damaged or malicious files: an error with its place, within little time and memory.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -1,4 +1,4 @@
-// The scenes of the shared folder, where there is one.
+// The scenes of the shared folder, if it exists.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Scenes at three wavelengths against sums in double precision that this file makes by itself.
+// Scenes at three wavelengths against double-precision sums computed in this file.
 #include "references/spectral_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Light paths brought into the kernel's arrays: what comes of them is what the surface itself says.
+// Light paths in the arrays of the scattering kernel: results match those of the surface itself.
 #include "photon/diffuse_hits.h"
 
 #include <gtest/gtest.h>

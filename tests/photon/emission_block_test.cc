@@ -1,4 +1,4 @@
-// Photons emitted in vectors: what sample_emission() gives for each alone, to the bit, on every instruction set.
+// Vector emission of photons: the same bits as sample_emission() for each photon, on every instruction set.
 #include "photon/emission_block.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The guided density itself: what is sampled is what density() says, and means stay what they are.
+// The emission guide: samples follow density(), and means do not change.
 #include "photon/emission_guide.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Guided emission: more photons where the image needs them, and the same light.
+// Guided emission: more photons where the image needs them, and the same mean light.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The photon pass: where flux goes, and that nothing of it is lost.
+// The photon pass: where flux goes, and that none is lost.
 #include "photon/photon_tracer.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Where two noisy pictures differ by more than their noise: a comparison by blocks of pixels.
+// Finds differences of two noisy pictures beyond their noise, by blocks of pixels.
 #pragma once
 #include <cstddef>
 #include <span>

@@ -1,7 +1,7 @@
-// Holds pictures to those that another renderer made of the same files: a table, and pictures of the differences.
+// Compares pictures with those of another renderer for the same files: prints a table, and writes difference pictures.
 // usage: reference_pictures [--integrator gather|path] [--rgb] [--photons N] [NAME...]
-// Where saturated colours light each other, they are traced as that renderer does it, as smooth spectra; --rgb traces
-// them as three numbers, as the program does. Exit status 1 where a mean is off by more than 2%, or a block by more
+// Scenes with saturated colours that light each other are rendered with smooth spectra, as that renderer does; --rgb
+// renders them as RGB, as the program does. Exits with status 1 if a mean is off by more than 2%, or a block by more
 // than noise and BlockTolerance explain.
 #include <fmt/format.h>
 

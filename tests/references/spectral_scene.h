@@ -1,4 +1,4 @@
-// A scene at three wavelengths in place of red, green and blue, to compare with renderers that trace spectra.
+// Scenes at three wavelengths instead of red, green and blue, for comparison with spectral renderers.
 #pragma once
 #include <array>
 #include <vector>

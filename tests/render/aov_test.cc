@@ -1,4 +1,4 @@
-// Layers of places: positions, texture coordinates, ids, and the matrices that go with them.
+// Layers of surface points: positions, texture coordinates and ids, and the matrices stored with them.
 #include "render/aov.h"
 
 #include <gtest/gtest.h>

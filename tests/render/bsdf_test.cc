@@ -1,4 +1,4 @@
-// BSDFs of every kind in a sky of radiance 1: what is seen is the directional albedo, and a lossless object vanishes.
+// BSDFs of every kind in a sky of radiance 1: pixels show the directional albedo, and lossless objects are invisible.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What a render says of the settings that were left to it.
+// Notes on automatically chosen settings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

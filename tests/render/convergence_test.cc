@@ -1,4 +1,4 @@
-// Photon mapping against path tracing where light is mostly indirect: the means agree, and more work means less error.
+// Photon mapping against path tracing in mostly indirect light: equal means, and less error with more work.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Parts of a picture: the same pixels as in the whole, bit for bit, at the cost of the part.
+// Crops of a picture: the same bits as in the whole picture, at the cost of the crop.
 #include <gtest/gtest.h>
 
 #include "builtin/builtin.h"

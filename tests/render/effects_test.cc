@@ -1,4 +1,4 @@
-// What a render says of caustics.
+// Notes of a render on caustics.
 #include "render/effects.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The filtered picture of renders, and what it says of its error.
+// The filtered picture of renders, and its error estimate.
 #include "render/filtered.h"
 
 #include <gtest/gtest.h>

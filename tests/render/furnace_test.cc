@@ -1,4 +1,4 @@
-// Closed scenes: where every surface emits 1 and reflects half, radiance is 2 everywhere.
+// Closed scenes: if every surface emits 1 and reflects half, radiance is 2 everywhere.
 #include <gtest/gtest.h>
 
 #include "builtin/builtin.h"

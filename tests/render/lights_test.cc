@@ -1,5 +1,5 @@
-// Light of every kind on a floor: what leaves a diffuse surface is its albedo over pi times its irradiance, which for a
-// bare floor is known without tracing rays.
+// Lights of every kind on a floor: a diffuse surface reflects its albedo over pi times its irradiance, which is known
+// in closed form for a bare floor.
 #include <gtest/gtest.h>
 
 #include <cmath>

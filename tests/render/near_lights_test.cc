@@ -1,4 +1,4 @@
-// Lights close to surfaces, near the origin and far from it: against closed forms.
+// Lights close to surfaces, near the origin and far from it, against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The table of options: its rows read what they print, and the key of a checkpoint holds what changes bits.
+// The table of options: values parse as printed, and the checkpoint key covers all options that change bits.
 #include "render/options.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Irradiance at points in place of pixels: against closed forms, the path tracer, and the rules of every render.
+// Irradiance at points: against closed forms and the path tracer, with the rules of every render.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Progressive rendering: the error falls as a power of the number of passes, with no floor from the photons' blur.
+// Progressive rendering: the error falls as a power of the number of passes, without a floor from the photons' blur.
 #include <gtest/gtest.h>
 
 #include <cmath>

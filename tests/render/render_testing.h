@@ -1,4 +1,4 @@
-// Rendering from tests: pictures, their means, and how sure those are.
+// Helpers for tests that render: pictures, their means and confidence intervals.
 #pragma once
 #include <cmath>
 #include <memory>

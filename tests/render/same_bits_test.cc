@@ -1,4 +1,4 @@
-// The same picture, bit for bit, whatever the threads, the memory and the use of the disk.
+// The same picture, bit for bit, for any number of threads, memory budget and use of the disk.
 #include <gtest/gtest.h>
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The path tracer against itself with other random numbers: two unbiased estimates of one picture.
+// The path tracer with two kinds of random numbers: both give unbiased estimates of one picture.
 #include <gtest/gtest.h>
 
 #include <vector>

@@ -1,4 +1,4 @@
-// Scenes of any size, anywhere: pictures do not depend on the unit of length, nor on where the origin lies.
+// Pictures do not depend on the unit of length or the position of the origin.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The scheduler: tasks that cover the picture, fit the memory and do not show in the picture.
+// The scheduler: tasks cover the picture, fit into memory and do not change the picture.
 #include "render/scheduler.h"
 
 #include <gtest/gtest.h>

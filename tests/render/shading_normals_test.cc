@@ -1,4 +1,4 @@
-// Smooth spheres of few triangles, whose shading normals lean far from the facets' own: no light may be lost on them.
+// Smooth spheres of few triangles, with shading normals far from the geometric ones: no light is lost.
 #include <gtest/gtest.h>
 
 #include <cmath>

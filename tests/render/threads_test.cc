@@ -1,4 +1,4 @@
-// The same picture, bit for bit, from any number of threads.
+// The same picture, bit for bit, for any number of threads.
 #include <gtest/gtest.h>
 
 #include "builtin/builtin.h"

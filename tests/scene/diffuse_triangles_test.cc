@@ -1,4 +1,4 @@
-// Triangles in one line of memory: what they say is what the scene's tables say, bit for bit.
+// The compact table of diffuse triangles: the same bits as the scene's tables.
 #include "scene/diffuse_triangles.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Photons as they leave the lights: their flux, their directions, and that they bring what sample_light sees.
+// Emission of photons: flux and directions, and agreement with sample_light().
 #include <gtest/gtest.h>
 
 #include <atomic>

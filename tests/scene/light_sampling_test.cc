@@ -1,4 +1,4 @@
-// sample_light against its densities and against irradiance in closed form.
+// sample_light() against its densities and against closed forms of irradiance.
 #include "scene/light_sampling.h"
 
 #include <gtest/gtest.h>

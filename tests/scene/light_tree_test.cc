@@ -1,4 +1,4 @@
-// Choosing among many lights: probabilities that are what they say, that leave no light out, and that pay.
+// Choosing among many lights: probabilities are correct, reach every light, and reduce noise.
 #include "scene/light_tree.h"
 
 #include <fmt/format.h>

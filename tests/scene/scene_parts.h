@@ -1,4 +1,4 @@
-// Parts that the tests of scenes are put together from.
+// Building blocks for tests of scenes.
 #pragma once
 #include <cmath>
 #include <functional>

@@ -1,4 +1,4 @@
-// Scenes as they are made, and surfaces as they are shaded.
+// Construction of scenes, and shading of surfaces.
 #include "scene/scene.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The parts of a session, each alone: cameras, lights, history, filter, pace, false colours, scripts.
+// The parts of a session separately: cameras, lights, history, filter, pace, false colours and scripts.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

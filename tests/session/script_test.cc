@@ -1,4 +1,4 @@
-// Scripts: what they may say, what they do, and what is said of those that make no sense.
+// Scripts: valid content, effects, and errors for invalid ones.
 #include "session/script.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The session: what is redone and what is kept, and that what it shows is what the scene looks like.
+// The session: which steps are redone and which are kept, and that frames show the scene correctly.
 #include "session/session.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Small scenes and pictures for the tests of the session.
+// Small scenes and pictures for session tests.
 #pragma once
 #include <memory>
 #include <string>

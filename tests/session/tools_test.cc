@@ -1,4 +1,4 @@
-// What a window needs of a session beside frames: bytes for a display, handles, command lines, a thread of its own.
+// Other needs of a window: display bytes, handles, command lines and a thread.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Names of tests that have a built-in scene as their parameter.
+// Test names for tests with a built-in scene as parameter.
 #pragma once
 #include <algorithm>
 #include <string>

@@ -1,4 +1,4 @@
-// Rays against the scene: batches against single rays, and both against a plain loop over all triangles.
+// Ray tracing: batches against single rays, and both against a loop over all triangles.
 #include "trace/tracer.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// Preloaded into the program by a test (LD_PRELOAD): refuses calls that write, or memory, from the start of main() to
-// its end. The program cannot catch what fails while libraries start, before main() or in dlopen(): some then abort by
-// themselves. So nothing is refused or counted there. The environment says which:
+// Preloaded into the program by a test (LD_PRELOAD): refuses writes or memory from the start of main() to its end.
+// Before main() and inside dlopen(), nothing is refused or counted: the program cannot catch errors there, and some
+// libraries abort. Environment variables control it:
 //   REFUSE_CALL=N        the N-th call that writes (1 is the first) fails with the number in REFUSE_ERRNO
 //   REFUSE_MEMORY=N      the N-th allocation fails
 //   REFUSE_MEMORY_TO=M   and all after it up to the M-th

@@ -1,4 +1,4 @@
-// The way to OpenImageIO without loading a shared library: our own part of it is instrumented then.
+// Links the code around OpenImageIO directly, instead of loading it as a module, so that it is instrumented.
 #include "image/image_reader.h"
 
 extern "C" glowworm::OpenImageFunction glowworm_open_image;

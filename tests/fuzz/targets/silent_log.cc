@@ -1,4 +1,4 @@
-// Messages that nobody reads while fuzzing.
+// A log that discards all messages.
 #include "core/log.h"
 
 namespace glowworm {

@@ -1,4 +1,4 @@
-// The textures of an import without a decoder of images, so that the fuzzer's counters are all about the scene files.
+// The textures of an import without an image decoder, so that coverage counters are only about the scene files.
 #include "import/texture_cache.h"
 
 namespace glowworm {
