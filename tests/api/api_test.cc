@@ -64,7 +64,7 @@ TEST(Api, ASquareUnderAWhiteSkyShowsItsColor) {
   }
 }
 
-TEST(Api, AnswersWhileARenderGoesOnAndCancelsIt) {
+TEST(Api, ReportsProgressAndCancelsARender) {
   gw::RenderOptions options;
   options.width = options.height = 64;
   options.samples = 1'000'000;
@@ -79,7 +79,7 @@ TEST(Api, AnswersWhileARenderGoesOnAndCancelsIt) {
   EXPECT_THAT(render.statistics(), HasSubstr("\"cancelled\""));
 }
 
-TEST(Api, RefusesWhatMakesNoSense) {
+TEST(Api, RejectsInvalidInput) {
   gw::SceneBuilder builder;
   gw::Material paint;
   paint.color.r = 1.5f;

@@ -91,7 +91,7 @@ TEST_F(BadInputTest, TrianglesWithoutArea) {
   expect_refused(write("all.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), {"triangle"});
 }
 
-TEST_F(BadInputTest, TextureThatIsNoImage) {
+TEST_F(BadInputTest, TextureThatIsNotAnImage) {
   write("bad.png", "this is not a picture");
   write("m.mtl", "newmtl m\nmap_Kd bad.png\n");
   const std::string scene =
@@ -102,14 +102,14 @@ TEST_F(BadInputTest, TextureThatIsNoImage) {
   EXPECT_THAT(outcome.err, HasSubstr("bad.png"));
 }
 
-TEST_F(BadInputTest, SizesThatCannotBe) {
+TEST_F(BadInputTest, InvalidSizes) {
   for (const char* size : {"0x0", "0x16", "-4x4", "16", "16x", "16x16x16", "99999999999x1", "axb", "70000x10"})
     EXPECT_TRUE(refused(render("builtin:cornell", {"--size", size}), {std::string("--size '") + size, "65536"}, 2))
         << size;
   EXPECT_THAT(names(), IsEmpty());
 }
 
-TEST_F(BadInputTest, ValuesThatCannotBe) {
+TEST_F(BadInputTest, InvalidValues) {
   const std::vector<std::vector<std::string>> cases = {
       {"--samples", "0"},      {"--samples", "1.5"}, {"--gather", "-1"}, {"--photons", "many"},
       {"--photons", "nan"},    {"--photons", "9e9"}, {"--memory", "4Q"}, {"--memory", "inf"},
@@ -123,7 +123,7 @@ TEST_F(BadInputTest, ValuesThatCannotBe) {
   EXPECT_THAT(names(), IsEmpty());
 }
 
-TEST_F(BadInputTest, NamesThatThereAreAreListed) {
+TEST_F(BadInputTest, ValidNamesAreListed) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"--engine", "x"}), {"blocked", "forward", "knn", "brute"}, 2));
   EXPECT_TRUE(refused(render("builtin:cornell", {"--engine", "foward"}), {"--engine 'foward'", "mean 'forward'"}, 2));
   EXPECT_TRUE(
@@ -131,7 +131,7 @@ TEST_F(BadInputTest, NamesThatThereAreAreListed) {
   EXPECT_TRUE(refused(render("builtin:ajar", {"--camera", "x"}), {"main", "table"}));
 }
 
-TEST_F(BadInputTest, CommandLinesWithoutSense) {
+TEST_F(BadInputTest, InvalidCommandLines) {
   const std::vector<std::vector<std::string>> cases = {{},
                                                        {"draw"},
                                                        {"render"},
@@ -163,7 +163,7 @@ TEST_F(BadInputTest, OutputsThatCannotBeWritten) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "closed/a.exr"}), {"closed/a.exr"}));
 }
 
-TEST_F(BadInputTest, FileSizeLimitStandsForAFullDisk) {
+TEST_F(BadInputTest, FileSizeLimitActsAsAFullDisk) {
   write("a.exr", "an older picture");
   const auto limit = [] {
     const rlimit bytes = {1000, 1000};
@@ -198,7 +198,7 @@ TEST_F(SlowBadInputTest, FilmsLargerThanTheBudgetAreNeverMade) {
   EXPECT_THAT(names(), IsEmpty());
 }
 
-TEST_F(BadInputTest, ScenesLargerThanTheBudgetSayWhatTakesHowMuch) {
+TEST_F(BadInputTest, ScenesLargerThanTheBudgetListTheirMemory) {
   std::string scene = "WorldBegin ObjectBegin \"o\" Shape \"sphere\" ObjectEnd\n";
   for (int i = 0; i < 1000; ++i) scene += "ObjectInstance \"o\"\n";
   EXPECT_TRUE(refused(render(write("a.pbrt", scene), {"-o", "a.exr", "--memory", "64M"}),
@@ -244,7 +244,7 @@ TEST_F(BadInputTest, NoPixelIsEverInfinite) {
   }
 }
 
-TEST_F(BadInputTest, ComparisonsThatCannotBe) {
+TEST_F(BadInputTest, InvalidComparisons) {
   ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "-q"}).status, 0);
   ASSERT_EQ(render("builtin:cornell", {"-o", "b.exr", "--size", "8x8", "-q"}).status, 0);
   write("c.exr", "no image");

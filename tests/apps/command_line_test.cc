@@ -35,7 +35,7 @@ class CommandLineTest : public ProgramTest {
   }
 };
 
-TEST_F(CommandLineTest, WithoutACommandPrintsHowToUseIt) {
+TEST_F(CommandLineTest, WithoutACommandPrintsHelp) {
   const Outcome outcome = run({});
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("glowworm render builtin:cornell"));
@@ -50,7 +50,7 @@ TEST_F(CommandLineTest, TheLastOfARepeatedOptionWins) {
   EXPECT_EQ(read_image(path("a.exr")).metadata["glowworm:seed"], "2");
 }
 
-TEST_F(CommandLineTest, ValuesThatMakeNoSenseEndWithStatus2) {
+TEST_F(CommandLineTest, InvalidValuesEndWithStatus2) {
   const std::vector<std::pair<Words, std::string>> cases = {
       {{"--engine", "foward"}, "Did you mean 'forward'?"},
       {{"--tone", "filmik"}, "Did you mean 'filmic'?"},
@@ -158,7 +158,7 @@ TEST_F(CommandLineTest, AMissingSkyIsAnErrorAndAMissingTextureOneWarning) {
   EXPECT_EQ(outcome.err.find("magenta", first + 1), std::string::npos) << outcome.err;
 }
 
-TEST_F(CommandLineTest, CompareCountsWhatIsNotFiniteAndPrintsJson) {
+TEST_F(CommandLineTest, CompareCountsNonFinitePixelsAndPrintsJson) {
   write_picture("a.exr", 0.5f);
   write_picture("nan.exr", std::numeric_limits<float>::quiet_NaN());
   write_picture("b.exr", 1.5f);
@@ -282,7 +282,7 @@ TEST_F(CommandLineTest, ACryptomatteIsDecoded) {
   EXPECT_GT(partial, 5u);
 }
 
-TEST_F(CommandLineTest, APictureSaysHowItWasMade) {
+TEST_F(CommandLineTest, PicturesRecordTheirCommandLine) {
   ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "-q"}).status, 0);
   const Image image = read_image(path("a.exr"));
   std::string all;

@@ -35,7 +35,7 @@ TEST_F(DiskTest, GivesTheSamePictureToTheBit) {
     EXPECT_TRUE(std::ranges::equal(a.channel(channel), b.channel(channel))) << channel;
 }
 
-TEST_F(DiskTest, FullDiskIsSaidAndLeavesNothing) {
+TEST_F(DiskTest, FullDiskIsReportedAndLeavesNoFiles) {
   // A limit on the size of files stands for a disk that is full: writes are cut short at it, then fail.
   const Outcome outcome = render_by_disk("a.exr", "always", [] {
     const rlimit limit{2'000'000, 2'000'000};
@@ -45,7 +45,7 @@ TEST_F(DiskTest, FullDiskIsSaidAndLeavesNothing) {
   EXPECT_THAT(names(), IsEmpty());
 }
 
-TEST_F(DiskTest, TemporaryFolderThatCannotBeUsedIsSaid) {
+TEST_F(DiskTest, UnusableTemporaryFolderIsReported) {
   for (const std::string& folder : {path("missing"), std::string("/proc")}) {
     static std::string variable;
     variable = "TMPDIR=" + folder;

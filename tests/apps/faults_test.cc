@@ -172,7 +172,7 @@ TEST_F(SlowFaultsTest, RefusedMemoryIsAnError) {
   }
 }
 
-TEST_F(SlowFaultsTest, NamesThatNoServerAnswersForAreNotWaitedForLong) {
+TEST_F(SlowFaultsTest, NameLookupsTimeOut) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<std::string> arguments = tiny_render({"--tev", "picture.example:14158"});
   EXPECT_TRUE(refused(run_refused(arguments, {{"REFUSE_NAMES", "1"}}), {"--tev", "no address was found in time"}));
@@ -182,13 +182,13 @@ TEST_F(SlowFaultsTest, NamesThatNoServerAnswersForAreNotWaitedForLong) {
   EXPECT_TRUE(refused(run_refused(arguments, {{"REFUSE_NAMES", "1"}}), {"--tev", "Connection refused"}));
 }
 
-TEST_F(SlowFaultsTest, EmbreeWithoutMemorySaysSo) {
+TEST_F(SlowFaultsTest, EmbreeWithoutMemoryIsAnError) {
   const Outcome outcome = run_refused(tiny_render({}), {{"REFUSE_EMBREE", "1"}});
   EXPECT_TRUE(refused(outcome, {"Embree", "out of memory"}));
   EXPECT_THAT(outcome.err, Not(HasSubstr("SSE2")));
 }
 
-TEST_F(SlowFaultsTest, WithoutItsModuleForPicturesTheProgramSaysSo) {
+TEST_F(SlowFaultsTest, AMissingImageModuleIsAnError) {
   ASSERT_EQ(run(tiny_render({})).status, 0);
   const std::string scene = write("a.pbrt",
                                   "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\" "

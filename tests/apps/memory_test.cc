@@ -11,7 +11,7 @@ namespace {
 
 class SlowMemoryTest : public ProgramTest {};
 
-TEST_F(SlowMemoryTest, BudgetIsKept) {
+TEST_F(SlowMemoryTest, StaysWithinTheBudget) {
   struct Case {
     const char *scene, *engine, *memory, *size, *photons;
     bool progressive = false;
@@ -49,7 +49,7 @@ TEST_F(SlowMemoryTest, BudgetIsKept) {
   }
 }
 
-TEST_F(SlowMemoryTest, TooSmallABudgetIsSaid) {
+TEST_F(SlowMemoryTest, TooSmallABudgetIsReported) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "4M", "--size", "256x256"}), {"memory", "--memory"}));
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "64M", "--photons", "1M"}), {"photon map", "--memory"}));
 }

@@ -46,7 +46,7 @@ class OutputsTest : public ProgramTest {
   }
 };
 
-TEST_F(OutputsTest, AFullDiskKeepsNoOtherFileFromItsOutput) {
+TEST_F(OutputsTest, AFullDiskDoesNotAffectOtherFiles) {
   make_full("full.exr");
   const Outcome outcome = render("builtin:cornell", {"-o", "full.exr", "-o", "ok.png", "--stats", "s.json"});
   EXPECT_TRUE(refused(outcome, {"warning: full.exr", "No space left on device", "not written: full.exr"}));
@@ -58,7 +58,7 @@ TEST_F(OutputsTest, AFullDiskKeepsNoOtherFileFromItsOutput) {
 }
 
 /// By the limit of file sizes, which the checkpoint reaches and the picture does not.
-TEST_F(OutputsTest, AFullDiskUnderTheCheckpointLosesNoPicture) {
+TEST_F(OutputsTest, AFailedCheckpointLosesNoPicture) {
   const auto limit = [] {
     const rlimit bytes = {12'000, 12'000};
     setrlimit(RLIMIT_FSIZE, &bytes);
@@ -69,7 +69,7 @@ TEST_F(OutputsTest, AFullDiskUnderTheCheckpointLosesNoPicture) {
   EXPECT_THAT(names(), ElementsAre("ok.png"));
 }
 
-TEST_F(OutputsTest, APreviewThatFailsIsSaidOnceAndEndsNothing) {
+TEST_F(OutputsTest, AFailedPreviewIsReportedOnceAndTheRenderContinues) {
   make_full("full.exr");
   const Outcome outcome = render("builtin:cornell", {"-o", "full.exr", "-o", "ok.png", "--preview", "--samples", "auto",
                                                      "--time", "2.5s", "--stats", "s.json"});
@@ -80,7 +80,7 @@ TEST_F(OutputsTest, APreviewThatFailsIsSaidOnceAndEndsNothing) {
 }
 
 /// `render ... 2>&1 | true`, `2>/dev/full` and `2>&-`.
-TEST_F(OutputsTest, MessagesThatNobodyReadsLoseNoPicture) {
+TEST_F(OutputsTest, UnreadMessagesLoseNoPicture) {
   const std::function<void()> streams[] = {[] {
                                              int ends[2];
                                              if (pipe(ends) != 0) _exit(99);
@@ -113,7 +113,7 @@ TEST_F(OutputsTest, AStandardOutputThatIsFullIsAnError) {
   EXPECT_EQ(read_image(path("d.png")).width(), 16);
 }
 
-TEST_F(OutputsTest, NamesThatAreNoUtf8LoseNoStatistics) {
+TEST_F(OutputsTest, NamesThatAreNotUtf8DoNotBreakStatistics) {
   write("a.mtl", "newmtl L\xe4mpchen\nKd 0 0 0\nKe 1 1 1\n");
   const std::string scene = write("a.obj", "mtllib a.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl L\xe4mpchen\nf 1 2 3\n");
   const Outcome outcome = render(scene, {"-o", "a.exr", "--stats", "s.json"});
@@ -121,7 +121,7 @@ TEST_F(OutputsTest, NamesThatAreNoUtf8LoseNoStatistics) {
   EXPECT_EQ(read_json("s.json").at("passes"), 1);
 }
 
-TEST_F(OutputsTest, TwoOutputsOfOneNameAreRefused) {
+TEST_F(OutputsTest, TwoOutputsWithOneNameAreRejected) {
   const std::string scene = write("a.obj", "v -1 0 -1\nv -1 0 1\nv 1 0 1\nf 1 2 3\n");
   write("old.exr", "older");
   fs::create_symlink("old.exr", path("link.exr"));
@@ -148,7 +148,7 @@ TEST_F(OutputsTest, TwoOutputsOfOneNameAreRefused) {
 }
 
 /// Files that only reading the scene brings to light.
-TEST_F(OutputsTest, FilesThatASceneConsistsOfAreNotWrittenOver) {
+TEST_F(OutputsTest, FilesOfTheSceneAreNotOverwritten) {
   write_scenes();
   const std::string pbrt = path("a.pbrt"), obj = path("a.obj"), gltf = path("a.gltf");
   fs::create_symlink("sky.exr", path("link.exr"));
@@ -175,7 +175,7 @@ TEST_F(OutputsTest, FilesThatASceneConsistsOfAreNotWrittenOver) {
   EXPECT_THAT(run(render_of(pbrt, {"-o", "wood.png"})).err, HasSubstr("'" + path("wood.png") + "' and -o"));
 }
 
-TEST_F(OutputsTest, APipeThatNothingReadsLosesNoOtherFile) {
+TEST_F(OutputsTest, AnUnreadPipeLosesNoOtherFile) {
   ASSERT_EQ(mkfifo(path("pipe.exr").c_str(), 0600), 0);
   const Outcome outcome = render("builtin:cornell", {"-o", "pipe.exr", "-o", "ok.png"});
   EXPECT_TRUE(
@@ -195,13 +195,13 @@ TEST_F(OutputsTest, APipeTakesAPictureAsAFileDoes) {
   EXPECT_EQ(bytes, read(path("a.exr")));
 }
 
-TEST_F(OutputsTest, AComparisonDoesNotWriteOverItsPictures) {
+TEST_F(OutputsTest, AComparisonDoesNotOverwriteItsPictures) {
   ASSERT_EQ(render("builtin:cornell", {"-o", "a.png", "-o", "b.png", "-q"}).status, 0);
   expect_one_file({"compare", "a.png", "b.png", "-o", "a.png"});
   expect_one_file({"compare", "a.png", "b.png", "-o", "./b.png"});
 }
 
-TEST_F(OutputsTest, FilesOfASessionAreDifferentOnes) {
+TEST_F(OutputsTest, FilesOfASessionMustDiffer) {
   const std::string scene = write("scene.obj", "v -1 0 -1\nv -1 0 1\nv 1 0 1\nf 1 2 3\n");
   fs::create_directory(path("frames"));
   fs::create_symlink("../scene.obj", path("frames/00002.png"));
@@ -219,7 +219,7 @@ TEST_F(OutputsTest, FilesOfASessionAreDifferentOnes) {
   EXPECT_FALSE(fs::exists(path("new")));
 }
 
-TEST_F(OutputsTest, AFrameThatCannotBeWrittenEndsNoSession) {
+TEST_F(OutputsTest, AFailedFrameDoesNotEndTheSession) {
   fs::create_directory(path("frames"));
   make_full("frames/00001.png");
   const Outcome outcome =
@@ -230,7 +230,7 @@ TEST_F(OutputsTest, AFrameThatCannotBeWrittenEndsNoSession) {
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 5);
 }
 
-TEST_F(OutputsTest, AnInterruptedSessionCountsTheFramesThatAreThere) {
+TEST_F(OutputsTest, AnInterruptedSessionCountsItsFrames) {
   Running program(
       folder_, {"view", "builtin:cornell", "--size", "8x8", "--photons", "1k", "--frames", "5000", "--out", "frames"});
   ASSERT_TRUE(wait_for_file("frames/00002.png", 60));

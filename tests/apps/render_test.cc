@@ -59,7 +59,7 @@ TEST_F(RenderTest, SameSeedSamePixels) {
   }
 }
 
-TEST_F(RenderTest, LayersAddUpAndMeanWhatTheySay) {
+TEST_F(RenderTest, LayersAddUpAndHaveTheirMeaning) {
   const Image image = rendered("builtin:cornell", {"--aov", "emitted,direct,indirect,caustic,albedo,normal,depth"});
   std::set<std::string> found;
   for (const ImageChannel& channel : image.channels()) found.insert(channel.name);
@@ -93,7 +93,7 @@ TEST_F(RenderTest, IndirectOnlyIsTheIndirectLayer) {
   }
 }
 
-TEST_F(RenderTest, MetadataSaysHowItWasMade) {
+TEST_F(RenderTest, MetadataRecordsTheCommandLine) {
   const Image image = rendered("builtin:cornell", {"--seed", "5"});
   EXPECT_THAT(image.metadata.at("Software"), HasSubstr("Glowworm"));
   EXPECT_EQ(image.metadata.at("glowworm:scene"), "cornell");
@@ -140,7 +140,7 @@ TEST_F(RenderTest, QuietAndVerbose) {
   EXPECT_THAT(render("builtin:cornell", {"-o", "a.png", "-v"}).err, HasSubstr("trace_photons"));
 }
 
-TEST_F(RenderTest, OptionsWithoutEffectAreSaid) {
+TEST_F(RenderTest, OptionsWithoutEffectAreReported) {
   const Outcome outcome = render("builtin:cornell", {"-o", "a.png", "-q", "--integrator", "path", "--engine", "knn"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err, HasSubstr("warning: --engine has no effect"));
@@ -276,7 +276,7 @@ TEST_F(RenderTest, PreviewIsOnDiskWhileTheRenderGoesOn) {
   EXPECT_LE(names().size(), 3u);
 }
 
-TEST_F(RenderTest, KilledRenderGoesOnToTheSameBits) {
+TEST_F(RenderTest, KilledRenderResumesToTheSameBits) {
   const std::vector<std::string> kinds[] = {
       {"--engine", "reverse"}, {"--progressive", "--engine", "blocked"}, {"--integrator", "path"}};
   for (const std::vector<std::string>& kind : kinds) {

@@ -22,7 +22,7 @@ class StatisticsTest : public ProgramTest {
   }
 };
 
-TEST_F(StatisticsTest, EveryKeyIsThere) {
+TEST_F(StatisticsTest, EveryKeyIsPresent) {
   const json s = statistics("builtin:cornell", {});
   const std::vector<std::string> pointers = {"/version",
                                              "/isa",
@@ -162,7 +162,7 @@ TEST_F(StatisticsTest, CountsOfAClosedBoxAreKnown) {
   }
 }
 
-TEST_F(StatisticsTest, SecondaryGatherTracesMoreRaysThanItAsks) {
+TEST_F(StatisticsTest, SecondaryGatherTracesMoreRays) {
   const json with = statistics("builtin:furnace-box", {})["count"];
   const json without = statistics("builtin:furnace-box", {"--no-secondary-gather"})["count"];
   EXPECT_GT(with["gather_rays"], without["gather_rays"]);
@@ -195,7 +195,7 @@ TEST_F(StatisticsTest, RatesAndMeansAreTheirCountsOverTheirTimes) {
   EXPECT_GT(s["mean"]["active_lanes"], 0);
 }
 
-TEST_F(StatisticsTest, NoMoreLanesAreActiveThanThereAre) {
+TEST_F(StatisticsTest, ActiveLanesAreAtMostAllLanes) {
   for (const char* engine : {"forward", "blocked", "reverse"})
     for (const char* simd : {"scalar", "auto"}) {
       const json s = statistics("builtin:cornell", {"--engine", engine, "--simd", simd});

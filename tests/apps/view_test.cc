@@ -58,7 +58,7 @@ TEST_F(ViewTest, WritesFramesWithoutAWindow) {
   EXPECT_THAT(table, HasSubstr("frame,seconds,"));
 }
 
-TEST_F(ViewTest, SaysWhatIsWrong) {
+TEST_F(ViewTest, ReportsErrors) {
   write("bad.json", R"({"moves": [{"dance": 1}]})");
   EXPECT_TRUE(refused(run(view({"--script", "bad.json", "--out", "frames"})), {"bad.json: move 1", "\"dance\""}));
   EXPECT_TRUE(refused(run(view({"--engine", "none", "--out", "frames"})), {"--engine 'none'"}, 2));
@@ -192,7 +192,7 @@ TEST_F(SlowWindowTest, FollowsMouseAndKeys) {
   EXPECT_EQ(program.wait().status, 130);
 }
 
-TEST_F(SlowWindowTest, OutlivesWhatWindowsGoThrough) {
+TEST_F(SlowWindowTest, SurvivesResizeMinimiseLostContextAndDrops) {
   write("script.json", R"({"size": [128, 128], "moves": [
     {"at": 2, "resize": [100, 90]}, {"at": 3, "orbit": [5, 0]}, {"at": 4, "window": "minimise"}, {"at": 5, "window": "restore"},
     {"at": 6, "resize": [468, 128]}, {"at": 8, "window": "lose-context"}, {"at": 9, "light": {"name": "0", "on": false}},
@@ -222,7 +222,7 @@ TEST_F(SlowWindowTest, EndsWithoutASceneAndWithoutAServer) {
 
 /// A long session in short: every mode, engine and light edit over and over holds no more memory at its end than soon
 /// after its beginning.
-TEST_F(SlowWindowTest, HoldsNoMoreMemoryInTheLongRun) {
+TEST_F(SlowWindowTest, MemoryDoesNotGrow) {
   std::string moves;
   constexpr int kRounds = 7, kRound = 12;
   for (int round = 0; round < kRounds; ++round) {

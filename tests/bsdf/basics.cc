@@ -24,7 +24,7 @@ TEST(BsdfLambertian, HasAlbedoOverPiOnBothSides) {
   EXPECT_FLOAT_EQ(s.weight.r, 0.2f);
 }
 
-TEST(BsdfDielectric, RefractsBySnellsLawAndScalesRadianceAlone) {
+TEST(BsdfDielectric, RefractsBySnellsLawAndScalesOnlyRadiance) {
   Bsdf bsdf;
   bsdf.kind = BsdfKind::dielectric;
   bsdf.specular = bsdf.transmission = RGB(1.0f);

@@ -59,7 +59,7 @@ TEST(BsdfEnergy, NeverScattersMoreThanArrives) {
   }
 }
 
-TEST(BsdfEnergy, IsKeptBySmoothGlassPanesAndWhitePaint) {
+TEST(BsdfEnergy, IsConservedBySmoothGlassPanesAndWhitePaint) {
   Bsdf white, pane = glass(0);
   white.diffuse = {0.25f, 0.5f, 1};
   white.transmission = {0.75f, 0.5f, 0};
@@ -79,7 +79,7 @@ TEST(BsdfEnergy, IsKeptBySmoothGlassPanesAndWhitePaint) {
 // A furnace: under a smooth clearcoat of Schlick's term F, whose mean under the cosine is F0 + (1 - F0) / 21, a white
 // base gives back (1 - F(wo)) (1 - mean F) beside the coat's own F(wo). The rest went between coat and base more than
 // once.
-TEST(BsdfEnergy, OfWhitePaintUnderClearcoatLosesOnlyWhatGoesBetweenThem) {
+TEST(BsdfEnergy, OfWhitePaintUnderClearcoatLosesOnlyInterreflection) {
   Bsdf paint = metallic_roughness(RGB(1.0f), 0, 0.5f);
   paint.specular_weight = 0;
   for (const float coat : {0.3f, 1.0f}) {
@@ -126,7 +126,7 @@ double scattered_once(double alpha, Vec3 wo, double eta) {
   return sum;
 }
 
-TEST(BsdfEnergy, OfRoughGlassFallsByWhatSingleScatteringLoses) {
+TEST(BsdfEnergy, OfRoughGlassFallsByTheLossOfSingleScattering) {
   for (const float alpha : {0.1f, 0.4f, 0.9f}) {
     for (const float z : {0.95f, 0.5f, -0.8f}) {
       const Vec3 wo{std::sqrt(1 - z * z), 0, z};
@@ -137,7 +137,7 @@ TEST(BsdfEnergy, OfRoughGlassFallsByWhatSingleScatteringLoses) {
   }
 }
 
-TEST(BsdfEnergy, AlbedoIsNearWhatSamplesScatter) {
+TEST(BsdfEnergy, AlbedoIsNearTheMeanOfSamples) {
   for (const BsdfCase& c : bsdf_cases()) {
     for (const Vec3 wo : viewers()) {
       for (const Lobes lobe : {kDiffuseReflection, kDiffuseTransmission, kGlossy, kSharp}) {
@@ -259,7 +259,7 @@ Vec3 awkward_direction(Sampler& sampler) {
   return w;
 }
 
-TEST(BsdfFuzz, NeverGivesNumbersThatAreNone) {
+TEST(BsdfFuzz, AlwaysReturnsFiniteNumbers) {
   for (std::uint32_t i = 0; i < 100000; ++i) {
     Sampler sampler(SamplerKind::independent, 5, 9, i);
     const Bsdf b = random_bsdf(sampler);

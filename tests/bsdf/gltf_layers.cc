@@ -64,7 +64,7 @@ TEST(GltfSheen, TakesItsLightFromTheBase) {
   }
 }
 
-TEST(GltfFilm, OfIndexOneIsNotThere) {
+TEST(GltfFilm, OfIndexOneHasNoEffect) {
   for (const float cosine : {1.0f, 0.6f, 0.2f})
     for (const float base : {0.04f, 0.5f, 0.9f}) {
       const RGB film = film_reflectance(cosine, 1.0001f, 300, RGB(base));

@@ -66,7 +66,7 @@ Outgoing model(const Bsdf& coated, Lobes mask, Vec3 from, int samples) {
   return out;
 }
 
-TEST(SlowBsdfLayers, DiffuseBaseUnderACoatIsWhatTheWalkGives) {
+TEST(SlowBsdfLayers, DiffuseBaseUnderACoatMatchesTheRandomWalk) {
   constexpr int kPaths = 100000, kBounces = 5;
   for (const float albedo : {0.3f, 0.9f}) {
     for (const float alpha : {0.0f, 0.1f, 0.3f, 0.7f}) {
@@ -108,7 +108,7 @@ TEST(BsdfLayers, SmoothCoatOverMirrorIsExact) {
 }
 
 // The model of a rough metal under a coat is approximate: within 5% of the arriving flux in each bin, 8% in the whole.
-TEST(BsdfLayers, MetalUnderACoatIsNearTheWalk) {
+TEST(BsdfLayers, MetalUnderACoatIsNearTheRandomWalk) {
   constexpr int kPaths = 20000;
   for (const float base_alpha : {0.1f, 0.3f, 0.6f}) {
     for (const float coat_alpha : {0.0f, 0.1f, 0.3f}) {

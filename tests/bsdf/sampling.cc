@@ -80,7 +80,7 @@ TEST(BsdfSampling, FollowsItsDensityForOneOfEachShape) {
   expect_samples_follow_density(few, 20000);
 }
 
-TEST(BsdfSampling, WeighsByValueTimesCosineOverDensity) {
+TEST(BsdfSampling, WeightIsValueTimesCosineOverDensity) {
   std::uint32_t sequence = 1000;
   for (const BsdfCase& c : bsdf_cases()) {
     for (const Vec3 wo : viewers()) {

@@ -125,7 +125,7 @@ TEST(ShadedSurface, LosesNothing) {
 }
 
 /// Light that arrives and is asked for comes to the same, whichever end it is followed from.
-TEST(ShadedSurface, PhotonsGoTheWayOfLightThatIsSeen) {
+TEST(ShadedSurface, PhotonsScatterLikeCameraPaths) {
   for (const float degrees : kAngles) {
     const Leaning leaning(degrees);
     for (const BsdfCase& c : bsdf_cases()) {

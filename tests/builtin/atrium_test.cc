@@ -9,13 +9,13 @@
 namespace glowworm {
 namespace {
 
-TEST(Atrium, HasTheTrianglesItPromises) {
+TEST(Atrium, HasTheDocumentedNumberOfTriangles) {
   EXPECT_GE(builtin_scene("atrium").geometry.triangle_count(), 60000u);
   EXPECT_LE(builtin_scene("atrium").geometry.triangle_count(), 250000u);
   EXPECT_GE(builtin_scene("atrium-large").geometry.triangle_count(), 1200000u);
 }
 
-TEST(Atrium, IsOfTheSizeItPromises) {
+TEST(Atrium, HasTheDocumentedSize) {
   for (const char* name : {"atrium", "atrium-large"}) {
     const Vec3 size = builtin_scene(name).geometry.bounds().diagonal();
     EXPECT_NEAR(size.x, 31.2, 0.3) << name;
@@ -68,7 +68,7 @@ TEST(Sky, SunOutshinesTheSkyAsOnAClearDay) {
   EXPECT_LT(sun / irradiance, 10);
 }
 
-TEST(Sky, LiesInTheSceneAsTheSunDoes) {
+TEST(Sky, IsAlignedWithTheSun) {
   const Scene scene(builtin_scene("atrium"));
   const Vec3 to_sun = -scene.lights()[0].direction;
   const float sun = luminance(environment_radiance(scene, to_sun));

@@ -58,7 +58,7 @@ TEST_P(EveryBuiltinScene, IsTheSameEachTime) {
 
 INSTANTIATE_TEST_SUITE_P(Builtin, EveryBuiltinScene, testing::ValuesIn(builtin_scene_names()), scene_test_name);
 
-TEST(Builtin, AnUnknownNameListsThoseThereAre) {
+TEST(Builtin, UnknownNameListsTheScenes) {
   try {
     builtin_scene("cornel");
     FAIL() << "no error";

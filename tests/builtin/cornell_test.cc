@@ -62,7 +62,7 @@ TEST(Cornell, ReflectancesAgreeWithTabulatedMatchingFunctions) {
   }
 }
 
-TEST(Cornell, MaterialsHaveThoseReflectances) {
+TEST(Cornell, MaterialsHaveTheMeasuredReflectances) {
   const SceneDescription scene = builtin_scene("cornell");
   EXPECT_TRUE(scene.materials[0].reflectance.value == cornell_reflectance(kCornellWhite));
   EXPECT_TRUE(scene.materials[1].reflectance.value == cornell_reflectance(kCornellGreen));

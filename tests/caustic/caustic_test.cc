@@ -135,7 +135,7 @@ Layers layers(const Film &film) {
   return out;
 }
 
-TEST(CausticLayers, OfAPointLightAreFoundByPhotonsAlone) {
+TEST(CausticLayers, OfAPointLightAreFoundOnlyByPhotons) {
   const Stage stage(ball_under(true));
   const Layers paths = layers(stage.render(by_path(48, 64)));
   const Layers photons = layers(stage.render(by_photons(48, 16, 16, 300'000, "blocked")));

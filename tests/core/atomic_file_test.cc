@@ -115,7 +115,7 @@ TEST_F(AtomicFileTest, FollowsLinksToAFileThatDoesNotExistYet) {
   EXPECT_EQ(content(path("absolute")), "whole path");
 }
 
-TEST_F(AtomicFileTest, LinksThatLeadNowhereAreErrors) {
+TEST_F(AtomicFileTest, UnresolvableLinksAreErrors) {
   fs::create_symlink("missing/file", path("away"));
   EXPECT_THAT(message_of([&] { write_file(path("away"), "x"); }), testing::HasSubstr(path("missing")));
   fs::create_symlink("b", path("a"));
@@ -133,7 +133,7 @@ TEST_F(AtomicFileTest, DropsSpecialBitsOfTheModeThatItKeeps) {
   EXPECT_EQ(info.st_mode & 07777, 0751u);
 }
 
-TEST_F(AtomicFileTest, KnowsOneFileByAllItsNames) {
+TEST_F(AtomicFileTest, IdentifiesAFileByAllItsNames) {
   const auto same = [&](const std::string& a, const std::string& b) {
     return output_identity(path(a)) == output_identity(path(b));
   };
@@ -152,7 +152,7 @@ TEST_F(AtomicFileTest, KnowsOneFileByAllItsNames) {
   EXPECT_EQ(output_identity("/dev/null"), "");
 }
 
-TEST_F(AtomicFileTest, TellsAFullDiskFromAMistake) {
+TEST_F(AtomicFileTest, DistinguishesAFullDiskFromAMistake) {
   EXPECT_THROW(write_file("/dev/full", "x"), DiskError);
   try {
     write_file(path("none/a"), "x");
@@ -163,7 +163,7 @@ TEST_F(AtomicFileTest, TellsAFullDiskFromAMistake) {
   }
 }
 
-TEST_F(AtomicFileTest, TakesTheLongestName) {
+TEST_F(AtomicFileTest, AcceptsTheLongestName) {
   const std::string name(255, 'n');
   write_file(path(name), "x");
   EXPECT_THAT(names(), testing::ElementsAre(name));
@@ -177,7 +177,7 @@ TEST_F(AtomicFileTest, MissingFolderIsNamedWithItsRemedy) {
   EXPECT_TRUE(names().empty());
 }
 
-TEST_F(AtomicFileTest, AFolderIsNoFile) {
+TEST_F(AtomicFileTest, AFolderIsAnError) {
   EXPECT_THAT(message_of([&] { write_file(folder_.string(), "x"); }), testing::HasSubstr("folder"));
   EXPECT_THAT(message_of([&] { write_file("", "x"); }), testing::HasSubstr("empty"));
 }
@@ -255,7 +255,7 @@ TEST_F(AtomicFileTest, AChildDoesNotRemoveWhatItsParentWrites) {
   EXPECT_EQ(content(path("a")), "x");
 }
 
-TEST_F(AtomicFileTest, RegisterIsUsedAgain) {
+TEST_F(AtomicFileTest, RegisterEntriesAreReused) {
   for (int i = 0; i < 1000; ++i) write_file(path("a"), std::to_string(i));
   EXPECT_EQ(content(path("a")), "999");
   remove_temporary_files();

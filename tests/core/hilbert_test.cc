@@ -89,7 +89,7 @@ TEST(CubeGrid, PutsPointsInCells) {
   EXPECT_EQ(grid.cell({-100, 100, 1e30f}), (GridCell{0, 7, 7}));
 }
 
-TEST(CubeGrid, BearsWhatIsNotAPoint) {
+TEST(CubeGrid, AcceptsPointsThatAreNotFinite) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   const CubeGrid grid({{0, 0, 0}, {1, 1, 1}}, 21);
   EXPECT_EQ(grid.cell({kNan, kInfinity, -kInfinity}), (GridCell{0, 0x1fffff, 0}));

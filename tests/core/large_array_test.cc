@@ -49,7 +49,7 @@ TEST(FreedMemory, IsKeptUpToItsLimit) {
   free_large(again);
 }
 
-TEST(LargeArray, ThrowsWhereThereIsNoMemory) {
+TEST(LargeArray, ThrowsWithoutMemory) {
   EXPECT_THROW(allocate_large(std::numeric_limits<std::size_t>::max() - 5), std::bad_alloc);
   EXPECT_THROW(allocate_large(std::numeric_limits<std::size_t>::max() / 2), std::bad_alloc);
 }

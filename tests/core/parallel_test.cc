@@ -33,7 +33,7 @@ TEST_P(Parallel, VisitsEveryIndexOnce) {
   for (std::size_t i = 0; i < visits.size(); ++i) EXPECT_EQ(visits[i], i >= 3 ? 1 : 0) << i;
 }
 
-TEST_P(Parallel, CutsByGrainAlone) {
+TEST_P(Parallel, PiecesDependOnlyOnTheGrain) {
   std::mutex mutex;
   std::set<std::pair<std::size_t, std::size_t>> pieces;
   parallel_for(10, 35, 10, [&](std::size_t first, std::size_t last) {
@@ -52,7 +52,7 @@ TEST_P(Parallel, EmptyRangesDoNothing) {
   EXPECT_EQ(calls, 3);
 }
 
-TEST_P(Parallel, ThrowsOnWhatAPieceThrew) {
+TEST_P(Parallel, RethrowsTheExceptionOfAPiece) {
   EXPECT_THROW(parallel_for(0, 100, 1,
                             [](std::size_t first, std::size_t) {
                               if (first == 42) throw std::runtime_error("piece");

@@ -31,7 +31,7 @@ void expect_sorted_as_std_does(std::size_t n, Key mask, int bits) {
   EXPECT_EQ(pairs, expected) << n << " pairs, mask " << mask << ", " << bits << " bits";
 }
 
-TEST(RadixSort, SortsStablyByTheBitsAskedFor) {
+TEST(RadixSort, SortsStablyByTheGivenBits) {
   for (const std::size_t n : {0, 1, 2, 3, 1000, 100003}) {
     for (const int bits : {0, 1, 9, 11, 12, 27, 32}) expect_sorted_as_std_does<std::uint32_t>(n, 0xffffffffu, bits);
     for (const int bits : {0, 30, 33, 63, 64}) expect_sorted_as_std_does<std::uint64_t>(n, ~std::uint64_t{0}, bits);

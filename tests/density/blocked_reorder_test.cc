@@ -67,7 +67,7 @@ TEST(Reorder, OctreeAndRadixAgreeAtTheSameDepth) {
         << depth;
 }
 
-TEST(Reorder, OctreeLeavesCellsOfTheThresholdAlone) {
+TEST(Reorder, OctreeDoesNotDivideCellsBelowTheThreshold) {
   const std::vector<Vec3> points = points_on_walls(40000);
   const auto order = hilbert_order(points, kUnit, 100, octree(64));
   expect_permutation(order, points.size());
@@ -101,7 +101,7 @@ TEST(Reorder, DoesNotDependOnThreads) {
   }
 }
 
-TEST(Reorder, BearsPointsThatCoincideOrAreNoPoints) {
+TEST(Reorder, AcceptsCoincidentAndNonFinitePoints) {
   std::vector<Vec3> points(50000, Vec3{0.3f, 0.3f, 0.3f});
   points[7] = {std::numeric_limits<float>::quiet_NaN(), 0, 0};
   points[8] = {std::numeric_limits<float>::infinity(), 0, 0};

@@ -141,7 +141,7 @@ TEST(BlockedEngine, AgreesForOddCounts) {
     }
 }
 
-TEST(BlockedEngine, AgreesForRadiiOfNothingAndOfTheWholeScene) {
+TEST(BlockedEngine, AgreesForRadiiOfZeroAndOfTheWholeScene) {
   const PhotonBatch photons = make_photons(1500);
   const QueryPoints points = make_points(300);
   expect_agreement(photons, fixed(0), points);
@@ -158,7 +158,7 @@ TEST(BlockedEngine, FarAwayPointsSeeNothing) {
   expect_agreement(photons, fixed(0.2f), points);
 }
 
-TEST(BlockedEngine, BearsWhatIsNotANumber) {
+TEST(BlockedEngine, AcceptsNumbersThatAreNotFinite) {
   QueryPoints points = make_points(64);
   PhotonBatch photons = make_photons(64);
   const Answer whole = ask("blocked", photons, fixed(3), points);
@@ -275,7 +275,7 @@ TEST(BlockedEngine, DividesWhereAllPointsCrowdInOneCell) {
   expect_agreement(photons, fixed(0.1f), points);
 }
 
-TEST(BlockedEngine, PlansWhatItHolds) {
+TEST(BlockedEngine, PlansItsMemory) {
   const auto engine = make_engine("blocked");
   const EnginePlan plan = engine->plan(1000000, 100000, 0);
   EXPECT_GE(plan.bytes, 100000u * 40);
@@ -285,7 +285,7 @@ TEST(BlockedEngine, PlansWhatItHolds) {
   EXPECT_GT(engine->plan(100000000, 100000, 0).passes, 1u);
 }
 
-TEST(BlockedEngine, RefusesWhatItDoesNotDo) {
+TEST(BlockedEngine, RejectsUnsupportedOptions) {
   const auto engine = make_engine("blocked");
   Statistics statistics;
   RadiusPolicy policy;

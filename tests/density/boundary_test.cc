@@ -78,7 +78,7 @@ void expect_mass(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
   EXPECT_LT(found.error, 0.005);
 }
 
-TEST(BoundaryTest, PlainSurfaceLosesNothing) {
+TEST(BoundaryTest, FlatSurfaceLosesNothing) {
   const Scene scene = squares({0});
   const Tracer tracer(scene);
   for (const KernelShape shape : kShapes) EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0}, shape, 0.3f).mean, 1.0);
@@ -119,7 +119,7 @@ TEST(BoundaryTest, AllSlatsOfABlindCountTogether) {
   expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, kRadius, expected);
 }
 
-TEST(BoundaryTest, WhatASolidStandsOnDoesNotCount) {
+TEST(BoundaryTest, SurfaceUnderASolidDoesNotCount) {
   // A floor, and a block without a bottom on the half of it beyond x = 0.5.
   const Scene scene = copies("floor under block", [](MeshBuilder& mesh) {
     mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
@@ -136,7 +136,7 @@ TEST(BoundaryTest, WhatASolidStandsOnDoesNotCount) {
               0.5 + (strip(0.3) + 0.5 * kPi * reach * reach - strip(reach)) / (kPi * 0.09));
 }
 
-TEST(BoundaryTest, WhatLiesUnderALayerDoesNotCount) {
+TEST(BoundaryTest, SurfaceUnderALayerDoesNotCount) {
   const Scene scene = copies("carpet", [](MeshBuilder& mesh) {
     mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
     mesh.box({0.1f, 0.1f, 0}, {0.9f, 0.9f, 0.01f}, MeshBuilder::kAllFaces & ~MeshBuilder::kMinZ);

@@ -9,7 +9,7 @@
 namespace glowworm::density_tests {
 namespace {
 
-TEST(EngineTraits, AreThoseOfTheEngineThatIsMade) {
+TEST(EngineTraits, MatchTheEngine) {
   for (const std::string& name : engine_names()) {
     EXPECT_EQ(engine_traits(name).name, name);
     EXPECT_EQ(make_engine(name)->name(), name);
@@ -25,7 +25,7 @@ TEST(EngineTraits, AutoIsAnEngineForPicturesThatTakesTheRadiiOfPhotons) {
   EXPECT_EQ(make_engine("auto")->name(), kAutomaticEngine);
 }
 
-TEST(EngineTraits, EnginesOfTheNearestTakeThem) {
+TEST(EngineTraits, TakesNearestIsTrueForEnginesThatAcceptIt) {
   const PhotonBatch photons = room_photons(100);
   RadiusPolicy policy;
   policy.kind = RadiusKind::nearest;
@@ -40,7 +40,7 @@ TEST(EngineTraits, EnginesOfTheNearestTakeThem) {
   EXPECT_GT(taken, 0);
 }
 
-TEST(EngineTraits, OfAnotherNameSayWhatThereIs) {
+TEST(EngineTraits, UnknownNameListsTheEngines) {
   try {
     engine_traits("quick");
     FAIL() << "did not throw";

@@ -144,7 +144,7 @@ TEST_P(EveryEngine, AgreesForCoincidentAndFlatAndStraightPhotons) {
   }
 }
 
-TEST_P(EveryEngine, AnswersZeroForNoPhotonsAndNothingForNoPoints) {
+TEST_P(EveryEngine, GivesZeroForNoPhotonsAndNothingForNoPoints) {
   const PhotonBatch none;
   const QueryPoints points = room_queries(50);
   for (const RGB& value : run(GetParam(), none, fixed(1.0f), points)) EXPECT_EQ(value, RGB(0.0f));
@@ -152,7 +152,7 @@ TEST_P(EveryEngine, AnswersZeroForNoPhotonsAndNothingForNoPoints) {
   EXPECT_TRUE(run(GetParam(), room_photons(50), fixed(1.0f), QueryPoints()).empty());
 }
 
-TEST_P(EveryEngine, KeepsPhotonsOnTheBackOfAWallOut) {
+TEST_P(EveryEngine, ExcludesPhotonsOnTheBackOfAWall) {
   PhotonBatch photons;
   QueryPoints points;
   add_photon(photons, {0, 0, -0.001f}, {0, 0, -1});                 // back of a thin wall
@@ -165,7 +165,7 @@ TEST_P(EveryEngine, KeepsPhotonsOnTheBackOfAWallOut) {
   EXPECT_LT(difference(photons, fixed(0.1f), points), 1e-5);
 }
 
-TEST_P(EveryEngine, AddsToTheRadianceAndBuildsAnew) {
+TEST_P(EveryEngine, AddsToTheRadianceAndCanBeRebuilt) {
   const PhotonBatch photons = room_photons(300), others = room_photons(200, 9);
   const QueryPoints points = room_queries(60);
   const auto engine = make_engine(GetParam());
@@ -182,7 +182,7 @@ TEST_P(EveryEngine, AddsToTheRadianceAndBuildsAnew) {
   EXPECT_LT(largest_difference(sum, expected), 1e-5);
 }
 
-TEST_P(EveryEngine, CountsWhatItDid) {
+TEST_P(EveryEngine, CountsItsWork) {
   const PhotonBatch photons = room_photons(3000);
   const QueryPoints points = room_queries(500);
   Statistics statistics, expected;
@@ -235,7 +235,7 @@ TEST_P(EveryEngine, ShadesPointsThatAreNotLambertian) {
   EXPECT_LT(difference(photons, varied(photons), points), 1e-5);
 }
 
-TEST_P(EveryEngine, RefusesRadiiThatAreNone) {
+TEST_P(EveryEngine, RejectsInvalidRadii) {
   const PhotonBatch photons = room_photons(10);
   Statistics statistics;
   RadiusPolicy policy;
@@ -249,7 +249,7 @@ TEST_P(EveryEngine, RefusesRadiiThatAreNone) {
 INSTANTIATE_TEST_SUITE_P(Engines, EveryEngine, testing::ValuesIn(engine_names()),
                          [](const testing::TestParamInfo<std::string>& name) { return name.param; });
 
-TEST(EngineNames, AreDifferentAndOthersAreRefused) {
+TEST(EngineNames, AreUniqueAndOthersAreRejected) {
   const std::vector<std::string> names = engine_names();
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
   try {

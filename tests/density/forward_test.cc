@@ -137,7 +137,7 @@ TEST_P(EveryInstructionSet, GathersAsPlainCode) {
   }
 }
 
-TEST_P(EveryInstructionSet, CollectsThePairsItWouldAddUp) {
+TEST_P(EveryInstructionSet, CollectsThePairsThatAreSummed) {
   const PhotonBatch photons = room_photons(2000);
   QueryPoints points = room_queries(37);
   const RadiusPolicy policy = per_photon(photons);
@@ -211,7 +211,7 @@ TEST(Forward, ReorderingFillsTheLanes) {
   EXPECT_GT(mean_lanes(photons, points, 4, ReorderMethod::octree), 3.0);
 }
 
-TEST(Forward, RefusesWhatItDoesNotDo) {
+TEST(Forward, RejectsUnsupportedOptions) {
   EXPECT_THROW(make_forward_engine({5, {}}), Error);
   RadiusPolicy policy;
   policy.kind = RadiusKind::nearest;

@@ -128,7 +128,7 @@ class Grouping : public testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(Grouping, DoesNotShowInTheBits) {
+TEST_P(Grouping, DoesNotChangeTheBits) {
   // Few points for many photons, and many for few: engines change how they work on the way.
   const bool brute = GetParam() == "brute";
   const std::pair<std::uint32_t, std::uint32_t> counts[] = {{brute ? 2000u : 20'000u, brute ? 200u : 600u},

@@ -63,7 +63,7 @@ TEST(KdTree, HoldsEveryPointInItsCell) {
   }
 }
 
-TEST(KdTree, SlidesForPointsOfAPlaneALineAndAPlace) {
+TEST(KdTree, SplitsPointsOnAPlaneALineAndAPoint) {
   for (int dimensions = 0; dimensions < 3; ++dimensions) {
     std::vector<Vec3> points;
     for (std::uint32_t i = 0; i < 2000; ++i) {

@@ -143,7 +143,7 @@ TEST_F(PagedArrayOnDisk, LeavesNoFileWhileItIsInUse) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
-TEST_F(PagedArrayOnDisk, RefusesAccessBehindTheEndAndNoCache) {
+TEST_F(PagedArrayOnDisk, RejectsAccessBeyondTheEndAndAnEmptyCache) {
   PagedArray<int> array(100, settings(1));
   EXPECT_THROW(array.get(100), Error);
   EXPECT_THROW(array.set(std::size_t{1} << 40, 1), Error);
@@ -180,7 +180,7 @@ std::string error_in_child(const Function& function) {
   return message;
 }
 
-TEST_F(PagedArrayOnDisk, SaysThatTheDiskIsFull) {
+TEST_F(PagedArrayOnDisk, ReportsAFullDisk) {
   // The limit lies within a block: the write before the failing one comes back short.
   const std::string message = error_in_child([&] {
     signal(SIGXFSZ, SIG_IGN);
@@ -193,7 +193,7 @@ TEST_F(PagedArrayOnDisk, SaysThatTheDiskIsFull) {
   EXPECT_NE(message.find("TMPDIR"), std::string::npos) << message;
 }
 
-TEST_F(PagedArrayOnDisk, SaysThatTheFolderIsNotToBeWrittenTo) {
+TEST_F(PagedArrayOnDisk, ReportsAnUnwritableFolder) {
   const auto expect_error = [&](const std::string& folder) {
     PagedSettings in_folder = settings(2);
     in_folder.folder = folder;

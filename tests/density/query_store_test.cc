@@ -31,7 +31,7 @@ QueryPoints some_points(std::uint32_t first, std::uint32_t count) {
 
 RGB radiance_of(std::uint32_t number) { return RGB(static_cast<float>(number % 97) * 0.37f); }
 
-TEST(QueryStore, LooksEveryPointUpOnceAsItWas) {
+TEST(QueryStore, VisitsEveryPointOnceUnchanged) {
   constexpr std::uint32_t kCount = 50'000, kPortion = 3000;
   for (const std::uint64_t cache : {std::uint64_t{1}, std::uint64_t{1} << 18, std::uint64_t{1} << 24}) {
     QueryStore store({{0, 0, 0}, {2, 2, 2}}, kCount, cache);
@@ -98,13 +98,13 @@ TEST(QueryStore, KeepsPointsOutsideAndPointsInOnePlace) {
   EXPECT_THROW(store.append(points), Error);
 }
 
-TEST(QueryStore, OfNothingGivesNothing) {
+TEST(QueryStore, EmptyStoreGivesNothing) {
   QueryStore store(Box3(), 0, 1 << 20);
   store.append(QueryPoints());
   store.complete(10, [](const QueryPoints&, std::span<RGB>) { FAIL(); }, {});
 }
 
-TEST(QueryStore, AddsUpInTheOrderInWhichPointsCame) {
+TEST(QueryStore, SumsInTheOrderOfThePoints) {
   // Summands of all sizes: another order would round otherwise.
   constexpr std::uint32_t kCount = 20'000, kTargets = 7;
   QueryPoints points = some_points(0, kCount);

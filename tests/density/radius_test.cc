@@ -162,7 +162,7 @@ TEST(Radius, LonePhotonsAreCapped) {
   EXPECT_LE(radii.back(), 8.001f * fixed_radius(photons, 50));
 }
 
-TEST(Radius, OfLightAroundAFocusIsThatOfItsOwnDensity) {
+TEST(Radius, OfLightAroundAFocusFollowsItsOwnDensity) {
   // Nine photons of ten lie in a spot of 2 cm, the others all over the floor.
   PhotonBatch photons;
   constexpr std::size_t kSpread = 4000;

@@ -164,7 +164,7 @@ TEST(DensityControl, IsTheSameForAnyNumberOfThreads) {
   EXPECT_TRUE(one.flux == two.flux);
 }
 
-TEST(DensityControl, LeavesFewPhotonsAlone) {
+TEST(DensityControl, KeepsFewPhotons) {
   DensityControlSettings settings;
   settings.wanted = 10;
   EXPECT_EQ(control_density(PhotonBatch(), settings).size(), 0u);

@@ -151,14 +151,14 @@ TEST(ReverseTree, HoldsEveryPointInItsCell) {
   }
 }
 
-TEST(ReverseTree, SlidesForPointsOfOnePlaneOfOneLineAndOfOnePlace) {
+TEST(ReverseTree, SplitsPointsOnAPlaneALineAndAPoint) {
   for (int dimensions = 0; dimensions <= 3; ++dimensions) {
     const QueryPoints points = spread_points(20011, dimensions);
     TreeCheck(ReverseTree(points, all(points), 30), points, 30).run();
   }
 }
 
-TEST(ReverseTree, TakesWhatIsChosenAndFinite) {
+TEST(ReverseTree, KeepsSelectedFinitePoints) {
   QueryPoints points = room_queries(100);
   points.position[40].y = std::numeric_limits<float>::quiet_NaN();
   points.position[41].x = std::numeric_limits<float>::infinity();
@@ -220,7 +220,7 @@ std::vector<RGB> reverse(const ReverseOptions& options, const PhotonBatch& photo
   return radiance;
 }
 
-TEST(ReverseEngine, FindsInBatchesWhatSingleSearchesFind) {
+TEST(ReverseEngine, BatchesFindTheSameAsSingleSearches) {
   const PhotonBatch photons = room_photons(20000);
   const QueryPoints points = room_queries(30000);
   for (const KernelShape kernel : {KernelShape::box, KernelShape::epanechnikov}) {
@@ -340,7 +340,7 @@ TEST(ReverseKernels, AgreeWithPlainCodeOnEveryInstructionSet) {
   }
 }
 
-TEST(ReverseKernels, CollectThePairsThatTheyAddUp) {
+TEST(ReverseKernels, CollectThePairsThatAreSummed) {
   const PhotonBatch photons = room_photons(3000);
   const QueryPoints points = room_queries(777);
   const ReverseTree tree(points, all(points));

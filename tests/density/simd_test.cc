@@ -32,7 +32,7 @@ TEST(Simd, EveryInstructionSetCanBeChosen) {
   EXPECT_NE(std::find(names.begin(), names.end(), "scalar"), names.end());
 }
 
-TEST(Simd, RefusesWhatIsNotThere) {
+TEST(Simd, RejectsUnknownInstructionSets) {
   EXPECT_THROW(set_simd("mmx"), Error);
   EXPECT_EQ(simd_name(), simd_names().front());
 }

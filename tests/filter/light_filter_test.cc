@@ -46,7 +46,7 @@ float error_of(const FilteredLight& filtered, Level&& level, int first = 0, int 
   return static_cast<float>(std::sqrt(sum / (kSide * (last - first))));
 }
 
-TEST(LightFilter, SmoothsNoiseAndKnowsWhatIsLeft) {
+TEST(LightFilter, SmoothsNoiseAndEstimatesTheRest) {
   const auto level = [](int x, int y) { return 1 + 0.002f * static_cast<float>(x + y); };
   const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface(), kSamples);
   const float left = error_of(filtered, level);
@@ -86,7 +86,7 @@ TEST(LightFilter, ConvergesToTheSamples) {
   }
 }
 
-TEST(LightFilter, SeesThatStratifiedSamplesErrLessThanTheySpread) {
+TEST(LightFilter, KnowsThatStratifiedSamplesErrLessThanTheirSpread) {
   const auto level = [](int, int) { return 1.0f; };
   LightEstimate estimate = noisy(0.1f, level);
   for (float& variance : estimate.variance) variance *= 4;
@@ -97,7 +97,7 @@ TEST(LightFilter, SeesThatStratifiedSamplesErrLessThanTheySpread) {
   EXPECT_NEAR(mean / static_cast<double>(filtered.unfiltered.size()), 0.01, 0.002);
 }
 
-TEST(LightFilter, LeavesWhatHasNoSurfaceOrNoVariance) {
+TEST(LightFilter, SkipsPixelsWithoutSurfaceOrVariance) {
   const auto level = [](int x, int y) { return static_cast<float>((x * 7 + y * 13) % 5); };
   FilterGuides guides = flat_surface();
   std::fill(guides.depth.begin(), guides.depth.end(), std::numeric_limits<float>::infinity());

@@ -76,7 +76,7 @@ TEST_F(BrightPatchesTest, CoverTheSpotAndNothingElse) {
   EXPECT_GT(off, 100);
 }
 
-TEST_F(BrightPatchesTest, SamplesLieWhereTheyAreFound) {
+TEST_F(BrightPatchesTest, SamplesLieOnTheirPatch) {
   constexpr std::uint32_t kCount = 20000;
   const Vec3 from{-0.5f, 0.3f, 0};
   double elsewhere = 0, area = 0;
@@ -97,13 +97,13 @@ TEST_F(BrightPatchesTest, SamplesLieWhereTheyAreFound) {
   EXPECT_LT(area, kPi * 4 * kSpotRadius * kSpotRadius);
 }
 
-TEST_F(BrightPatchesTest, ThereAreNoneWhereLightIsEven) {
+TEST_F(BrightPatchesTest, ThereAreNoneInEvenLight) {
   LitPlaces even = places_;
   for (std::size_t i = 0; i < even.flux.size(); ++i) even.irradiance[i] = even.flux[i] = 1;
   EXPECT_TRUE(BrightPatches(tracer_, even, radii_).empty());
 }
 
-TEST(GatherGuiding, KeepsTheMeanAndTakesThreeQuartersOfTheVariance) {
+TEST(GatherGuiding, KeepsTheMeanAndReducesTheVarianceToAQuarter) {
   const Stage stage(floor_beside_a_spot());
   constexpr int kRenders = 6, kSide = 16;
   double mean[2] = {0, 0}, variance[2] = {0, 0};

@@ -13,7 +13,7 @@
 namespace glowworm {
 namespace {
 
-TEST(FinalGather, RaysBringNoMoreForComingThroughGlass) {
+TEST(FinalGather, RaysThroughGlassBringNoMoreLight) {
   const Scene scene(builtin_scene("glass-sphere"));
   const Tracer tracer(scene);
   CameraPassSettings camera_settings;
@@ -68,7 +68,7 @@ GatherPoints points_beside_the_wall() {
   return points;
 }
 
-TEST(FinalGather, LightThroughGlassIsTheCausticMapsInCornersToo) {
+TEST(FinalGather, LightThroughGlassBelongsToTheCausticMapInCornersToo) {
   const Scene scene(corner_under_glass());
   const Tracer tracer(scene);
   const GatherPoints points = points_beside_the_wall();

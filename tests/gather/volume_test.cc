@@ -37,7 +37,7 @@ void expect_transmitted(RGB light, float distance) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(light[c], std::exp(-kAbsorption[c] * distance), 2e-3f) << c;
 }
 
-TEST(Volume, WeakensWhatIsSeenThroughIt) {
+TEST(Volume, WeakensCameraRays) {
   SceneDescription d;
   d.name = "volume";
   d.environment = Environment{};

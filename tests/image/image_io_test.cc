@@ -143,7 +143,7 @@ TEST_F(ImageIo, PartsAndLayersAreCutOut) {
   EXPECT_THROW(cut(part, 0, 0, 3, 3), std::exception);
 }
 
-TEST_F(ImageIo, WhatIsTooLargeForHalfStaysFinite) {
+TEST_F(ImageIo, ValuesTooLargeForHalfStayFinite) {
   Image image(2, 1);
   image.add_rgb("", std::vector<RGB>{{1e9f, -1e9f, std::numeric_limits<float>::infinity()}, {65504, 1, 2}});
   write_exr(path("a.exr"), image);
@@ -168,7 +168,7 @@ TEST_F(ImageIo, PngIsTheToneMappedPicture) {
   }
 }
 
-TEST_F(ImageIo, PngOfNumbersThatAreNoneIsBlackOrWhite) {
+TEST_F(ImageIo, PngOfNonFiniteNumbersIsBlackOrWhite) {
   Image image(3, 1);
   const float nan = std::nanf(""), infinite = std::numeric_limits<float>::infinity();
   image.add_rgb("", std::vector<RGB>{{nan, nan, nan}, {infinite, infinite, infinite}, {-1, -infinite, -0.0f}});

@@ -149,7 +149,7 @@ class Listener {
   int port_ = 0;
 };
 
-TEST(TevConnection, ShowsPicturesOneAfterAnother) {
+TEST(TevConnection, SendsSeveralPictures) {
   Listener listener;
   FakeTev tev;
   std::thread server([&] { listener.serve(tev); });
@@ -171,7 +171,7 @@ TEST(TevConnection, ShowsPicturesOneAfterAnother) {
   for (std::size_t i = 0; i < pixels.size(); i += 997) ASSERT_EQ(tev.images["large"]["R"][i], pixels[i].r);
 }
 
-TEST(TevConnection, SaysWhatIsWrong) {
+TEST(TevConnection, ReportsWrongAddresses) {
   std::string unused;
   { unused = Listener().address(); }  // closed again: nothing listens there
   for (const std::string& address : {unused, std::string("127.0.0.1:port"), std::string(":1"), std::string("a:99999")})
@@ -184,7 +184,7 @@ TEST(TevConnection, SaysWhatIsWrong) {
 }
 
 /// A tev that takes a little now and then, so that no single send() waits for long.
-TEST(TevConnection, GivesUpATevThatIsTooSlow) {
+TEST(TevConnection, TimesOutIfTevIsTooSlow) {
   const Listener listener;
   std::atomic<bool> done{false};
   std::thread slow([&] {
@@ -208,7 +208,7 @@ TEST(TevConnection, GivesUpATevThatIsTooSlow) {
   slow.join();
 }
 
-TEST(TevConnection, ThrowsWhereTevGoesAway) {
+TEST(TevConnection, ThrowsIfTevDisconnects) {
   auto listener = std::make_unique<Listener>();
   TevConnection connection(listener->address());
   listener.reset();  // resets the connection that nobody took

@@ -92,7 +92,7 @@ TEST_F(TextureFiles, NearestTakesTheTexelUnderThePoint) {
   }
 }
 
-TEST_F(TextureFiles, StrangeCoordinatesStayInside) {
+TEST_F(TextureFiles, ExtremeCoordinatesStayInside) {
   const float infinite = std::numeric_limits<float>::infinity(), huge = std::numeric_limits<float>::max();
   for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::mirror, TextureWrap::black}) {
     for (const TextureFilter filter : {TextureFilter::bilinear, TextureFilter::nearest}) {

@@ -105,7 +105,7 @@ TEST_F(AssimpTest, ReadsMaterialsTexturesPlacesCamerasAndLights) {
   EXPECT_EQ(d.lights[0].intensity, RGB(1, 2, 3));
 }
 
-TEST_F(AssimpTest, TellsWhatAssimpSaysOfBadFiles) {
+TEST_F(AssimpTest, ReportsAssimpsMessageForBadFiles) {
   EXPECT_THAT(message_of(write("b.dae", "<COLLADA")), HasSubstr("b.dae: cannot be read: "));
   EXPECT_THAT(message_of(write("b.fbx", "")), HasSubstr("b.fbx: cannot be read: "));
 }
@@ -184,13 +184,13 @@ TEST_F(AssimpTest, ProcessorTimeIsLimited) {
               HasSubstr("stopped after 1 s of processor time"));
 }
 
-TEST_F(AssimpTest, TheClockIsLimited) {
+TEST_F(AssimpTest, WallTimeIsLimited) {
   AssimpLimits limits;
   limits.clock_seconds = 1;
   EXPECT_THAT(message_of_reader("exec sleep 1000\n", limits), HasSubstr("did not end within 1 s"));
 }
 
-TEST_F(AssimpTest, WhatIsHandedOverIsNotTrusted) {
+TEST_F(AssimpTest, OutputOfTheReaderIsChecked) {
   EXPECT_THAT(message_of_reader("echo nonsense >&3\n"), HasSubstr("a.off: Assimp's output is invalid"));
   EXPECT_THAT(message_of_reader("exit 0\n"), HasSubstr("it ends too early"));
   EXPECT_THAT(message_of_reader("echo 'this is why' >&3; exit 1\n"), HasSubstr("cannot be read: this is why"));
@@ -204,7 +204,7 @@ TEST_F(AssimpTest, WhatIsHandedOverIsNotTrusted) {
               HasSubstr("nowhere, which reads it, cannot be started"));
 }
 
-TEST_F(AssimpTest, PipesThatAFileNamesAreNotOpened) {
+TEST_F(AssimpTest, PipesNamedInAFileAreNotOpened) {
   ASSERT_EQ(mkfifo(path("pipe.lwo").c_str(), 0600), 0);
   AssimpLimits limits;
   limits.clock_seconds = 60;

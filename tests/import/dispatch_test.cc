@@ -16,7 +16,7 @@ TEST_F(DispatchTest, BuiltinScenesAreFoundByName) {
   EXPECT_THAT(message_of("builtin:nothing"), HasSubstr("cornell"));
 }
 
-TEST_F(DispatchTest, WhatIsNoSceneFileIsRefused) {
+TEST_F(DispatchTest, OtherFilesAreRejected) {
   EXPECT_THAT(message_of(path("gone.gltf")), AllOf(HasSubstr("gone.gltf"), HasSubstr("no such scene file")));
   EXPECT_THAT(message_of(path("")), HasSubstr("is a folder"));
   EXPECT_THAT(message_of(write("a.xyz123", "text")), HasSubstr("'.xyz123' are not supported"));

@@ -22,7 +22,7 @@ class GltfBadTest : public GltfTest {
   GltfFile good_;
 };
 
-TEST_F(GltfBadTest, TheUnchangedFileIsGood) { EXPECT_EQ(load(good_).geometry.triangle_count(), 1u); }
+TEST_F(GltfBadTest, TheUnchangedFileIsValid) { EXPECT_EQ(load(good_).geometry.triangle_count(), 1u); }
 
 TEST_F(GltfBadTest, TruncatedBinaryFiles) {
   const std::string glb = good_.glb();
@@ -51,7 +51,7 @@ TEST_F(GltfBadTest, DamagedBytesNeverCrash) {
   }
 }
 
-TEST_F(GltfBadTest, JsonThatIsNone) {
+TEST_F(GltfBadTest, InvalidJson) {
   EXPECT_THAT(message_of(write("a.gltf", "{\"asset\": ")), HasSubstr("a.gltf: is not valid JSON"));
   EXPECT_THAT(message_of(write("a.gltf", "[]")), HasSubstr("is not an object"));
   EXPECT_THAT(message_of(write("a.gltf", "{}")), HasSubstr("no asset.version"));
@@ -68,7 +68,7 @@ TEST_F(GltfBadTest, Buffers) {
   EXPECT_THAT(message_of(write("a.gltf", good_.text("data:;base64,****"))), HasSubstr("holds 0"));
 }
 
-TEST_F(GltfBadTest, RangesOutsideOfWhatHoldsThem) {
+TEST_F(GltfBadTest, RangesOutsideTheirContainer) {
   EXPECT_THAT(after([](json& j) { j["bufferViews"][0]["byteLength"] = 1000; }),
               HasSubstr("bufferViews[0] reaches to byte 1000 of buffers[0], which has 60"));
   EXPECT_THAT(after([](json& j) { j["bufferViews"][0]["byteOffset"] = 4611686018427387904u; }),
@@ -84,7 +84,7 @@ TEST_F(GltfBadTest, RangesOutsideOfWhatHoldsThem) {
   EXPECT_THAT(after([](json& j) { j["accessors"][0]["bufferView"] = 9; }), HasSubstr("there are 2 bufferViews"));
 }
 
-TEST_F(GltfBadTest, AccessorsThatDoNotSuit) {
+TEST_F(GltfBadTest, UnsuitableAccessors) {
   EXPECT_THAT(after([](json& j) { j["accessors"][0]["type"] = "VEC2"; }), HasSubstr("has 2 components; expected 3"));
   EXPECT_THAT(after([](json& j) { j["accessors"][1]["count"] = 2; }),
               HasSubstr("TEXCOORD_0 has 2 elements, POSITION has 3"));
@@ -110,7 +110,7 @@ TEST_F(GltfBadTest, IndicesOutOfRange) {
   EXPECT_THAT(refusal(file), HasSubstr("meshes[0].primitives[0]: index 300 at place 2 is out of range"));
 }
 
-TEST_F(GltfBadTest, ReferencesToWhatIsNotThere) {
+TEST_F(GltfBadTest, DanglingReferences) {
   EXPECT_THAT(after([](json& j) { j["nodes"][0]["mesh"] = 3; }), HasSubstr("nodes[0].mesh is 3"));
   EXPECT_THAT(after([](json& j) { j["nodes"][0]["children"] = {0}; }), HasSubstr("no triangles"));
   EXPECT_THAT(after([](json& j) {
@@ -126,7 +126,7 @@ TEST_F(GltfBadTest, ReferencesToWhatIsNotThere) {
               HasSubstr("names light 1"));
 }
 
-TEST_F(GltfBadTest, VerticesThatAreNoNumbersAreLeftOut) {
+TEST_F(GltfBadTest, NonFiniteVerticesAreLeftOut) {
   GltfFile file = good_;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const int positions = file.add_accessor<float>({nan, 0, 0, 1, 0, 0, 0, 1, 0}, 5126, "VEC3", 3);

@@ -18,7 +18,7 @@ void expect_near(Vec3 a, Vec3 b, float tolerance = 1e-5f) {
 
 using GltfSceneTest = GltfTest;
 
-TEST_F(GltfSceneTest, NodesPlaceTheirMeshesAsOftenAsTheySay) {
+TEST_F(GltfSceneTest, NodesPlaceTheirMeshes) {
   GltfFile file;
   const int mesh = file.add_triangle();
   file.add("nodes", {{"mesh", mesh}, {"translation", {1, 2, 3}}, {"children", {1, 2}}});

@@ -113,7 +113,7 @@ TEST_F(ObjTest, OpacityByNumberAndTransparency) {
   EXPECT_FLOAT_EQ(material_of(with_material("Kd 1 1 1\nTr 0.25\n")).alpha.value, 0.75f);
 }
 
-TEST_F(ObjTest, TexturesWithAlphaWhateverTheCapitalsAndSlashes) {
+TEST_F(ObjTest, TexturesWithAlphaForAnyCapitalsAndSlashes) {
   write("Maps/Leaf.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
   const auto d = with_material("Kd 1 1 1\nmap_Kd maps\\leaf.TGA\n");
   EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));

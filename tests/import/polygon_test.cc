@@ -68,7 +68,7 @@ TEST(Polygon, StarsAreCoveredOnce) {
   EXPECT_NEAR(area_of(corners, triangles), 100 * 0.5 * std::sin(2 * M_PI / 200), 1e-4);
 }
 
-TEST(Polygon, TangledOnesBecomeAsManyTriangles) {
+TEST(Polygon, SelfIntersectingOnesHaveTheSameNumberOfTriangles) {
   std::vector<Vec3> tangled = star(50'000);  // takes seconds where work is not bounded
   for (std::size_t i = 0; i < tangled.size(); i += 3) tangled[i] = tangled[i] * -1;
   Triangles triangles;

@@ -93,7 +93,7 @@ TEST_F(SceneChangesTest, NumbersAreAUniformRadiance) {
   }
 }
 
-TEST_F(SceneChangesTest, TurningOfNoEnvironmentIsNoted) {
+TEST_F(SceneChangesTest, RotatingWithoutAnEnvironmentIsNoted) {
   SceneChanges changes;
   changes.environment_turn = 30;
   EXPECT_THAT(changed(changes).notes, testing::Contains(HasSubstr("--environment-turn")));

@@ -143,7 +143,7 @@ TEST(BlockedKernel, EveryInstructionSetAgreesWithPlainCode) {
   set_simd("auto");
 }
 
-TEST(BlockedKernel, WorksListsOffWhereAllPhotonsCount) {
+TEST(BlockedKernel, EmptiesFullListsOfPhotons) {
   // More photons than a list holds, all in support.
   Photons photons(512, KernelShape::epanechnikov, 5);
   photons.tree.min_normal_cosine = -2;

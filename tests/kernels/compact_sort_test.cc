@@ -93,7 +93,7 @@ TEST(CompactSort, KeepsEveryRow) {
   for (std::uint32_t i = 0; i < indices.size(); ++i) EXPECT_EQ(i, indices[i]);
 }
 
-TEST(CompactSort, CutsAlongWhatSpreadsMost) {
+TEST(CompactSort, CutsAlongTheLargestSpread) {
   // On a square of 1 m: blocks of eight of 512 points lie in cells of an eighth.
   const Rows found = sorted(make_rows(512, [](CompactRow& row, std::uint32_t i) {
     row.coordinate[0] = number(i, 0);
@@ -114,7 +114,7 @@ TEST(CompactSort, CutsAlongWhatSpreadsMost) {
   EXPECT_LT(sum / 128, 0.125);
 }
 
-TEST(CompactSort, TellsNormalsAndRadiiApart) {
+TEST(CompactSort, SeparatesNormalsAndRadii) {
   // Two sides of a sheet, and two radii, each of which outweighs the distance of 1 m between the points.
   for (const int which : {5, 6}) {
     const Rows found = sorted(make_rows(16, [&](CompactRow& row, std::uint32_t i) {

@@ -119,7 +119,7 @@ TEST(DiffuseScatter, IsThatOfPlainLoopsBitForBit) {
   }
 }
 
-TEST(DiffuseScatter, EndsAndGoesOnAsItShould) {
+TEST(DiffuseScatter, EndsAndContinuesPaths) {
   constexpr std::size_t kPaths = 20000;
   const Arrived arrived(kPaths);
   Scattered made(kPaths);

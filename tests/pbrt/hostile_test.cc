@@ -65,7 +65,7 @@ ImportOptions within(std::uint64_t bytes) {
   return options;
 }
 
-TEST(PbrtHostile, ABillionVerticesThatAreNotThere) {
+TEST(PbrtHostile, MissingVertices) {
   const TemporaryFolder folder;
   const std::string vertex = "element vertex 1000000000\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string face = "element face 1000000000\nproperty list uchar int vertex_indices\n";
@@ -173,7 +173,7 @@ TEST(PbrtHostile, NamesWithNul) {
   EXPECT_NE(error.find("\\x01\\x7f"), std::string::npos) << error;
 }
 
-TEST(PbrtHostile, NoTextAtAll) {
+TEST(PbrtHostile, BinaryAndEmptyFiles) {
   EXPECT_NE(error_of(std::string_view("\x7f"
                                       "ELF\x02\x01\x01\0\0\0\0",
                                       11)),
@@ -199,7 +199,7 @@ TEST(PbrtHostile, LongNamesAreCutInMessages) {
   EXPECT_LT(error.size(), 500u);
 }
 
-TEST(PbrtHostile, InstancesMayNotMultiplyWithoutEnd) {
+TEST(PbrtHostile, InstancesAreBounded) {
   std::string text = "WorldBegin ObjectBegin \"o\"\n";
   for (int i = 0; i < 20; ++i) text += "Shape \"sphere\"\n";
   text += "ObjectEnd\n";
@@ -212,7 +212,7 @@ TEST(PbrtHostile, InstancesMayNotMultiplyWithoutEnd) {
   EXPECT_THAT(error, testing::HasSubstr("--memory"));
 }
 
-TEST(PbrtHostile, AttributesThatPileUp) {
+TEST(PbrtHostile, AttributesAreBounded) {
   const TemporaryFolder folder;
   std::string other_names, other_values;
   std::string values = "Attribute \"shape\" \"float list\" [";
@@ -260,7 +260,7 @@ TEST(PbrtHostile, ObjectsAndSubdivisionsAreWithinTheBudget) {
   EXPECT_THAT(error_of(subdivided, within(std::uint64_t{16} << 20)), testing::HasSubstr("of subdivision"));
 }
 
-TEST(PbrtHostile, NumbersBeyondAllMeasure) {
+TEST(PbrtHostile, HugeNumbers) {
   const SceneDescription scene = load_text(
       "WorldBegin Scale 1e30 1e30 1e30 Scale 1e30 1e30 1e30\n"
       "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] Identity Shape \"sphere\" \"float radius\" 1e-30\n"
@@ -270,7 +270,7 @@ TEST(PbrtHostile, NumbersBeyondAllMeasure) {
   EXPECT_EQ(scene.notes.size(), 2u);
 }
 
-TEST(PbrtHostile, VerticesThatAreTooFarOutAndNegativeLightsHaveAPlace) {
+TEST(PbrtHostile, ErrorsOfVerticesAndLightsHaveAPlace) {
   EXPECT_THAT(error_of("WorldBegin\nScale 1e19 1 1 Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]"),
               testing::HasSubstr("scene.pbrt:2:16: trianglemesh: vertex 1 is at (1e+19, 0, 0)"));
   EXPECT_THAT(error_of("WorldBegin\n LightSource \"point\" \"rgb I\" [-1 -2 -3]"),

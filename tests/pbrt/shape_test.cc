@@ -105,7 +105,7 @@ TEST(PbrtShape, TextureCoordinatesRunAsInPbrt) {
   }
 }
 
-TEST(PbrtShape, TriangleMeshKeepsWhatIsGiven) {
+TEST(PbrtShape, TriangleMeshKeepsItsArrays) {
   const Geometry mesh = shape(
       "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0] "
       "\"point2 uv\" [0 0 .5 0 .5 .25 0 .25] \"normal N\" [0 0 2 0 0 2 0 0 2 0 0 2]");
@@ -236,7 +236,7 @@ TEST(PbrtShape, InstancesWithoutNormalsKeepTheirOutside) {
   EXPECT_EQ(load_text(object + "Scale 1 1 -1 ObjectInstance \"o\"").geometry.normal(0).z, -1);
 }
 
-TEST(PbrtShape, AnObjectIsNotThereUntilItIsUsed) {
+TEST(PbrtShape, ObjectsAppearOnlyAsInstances) {
   EXPECT_EQ(shape(std::string("ObjectBegin \"o\" ") + pbrt_testing::kTriangle + "ObjectEnd").triangle_count(), 0u);
 }
 
@@ -249,7 +249,7 @@ TEST(PbrtShape, AttributeGivesDefaults) {
   EXPECT_NEAR(ended.bounds().max.x, 1, 1e-3);
 }
 
-TEST(PbrtShape, InterfacesAndFullyTransparentShapesAreNotThere) {
+TEST(PbrtShape, InterfacesAndFullyTransparentShapesAreRemoved) {
   const std::string triangle = pbrt_testing::kTriangle;
   const SceneDescription scene = load_text("WorldBegin Translate 99 0 0 Material \"interface\" " + triangle +
                                            "Identity Material \"diffuse\" " + triangle);

@@ -60,7 +60,7 @@ TEST(SmoothSpectrum, HasItsColourUnderDaylight) {
   }
 }
 
-TEST(SmoothSpectrum, ReflectsNoMoreThanAll) {
+TEST(SmoothSpectrum, ReflectsAtMostOne) {
   for (int r = 0; r <= 4; ++r)
     for (int g = 0; g <= 4; ++g)
       for (int b = 0; b <= 4; ++b) {
@@ -126,7 +126,7 @@ class PlainImage final : public TextureImage {
   int height() const override { return 2; }
 };
 
-TEST(AtWavelengths, LeavesGreyScenesAsTheyAre) {
+TEST(AtWavelengths, LeavesGreyScenesUnchanged) {
   SceneDescription scene;
   scene.textures.resize(1);
   scene.textures[0].value = RGB(0.3f);
@@ -175,7 +175,7 @@ TEST(AtWavelengths, ScalesLightsByTwiceTheirLargestComponent) {
   expect_near(out.environment->scale, out.emissions[0].radiance.value, 1e-6f);
 }
 
-TEST(AtWavelengths, ChangesTheTexturesOfColoursAlone) {
+TEST(AtWavelengths, ChangesOnlyColourTextures) {
   SceneDescription scene;
   scene.textures.resize(4);
   scene.textures[0].value = kRed;

@@ -43,7 +43,7 @@ struct Shots {
 
 class DiffuseHitsOf : public testing::TestWithParam<const char*> {};
 
-TEST_P(DiffuseHitsOf, AreWhatDiffusePointSays) {
+TEST_P(DiffuseHitsOf, MatchDiffusePoint) {
   const Scene scene(builtin_scene(GetParam()));
   const Tracer tracer(scene);
   const Shots shots(tracer);

@@ -33,7 +33,7 @@ EmissionGuide learnt(int paths) {
   return EmissionGuide::learn(pilot);
 }
 
-TEST(EmissionGuide, StopsLearningWhereItIsCancelled) {
+TEST(EmissionGuide, StopsLearningWhenCancelled) {
   Interrupt interrupt;
   interrupt.request();
   const CancellationScope scope(interrupt);
@@ -51,7 +51,7 @@ TEST(EmissionGuide, IsUniformUntilItLearns) {
   EXPECT_EQ(guide.cell_count(), 1u);
 }
 
-TEST(EmissionGuide, LearnsNothingFromPathsThatBringNothing) {
+TEST(EmissionGuide, LearnsNothingFromPathsWithoutLight) {
   std::vector<PilotPath> pilot(1000);
   for (std::uint32_t i = 0; i < pilot.size(); ++i) {
     Sampler sampler(SamplerKind::sobol, 1, 2, i);
@@ -61,7 +61,7 @@ TEST(EmissionGuide, LearnsNothingFromPathsThatBringNothing) {
   EXPECT_EQ(EmissionGuide::learn({}).cell_count(), 1u);
 }
 
-TEST(EmissionGuide, SaysTheDensityThatItSamplesWith) {
+TEST(EmissionGuide, WeightIsOneOverDensity) {
   const EmissionGuide guide = learnt(200000);
   ASSERT_GT(guide.cell_count(), 50u);
   constexpr std::uint32_t kCount = 100000;

@@ -160,7 +160,7 @@ TEST(PhotonGuiding, FindsASmallHouseOnALargePlain) {
   expect_same_flux(plain, guided);
 }
 
-TEST(PhotonGuiding, LeavesEmissionAloneWhereItNeedsNoGuiding) {
+TEST(PhotonGuiding, DoesNothingIfEmissionNeedsNoGuiding) {
   for (const char* name : {"cornell", "furnace-box"}) {
     const Scene scene(builtin_scene(name));
     const Tracer tracer(scene);

@@ -124,14 +124,14 @@ TEST(PhotonTracer, GivesTheSamePhotonsForAnyNumberOfThreads) {
   EXPECT_EQ(one.balance.arrived, two.balance.arrived);
 }
 
-TEST(PhotonTracer, SeedsAndPassesHavePhotonsOfTheirOwn) {
+TEST(PhotonTracer, SeedsAndPassesHaveDifferentPhotons) {
   const Scene scene(builtin_scene("cornell"));
   const PhotonPass base = shoot(scene, 5000, 1, 0), seed = shoot(scene, 5000, 2, 0), pass = shoot(scene, 5000, 1, 1);
   EXPECT_FALSE(base.global.position[0] == seed.global.position[0]);
   EXPECT_FALSE(base.global.position[0] == pass.global.position[0]);
 }
 
-TEST(PhotonTracer, EndsWhereNothingCanBeStored) {
+TEST(PhotonTracer, EndsIfNothingCanBeStored) {
   // The light shines away from all there is.
   SceneDescription d = floor_description();
   Light light = spot_light(false);
@@ -144,7 +144,7 @@ TEST(PhotonTracer, EndsWhereNothingCanBeStored) {
   EXPECT_DOUBLE_EQ(pass.balance.escaped[0], pass.balance.emitted[0]);
 }
 
-TEST(PhotonTracer, CausticPhotonsCameBySharpBouncesAlone) {
+TEST(PhotonTracer, CausticPhotonsArriveOnlyBySharpBounces) {
   const Scene scene(builtin_scene("furnace-box"));
   EXPECT_EQ(shoot(scene, 5000).caustic.size(), 0u);
   const Scene glass(builtin_scene("glass-sphere"));

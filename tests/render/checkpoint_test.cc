@@ -56,7 +56,7 @@ TEST_F(CheckpointTest, ResumedRenderHasTheBitsOfAnUninterruptedOne) {
   }
 }
 
-TEST_F(CheckpointTest, OtherMemoryAndThreadsGoOnToTheSameBits) {
+TEST_F(CheckpointTest, ResumingWithOtherMemoryAndThreadsGivesTheSameBits) {
   RenderSettings settings = small_render(2, false);
   settings.memory_bytes = std::uint64_t{512} << 20;
   Job begun(scene, tracer, settings);
@@ -85,7 +85,7 @@ std::string refusal(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tr
   return "";
 }
 
-TEST_F(CheckpointTest, OtherSettingsAreRefusedByNameWithARemedy) {
+TEST_F(CheckpointTest, OtherSettingsAreRejectedByNameWithARemedy) {
   Job begun(scene, tracer, small_render(1, false));
   begun.wait();
   const Checkpoint checkpoint = begun.checkpoint();
@@ -104,7 +104,7 @@ TEST_F(CheckpointTest, OtherSettingsAreRefusedByNameWithARemedy) {
   refused([](RenderSettings& s) { s.integrator = Integrator::path; }, {"--integrator is gather there and path here"});
 }
 
-TEST_F(CheckpointTest, OtherScenesAreRefusedByWhatDiffers) {
+TEST_F(CheckpointTest, OtherScenesAreRejectedWithTheDifference) {
   Job begun(scene, tracer, small_render(1, false));
   begun.wait();
   const Checkpoint checkpoint = begun.checkpoint();

@@ -14,7 +14,7 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(ChoiceNotes, NameWhatWasChosenAndNothingThatWasGiven) {
+TEST(ChoiceNotes, NameChosenSettingsAndNoGivenOnes) {
   const Scene scene(builtin_scene("cornell"));
   RenderSettings asked;
   asked.photons = 4000;

@@ -66,7 +66,7 @@ TEST(Crop, OfFractionsSharesNoPixelWithItsNeighbour) {
   EXPECT_EQ((CropWindow{0.1f, 0, 0.5, 1}.pixels(30, 10)), (PixelBounds{3, 0, 15, 10}));
 }
 
-TEST(Crop, OfTheFileHoldsWhereNoneIsGiven) {
+TEST(Crop, OfTheFileIsTheDefault) {
   SceneDescription scene = builtin_scene("cornell");
   scene.film.crop[0] = 0.25f;
   scene.film.crop[1] = 0.5f;

@@ -42,7 +42,7 @@ TEST(EffectNotes, NameTheMaterialsThatMakeCaustics) {
   EXPECT_TRUE(effect_notes(scene, path).empty());
 }
 
-TEST(EffectNotes, SumUpMany) {
+TEST(EffectNotes, SummariseManyMaterials) {
   const std::vector<Material> many(20, material("glass", MaterialKind::dielectric, 0));
   const std::vector<std::string> notes = effect_notes(floors(many), {});
   ASSERT_EQ(notes.size(), 9u);

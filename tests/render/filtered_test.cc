@@ -40,7 +40,7 @@ double inner_error(const FilmPicture& picture, const FilmPicture& reference) {
   return std::sqrt(std::accumulate(squares.begin(), squares.end() - std::ssize(squares) / 10, 0.0));
 }
 
-TEST(Filtered, PicturesHaveLessErrorAndKnowIt) {
+TEST(Filtered, PicturesHaveLessErrorAndEstimateIt) {
   const Stage stage(builtin_scene("cornell"));
   const FilmPicture reference = unfiltered_picture(stage.render(filtered_render(48, 100)), false);
   const Film film = stage.render(filtered_render(48, 8));

@@ -79,7 +79,7 @@ std::string text(const Pair& pair) {
          ", normal x = " + std::to_string(pair.normal.x);
 }
 
-TEST(NearLights, TheCasesReachFarAndNear) {
+TEST(NearLights, CasesCoverNearAndFar) {
   EXPECT_NEAR(factor_of_middle(0.3) * kAlbedo, 0.4658, 1e-4);
   std::size_t near = 0, far = 0;
   for (const Pair& pair : pairs()) {

@@ -55,7 +55,7 @@ TEST(Options, ParseWhatTheyPrint) {
   }
 }
 
-TEST(Options, RefuseWhatMakesNoSenseByNameWithTheNearestOne) {
+TEST(Options, RejectInvalidValuesWithTheNearestName) {
   RenderSettings s;
   for (const Option& option : render_options()) {
     if (option.name == std::string("--camera")) continue;  // any text may be one
@@ -91,7 +91,7 @@ TEST(Options, AreInTheKeyOrChangeNoBits) {
   }
 }
 
-TEST(Options, SayWhatKeepsThemFromHavingAnEffect) {
+TEST(Options, NameTheOptionThatOverrulesThem) {
   const auto overruled = [](const std::string& name, const RenderSettings& s) -> std::string {
     for (const Option& option : render_options())
       if (option.name == name) return option.has_effect(s) ? "" : option.overruled_by(s);

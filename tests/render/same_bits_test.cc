@@ -129,7 +129,7 @@ TEST(SlowSameBits, OfRendersThatFillTheirMemory) {
   expect_same(settings, {{1, 100, DiskUse::automatic}, {4, 100, DiskUse::automatic}, {2, 1024, DiskUse::never}});
 }
 
-TEST(SameBits, NoDefaultThatShowsDependsOnMemoryOrCores) {
+TEST(SameBits, DefaultsDoNotDependOnMemoryOrCores) {
   const Scene scene(builtin_scene("cornell"));
   for (const double limit : {0.0, 20.0}) {
     RenderSettings asked;

@@ -132,7 +132,7 @@ double played(const RenderSettings& settings, const SlotSeconds& slot_seconds) {
   }
 }
 
-TEST(Scheduler, TheLimitOfTimeIsKeptOnABusyMachine) {
+TEST(Scheduler, TimeLimitHoldsOnABusyMachine) {
   RenderSettings settings = settings_for(256, 144, 1u << 20, 4);
   settings.time_limit_s = 20;
   // A whole pass in one piece takes from two to eleven seconds.
@@ -144,7 +144,7 @@ TEST(Scheduler, TheLimitOfTimeIsKeptOnABusyMachine) {
   EXPECT_NEAR(played(settings, changing), 20, 2);
 }
 
-TEST(Scheduler, PortionsAreNoLargerThanPaysForTheirMemory) {
+TEST(Scheduler, PortionsStayWithinUsefulMemory) {
   const std::uint64_t room = std::uint64_t{16} << 30;
   std::size_t before = 0;
   for (const int side : {64, 256, 512, 1024, 4096}) {
@@ -176,7 +176,7 @@ TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
   }
 }
 
-TEST(Scheduler, PreferenceIsBetweenSamplesOfAPassAndSizeOfTiles) {
+TEST(Scheduler, PreferenceChoosesSamplesPerPassOrLargeTiles) {
   RenderSettings settings = settings_for(1000, 800, 17, 25);
   settings.engine = "reverse";
   const auto schedule = [&](Preference preference) {
@@ -199,7 +199,7 @@ TEST(Scheduler, PreferenceIsBetweenSamplesOfAPassAndSizeOfTiles) {
   EXPECT_EQ(samples_of_pass(quality, settings, 4), 4u);
 }
 
-TEST(Scheduler, PreferenceDoesNotShowInThePicture) {
+TEST(Scheduler, PreferenceDoesNotChangeThePicture) {
   const Stage stage(builtin_scene("cornell"));
   for (const char* engine : {"blocked", "reverse", "forward", "knn"}) {
     RenderSettings settings = by_photons(40, 6, 20, 4000, engine);
@@ -213,7 +213,7 @@ TEST(Scheduler, PreferenceDoesNotShowInThePicture) {
   }
 }
 
-TEST(Scheduler, MemoryDoesNotShowInWhenNoiseIsLookedAt) {
+TEST(Scheduler, NoiseIsCheckedAfterEverySampleWhateverTheMemory) {
   RenderSettings settings = settings_for(16, 16, 100, 25);
   settings.engine = "reverse";
   settings.noise_target = 0.01;

@@ -19,7 +19,7 @@ bool has(const DiffuseTriangle& triangle, std::uint32_t bit) { return (triangle.
 
 class DiffuseTrianglesOf : public testing::TestWithParam<const char*> {};
 
-TEST_P(DiffuseTrianglesOf, SayWhatSurfacesAre) {
+TEST_P(DiffuseTrianglesOf, MatchTheSurfaces) {
   const Scene scene(builtin_scene(GetParam()));
   const Geometry& g = scene.geometry();
   std::size_t diffuse = 0;
@@ -57,7 +57,7 @@ DiffuseTriangle triangle_of(Change&& change) {
   return Scene(std::move(d)).diffuse_triangle(0);
 }
 
-TEST(DiffuseTriangles, TellKindsApart) {
+TEST(DiffuseTriangles, DistinguishKinds) {
   const auto plain = triangle_of([](SceneDescription& d) { d.materials[0].reflectance.value = {2, 0.5f, -1}; });
   EXPECT_EQ(plain.kind, DiffuseTriangle::kDiffuse);
   EXPECT_EQ(plain.reflectance, RGB(1, 0.5f, 0));

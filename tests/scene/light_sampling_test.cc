@@ -171,7 +171,7 @@ TEST(Irradiance, OfAPointFallsWithTheSquareOfTheDistance) {
   expect_irradiance(irradiance(scene, {0, 0, 0}, {0, 0, 1}, 100), RGB(3, 5, 7) * (1 / (squared * std::sqrt(squared))));
 }
 
-TEST(Irradiance, OfASunIsItsOwnTimesTheCosine) {
+TEST(Irradiance, OfASunIsItsIrradianceTimesTheCosine) {
   const Scene scene(lit_floor(LightCase::sun));
   expect_irradiance(irradiance(scene, {0, 0, 0}, {0, 0, 1}, 100), RGB(4, 3, 2) * -sun_light().direction.z);
   EXPECT_EQ(light_sample(scene, {0, 0, 0}, {0, 0, -1}, 0).pdf, 0);
@@ -193,7 +193,7 @@ TEST(Irradiance, OfASpotFadesBetweenItsCones) {
   }
 }
 
-TEST(LightNames, AreThoseOfTheSceneOrSayTheKind) {
+TEST(LightNames, AreThoseOfTheSceneOrTheKind) {
   SceneDescription d = lit_floor(LightCase::all);
   d.lights[0].name = "bulb";
   const Scene scene(std::move(d));

@@ -54,7 +54,7 @@ TEST(LightTree, ProbabilitiesAddUpToOne) {
   }
 }
 
-TEST(LightTree, ChoosesWithTheProbabilitiesThatItSays) {
+TEST(LightTree, ChoosesWithItsProbabilities) {
   const std::vector<LightBounds> lights = random_lights(40, 9);
   const LightTree tree(lights);
   for (std::uint32_t n = 0; n < 5; ++n) {
@@ -85,7 +85,7 @@ TEST(LightTree, ChoosesWithTheProbabilitiesThatItSays) {
   }
 }
 
-TEST(LightTree, LeavesNoLightOutThatReachesThePoint) {
+TEST(LightTree, ReachesEveryLightThatReachesThePoint) {
   const std::vector<LightBounds> lights = random_lights(300, 21);
   const LightTree tree(lights);
   int reached = 0;
@@ -180,7 +180,7 @@ double least_variance(const Scene& scene, Vec3 p) {
   return known * squares - mean * mean;
 }
 
-TEST(LightTree, IsNearerToKnowingEachLightThanToKnowingItsPower) {
+TEST(LightTree, IsCloserToTheLeastVarianceThanChoiceByPower) {
   const Scene scene = hall(400);
   const Estimate tree = irradiance(scene, false), power = irradiance(scene, true);
   EXPECT_NEAR(tree.mean, power.mean, 4 * std::sqrt((tree.variance + power.variance) / 20000));

@@ -78,7 +78,7 @@ SceneDescription closed_box(Box3 box, bool inwards) {
   return d;
 }
 
-TEST(DefaultCamera, DoesNotStandBeforeAPillarOfARoom) {
+TEST(DefaultCamera, IsNotBlockedByAPillar) {
   SceneDescription d = closed_box({{-10, 0, -4}, {10, 5, 4}}, true);
   // One before the middle of each short wall, and two rows of smaller ones.
   for (const float x : {-6.9f, 6.9f}) add_closed_box(d, {{x - 0.5f, 0, -1}, {x + 0.5f, 5, 1}}, false);
@@ -106,7 +106,7 @@ TEST(DefaultCamera, DoesNotStandBeforeAPillarOfARoom) {
   EXPECT_GT(nearest, 5);
 }
 
-TEST(DefaultCamera, SeesAHollowThingFromOutside) {
+TEST(DefaultCamera, SeesAHollowObjectFromOutside) {
   // A shell with many outer faces, whose lining faces the middle on all sides.
   SceneDescription d = closed_box({{-1, -1, -1}, {1, 1, 1}}, true);
   add_closed_box(d, {{-1.1f, -1.1f, -1.1f}, {1.1f, 1.1f, 1.1f}}, false);
@@ -194,7 +194,7 @@ TEST(SceneTest, LooksAtSolidsFromOutsideAndAtRoomsFromWithin) {
   EXPECT_TRUE(scene.bounds().contains(scene.camera("").to_world.translation));
 }
 
-TEST(SceneTest, NamesTheCamerasThereAre) {
+TEST(SceneTest, UnknownCameraListsTheCameras) {
   SceneDescription d = lit_floor(LightCase::point);
   for (const char* name : {"front", "back"}) {
     d.cameras.push_back(look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40));
@@ -211,7 +211,7 @@ TEST(SceneTest, NamesTheCamerasThereAre) {
   }
 }
 
-TEST(SceneTest, RefusesWhatIsInconsistent) {
+TEST(SceneTest, RejectsInconsistentScenes) {
   const auto refused = [](const std::function<void(SceneDescription&)>& damage) {
     SceneDescription d = lit_floor(LightCase::all);
     damage(d);
@@ -468,7 +468,7 @@ std::string refusal_of(const std::function<void(SceneDescription&)>& change) {
   return "";
 }
 
-TEST(SceneChecks, WhatEmbreeCannotHoldIsRefusedWithPlaceAndValue) {
+TEST(SceneChecks, RejectsValuesBeyondTheRangeOfEmbree) {
   using D = SceneDescription;
   EXPECT_EQ(refusal_of([](D&) {}), "");
   EXPECT_EQ(refusal_of([](D& d) { d.geometry.positions[2] = {1e17f, 1, 0}; }), "");

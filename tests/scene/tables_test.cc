@@ -23,7 +23,7 @@ Geometry small_mesh() {
   return mesh;
 }
 
-TEST(AppendMesh, DropsWhatHasNoAreaOrIsNotFinite) {
+TEST(AppendMesh, DropsTrianglesWithoutAreaOrNotFinite) {
   Geometry mesh = small_mesh();
   mesh.triangles = {{0, 1, 2}, {0, 1, 4}, {1, 1, 2}, {0, 1, 3}};
   Geometry g;
@@ -130,7 +130,7 @@ TEST(Texture, InputsMultiplyTheirChannel) {
   EXPECT_EQ(evaluate(nodes, FloatInput{2, kNone, Channel::alpha}, {}), 2);
 }
 
-TEST(Camera, LooksWhereItIsTold) {
+TEST(Camera, LooksAtItsTarget) {
   const Vec3 eye = {1, 2, 3}, target = {4, 0, -2};
   const Camera camera = look_at(eye, target, {0, 1, 0}, 40);
   const CameraRay ray = generate_ray(camera, {320, 240}, 640, 480, {0.1f, 0.9f});

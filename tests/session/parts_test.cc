@@ -46,7 +46,7 @@ TEST(CameraControl, FlyGoesAlongItsOwnAxes) {
   EXPECT_LT(length(moved.to_world.translation - camera.to_world.translation - forward(camera) * 2), 1e-5f);
 }
 
-TEST(CameraControl, PlacedStandsAndLooksAsAsked) {
+TEST(CameraControl, PlacedCameraHasEyeAndTarget) {
   Camera mirrored = test_camera();
   mirrored.to_world.x = -mirrored.to_world.x;
   for (const Camera& base : {test_camera(), mirrored}) {
@@ -79,7 +79,7 @@ TEST(CameraControl, ProjectUndoesUnproject) {
   EXPECT_LE(project(test_camera(), {2, 4, 10}, 320, 240).depth, 0) << "behind";
 }
 
-TEST(CameraControl, NearestUpIsTheFilesUp) {
+TEST(CameraControl, NearestUpIsTheUpAxisOfTheFile) {
   EXPECT_EQ(nearest_up(test_camera()), kUp);
   EXPECT_EQ(nearest_up(look_at({0, 5, 1}, {0, 0, 0}, {0, 0, 1}, 40)), (Vec3{0, 0, 1}));
 }
@@ -266,7 +266,7 @@ TEST(PreviewFilter, SmoothsNoiseAndKeepsEdges) {
   EXPECT_LT(after, 0.1 * before);
 }
 
-TEST(Pace, PlansWhatFits) {
+TEST(Pace, PlansFramesThatFit) {
   Pace pace;
   FrameWork work;
   work.pixels = 100'000;

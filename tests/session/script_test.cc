@@ -35,7 +35,7 @@ TEST_F(ScriptTest, SpreadsMovesOverFrames) {
   EXPECT_LT(length(state_.camera.to_world.translation - there.to_world.translation), 1e-2f);
 }
 
-TEST_F(ScriptTest, SetsWhatItNames) {
+TEST_F(ScriptTest, SetsTheNamedValues) {
   play_all(R"({"moves": [{"at": 1, "mode": "photons", "engine": "forward", "kernel": "cone", "part": "indirect",
               "gather": 64, "photons": 1000, "nearest": 20, "filter": true, "reuse": false, "secondary_gather": false}]})",
            3);
@@ -74,7 +74,7 @@ TEST_F(ScriptTest, FocusesOnWhatIsSeen) {
   EXPECT_NEAR(turned.image.depth[12 * 32 + 16], state_.pivot_distance, 0.25f * state_.pivot_distance);
 }
 
-TEST(ScriptErrors, SayWhereAndWhatThereIs) {
+TEST(ScriptErrors, NameThePlaceAndTheChoices) {
   const auto message = [](const std::string& text) {
     try {
       parse_script(text, "moves.json");
@@ -98,7 +98,7 @@ TEST(ScriptErrors, SayWhereAndWhatThereIs) {
   EXPECT_THROW(read_script("/nonexistent.json"), Error);
 }
 
-TEST_F(ScriptTest, RefusesNamesThatThereAreNot) {
+TEST_F(ScriptTest, RejectsUnknownNames) {
   for (const char* text : {R"({"moves": [{"mode": "wireframe"}]})", R"({"moves": [{"engine": "none"}]})",
                            R"({"moves": [{"kernel": "hat"}]})", R"({"moves": [{"camera": "none"}]})",
                            R"({"moves": [{"light": {"name": "moon"}}]})"})

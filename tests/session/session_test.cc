@@ -39,7 +39,7 @@ TEST_F(SessionTest, KeepsThePhotonMapWhenTheCameraMoves) {
   EXPECT_GT(frame.cost.count(Counter::query_points), 0u);
 }
 
-TEST_F(SessionTest, TracesPhotonsAnewWhenALightChanges) {
+TEST_F(SessionTest, TracesPhotonsAgainWhenALightChanges) {
   const double before = mean_luminance(next());
   state_.lights[0].scale = 2;
   state_.reuse = false;
@@ -112,7 +112,7 @@ TEST_F(SessionTest, RefinesWhileTheViewRests) {
   EXPECT_LT(relative_difference(last, reference), 0.5 * relative_difference(first, reference));
 }
 
-TEST_F(SessionTest, TakesOtherPhotonsAfterSomePasses) {
+TEST_F(SessionTest, TracesNewPhotonsAfterSomePasses) {
   for (int i = 0; i < 17; ++i) {
     const ViewFrame frame = next();
     EXPECT_EQ(photons_traced(frame) > 0, i == 0) << i;
@@ -142,7 +142,7 @@ TEST_F(SessionTest, GivesTheSameBitsForAnyNumberOfThreads) {
     EXPECT_TRUE(frames[0][i].image.light == frames[1][i].image.light) << "frame " << i;
 }
 
-TEST_F(SessionTest, ShowsAMovedLightAsASceneThatWasMadeSo) {
+TEST_F(SessionTest, ShowsAMovedLightAsInASceneBuiltThatWay) {
   state_.reuse = false;
   state_.lights[0].move = {0.12f, -0.05f, 0.08f};
   state_.lights[0].scale = 1.5f;
@@ -182,7 +182,7 @@ TEST_F(SessionTest, IsDarkWithoutLight) {
   EXPECT_GT(mean_luminance(next()), 0);
 }
 
-TEST_F(SessionTest, StopsWhereItIsInterruptedAndGoesOn) {
+TEST_F(SessionTest, StopsWhenInterruptedAndContinues) {
   Interrupt interrupt;
   interrupt.request();
   EXPECT_THROW(session_.next_frame(state_, 0, false, interrupt), Cancelled);
@@ -193,7 +193,7 @@ TEST_F(SessionTest, StopsWhereItIsInterruptedAndGoesOn) {
   EXPECT_NEAR(mean_luminance(late), mean_luminance(frame), 0.1 * mean_luminance(frame));
 }
 
-TEST_F(SessionTest, RefusesWhatCannotBeShown) {
+TEST_F(SessionTest, RejectsInvalidStates) {
   state_.width = 0;
   EXPECT_THROW(next(), Error);
   state_.width = 32;
@@ -217,7 +217,7 @@ TEST_F(SessionTest, StaysWithinItsMemory) {
   EXPECT_NO_THROW(session.next_frame(state, 0));
 }
 
-TEST_F(SessionTest, AdaptsToTheTimeThereIs) {
+TEST_F(SessionTest, AdaptsToTheTimeAvailable) {
   SessionSettings settings;
   settings.adapt = true;
   settings.frames_per_second = 1000;  // more than any machine holds
@@ -259,7 +259,7 @@ TEST(SessionGuiding, SendsPhotonsWhereAViewAtRestNeedsThem) {
 
 /// Better photons for a view at rest take their time: where a person goes on before they are there, the next frame
 /// shows those that there were, and traces none.
-TEST(SessionInterruption, KeepsThePhotonsThatThereAre) {
+TEST(SessionInterruption, KeepsExistingPhotons) {
   SessionSettings settings;
   settings.adapt = true;
   settings.frames_per_second = 1000;

@@ -21,7 +21,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Display, ShowsWhatAPngWouldHold) {
+TEST(Display, ShowsTheBytesOfAPng) {
   ViewFrame frame;
   for (int i = 0; i < 4000; ++i) frame.image.light.push_back(RGB(0.0005f * static_cast<float>(i)));
   frame.image.light.push_back(RGB(-1.0f, std::numeric_limits<float>::infinity(), std::nanf("")));
@@ -38,7 +38,7 @@ TEST(Display, ShowsWhatAPngWouldHold) {
     }
 }
 
-TEST(Gizmo, IsTakenByItsHandles) {
+TEST(Gizmo, IsDraggedByItsHandles) {
   const Camera camera = look_at({2, 3, 6}, {0, 0, 0}, {0, 1, 0}, 45);
   const Vec3 origin{0.3f, 0.2f, -0.1f};
   const Gizmo gizmo = make_gizmo(camera, origin, 320, 240);
@@ -54,7 +54,7 @@ TEST(Gizmo, IsTakenByItsHandles) {
   EXPECT_EQ(axis_position(gizmo, 2, along, {160, 120}, 320, 240, 0.7f), 0.7f);
 }
 
-TEST(CommandText, RendersTheViewItIsOf) {
+TEST(CommandText, RendersTheSameView) {
   Session session(test_scene("cornell"), {});
   ViewState state = small_state(session);
   state.camera = orbit(state.camera, state.pivot_distance, {0, 1, 0}, 0.3f, 0.1f);
@@ -85,7 +85,7 @@ TEST(CommandText, RendersTheViewItIsOf) {
                 std::to_string(session.initial_state().height) + " --samples 64 --gather 64 -o view.exr -o view.png");
 }
 
-TEST(CommandText, RefusesViewsAndLightsThatMakeNoSense) {
+TEST(CommandText, RejectsInvalidViewsAndLights) {
   std::string camera;
   const auto scene = test_scene("cornell");
   for (const char* view :
@@ -155,7 +155,7 @@ TEST_F(WorkerTest, ShowsWhatIsPostedAndRefinesIt) {
   EXPECT_EQ(later->frame.image.width, 40);
 }
 
-TEST_F(WorkerTest, LeavesAPictureAtRestForAnotherState) {
+TEST_F(WorkerTest, AbandonsARestingPictureForANewState) {
   ViewState state = open("cornell");
   state.photons = 400'000;
   worker_.post(state, false);
@@ -166,7 +166,7 @@ TEST_F(WorkerTest, LeavesAPictureAtRestForAnotherState) {
   EXPECT_TRUE(same_view(frame.frame.image.camera, state.camera));
 }
 
-TEST_F(WorkerTest, KeepsTheSceneThereIsWhereAnotherCannotBeLoaded) {
+TEST_F(WorkerTest, KeepsTheSceneIfAnotherCannotBeLoaded) {
   const ViewState state = open("cornell");
   worker_.open("no such scene");
   const auto error = wait_for([&] { return worker_.take_error(); });
@@ -176,7 +176,7 @@ TEST_F(WorkerTest, KeepsTheSceneThereIsWhereAnotherCannotBeLoaded) {
   EXPECT_GT(frame_of(worker_.post(state, false)).frame.samples, 0u);
 }
 
-TEST_F(WorkerTest, LeavesASceneThatIsBeingLoadedForAnotherAndAtItsEnd) {
+TEST_F(WorkerTest, AbandonsLoadingForAnotherSceneAndOnDestruction) {
   std::atomic<int> begun{0}, left{0};
   {
     SessionWorker worker(
@@ -213,7 +213,7 @@ TEST_F(WorkerTest, LeavesASceneThatIsBeingLoadedForAnotherAndAtItsEnd) {
   EXPECT_EQ(left, 2);
 }
 
-TEST_F(WorkerTest, SaysWhatCannotBeShownOnce) {
+TEST_F(WorkerTest, ReportsAnInvalidStateOnce) {
   ViewState state = open("cornell");
   state.gather = 0;
   worker_.post(state, false);

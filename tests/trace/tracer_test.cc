@@ -158,7 +158,7 @@ void expect_same(const Hit& batch, const Hit& single) {
   EXPECT_NEAR(batch.barycentric.y, single.barycentric.y, 1e-3f);
 }
 
-TEST_P(TracerBatch, OfAnyCountIsAsSingleRays) {
+TEST_P(TracerBatch, OfAnyCountMatchesSingleRays) {
   const Scene scene(triangle_soup(2000));
   const Tracer tracer(scene);
   for (const std::size_t count : {0, 1, 3, 7, 8, 9, 15, 16, 17, 31, 33, 1001}) {
@@ -181,7 +181,7 @@ TEST_P(TracerBatch, OfAnyCountIsAsSingleRays) {
   }
 }
 
-TEST_P(TracerBatch, KeepsToTheLengthOfItsRays) {
+TEST_P(TracerBatch, RespectsTheLengthOfRays) {
   SceneDescription d = floor_description();
   const Scene scene(std::move(d));
   const Tracer tracer(scene);
@@ -229,7 +229,7 @@ std::vector<Ray> rays_down(std::size_t count) {
   return rays;
 }
 
-TEST_P(TracerBatch, PassesThroughWhatAlphaCutsOut) {
+TEST_P(TracerBatch, PassesThroughAlphaCutouts) {
   const Scene scene(sheet_above_floor(0.3f, 0.5f));
   const Tracer tracer(scene);
   const std::vector<Ray> rays = rays_down(501);
