@@ -10,16 +10,16 @@ namespace glowworm {
 
 enum class CameraKind : std::uint8_t { perspective, orthographic };
 
-/// A camera. Its own space looks along +z, with +x to the right of the picture and +y up; to_world may mirror (pbrt).
-/// The picture plane is the screen window at z = 1 (perspective) in units in which half of the shorter side of the
-/// picture is `half_extent`.
+/// A camera. In its own space it looks along +z, with +x to the right of the picture and +y up; to_world may mirror
+/// (pbrt). The picture plane is the screen window at z = 1 (perspective). Its unit makes half of the picture's shorter
+/// side equal to `half_extent`.
 struct Camera {
   std::string name;
   CameraKind kind = CameraKind::perspective;
   Transform to_world;
   /// perspective: tan of half the field of view along the shorter side; orthographic: half the shorter side, metres.
   float half_extent = 0.5f;
-  /// Screen window in units of half_extent (left, right, bottom, top); all zero: made from the picture's shape, with
+  /// Screen window in units of half_extent (left, right, bottom, top); all zero: derived from the picture's shape, with
   /// 1 along the shorter side.
   float window[4] = {0, 0, 0, 0};
   float lens_radius = 0;     ///< metres; 0 is a pinhole

@@ -17,7 +17,7 @@ constexpr std::size_t kLevel = 4, kUp = 4;  ///< the first four are level
 enum class Side : std::uint8_t {
   open,
   wall,   ///< a surface that faces the origin of the ray
-  solid,  ///< one that turns its back
+  solid,  ///< a surface that faces away
 };
 
 /// First hit of a ray from `origin` (Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997).
@@ -47,14 +47,14 @@ Vec3 level_direction(int i, int count) {
   return {std::sin(angle), 0, std::cos(angle)};
 }
 
-/// Which cells of a grid over the scene hold a part of a surface: rays through it are fast and nearly right.
+/// The cells of a grid over the scene that contain surfaces. Rays through it are fast and approximate.
 class CoarseScene {
  public:
   explicit CoarseScene(const Geometry& geometry) : box_(geometry.bounds()) {
     const Vec3 d = box_.diagonal();
     cell_ = std::max({d.x, d.y, d.z, std::numeric_limits<float>::min() * kCells}) / kCells;
     for (int i = 0; i < 3; ++i) size_[i] = std::clamp(static_cast<int>(d[i] / cell_) + 3, 3, kCells + 3);
-    // Walls at the bounds get a whole cell, which no step of a ray passes over.
+    // Walls at the bounds get a whole cell, so that no step of a ray skips them.
     padded_ = {box_.min - Vec3{1, 1, 1} * cell_, box_.max + Vec3{1, 1, 1} * cell_};
     full_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], false);
     double points = 0;
@@ -66,7 +66,7 @@ class CoarseScene {
   float cell() const { return cell_; }
   const Box3& box() const { return box_; }
 
-  /// Distance along a unit direction to a surface, at least `from`; infinity where the ray leaves the scene.
+  /// Distance along a unit direction to a surface, at least `from`; infinity if the ray leaves the scene.
   float distance(Vec3 origin, Vec3 direction, float from) const {
     const float longest = length(box_.diagonal());
     for (float t = from; t <= longest; t += 0.7f * cell_) {
@@ -106,7 +106,7 @@ class CoarseScene {
   std::vector<bool> full_;
 };
 
-/// Share of the triangles whose front is seen from around the scene, a little above and below.
+/// Share of the triangles whose front is visible from around the scene, slightly above and below.
 float visible_share(const Geometry& g, const CoarseScene& coarse) {
   constexpr std::size_t kMaxTriangles = 4000;
   const std::size_t stride = g.triangle_count() / kMaxTriangles + 1;
@@ -126,8 +126,8 @@ float visible_share(const Geometry& g, const CoarseScene& coarse) {
   return static_cast<float>(seen) / static_cast<float>(all);
 }
 
-/// The axis along which the scene is flat: its bounds, but for a slab on the ground, which many objects stand on; -1
-/// for none.
+/// The axis along which the scene is flat, apart from a slab on the ground, on which many objects stand; -1 if there is
+/// none.
 int flat_axis(const Box3& box) {
   const Vec3 half = half_extent(box);
   if (half.z < 0.2f * std::max(half.x, half.y)) return 2;
@@ -150,7 +150,7 @@ Walls walls_around(const Geometry& geometry, Vec3 place) {
 
 float half_tangent(float degrees) { return std::tan(degrees / 2 * kPi / 180); }
 
-/// Into the open side of a box whose other walls fill the rest of the picture.
+/// Looks into the open side of a box whose other walls fill the rest of the picture.
 Camera into_opening(const Box3& box, Vec3 side, float degrees) {
   constexpr float kMargin = 1.04f;
   const Vec3 half = half_extent(box);
@@ -159,7 +159,7 @@ Camera into_opening(const Box3& box, Vec3 side, float degrees) {
   return look_at(box.center() + side * (depth + distance), box.center(), {0, 1, 0}, degrees);
 }
 
-/// From a direction, as far away as all vertices need to be in the picture.
+/// Looks from a direction, at the distance at which all vertices are in the picture.
 Camera from_outside(const Geometry& geometry, Vec3 direction, Vec3 up, float degrees) {
   constexpr float kMargin = 1.06f;
   const Vec3 center = geometry.bounds().center(), right = normalize(cross(up, direction));
@@ -173,7 +173,7 @@ Camera from_outside(const Geometry& geometry, Vec3 direction, Vec3 up, float deg
   return look_at(center + direction * (distance > 0 ? distance : 1.0f), center, up, degrees);
 }
 
-/// Straight at the side of a flat scene that more of its area faces.
+/// Looks straight at the side of a flat scene that has more area.
 Camera at_panel(const Geometry& geometry, int axis, float degrees) {
   double facing = 0, area = 0;
   for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
@@ -185,7 +185,7 @@ Camera at_panel(const Geometry& geometry, int axis, float degrees) {
   return from_outside(geometry, direction, axis == 1 ? Vec3{0, 0, -1} : Vec3{0, 1, 0}, degrees);
 }
 
-/// How much of the scene a view from within sees, and how far away: the mean over rays of the root of their length.
+/// How much of the scene a view from inside sees, and how far: the mean square root of ray lengths.
 float openness(const CoarseScene& coarse, Vec3 eye, Vec3 ahead, float tangent) {
   constexpr int kColumns = 9, kRows = 5;
   const float longest = length(coarse.box().diagonal()), nearest = 0.07f * longest;
@@ -201,7 +201,7 @@ float openness(const CoarseScene& coarse, Vec3 eye, Vec3 ahead, float tangent) {
   return sum / (kColumns * kRows);
 }
 
-/// Whether a place is within the scene, with surfaces below and mostly around it, but none right before it.
+/// Whether a point is inside the scene, with surfaces below and on most sides, but none directly in front.
 bool is_within(const CoarseScene& coarse, Vec3 place) {
   int hits = 0;
   if (!std::isfinite(coarse.distance(place, {0, -1, 0}, 0))) return false;
@@ -213,7 +213,7 @@ bool is_within(const CoarseScene& coarse, Vec3 place) {
   return hits >= 10;
 }
 
-/// The most open view from within; nothing where no place is within.
+/// The most open view from inside; empty if no point is inside.
 std::optional<Camera> within(const Geometry& geometry, const CoarseScene& coarse, float degrees) {
   constexpr int kPlaces = 11, kDirections = 16;
   struct View {
@@ -238,7 +238,7 @@ std::optional<Camera> within(const Geometry& geometry, const CoarseScene& coarse
     }
   if (views.empty()) return std::nullopt;
   std::stable_sort(views.begin(), views.end(), [](const View& a, const View& b) { return a.score > b.score; });
-  // The first that is not inside of a solid thing, whose surfaces would turn their backs.
+  // The first one that is not inside a solid object, whose surfaces would face away.
   std::size_t chosen = 0;
   for (std::size_t i = 0; i < std::min<std::size_t>(views.size(), 8); ++i)
     if (walls_around(geometry, views[i].eye).walls >= 4) {
@@ -249,7 +249,7 @@ std::optional<Camera> within(const Geometry& geometry, const CoarseScene& coarse
   return look_at(view.eye, view.eye + view.ahead * length(d), {0, 1, 0}, degrees);
 }
 
-/// What shape_of() finds, with what it looked at.
+/// The result of shape_of(), with the data behind it.
 struct Looked {
   SceneShape shape = SceneShape::object;
   Walls walls;

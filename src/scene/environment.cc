@@ -46,9 +46,9 @@ Vec2 lat_long_coordinates(Vec3 d) {
   return {std::atan2(d.x, -d.z) / (2 * kPi) + 0.5f, theta * kInversePi};
 }
 
-/// Integral over the sphere of the weight with which bilinear interpolation takes a texel of row y, steradians. They
-/// add up to 4 pi. In lat_long, the integral of sin(theta) times a tent over two rows, whose upper half is flat in the
-/// first row and whose lower half is flat in the last.
+/// Integral over the sphere of the bilinear weight of a texel in row y, steradians. The integrals add up to 4 pi. In
+/// lat_long, it is the integral of sin(theta) times a tent over two rows; the tent's upper half is constant in the
+/// first row, and its lower half in the last row.
 double texel_solid_angle(const Environment& e, int y) {
   if (e.mapping == EnvironmentMapping::equal_area) return 4 * M_PI / (static_cast<double>(e.width) * e.height);
   const double row = M_PI / e.height, around = 2 * M_PI / e.width;
@@ -57,8 +57,9 @@ double texel_solid_angle(const Environment& e, int y) {
   return 2 * std::sin((y + 0.5) * row) * (1 - std::cos(row)) / row * around;
 }
 
-/// A point up to half the image beyond its edges, brought back to where that place lies on the sphere. Lat_long goes
-/// around, and repeats its first and last rows at the poles. The edges of equal_area meet themselves, turned by half.
+/// Wraps a point up to half the image beyond its edges to the same place on the sphere. Lat_long wraps around
+/// horizontally, and repeats its first and last rows at the poles. The edges of equal_area meet themselves, rotated by
+/// half a turn.
 Vec2 wrapped(EnvironmentMapping mapping, Vec2 uv) {
   if (mapping == EnvironmentMapping::lat_long) {
     uv.x -= std::floor(uv.x);
@@ -78,7 +79,7 @@ std::array<int, 2> wrapped_texel(const Environment& e, int x, int y) {
   return {x, y};
 }
 
-/// Calls use(x, y, weight) for the four texels that bilinear interpolation takes at uv; the weights add up to 1.
+/// Calls use(x, y, weight) for the four texels of bilinear interpolation at uv; the weights add up to 1.
 template <typename Use>
 void for_texels_around(const Environment& e, Vec2 uv, const Use& use) {
   const float u = uv.x * static_cast<float>(e.width) - 0.5f, v = uv.y * static_cast<float>(e.height) - 0.5f;
@@ -94,7 +95,8 @@ void for_texels_around(const Environment& e, Vec2 uv, const Use& use) {
 
 const RGB& texel(const Environment& e, int x, int y) { return e.pixels[static_cast<std::size_t>(y) * e.width + x]; }
 
-/// Radiance at a point of the image, and the density per steradian with which sample_environment() gives it.
+/// Radiance at a point of the image, and the density per steradian with which sample_environment_direction() samples
+/// it.
 EnvironmentValue value_at(const Environment& e, const Distribution2D& distribution, Vec2 uv) {
   RGB sum;
   float density = 0;
@@ -108,11 +110,11 @@ EnvironmentValue value_at(const Environment& e, const Distribution2D& distributi
   return {e.scale * sum, solid_angle > 0 ? density / solid_angle : 0.0f};
 }
 
-/// A number of [-1, 1] by the density 1 - |x|. @param u in [0, 1)
+/// Samples a number in [-1, 1] with density 1 - |x|. @param u in [0, 1)
 float square_to_tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 * (1 - u)); }
 
-/// A point of the image with a density that is the bilinear interpolation of that of the texels: a texel by the
-/// distribution, then a place around its centre by the tent that interpolation weights it with.
+/// Samples a point of the image with the bilinearly interpolated density of the texels: a texel by the distribution,
+/// then a position around its centre by the tent of its bilinear weight.
 Vec2 sampled_point(const Environment& e, const Distribution2D& distribution, Vec2 u) {
   const Distribution2D::Sample s = distribution.sample(u);
   const auto place = [](std::uint32_t texel, int size, float point) {
@@ -132,7 +134,7 @@ Vec3 environment_direction(const Environment& environment, Vec2 uv) {
 
 Vec2 environment_coordinates(const Environment& environment, Vec3 direction) {
   const Transform& m = environment.to_world;
-  // The axes are orthonormal (Scene sees to it), so that the transpose is the inverse.
+  // The axes are orthonormal (Scene ensures it), so the transpose is the inverse.
   const Vec3 local = {dot(direction, m.x), dot(direction, m.y), dot(direction, m.z)};
   return environment.mapping == EnvironmentMapping::lat_long ? lat_long_coordinates(local)
                                                              : equal_area_coordinates(local);

@@ -5,33 +5,32 @@
 
 namespace glowworm {
 
-/// Radiance (W sr^-1 m^-2) from a unit direction of world space, towards the environment: between the four texels
-/// around it, bilinearly.
+/// Radiance (W sr^-1 m^-2) from a unit direction in world space, towards the environment, interpolated bilinearly.
 RGB radiance(const Environment& environment, Vec3 direction);
 
-/// The direction (world space, unit) that a point of the image stands for; u to the right, v downwards, both in [0, 1].
+/// The direction (world space, unit) of a point of the image; u to the right, v downwards, both in [0, 1].
 /// Equal area: P. Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", JGT 13(3), 2008.
 Vec3 environment_direction(const Environment& environment, Vec2 uv);
 
-/// The point of the image that stands for a unit direction of world space: the inverse of environment_direction().
+/// The point of the image for a unit direction in world space: the inverse of environment_direction().
 Vec2 environment_coordinates(const Environment& environment, Vec3 direction);
 
-/// Steradians for each unit of area of the image (u, v in [0, 1]) at uv.
+/// Steradians per unit of area of the image (u, v in [0, 1]) at uv.
 float environment_solid_angle(const Environment& environment, Vec2 uv);
 
-/// Radiance from a direction, and the density per steradian with which sampling `distribution`, made by
-/// environment_distribution(), chooses it.
+/// Radiance from a direction, and the density per steradian with which `distribution`, made by
+/// environment_distribution(), samples it.
 struct EnvironmentValue {
   RGB radiance;
   float pdf;
 };
 EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction);
 
-/// A direction chosen by `distribution`. The density per steradian is continuous: that of the texels, interpolated as
-/// the radiance is.
+/// Samples a direction by `distribution`. The density per steradian is continuous: it interpolates that of the texels,
+/// like the radiance.
 Vec3 sample_environment_direction(const Environment& environment, const Distribution2D& distribution, Vec2 u);
 
-/// The same direction with the result of radiance_and_pdf(), to rounding.
+/// The same direction, with the result of radiance_and_pdf(), up to rounding.
 struct EnvironmentDirection {
   Vec3 direction;  ///< unit, world space, towards the environment
   EnvironmentValue value;

@@ -40,7 +40,7 @@ Vec3 unit_or_zero(Vec3 n) {
 
 Vec2 finite_or_zero(Vec2 uv) { return std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : Vec2{0, 0}; }
 
-/// Adds a vertex of a mesh to the arrays that a scene's geometry has, but for the position.
+/// Adds vertices of a mesh to all arrays of a scene's geometry except the positions.
 class VertexAppender {
  public:
   VertexAppender(Geometry& geometry, const Geometry& mesh)
@@ -48,7 +48,7 @@ class VertexAppender {
         mesh_(mesh),
         second_uvs_(!geometry.second_uvs.empty() || !mesh.second_uvs.empty()),
         colors_(!geometry.colors.empty() || !mesh.colors.empty()) {
-    // The vertices so far have none of what comes with this mesh.
+    // Existing vertices lack the attributes that only this mesh has.
     if (second_uvs_) geometry.second_uvs.resize(geometry.positions.size());
     if (colors_) geometry.colors.resize(geometry.positions.size());
   }
@@ -77,7 +77,7 @@ std::uint32_t Geometry::object_of(std::uint32_t triangle) const {
 void Geometry::begin_object(const std::string& name) {
   const auto first = static_cast<std::uint32_t>(triangles.size());
   if (!objects.empty() && objects.back().name == name) return;
-  // One that got no triangles is none.
+  // Removes an object without triangles.
   if (!objects.empty() && objects.back().first_triangle == first) objects.pop_back();
   objects.push_back({first, name});
 }
@@ -87,7 +87,7 @@ AppendResult append_mesh(Geometry& geometry, const Geometry& mesh, const char* n
   check_mesh(mesh, name);
   AppendResult result;
   VertexAppender appender(geometry, mesh);
-  // Only vertices of triangles that stay are taken over, so that a stray NaN never reaches the bounds of the scene.
+  // Only vertices of kept triangles are copied, so that a stray NaN never reaches the bounds of the scene.
   std::vector<std::uint32_t> moved(mesh.positions.size(), kNone);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];

@@ -25,22 +25,22 @@ struct VertexColor {
   float alpha = 1;
 };
 
-/// All triangles of a scene. Instances are resolved by the importers: everything is in world space, metres.
+/// All triangles of a scene. The importers expand instances: everything is in world space, metres.
 struct Geometry {
-  std::vector<Vec3> positions;                          ///< one a vertex
-  std::vector<Vec3> normals;                            ///< one a vertex, unit; (0,0,0): use the triangle's own
-  std::vector<Vec2> uvs;                                ///< one a vertex; (0,0) where the file has none
-  std::vector<Vec2> second_uvs;                         ///< one a vertex, or empty: another set of coordinates
-  std::vector<VertexColor> colors;                      ///< one a vertex, or empty: all white
+  std::vector<Vec3> positions;                          ///< one per vertex
+  std::vector<Vec3> normals;                            ///< one per vertex, unit; (0,0,0): use the triangle's own
+  std::vector<Vec2> uvs;                                ///< one per vertex; (0,0) if the file has none
+  std::vector<Vec2> second_uvs;                         ///< one per vertex, or empty: a second set of coordinates
+  std::vector<VertexColor> colors;                      ///< one per vertex, or empty: all white
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< vertex indices, counter-clockwise seen from outside
-  std::vector<std::uint32_t> material;                  ///< one a triangle: index into the materials
-  std::vector<std::uint32_t> emission;                  ///< one a triangle: index into the emissions, or kNone
+  std::vector<std::uint32_t> material;                  ///< one per triangle: index into the materials
+  std::vector<std::uint32_t> emission;                  ///< one per triangle: index into the emissions, or kNone
   std::vector<ObjectStart> objects;                     ///< in the order of triangles; may be empty
 
   std::size_t triangle_count() const { return triangles.size(); }
-  /// Index into objects of the object that a triangle is of; kNone where there is none.
+  /// Index into `objects` of a triangle's object; kNone if it has none.
   std::uint32_t object_of(std::uint32_t triangle) const;
-  /// Begins an object with the triangle that comes next; the same name again goes on with it.
+  /// Starts an object with the next triangle, or continues the current one if the name is the same.
   void begin_object(const std::string& name);
   /// Twice the area times the unit normal (m^2), by the winding.
   Vec3 scaled_normal(std::uint32_t triangle) const {

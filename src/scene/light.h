@@ -27,9 +27,9 @@ struct Light {
   LightKind kind = LightKind::point;
   RGB intensity{1.0f};        ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2
   Vec3 position{0, 0, 0};     ///< point, spot: metres
-  Vec3 direction{0, 0, -1};   ///< spot, directional: the way the light travels, unit
+  Vec3 direction{0, 0, -1};   ///< spot, directional: the direction in which light travels, unit
   float cos_inner = 1;        ///< spot: full intensity within this angle of the direction,
-  float cos_outer = 0;        ///< none outside this one, between them as `smooth_falloff` says
+  float cos_outer = 0;        ///< zero outside this angle; in between, according to `gltf_falloff`
   bool gltf_falloff = false;  ///< spot between the cones: true: KHR_lights_punctual's quadratic; false: smoothstep
 };
 
@@ -45,7 +45,7 @@ struct Environment {
   int width = 0, height = 0;
   std::vector<RGB> pixels;  ///< row-major, first row on top
   EnvironmentMapping mapping = EnvironmentMapping::lat_long;
-  /// To world space from the space in which lat_long has y up (u = 0.5 looks along -z, as OpenEXR's envmaps) and
+  /// To world space. In the image's space, lat_long has y up (u = 0.5 looks along -z, as in OpenEXR's envmaps) and
   /// equal_area has z up.
   Transform to_world;
 };

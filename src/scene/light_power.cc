@@ -9,13 +9,14 @@
 namespace glowworm {
 
 namespace {
-/// Parts of a triangle's edge between the points at which a textured emission is read: one to a texel, within bounds.
+/// Parts into which a triangle's edge is divided for samples of a textured emission: one per texel, within bounds.
 constexpr int kMinParts = 6, kMaxParts = 256;
-/// Points of all triangles together, where there is room for fewer than one to a texel.
+/// Maximum number of samples of all triangles; above that, there is less than one per texel.
 constexpr std::uint64_t kMaxPoints = 20'000'000;
 
-/// Texels that the longest edge of a triangle crosses at most, of any image under node `id`; infinite where that is not
-/// known. @param scale of the texture coordinates by the nodes above
+/// Maximum number of texels that the longest edge of a triangle crosses, in any image under node `id`; infinite if
+/// unknown.
+/// @param scale of the texture coordinates by the nodes above
 float texels_across(const Geometry& g, const std::vector<TextureNode>& textures, std::uint32_t id,
                     std::uint32_t triangle, Vec2 scale) {
   if (id == kNone) return 0;
@@ -36,7 +37,7 @@ float texels_across(const Geometry& g, const std::vector<TextureNode>& textures,
   }
   const std::vector<Vec2>& uvs = node.second_uv && !g.second_uvs.empty() ? g.second_uvs : g.uvs;
   const auto& [a, b, c] = g.triangles[triangle];
-  // Turned by any angle, by this node or those above, an edge crosses no more texels than this.
+  // An edge crosses at most this many texels, whatever rotation the nodes apply.
   const auto side = static_cast<float>(std::max(node.image->width(), node.image->height()));
   const float most = std::max(std::abs(scale.x), std::abs(scale.y)) * side;
   float texels = 0;
@@ -45,8 +46,7 @@ float texels_across(const Geometry& g, const std::vector<TextureNode>& textures,
   return texels;
 }
 
-/// Parts of each edge that make steps of a texel; kMaxParts + 1 where there would be more than that, or where there
-/// are no texels to go by.
+/// Number of parts of each edge for steps of one texel; kMaxParts + 1 if there are more, or if there are no texels.
 int parts_of_edge(const Geometry& g, const std::vector<TextureNode>& textures, std::uint32_t texture,
                   std::uint32_t triangle) {
   const float texels = texels_across(g, textures, texture, triangle, {1, 1});
@@ -54,7 +54,7 @@ int parts_of_edge(const Geometry& g, const std::vector<TextureNode>& textures, s
   return std::max(kMinParts, static_cast<int>(std::ceil(texels)));
 }
 
-/// Mean over a triangle that is cut into parts * parts alike, each read at its centre of gravity.
+/// Mean over a triangle that is divided into parts * parts equal triangles, each sampled at its centroid.
 RGB mean_over_parts(const Geometry& g, const SceneDescription& scene, const ColorInput& input, std::uint32_t triangle,
                     int parts) {
   RGB sum;
@@ -62,26 +62,26 @@ RGB mean_over_parts(const Geometry& g, const SceneDescription& scene, const Colo
   for (int y = 0; y < parts; ++y)
     for (int x = 0; x + y < parts; ++x)
       for (const float third : {1.0f / 3, 2.0f / 3}) {
-        if (third > 0.5f && x + y + 1 >= parts) continue;  // beyond the long edge there is no turned part
+        if (third > 0.5f && x + y + 1 >= parts) continue;  // there is no inverted part beyond the longest edge
         const Vec2 w{(static_cast<float>(x) + third) * step, (static_cast<float>(y) + third) * step};
         sum += evaluate(scene.textures, input, texture_point(g, triangle, w));
       }
   return sum * (step * step);
 }
 
-/// @param parts of each edge; @param whole whether that reads every texel
+/// @param parts of each edge; @param whole whether these samples read every texel
 RGB mean_radiance(const Geometry& g, const SceneDescription& scene, std::uint32_t triangle, int parts, bool whole) {
   const ColorInput& input = scene.emissions[g.emission[triangle]].radiance;
   if (input.texture == kNone) return input.value;
   const RGB mean = mean_over_parts(g, scene, input, triangle, parts);
-  // Where every texel was read and is black, the triangle is none of the lights.
+  // If all texels were read and are black, the triangle is not a light.
   if (whole && is_black(mean)) return RGB(0.0f);
-  // What the points miss must still have a chance to be found, or it would be lost to sampling altogether.
+  // Unread texels must keep a chance of being sampled, or their light would be lost.
   const RGB floor = input.value * 1e-3f;
   return {std::max(mean.r, floor.r), std::max(mean.g, floor.g), std::max(mean.b, floor.b)};
 }
 
-/// The most parts of an edge, so that no more points than kMaxPoints are read.
+/// The maximum number of parts of an edge for at most kMaxPoints samples.
 int most_parts(const std::vector<int>& parts) {
   for (int most = kMaxParts; most > kMinParts; most /= 2) {
     std::uint64_t points = 0;

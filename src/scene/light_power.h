@@ -4,18 +4,18 @@
 
 namespace glowworm {
 
-/// Flux of emissive triangles, W: pi A L, twice where they are two-sided. L of a textured emission is a mean of points,
-/// one to a texel, or fewer where all triangles together would take more than some 20 million; it is black only where
-/// all texels were read and are. Runs on all threads. `scene` gives the emissions and textures; its own geometry is not
-/// looked at.
+/// Flux of emissive triangles, W: pi A L, or twice that if they are two-sided. L of a textured emission is the mean of
+/// samples, one per texel, or fewer if that would exceed about 20 million samples in total. It is black only if all
+/// texels were read and are black. Runs on all threads. `scene` provides emissions and textures; its own geometry is
+/// ignored.
 std::vector<RGB> triangle_powers(const Geometry& geometry, const SceneDescription& scene,
                                  const std::vector<std::uint32_t>& triangles);
 
 /// Flux of a light, W. For a directional light, the flux through a disc of the scene's radius (metres).
 RGB light_power(const Light& light, float scene_radius);
 
-/// Share (0 to 1) of a spot's intensity at an angle whose cosine to its direction is cos_theta: Khronos'
-/// KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as in pbrt-v4's spot.
+/// Share (0 to 1) of a spot's intensity at an angle with cosine cos_theta to its direction: Khronos'
+/// KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as in pbrt-v4.
 float spot_falloff(const Light& light, float cos_theta);
 
 /// Mean of spot_falloff() over the cosines between the two cones.

@@ -16,7 +16,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 using Choice = LightSelector::Choice;
 
-/// If a light has at least this share, the number that chose it has enough digits left to choose the place on it.
+/// If a light has at least this probability, the number that chose it has enough digits left to choose a point on it.
 constexpr float kMinStretchedProbability = 1.0f / 4096;
 
 Choice choose_source(const Scene& scene, float u) {
@@ -36,7 +36,7 @@ const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
 
-/// Density per steradian of a uniform choice by area, seen from a point; 0 from behind.
+/// Density per steradian of a uniform choice by area, seen from a point; 0 if the point is behind the light.
 /// @param scaled_normal length twice the area, m^2
 /// @param direction unit, from the point to the light; @param distance metres
 float triangle_solid_angle_pdf(Vec3 scaled_normal, bool two_sided, Vec3 direction, float distance) {
@@ -108,7 +108,7 @@ EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec
   return out;
 }
 
-/// A direction of a spot in approximate proportion to its falloff; the flux compensates for the difference.
+/// Samples a direction of a spot in approximate proportion to its falloff; the flux compensates for the difference.
 EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
   const float core = 1 - light.cos_inner, edge = (light.cos_inner - light.cos_outer) * mean_spot_falloff(light);
   const float core_share = core + edge > 0 ? core / (core + edge) : 1.0f;
@@ -117,7 +117,7 @@ EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
     cosine = 1 - core * (u.x / core_share);
   } else {
     const float inside = (u.x - core_share) / (1 - core_share);
-    // Quadratic: its own inverse. Smoothstep t^2 (3 - 2t), normalised twice of that: by density 2t.
+    // Quadratic: inverted exactly. Smoothstep t^2 (3 - 2t): sampled with density 2t.
     const float t = light.gltf_falloff ? std::cbrt(inside) : std::sqrt(inside);
     if (!light.gltf_falloff) weight = t * (3 - 2 * t);
     cosine = light.cos_outer + (light.cos_inner - light.cos_outer) * t;
@@ -130,7 +130,8 @@ EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
   return out;
 }
 
-/// A place on the disc across `direction` in front of the scene, whose flux is `irradiance` times the disc's area.
+/// Samples a point on the disc in front of the scene, perpendicular to `direction`. The flux is `irradiance` times the
+/// disc's area.
 EmittedPhoton emit_from_afar(const Scene& scene, Vec3 direction, RGB irradiance, Vec2 u) {
   const Vec2 disk = square_to_disk(u) * scene.radius();
   EmittedPhoton out;

@@ -14,19 +14,19 @@ struct LightSample {
   RGB radiance;        ///< unoccluded radiance along it; for deltas, irradiance across it
   float pdf = 0;       ///< per steradian, including the choice of the light; for deltas, the probability of the choice
   bool delta = false;
-  Vec3 position;     ///< of the place on the light if `distance` is finite, metres
+  Vec3 position;     ///< of the point on the light if `distance` is finite, metres
   Vec3 normal;       ///< of the light there, unit, towards the point; (0,0,0) for a delta
-  float offset = 0;  ///< distance before the light at which rays end or begin (offset_origin()), metres
+  float offset = 0;  ///< distance from the light at which rays end or start (offset_origin()), metres
 };
 
 /// Chooses a light for the point (position, and normal on the lit side; a zero normal: any side), and a direction to
 /// it. pdf = 0 if the light cannot light the point.
-/// @param u_light chooses the light; remapped to the light's share it replaces u.x, unless that share is tiny, so that
-/// with u.y it makes a pair that is stratified over all lights at once
-/// @param u       the place on the light; all in [0, 1)
+/// @param u_light chooses the light. Its remainder replaces u.x, unless the light's probability is tiny, so that (u.x,
+/// u.y) is stratified over all lights together
+/// @param u       the point on the light; all in [0, 1)
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u);
 
-/// The density per steradian with which sample_light() at `position` chooses the direction to `on_light`, a point of an
+/// The density per steradian with which sample_light() at `position` samples the direction to `on_light`, a point of an
 /// emissive triangle.
 float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoint& on_light);
 /// The same for a direction towards the environment.
@@ -35,15 +35,15 @@ float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direc
 /// Radiance of the environment from a direction (unit, world space, towards it); black without one.
 RGB environment_radiance(const Scene& scene, Vec3 direction);
 
-/// A photon as it leaves a light.
+/// A photon at its start from a light.
 struct EmittedPhoton {
   Vec3 origin;
   Vec3 direction;               ///< unit
-  RGB flux;                     ///< W if it were the only photon: divide by the number emitted
+  RGB flux;                     ///< W for a single photon: divide by the number emitted
   std::uint32_t light = kNone;  ///< source, counted as in Scene::light_power()
 };
 
-/// Emits a photon: chooses the source in proportion to power, then place and direction by the source's emission.
+/// Emits a photon: chooses the source in proportion to power, then position and direction by the source's emission.
 EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position, Vec2 u_direction);
 
 /// The power of a light source in W (RGB), counted as in Scene::light_power().

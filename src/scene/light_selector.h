@@ -1,4 +1,5 @@
-// Choice of the light source to sample at a point: a tree for those at finite places, power for those infinitely far.
+// Chooses the light source to sample at a point: by a tree for sources at finite distance, by power for sources at
+// infinity.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -26,7 +27,7 @@ class LightSelector {
   struct Choice {
     std::uint32_t source = 0;
     float probability = 0;  ///< 0: no source can light the point
-    float remapped = 0;     ///< u stretched over the choice: uniform in [0, 1) again
+    float remapped = 0;     ///< position of u in the choice's interval: uniform in [0, 1) again
   };
   /// @param position metres; @param u in [0, 1)
   Choice choose(Vec3 position, float u) const;
@@ -40,7 +41,7 @@ class LightSelector {
   Distribution1D far_;
   float far_irradiance_ = 0;                             // W m^-2
   std::vector<std::uint32_t> near_source_, far_source_;  // sources in the tree's and in far_'s order
-  std::vector<std::uint32_t> place_;                     // of each source in the tree or, with kFar set, in far_
+  std::vector<std::uint32_t> place_;                     // index of each source in the tree or, with kFar set, in far_
   static constexpr std::uint32_t kFar = 0x80000000u;
 };
 

@@ -12,14 +12,14 @@ namespace glowworm {
 namespace {
 
 constexpr int kBuckets = 12;
-/// Below this depth nodes are halved by number, so that every path fits the 64 bits that store it.
+/// Below this depth nodes are split in halves by number, so that every path fits into 64 bits.
 constexpr int kDepthOfHalving = 24;
 constexpr std::uint8_t kNotThere = 255;
 /// Levels that irradiance() descends if the point is among the lights.
 constexpr int kIrradianceLevels = 5;
-/// Two to the power of those levels of it are finite.
+/// A sum of two to the power of that many values is finite.
 constexpr float kMaxImportance = std::numeric_limits<float>::max() / (1 << (kIrradianceLevels + 1));
-/// Least area of a cluster, as a share of the box around all lights: point lights have none.
+/// Minimum area of a cluster, relative to the box around all lights: point lights have no area.
 constexpr double kMinArea = 1e-12;
 
 float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
@@ -40,14 +40,14 @@ Cone merge_cones(Cone a, Cone b) {
   if (std::min(between + angle_b, kPi) <= angle_a) return a;
   const float angle = (angle_a + between + angle_b) / 2;
   if (angle >= kPi) return {a.axis, -1};
-  // Turned from a's axis towards b's.
+  // Rotated from a's axis towards b's.
   const Vec3 across = b.axis - a.axis * dot(a.axis, b.axis);
   if (!(length_squared(across) > 1e-12f)) return {a.axis, -1};
   const float turn = angle - angle_a;
   return {normalize(a.axis * std::cos(turn) + normalize(across) * std::sin(turn)), std::cos(angle)};
 }
 
-/// The measure of directions that lights shine in (Conty Estevez and Kulla 2018, section 4.4, M_Omega).
+/// The measure of directions in which lights emit (Conty Estevez and Kulla 2018, section 4.4, M_Omega).
 double orientation_measure(const LightBounds& b) {
   const double normals = safe_acos(b.cos_normals), emission = safe_acos(b.cos_emission);
   const double widest = std::min(normals + emission, M_PI);
@@ -80,7 +80,7 @@ LightBounds merge(const LightBounds& a, const LightBounds& b) {
 float light_importance(const LightBounds& lights, Vec3 position) {
   const Vec3 offset = position - lights.box.center();
   const float squared = length_squared(offset), radius_squared = length_squared(lights.box.diagonal()) / 4;
-  // At a point light itself, the largest value that float holds for many lights.
+  // At a point light itself, the largest value that stays finite when summed over many lights.
   const auto over_squares = [&](float intensity) {
     return std::min(intensity / std::max(squared, radius_squared), kMaxImportance);
   };
@@ -89,7 +89,7 @@ float light_importance(const LightBounds& lights, Vec3 position) {
   float cos_axis = dot(lights.axis, offset) / std::sqrt(squared);
   if (lights.two_sided) cos_axis = std::abs(cos_axis);
   const float subtended = std::asin(std::sqrt(std::min(1.0f, radius_squared / squared)));
-  // With a margin, because a light that rounding makes dark would never be chosen.
+  // With a margin, because a light that rounding makes black would never be chosen.
   const float off = safe_acos(cos_axis) - safe_acos(lights.cos_normals) - subtended - 1e-3f;
   const float cosine = off <= 0 ? 1.0f : std::cos(off);
   return cosine <= lights.cos_emission ? 0.0f : over_squares(lights.intensity * cosine);
@@ -135,7 +135,7 @@ class LightTree::Builder {
     build(child + 1, half, last, way | (std::uint64_t{1} << depth), depth + 1);
   }
 
-  /// Reorders the lights so that those of the left child come first; returns where the right child's begin.
+  /// Reorders the lights so that those of the left child come first. Returns the first index of the right child.
   std::size_t split(const LightBounds& bounds, const Box3& centers, std::size_t first, std::size_t last, int depth) {
     double best = std::numeric_limits<double>::infinity();
     int best_axis = -1, best_bucket = 0;

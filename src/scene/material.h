@@ -29,15 +29,15 @@ struct Material {
   MaterialKind kind = MaterialKind::diffuse;
 
   ColorInput reflectance{RGB(0.5f)};    ///< diffuse albedo, base colour, or reflectance at normal incidence
-  ColorInput transmittance{RGB(0.0f)};  ///< diffuse transmission, or the tint of what a dielectric transmits
+  ColorInput transmittance{RGB(0.0f)};  ///< diffuse transmission, or the tint of light that a dielectric transmits
   RGB eta{1.5f}, k{0.0f};               ///< conductor's complex index of refraction, relative to the outside
   bool use_reflectance = false;         ///< conductor by reflectance (F0) instead of eta and k
   float ior = 1.5f;                     ///< dielectrics and coats: index inside over index outside
   FloatInput roughness_u{0.0f}, roughness_v{0.0f};  ///< GGX alpha along and across the tangent; 0 is smooth
   FloatInput coat_roughness{0.0f};                  ///< GGX alpha of the coat (coated_conductor, clearcoat)
   float coat_thickness = 0.01f;                     ///< pbrt-v4 coated materials: thickness in scene units
-  /// Most reflections at the base under a coat. pbrt-v4's random walk of "maxdepth" steps, 10 unless said, counts each
-  /// passage of the coat.
+  /// Maximum number of reflections at the base under a coat. pbrt-v4's random walk of "maxdepth" steps (default 10)
+  /// counts each passage of the coat.
   std::uint8_t coat_bounces = 5;
   FloatInput metallic{0.0f};  ///< metallic_roughness
   FloatInput specular{1.0f};  ///< KHR_materials_specular factor
@@ -47,30 +47,31 @@ struct Material {
   bool thin = false;              ///< transmission does not bend rays (glTF without volume)
   ColorInput sheen{RGB(0.0f)};    ///< KHR_materials_sheen colour
   FloatInput sheen_roughness{0.0f};
-  FloatInput anisotropy{0.0f};      ///< KHR_materials_anisotropy strength: roughness_u is that across the direction
+  FloatInput anisotropy{0.0f};      ///< KHR_materials_anisotropy strength; roughness_u applies across the direction
   float anisotropy_rotation = 0;    ///< radians, from the tangent towards the bitangent
-  ColorInput anisotropy_direction;  ///< (direction + 1) / 2 in red and green, where texture is not kNone
+  ColorInput anisotropy_direction;  ///< (direction + 1) / 2 in red and green, if texture is not kNone
   FloatInput iridescence{0.0f};     ///< KHR_materials_iridescence factor
   float iridescence_ior = 1.3f;     ///< of the film
-  float least_film = 0;             ///< thickness of the film in nm where `film` is 0
-  FloatInput film{400.0f};          ///< nm on top of least_film
+  float least_film = 0;             ///< thickness of the film in nm if `film` is 0
+  FloatInput film{400.0f};          ///< nm in addition to least_film
   FloatInput diffuse_transmission{0.0f};  ///< KHR_materials_diffuse_transmission factor; transmittance is its colour
-  ColorInput coat_normal_map;             ///< as normal_map, of the clearcoat, which has the vertices' normal without
+  ColorInput
+      coat_normal_map;  ///< like normal_map, for the clearcoat; without it, the clearcoat has the vertices' normal
   float coat_normal_scale = 1;
-  RGB absorption{0.0f};  ///< m^-1, of what a surface that refracts encloses (Beer's law)
-  float dispersion = 0;  ///< KHR_materials_dispersion: 20 over the Abbe number
+  RGB absorption{0.0f};  ///< m^-1, of the volume that a refracting surface encloses (Beer's law)
+  float dispersion = 0;  ///< KHR_materials_dispersion: 20 / Abbe number
 
   std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
   FloatInput mix_amount{0.5f};
 
-  /// Cameras do not see the surface from behind. All other light does: it is reflected and stopped on both sides.
+  /// Cameras do not see the back of the surface. All other light is reflected and stopped on both sides.
   bool single_sided = false;
 
   FloatInput alpha{1.0f};   ///< presence of the surface: 0 lets every ray pass
-  float alpha_cutoff = -1;  ///< >= 0: present where alpha >= cutoff, else with probability alpha
-  ColorInput normal_map;    ///< tangent-space normals, stored as (n + 1) / 2, where texture is not kNone
+  float alpha_cutoff = -1;  ///< >= 0: present if alpha >= cutoff; otherwise present with probability alpha
+  ColorInput normal_map;    ///< tangent-space normals, stored as (n + 1) / 2, if texture is not kNone
   float normal_scale = 1;
-  FloatInput bump;  ///< displacement in metres along the normal, where texture is not kNone
+  FloatInput bump;  ///< displacement in metres along the normal, if texture is not kNone
 };
 
 /// All inputs of a material that a texture may drive.

@@ -37,13 +37,13 @@ struct SceneDescription {
   std::optional<Environment> environment;
   std::vector<Camera> cameras;
   FilmRequest film;
-  /// Emission may be decoration, whose viewer brings the light, unless the scene is a room.
+  /// Emission may be decoration for a viewer that adds its own light, unless the scene is a room.
   bool emission_may_be_decoration = false;
-  /// Features of the file that are not supported or had to be guessed; one line each.
+  /// Features of the file that are not supported or were guessed; one line each.
   std::vector<std::string> notes;
 };
 
-/// The changes that a user makes in a viewer. Everything else comes from the underlying scene.
+/// Changes that a user makes in a viewer. Everything else comes from the original scene.
 struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
   std::vector<Light> lights;        ///< as many as the scene has

@@ -4,10 +4,10 @@
 
 namespace glowworm {
 
-/// Largest coordinate and length of a scene in metres. Embree accepts only coordinates below 1.844e18, whose squares
-/// stay far from the largest float, and aborts on some beyond.
+/// Maximum coordinate and length of a scene in metres. Embree accepts only coordinates below 1.844e18, so that squares
+/// stay far from overflow, and aborts on some beyond that.
 inline constexpr float kMaxCoordinate = 1e18f;
-/// Largest radiance, intensity or irradiance of a light: sums over lights and samples stay finite.
+/// Maximum radiance, intensity or irradiance of a light, so that sums over lights and samples stay finite.
 inline constexpr float kMaxLight = 1e30f;
 
 /// Whether a point is finite and within kMaxCoordinate.

@@ -19,7 +19,7 @@ void add(ContentHash& hash, const FloatInput& input) {
 
 void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
-// When a structure gets a new member: hash it, then correct the size.
+// If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 88 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
@@ -114,7 +114,7 @@ std::uint64_t hash_geometry(const Geometry& g) {
   hash.add_array(std::span(g.triangles));
   hash.add_array(std::span(g.material));
   hash.add_array(std::span(g.emission));
-  // Names of objects show in no sample.
+  // Names of objects do not affect samples.
   for (const ObjectStart& object : g.objects) hash.add(object.first_triangle);
   return hash.value();
 }

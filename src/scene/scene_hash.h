@@ -8,7 +8,7 @@ namespace glowworm {
 
 /// Hashes of the parts of a scene. Names count only if they are looked up, so renaming a part does not change its hash.
 struct SceneHash {
-  std::uint64_t geometry;   ///< positions, normals, texture coordinates, and which material each triangle has
+  std::uint64_t geometry;   ///< positions, normals, texture coordinates, and the material of each triangle
   std::uint64_t materials;  ///< with their textures, to the texel
   std::uint64_t lights;     ///< with emissions and environment
   std::uint64_t camera;

@@ -11,11 +11,11 @@ namespace glowworm {
 namespace {
 
 constexpr int kHeight = 64;
-/// What glTF allows without KHR_materials_emissive_strength, whose use says that light is meant.
+/// The maximum in glTF without KHR_materials_emissive_strength; a file that uses that extension means light.
 constexpr float kBrightestDecoration = 1;
 constexpr float kAbove = 0.35f, kBelow = 0.12f;  ///< radiance of the room, against a key of 1
 
-/// A soft lamp: radiance exp(sharpness (cos - 1)) around its middle.
+/// A soft lamp: radiance exp(sharpness (cos - 1)) around its centre.
 struct Lamp {
   Vec3 direction;  ///< with the viewer at +z
   float radiance, sharpness;
@@ -41,7 +41,7 @@ Environment studio_light(const Camera& camera) {
       e.pixels.emplace_back(
           studio_radiance(environment_direction(e, {(static_cast<float>(x) + 0.5f) / static_cast<float>(e.width),
                                                     (static_cast<float>(y) + 0.5f) / static_cast<float>(e.height)})));
-  // Irradiance of a surface that faces the key, by the image itself.
+  // Irradiance of a surface that faces the key light, computed from the image.
   const Vec3 key = normalize(kLamps[0].direction);
   constexpr int kSide = 64;
   double irradiance = 0;
@@ -52,7 +52,7 @@ Environment studio_light(const Camera& camera) {
     irradiance += std::max(0.0f, dot(d, key)) * radiance(e, d).g * 4 * kPi / (kSide * kSide);
   }
   e.scale = RGB(kPi / static_cast<float>(irradiance));
-  // The viewer's side, level; one that looks straight down sees the scene with the key at the upper left, too.
+  // The viewer's horizontal direction. If the camera looks straight down, the key light is still at its upper left.
   const Vec3 back = camera.to_world.z * -1.0f, up = camera.to_world.y;
   Vec3 side = back.x * back.x + back.z * back.z > 1e-4f ? Vec3{back.x, 0, back.z} : Vec3{-up.x, 0, -up.z};
   side = length(side) > 0 ? normalize(side) : Vec3{0, 0, 1};

@@ -34,7 +34,8 @@ TextureTangents texture_tangents(const Geometry& g, std::uint32_t triangle) {
   return out;
 }
 
-/// The frame around the unit vector n whose s is the part of `tangent` across n; any frame if that part is zero.
+/// The frame around the unit vector n whose s is the component of `tangent` perpendicular to n; any frame if that is
+/// zero.
 Frame frame_along(Vec3 n, Vec3 tangent) {
   const Vec3 across = tangent - n * dot(n, tangent);
   const float squared = length_squared(across);
@@ -50,7 +51,7 @@ void turn_to(SurfacePoint& point, Vec3 n) {
   point.frame = frame_along(n / std::sqrt(squared), point.frame.s);
 }
 
-/// 1, or -1 where texture coordinates are mirrored: maps turn by them, but not the frame, which stays right-handed.
+/// 1, or -1 if texture coordinates are mirrored. Maps use it; the frame itself stays right-handed.
 float handedness(const Scene& scene, const SurfacePoint& point) {
   const TextureTangents tangents = texture_tangents(scene.geometry(), point.triangle);
   return tangents.valid && dot(tangents.dv, point.frame.t) < 0 ? -1.0f : 1.0f;
@@ -62,7 +63,7 @@ Vec3 mapped_normal(const Scene& scene, const ColorInput& map, float scale, const
   return point.frame.to_world({(2 * c.r - 1) * scale, (2 * c.g - 1) * scale * handedness(scene, point), 2 * c.b - 1});
 }
 
-/// The clearcoat's normal at a point that no map has turned yet.
+/// The clearcoat's normal at a point before any map is applied.
 Vec3 coat_normal(const Scene& scene, const Material& m, const SurfacePoint& point) {
   if (m.coat_normal_map.texture == kNone) return point.frame.n;
   const Vec3 n = mapped_normal(scene, m.coat_normal_map, m.coat_normal_scale, point);
@@ -112,7 +113,7 @@ Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycen
   return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
 }
 
-/// Follows mixed materials to an unmixed one, by a random number of the place.
+/// Follows mixed materials to an unmixed one, with a random number that depends on the position.
 std::uint32_t unmixed(const Scene& scene, std::uint32_t material, const SurfacePoint& point) {
   while (scene.materials()[material].kind == MaterialKind::mix) {
     const Material& m = scene.materials()[material];
@@ -143,7 +144,7 @@ void set_rare_layers(const std::vector<TextureNode>& textures, const Material& m
   }
 }
 
-/// The numbers of the material; `m` is not a mix.
+/// Evaluates the inputs of the material; `m` is not a mix.
 Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const TexturePoint& at) {
   Bsdf out;
   const RGB reflectance = clamp(evaluate(textures, m.reflectance, at), 0, 1);

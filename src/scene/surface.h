@@ -1,4 +1,4 @@
-// From a triangle and barycentric coordinates to shading data.
+// Computes shading data from a triangle and barycentric coordinates.
 #pragma once
 #include "bsdf/bsdf.h"
 #include "bsdf/shaded_surface.h"
@@ -11,9 +11,10 @@ namespace glowworm {
 struct SurfacePoint {
   Vec3 position;          ///< metres
   Vec3 geometric_normal;  ///< unit, by the winding
-  float offset = 0;       ///< how far along it, or against it, rays begin that leave (offset_origin()), metres
-  Frame frame;            ///< shading frame: its n on the side of geometric_normal, s along the texture's u
-  TexturePoint texture;   ///< where its textures are read
+  float offset =
+      0;        ///< distance along the normal, or against it, at which leaving rays start (offset_origin()), metres
+  Frame frame;  ///< shading frame: its n on the side of geometric_normal, s along the texture's u
+  TexturePoint texture;  ///< texture coordinates and position for texture lookups
   std::uint32_t triangle = kNone;
   std::uint32_t material = kNone;
 };
@@ -63,10 +64,10 @@ inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 baryc
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
                             Vec3& normal);
 
-/// Prefetches the data of surface_point() and diffuse_point(), because hits of incoherent rays are scattered over the
-/// scene. Each hit is fetched in three steps, kFetchAhead hits apart, each of which reads data that the one before has
-/// fetched; the last two only if diffuse_point() is not enough. Call it with `next` from 0 on, before hit `next` is
-/// used.
+/// Prefetches the data for surface_point() and diffuse_point(), because hits of incoherent rays are scattered over the
+/// scene. Each hit is fetched in three steps, kFetchAhead hits apart, because each step reads data fetched by the one
+/// before; the last two run only if diffuse_point() is not enough. Call it with `next` from 0 on, before you use hit
+/// `next`.
 /// @tparam kSmoothToo whether to fetch shading normals, too
 /// @param triangle_of the triangle of hit i, or kNone
 // Inlined, because GCC drops calls of a function that only prefetches.
@@ -101,19 +102,20 @@ template <bool kSmoothToo, typename TriangleOf>
 /// Radiance (W sr^-1 m^-2) that the surface emits towards wo; black if it does not emit or wo is behind it.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 
-/// Absorption coefficient, m^-1, of the volume that a surface encloses, for rays that run on the inside of it; black
-/// for those on the outside, and for surfaces without. @param direction of the ray, away from the surface
+/// Absorption coefficient, m^-1, of the volume that a surface encloses, for rays on its inside; black for rays on its
+/// outside, and for surfaces without a volume. @param direction of the ray, away from the surface
 RGB absorption(const Scene& scene, std::uint32_t triangle, Vec3 direction);
 
 /// Whether any surface encloses a volume that absorbs.
 bool has_absorption(const Scene& scene);
 
-/// What is left of light over a distance in metres (Beer's law). The volume is known from either end of the ray, so
-/// that things inside of a volume need not know of it.
-/// @param left absorption() where the ray begins; @param arrived where it ends
+/// Share of light that remains after a distance in metres (Beer's law). Either end of the ray can determine the volume,
+/// so objects inside a volume need no reference to it.
+/// @param left absorption() at the start of the ray; @param arrived at its end
 RGB transmittance(RGB left, RGB arrived, float distance);
 
-/// Whether an alpha-tested surface is there for the ray: by the cut-off, or by chance that depends on the ray alone.
+/// Whether an alpha-tested surface is present for the ray: by the cutoff, or with a random number that depends only on
+/// the ray.
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);
 
 }  // namespace glowworm

@@ -250,8 +250,8 @@ Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
   self.world = rtcNewScene(self.device);
   throw_on_error(self.device, "start");
-  // Only a dynamic scene has a structure for each of its geometries, and builds those anew that changed; others are
-  // built once, so that more time for it pays.
+  // Only a dynamic scene has separate structures for its geometries, and rebuilds those that changed. Other scenes are
+  // built once, so a slower, better build pays off.
   if (movable.empty()) rtcSetSceneBuildQuality(self.world, RTC_BUILD_QUALITY_HIGH);
   rtcSetSceneFlags(self.world,
                    static_cast<RTCSceneFlags>((movable.empty() ? 0 : RTC_SCENE_FLAG_DYNAMIC) |

@@ -18,18 +18,18 @@ struct Ray {
   float t_max = 0;
 };
 
-/// The closest hit of a ray: triangle is kNone where there is none.
+/// The closest hit of a ray; triangle is kNone if there is none.
 struct Hit {
   float distance = 0;
   std::uint32_t triangle = kNone;
   Vec2 barycentric;  ///< weights of the second and third vertex
 };
 
-/// What rays are.
+/// Coherence and kind of rays.
 enum class RayOrder : std::uint8_t {
   incoherent,  ///< neighbours in the batch have nothing in common
-  camera,  ///< from the camera: neighbours start close together and point the same way. Passes single-sided surfaces
-           ///< (Material::single_sided) from behind, which all other rays hit.
+  camera,  ///< from the camera: neighbours start close together in similar directions. They pass through the backs of
+           ///< single-sided surfaces (Material::single_sided), which all other rays hit.
 };
 
 /// The scene as a structure for ray tracing.
