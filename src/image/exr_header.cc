@@ -14,7 +14,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint32_t kMultiPart = 0x1000;  // flag beside the version
+constexpr std::uint32_t kMultiPart = 0x1000;  // flag next to the version
 constexpr std::size_t kLongestName = 255;
 
 class HeaderWalk {
@@ -26,15 +26,15 @@ class HeaderWalk {
   }
 
   void check() {
-    in_.seekg(4);  // the mark
+    in_.seekg(4);  // the magic number
     const bool multi_part = (number() & kMultiPart) != 0;
-    // The last header of many is empty.
+    // An empty header ends the headers of several parts.
     while (check_attributes() && multi_part) {
     }
   }
 
  private:
-  /// Passes the attributes of one header; false where there is none.
+  /// Checks the attributes of one header. Returns false if there are none.
   bool check_attributes() {
     bool any = false;
     for (std::string name = text(); !name.empty(); name = text()) {

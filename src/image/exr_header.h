@@ -1,13 +1,13 @@
-// What an OpenEXR file says about itself, before OpenEXR believes it.
+// Checks the header of an OpenEXR file before OpenEXR reads it.
 #pragma once
 #include <string>
 
 namespace glowworm {
 
-/// Throws Error where an attribute of the file's headers claims more bytes than the file has, or the headers do not
-/// end: OpenEXR takes memory for an attribute, up to 2 GB, before it reads it.
-/// Format: "OpenEXR File Layout", openexr.com/en/latest/OpenEXRFileLayout.html.
-/// @param path a regular file that begins as OpenEXR files do
+/// Throws Error if an attribute in the file's headers claims more bytes than the file has, or if the headers do not
+/// end: OpenEXR allocates memory for an attribute, up to 2 GB, before it reads it. Format: "OpenEXR File Layout",
+/// openexr.com/en/latest/OpenEXRFileLayout.html.
+/// @param path a regular file that begins like an OpenEXR file
 void check_exr_header(const std::string& path);
 
 }  // namespace glowworm

@@ -14,13 +14,13 @@
 
 namespace glowworm {
 
-/// One plane of numbers with the name that it has in an EXR file: "R", "albedo.G", "depth.Z".
+/// One plane of numbers, named as in an EXR file: "R", "albedo.G", "depth.Z".
 struct ImageChannel {
   std::string name;
-  std::vector<float> samples;  ///< row-major, the first row on top; width * height of them
+  std::vector<float> samples;  ///< row-major, first row on top; width * height numbers
 };
 
-/// Where a picture lies in a larger one that it is a part of; all zero: it is a whole one.
+/// Position of a picture that is a part of a larger one; all zero: it is a whole picture.
 struct PicturePlace {
   int x0 = 0, y0 = 0;                     ///< the upper left pixel, in pixels of the whole
   int whole_width = 0, whole_height = 0;  ///< pixels of the whole
@@ -32,7 +32,7 @@ struct PicturePlace {
 class Image {
  public:
   Image() = default;
-  /// A picture without channels; throws Error where a side is not positive.
+  /// An empty picture without channels. Throws Error if a side is not positive.
   Image(int width, int height);
 
   int width() const { return width_; }
@@ -41,15 +41,14 @@ class Image {
 
   const std::vector<ImageChannel>& channels() const { return channels_; }
   bool has_channel(std::string_view name) const;
-  /// Samples of the channel of that name; throws Error, which names the existing ones, if there is none.
+  /// Samples of the channel with this name. Throws Error, which lists the channels, if there is none.
   std::span<const float> channel(std::string_view name) const;
   std::span<float> channel(std::string_view name);
 
-  /// Adds a channel of zeros (or replaces one of that name) and returns its samples, whose address is stable until it
-  /// is replaced.
+  /// Adds a channel of zeros, or replaces an existing one, and returns its samples. Their address is stable until the
+  /// channel is replaced.
   std::span<float> add_channel(const std::string& name);
-  /// Adds a layer of three channels R, G, B; the layer "" is the beauty. Throws Error where the size is not
-  /// pixel_count().
+  /// Adds a layer of three channels R, G, B; the layer "" is the beauty. Throws Error if the size is not pixel_count().
   void add_rgb(std::string_view layer, std::span<const RGB> pixels);
   /// Adds a layer of three channels X, Y, Z.
   void add_vec3(std::string_view layer, std::span<const Vec3> pixels);
@@ -59,12 +58,12 @@ class Image {
   /// Linear RGB of a layer as an array of pixels; the layer "" is the beauty.
   std::vector<RGB> rgb(std::string_view layer = "") const;
 
-  /// In EXR files the place is the data window, and the whole the display window; PNG files have only the part.
+  /// EXR files store the place as data window and the whole picture as display window. PNG files store only the part.
   PicturePlace place;
 
   /// Metadata in the header of a file: settings, version, seed, time.
   std::map<std::string, std::string> metadata;
-  /// Matrices of the header of EXR files, in rows: a point is a row that they are multiplied to from the right.
+  /// Matrices in the header of EXR files, by rows. Points are row vectors, multiplied from the left.
   std::map<std::string, std::array<float, 16>> matrices;
 
  private:
@@ -72,15 +71,14 @@ class Image {
   std::vector<ImageChannel> channels_;
 };
 
-/// The layer of a picture as the beauty of another: R, G, B or X, Y, Z become R, G, B; one channel becomes grey. "" is
-/// the beauty. Throws Error that lists the layers there are.
+/// A layer of a picture as the beauty of a new one: R, G, B or X, Y, Z become R, G, B; one channel becomes grey. "" is
+/// the beauty. Throws Error, which lists the layers, if there is none with this name.
 Image layer_of(const Image& image, std::string_view layer);
 
-/// Pixels [x0, x1) x [y0, y1) of the whole picture that `image` is, or is a part of. Throws Error where they are not
-/// all there.
+/// Pixels [x0, x1) x [y0, y1) of the whole picture that contains `image`. Throws Error if some of them are missing.
 Image cut(const Image& image, int x0, int y0, int x1, int y1);
 
-/// Cuts two pictures to the pixels that both have, where they are parts of wholes of one size.
+/// Crops two pictures to their common pixels, if both are parts of pictures of equal size.
 void cut_to_common_part(Image& a, Image& b);
 
 /// Reads the first picture of any supported image file. Files of integers are converted to linear numbers from their
@@ -97,15 +95,15 @@ enum class ExrPrecision {
   single  ///< 32-bit floats
 };
 
-/// Writes all channels and the metadata into one part of an EXR file (ZIP compression), whole or not at all (see
-/// AtomicFile). Throws Error where it cannot be written.
+/// Writes all channels and the metadata to one part of an EXR file (ZIP compression), whole or not at all (see
+/// AtomicFile). Throws Error if it cannot be written.
 void write_exr(const std::string& path, const Image& image, ExrPrecision precision = ExrPrecision::half);
 
 /// Writes the beauty and the metadata as an 8-bit sRGB PNG, whole or not at all.
 /// @param exposure in stops: the picture is multiplied by 2^exposure before the curve
 void write_png(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic, float exposure = 0);
 
-/// Writes by the ending of the path: ".exr" as by write_exr, ".png" as by write_png; throws Error for all others.
+/// Writes ".exr" files as write_exr() does and ".png" files as write_png() does. Throws Error for other extensions.
 void write_image(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic, float exposure = 0);
 
 }  // namespace glowworm

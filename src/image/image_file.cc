@@ -48,9 +48,9 @@ std::size_t size_of(SampleType type) {
 
 namespace {
 
-// Rows that scan_image_file holds at a time for files without tiles.
+// Rows that scan_image_file() holds at a time for files without tiles.
 constexpr int kBandRows = 64;
-// No format and no renderer needs more; products of a few such numbers stay far below 2^64.
+// No format and no renderer needs more; products of several such numbers stay far below 2^64.
 constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
 
 void check_header(const std::string& path, const ImageFormat& format, const ImageFileHeader& header, int depth) {
@@ -82,7 +82,7 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-/// A picture's file, open.
+/// An open image file.
 struct Input {
   const ImageFormat* format;
   std::unique_ptr<ImageReader> reader;
@@ -126,8 +126,8 @@ Input open_input(const std::string& path) {
 // Throws if a read of pixels was incomplete.
 void check_report(const std::string& path, const Input& input, bool complete) {
   const std::string report = first_line(input.reader->report());
-  // Readers of TIFF and JPEG report success and also what is missing; libjpeg's other messages are about blemishes that
-  // any viewer ignores.
+  // TIFF and JPEG readers report success even if data is missing. libjpeg's other messages are about flaws that every
+  // viewer ignores.
   const bool blemish =
       complete && input.format->name == std::string_view("JPEG") && report.find("Premature end") == std::string::npos;
   if (!complete || (!report.empty() && !blemish)) {

@@ -1,4 +1,4 @@
-// Contents of an image file, as plain data.
+// Reads image files as plain data.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace glowworm {
 
-/// Thrown where no image file can be read, since a library of the program is missing.
+/// Thrown if no image file can be read because a library of the program is missing.
 class MissingLibrary : public Error {
  public:
   using Error::Error;
@@ -33,24 +33,24 @@ std::size_t size_of(SampleType type);
 /// The header of an image file.
 struct ImageFileHeader {
   int width = 0, height = 0;
-  int x0 = 0, y0 = 0, whole_width = 0, whole_height = 0;  ///< place in a larger picture (Image::place)
+  int x0 = 0, y0 = 0, whole_width = 0, whole_height = 0;  ///< position in a larger picture (Image::place)
   int channels = 0;
   int alpha_channel = -1;  ///< -1: none
   SampleType type = SampleType::single;
   TransferFunction transfer;  ///< of the colour channels; alpha is always linear
   std::vector<std::string> channel_names;
-  int rows_at_once = 0;                         ///< rows that reading by bands holds, and decodes, at once
-  std::map<std::string, std::string> metadata;  ///< attributes that are text
+  int rows_at_once = 0;                         ///< number of rows held and decoded at once when reading by bands
+  std::map<std::string, std::string> metadata;  ///< text attributes
 
-  /// Bytes of so many rows as stored.
+  /// Size of a number of rows as stored, bytes.
   std::uint64_t bytes_of_rows(int rows) const {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(channels) *
            size_of(type);
   }
 };
 
-/// Pixels as stored: channels interleaved, row-major, first row on top, alpha not multiplied into colour where the
-/// format keeps them apart.
+/// Pixels as stored: channels interleaved, row-major, first row on top. Alpha is not multiplied into colour if the
+/// format separates them.
 struct ImageFileData {
   ImageFileHeader header;
   std::vector<std::byte> samples;
@@ -60,14 +60,14 @@ struct ImageFileData {
 ImageFileHeader read_image_header(const std::string& path);
 
 /// Reads the first picture of a file.
-/// @param convert_to_single 32-bit floats whatever the file holds (integers become 0…1); otherwise the smallest type
-/// of SampleType that keeps the file's numbers (32-bit integers and doubles become single)
-/// Throws Error with a remedy where the file is missing, of no format that is read (image/image_format.h), truncated,
+/// @param convert_to_single always gives 32-bit floats (integers become 0…1); otherwise the smallest SampleType that
+/// represents the file's numbers is used (32-bit integers and doubles become single)
+/// Throws Error with a remedy if the file is missing, of an unsupported format (image/image_format.h), truncated,
 /// empty, or larger than half of the machine's memory.
 ImageFileData read_image_file(const std::string& path, bool convert_to_single);
 
-/// Reads the first picture of a file by bands of rows, so that little of it is in memory at once, and calls `band`
-/// with the samples of each, as stored, from the top down. Throws Error as read_image_file does.
+/// Reads the first picture of a file by bands of rows, so that little of it is in memory at once. Calls `band` with the
+/// samples of each band, as stored, from the top down. Throws Error as read_image_file() does.
 ImageFileHeader scan_image_file(const std::string& path,
                                 const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band);
 

@@ -11,9 +11,9 @@ namespace glowworm {
 
 namespace {
 
-// Deflate makes no more than 1032 bytes of one (258 bytes of two bits), which are 8 pixels of one bit each. A block of
-// 8 x 8 pixels takes a bit of a JPEG at least. EXR's DWAA deflates runs of 128 bytes in two, of pixels of two bytes.
-// A run of 127 pixels takes 2 bytes for each of HDR's four channels, one of 128 pixels 2 bytes of a TGA.
+// Deflate expands a byte to at most 1032 bytes (258 bytes from two bits), or 8 one-bit pixels per byte. In JPEG, a
+// block of 8 x 8 pixels takes at least one bit. EXR's DWAA deflates runs of 128 bytes to two, with two-byte pixels. In
+// HDR, a run of 127 pixels takes 2 bytes for each of four channels; in TGA, one of 128 pixels takes 2 bytes.
 constexpr std::array kFormats = {
     ImageFormat{"PNG", "png", 8 * 1032, true},
     ImageFormat{"JPEG", "jpeg", 512, true},
@@ -30,7 +30,7 @@ const ImageFormat* by_name(std::string_view name) {
   return std::find_if(kFormats.begin(), kFormats.end(), [&](const ImageFormat& f) { return f.name == name; });
 }
 
-// How files begin.
+// The first bytes of a file.
 struct Mark {
   std::string_view bytes;
   const char* format;
@@ -49,7 +49,7 @@ constexpr Mark kMarks[] = {
     {"GIF89a", "GIF"},
 };
 
-// Formats that are not read, for messages.
+// Unsupported formats, for messages.
 constexpr Mark kUnreadMarks[] = {
     {"DDS ", "a DDS"},
     {"8BPS", "a Photoshop"},

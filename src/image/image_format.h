@@ -8,12 +8,12 @@ namespace glowworm {
 
 /// A supported format; tests/fuzz fuzzes the reader of each.
 struct ImageFormat {
-  const char* name;    ///< for messages: "PNG"
-  const char* plugin;  ///< OpenImageIO's name of its reader
-  /// Pixels that one byte of a file can stand for at most; a header that claims more is damaged. 0: unlimited, since
-  /// the format can leave out whole rows or skip to its end.
+  const char* name;    ///< name for messages: "PNG"
+  const char* plugin;  ///< name of OpenImageIO's reader
+  /// Maximum number of pixels per byte of a file; a header that claims more is damaged. 0: unlimited, because the
+  /// format can omit whole rows or the rest of the picture.
   double pixels_per_byte;
-  /// Whether the reader decodes row by row; else it holds the whole picture.
+  /// Whether the reader decodes row by row. If not, it holds the whole picture in memory.
   bool by_rows;
 };
 

@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kLibrary = "libglowworm_openimageio.so";
 
 OpenImageFunction* load_library() {
-  // Libraries linked for fast arithmetic change the floating-point settings of the thread that loads them.
+  // Math libraries change the floating-point settings of the thread that loads them.
   std::fenv_t arithmetic;
   std::fegetenv(&arithmetic);
   void* library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);

@@ -1,5 +1,5 @@
-// Access to OpenImageIO through a shared library, which is loaded when the first file is read. OpenImageIO has some 250
-// dependencies, whose loading takes longer than a small render.
+// Access to OpenImageIO through a module that is loaded when the first file is read. OpenImageIO has some 250
+// dependencies, and loading them takes longer than a small render.
 #pragma once
 #include <memory>
 #include <string>
@@ -14,12 +14,12 @@ class ImageReader {
   virtual ~ImageReader() = default;
 
   const ImageFileHeader& header() const { return header_; }
-  /// Slices of a volume; 1 for a picture, 0 where the file does not say.
+  /// Slices of a volume; 1 for a picture, 0 if the file does not tell.
   int depth() const { return depth_; }
-  /// Rows of a tile; 0 where the file is not tiled.
+  /// Rows of a tile; 0 if the file is not tiled.
   int tile_height() const { return tile_height_; }
-  /// Reads rows [first, last), which begin at a tile's first row and end at a tile's last or the picture's, as samples
-  /// of a type. Returns whether all came.
+  /// Reads rows [first, last) as samples of a type. The range must start at the first row of a tile, and end at the
+  /// last row of a tile or of the picture. Returns whether all rows were read.
   virtual bool read_rows(int first, int last, SampleType type, void* samples) = 0;
   /// Error messages of the reader since the last call.
   virtual std::string report() = 0;
@@ -29,11 +29,11 @@ class ImageReader {
   int depth_ = 0, tile_height_ = 0;
 };
 
-/// Opens a file by the reader of a format (ImageFormat::plugin) alone; null where it cannot be read as an image, and
-/// then `failure` says why. Throws Error where the shared library is not there.
+/// Opens a file by the reader of one format (ImageFormat::plugin). If it cannot be read as an image, returns null and
+/// sets `failure` to the reason. Throws MissingLibrary if the module cannot be loaded.
 std::unique_ptr<ImageReader> open_image_reader(const std::string& path, const char* plugin, std::string& failure);
 
-/// The function of the shared library that does it, by its name there. The caller deletes what it returns.
+/// The module's function that opens files, by its exported name. The caller deletes the result.
 using OpenImageFunction = ImageReader*(const char* path, const char* plugin, std::string& failure);
 inline constexpr const char* kOpenImageFunction = "glowworm_open_image";
 

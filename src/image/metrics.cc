@@ -110,7 +110,7 @@ ZTest z_test(const EstimateSpan& a, const EstimateSpan& b, double significance) 
   }
   ZTest result;
   result.entries = n;
-  // 1 - (1 - significance)^(1/n), written so that it stays exact for millions of entries.
+  // 1 - (1 - significance)^(1/n), accurate even for millions of entries.
   result.threshold = n == 0 ? 0 : -std::expm1(std::log1p(-significance) / static_cast<double>(n));
   for (std::size_t i = 0; i < n; ++i) {
     const double difference = std::abs(static_cast<double>(a.mean[i]) - static_cast<double>(b.mean[i]));

@@ -13,23 +13,23 @@ struct ImageComparison {
   double mse = 0;                     ///< mean of (I - R)^2
   double relative_mse = 0;            ///< mean of (I - R)^2 / (R^2 + 0.01)
   double relative_rmse = 0;           ///< its square root
-  double psnr = 0;                    ///< dB: 10 log10(P^2 / mse), P the largest number of R; infinite where mse is 0
+  double psnr = 0;                    ///< dB: 10 log10(P^2 / mse), P the maximum of R; infinite if mse is 0
   double mean_ratio[3] = {};          ///< mean of I over mean of R, for red, green and blue
-  double luminance_ratio = 0;         ///< the same of the luminance
-  double largest_difference = 0;      ///< greatest |I - R|
-  std::size_t pixels = 0;             ///< that were compared, with those left out as the worst
-  std::size_t non_finite_pixels = 0;  ///< in either picture; they are in none of the above
+  double luminance_ratio = 0;         ///< the same for luminance
+  double largest_difference = 0;      ///< maximum |I - R|
+  std::size_t pixels = 0;             ///< number of pixels compared, including those left out as the worst
+  std::size_t non_finite_pixels = 0;  ///< in either picture; excluded from all of the above
 };
 
-/// Compares the beauty of two pictures of one size; throws Error where the sizes differ or a picture has no R, G, B.
-/// A ratio of two zeros is 1; one over zero is infinite.
-/// @param left_out_share share in [0, 1) of the pixels, those with the largest error, that mse and relative_mse (each
-/// by its own order) leave out, so that a few fireflies of a noisy reference have no effect
+/// Compares the beauty of two pictures of equal size. Throws Error if the sizes differ or a picture has no R, G, B. The
+/// ratio of two zeros is 1; that of one and zero is infinite.
+/// @param left_out_share share in [0, 1) of the pixels to exclude from mse and relative_mse, so that a few fireflies of
+/// a noisy reference have no effect; each measure excludes the pixels with its largest errors
 ImageComparison compare_images(const Image& image, const Image& reference, double left_out_share = 0);
 
-/// Signed relative error of the luminance, (I - R) / (|R| + 0.1), in false colour: grey where both agree, red where
-/// the picture is too bright and blue where it is too dark, full at an error of `full_scale`; green where a number is
-/// not finite. The values are linear, meant for write_png with ToneCurve::srgb.
+/// Signed relative error of the luminance, (I - R) / (|R| + 0.1), in false colour: grey where both agree, red where the
+/// picture is too bright, blue where it is too dark, saturated at an error of `full_scale`, and green where a number is
+/// not finite. Values are linear; use write_png() with ToneCurve::srgb.
 Image difference_picture(const Image& image, const Image& reference, float full_scale = 0.5f);
 
 /// A picture of estimates: for each entry (pixel and channel) the mean and the variance of that mean.
@@ -41,17 +41,17 @@ struct EstimateSpan {
 /// The outcome of z_test.
 struct ZTest {
   std::size_t entries = 0;
-  std::size_t rejected = 0;  ///< entries whose p-value is below `threshold`
+  std::size_t rejected = 0;  ///< number of entries with a p-value below `threshold`
   double smallest_p = 1;
-  double threshold = 0;  ///< for one entry, so that all together keep the significance
+  double threshold = 0;  ///< threshold for one entry that gives the requested significance for all together
   bool passed() const { return rejected == 0; }
 };
 
-/// Tests entry by entry whether two unbiased estimates have one mean: two-sided, the difference of means over the
-/// root of the summed variances taken as standard normal. `significance` is the chance of a false alarm over all
-/// entries together (Sidak's correction; tests of rendered pictures: Subr and Arvo,
-/// "Statistical Hypothesis Testing for Assessing Monte Carlo Estimators", Pacific Graphics 2007). Entries with no
-/// variance must agree to 1e-5 relative. Throws Error where the spans differ in size.
+/// Tests for each entry whether two unbiased estimates have the same mean. The test is two-sided; the difference of
+/// means over the root of the summed variances is taken as standard normal. `significance` is the probability of a
+/// false alarm over all entries together (Sidak's correction; for rendered pictures: Subr and Arvo, "Statistical
+/// Hypothesis Testing for Assessing Monte Carlo Estimators", Pacific Graphics 2007). Entries without variance must
+/// agree to a relative error of 1e-5. Throws Error if the spans differ in size.
 ZTest z_test(const EstimateSpan& a, const EstimateSpan& b, double significance = 0.01);
 
 }  // namespace glowworm

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::uint8_t kCloseImage = 2, kCreateImage = 4, kUpdateImage = 6;
 constexpr const char* kDefaultPort = "14158";
-/// Bytes of pixels in one packet, about: so that tev shows large pictures as they come.
+/// Approximate size of a packet's pixels in bytes: tev shows large pictures as they arrive.
 constexpr std::size_t kPacketBytes = std::size_t{1} << 20;
 constexpr const char* kRemedy = "Start tev, and give --tev the HOST:PORT it listens on (127.0.0.1:14158).";
 
@@ -48,7 +48,8 @@ Place parse_address(const std::string& address) {
   return place;
 }
 
-/// Waits until the socket takes bytes, or has failed; false with errno where it does neither before the deadline.
+/// Waits until the socket can be written or has failed. Returns false with errno set if neither happens before the
+/// deadline.
 bool wait_to_write(int descriptor, std::chrono::steady_clock::time_point deadline) {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
@@ -60,7 +61,7 @@ bool wait_to_write(int descriptor, std::chrono::steady_clock::time_point deadlin
   }
 }
 
-/// Connects a socket that does not block; false with errno where that fails.
+/// Connects a non-blocking socket. Returns false with errno set on failure.
 bool connect_by(int descriptor, const addrinfo& to, std::chrono::steady_clock::time_point deadline) {
   if (connect(descriptor, to.ai_addr, to.ai_addrlen) == 0) return true;
   if (errno != EINPROGRESS || !wait_to_write(descriptor, deadline)) return false;
@@ -70,7 +71,7 @@ bool connect_by(int descriptor, const addrinfo& to, std::chrono::steady_clock::t
 
 using Addresses = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
-/// What getaddrinfo() says of a place, and null where its code is not 0.
+/// The result of getaddrinfo(); the list is null if the code is not 0.
 struct Lookup {
   int code = 0;
   Addresses list{nullptr, freeaddrinfo};
@@ -88,8 +89,8 @@ Lookup look_up(const Place& place, int flags) {
   return lookup;
 }
 
-/// The addresses of a place; of a name in a thread of its own, which is left alone where the name's server does not
-/// answer: getaddrinfo() itself has no bound. Throws Error where there are none before the deadline.
+/// The addresses of a host. Names are looked up in a separate thread, which is abandoned if the name server does not
+/// answer, because getaddrinfo() has no time limit. Throws Error if there are none before the deadline.
 Addresses find_addresses(const Place& place, const std::string& address,
                          std::chrono::steady_clock::time_point deadline) {
   Lookup lookup = look_up(place, AI_NUMERICHOST);
@@ -105,7 +106,7 @@ Addresses find_addresses(const Place& place, const std::string& address,
   return std::move(lookup.list);
 }
 
-/// A socket, which does not block, connected to one of the addresses; or -1 with errno of the last try.
+/// A non-blocking socket connected to one of the addresses; or -1 with errno of the last attempt.
 int connect_to(const addrinfo* list, std::chrono::steady_clock::time_point deadline) {
   for (const addrinfo* a = list; a; a = a->ai_next) {
     const int made = socket(a->ai_family, a->ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK, a->ai_protocol);
@@ -121,7 +122,7 @@ int connect_to(const addrinfo* list, std::chrono::steady_clock::time_point deadl
 }  // namespace
 
 TevPacket::TevPacket(std::uint8_t kind) {
-  add(std::uint32_t{0});  // the length, filled in at the end
+  add(std::uint32_t{0});  // length, filled in at the end
   add(kind);
 }
 
@@ -155,7 +156,7 @@ void TevPacket::finish() {
 
 TevPacket TevPacket::create_image(std::string_view name, const Image& image) {
   TevPacket packet(kCreateImage);
-  packet.add(std::uint8_t{1});  // grab the focus
+  packet.add(std::uint8_t{1});  // take the focus
   packet.add_text(name);
   packet.add(static_cast<std::int32_t>(image.width()));
   packet.add(static_cast<std::int32_t>(image.height()));
@@ -167,12 +168,12 @@ TevPacket TevPacket::create_image(std::string_view name, const Image& image) {
 
 TevPacket TevPacket::update_image(std::string_view name, const Image& image, int first, int last) {
   TevPacket packet(kUpdateImage);
-  packet.add(std::uint8_t{0});  // leave the focus where it is
+  packet.add(std::uint8_t{0});  // do not take the focus
   packet.add_text(name);
   packet.add_names(image);
   for (const int number : {0, first, image.width(), last - first}) packet.add(static_cast<std::int32_t>(number));
   const std::int64_t pixels = static_cast<std::int64_t>(image.width()) * (last - first);
-  // Channel after channel: where each begins, and how far apart its samples are.
+  // For each channel: offset of its first sample, and stride.
   for (std::size_t c = 0; c < image.channels().size(); ++c) packet.add(static_cast<std::int64_t>(c) * pixels);
   for (std::size_t c = 0; c < image.channels().size(); ++c) packet.add(std::int64_t{1});
   const auto offset = static_cast<std::size_t>(first) * static_cast<std::size_t>(image.width());

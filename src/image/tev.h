@@ -1,4 +1,4 @@
-// Showing pictures in a running tev (github.com/Tom94/tev) over its network protocol.
+// Shows pictures in a running tev (github.com/Tom94/tev) over its network protocol.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -10,9 +10,8 @@
 
 namespace glowworm {
 
-/// The bytes of one packet of tev's protocol, little-endian: its length in bytes, this number's four included (uint32),
-/// the kind of packet (uint8), then the fields, texts ended by a zero. As tev's own Python client (tev.py, ipc.py)
-/// writes them.
+/// One packet of tev's protocol, little-endian: its length in bytes, including these four (uint32), the kind of packet
+/// (uint8), then the fields; strings end with a zero byte. As written by tev's own Python client (tev.py, ipc.py).
 class TevPacket {
  public:
   /// A blank picture with these channels (CreateImage, kind 4).
@@ -39,15 +38,15 @@ class TevPacket {
 /// A connection to a tev.
 class TevConnection {
  public:
-  /// @param address HOST:PORT, or HOST for tev's own port 14158; an IPv6 address in brackets. Throws Error where it is
-  /// none, or nothing answers there within `patience_s` seconds.
+  /// @param address HOST:PORT, or HOST for tev's own port 14158; an IPv6 address in brackets. Throws Error if it is
+  /// invalid, or if nothing answers within `patience_s` seconds.
   explicit TevConnection(const std::string& address, double patience_s = 5);
   ~TevConnection();
   TevConnection(const TevConnection&) = delete;
   TevConnection& operator=(const TevConnection&) = delete;
 
-  /// Shows all channels of a picture under a name; replaces what was shown under it. Throws Error where the connection
-  /// was closed, or tev has not taken all of the picture within `patience_s` seconds.
+  /// Shows all channels of a picture under a name, replacing an earlier picture of that name. Throws Error if the
+  /// connection was closed, or if tev does not accept the whole picture within `patience_s` seconds.
   void show(const std::string& name, const Image& image);
 
  private:
@@ -58,7 +57,7 @@ class TevConnection {
   std::string address_;
   double patience_s_;
   int socket_ = -1;
-  std::string shown_;  // name, size and channels of the picture that tev has
+  std::string shown_;  // name, size and channels of the picture shown in tev
 };
 
 }  // namespace glowworm

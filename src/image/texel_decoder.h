@@ -1,4 +1,4 @@
-// From the samples of a texel, as stored, to linear numbers.
+// Converts samples of a texel, as stored, to linear numbers.
 #pragma once
 #include <cstddef>
 #include <span>
@@ -10,15 +10,15 @@
 
 namespace glowworm {
 
-/// The transfer function for `options`, given the one that the file names.
+/// The transfer function for `options`, given the one named in the file.
 TransferFunction resolve_encoding(const TextureOptions& options, const TransferFunction& of_file);
 
-/// Decodes samples of one type and transfer function; integers by a table.
+/// Decodes samples of one type and transfer function. Integers use a table.
 class TexelDecoder {
  public:
   TexelDecoder(SampleType type, const TransferFunction& transfer);
 
-  /// Sample `index` of an array as a linear number; 0 where it is not finite.
+  /// Sample `index` of an array as a linear number; 0 if it is not finite.
   float color(const std::byte* samples, std::size_t index) const;
   /// The same without the transfer function.
   float alpha(const std::byte* samples, std::size_t index) const;
@@ -28,15 +28,15 @@ class TexelDecoder {
 
   SampleType type_;
   TransferFunction transfer_;
-  std::vector<float> table_;  // of integer codes; empty where there is nothing but a division to do
+  std::vector<float> table_;  // for integer codes; empty if decoding is only a division
 };
 
-/// How many channels of a texel textures read: 1 or 3 of colour, and alpha where the header names it.
+/// Number of channels that textures read: 1 or 3 for colour, plus alpha if the header has it.
 int kept_channels(const ImageFileHeader& header);
-/// Copies those channels of interleaved samples to `to`, alpha last.
+/// Copies these channels of interleaved samples to `to`, alpha last.
 void keep_channels(const ImageFileHeader& header, std::span<const std::byte> samples, std::byte* to);
 
-/// Whether every alpha of interleaved samples is 1; `header` says where alpha is.
+/// Whether all alphas of interleaved samples are 1; `header` gives the position of alpha.
 bool is_opaque(const ImageFileHeader& header, const std::vector<std::byte>& samples);
 
 }  // namespace glowworm

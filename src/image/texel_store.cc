@@ -20,7 +20,7 @@ void TexelStore::write(std::uint64_t first, std::span<const std::byte> blocks) {
 void TexelStore::read(std::uint64_t block, std::size_t offset, std::span<std::byte> to) {
   cache_.access(
       block, [&](std::span<std::byte> data) { file_.read(block * kBlockBytes, data); },
-      [](std::uint64_t, std::span<const std::byte>) {},  // blocks are written once, past the cache
+      [](std::uint64_t, std::span<const std::byte>) {},  // blocks are written once, bypassing the cache
       [&](std::span<std::byte> data, bool&) { std::memcpy(to.data(), data.data() + offset, to.size()); });
 }
 
@@ -42,7 +42,7 @@ StoredTexels layout_of(const ImageFileHeader& header, std::uint64_t first) {
   return texels;
 }
 
-// Takes a picture's rows from the top down and writes a row of tiles whenever it is full.
+// Takes a picture's rows from the top down, and writes each row of tiles when it is complete.
 class TileWriter {
  public:
   TileWriter(const StoredTexels& texels, TexelStore& store)

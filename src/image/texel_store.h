@@ -1,4 +1,4 @@
-// Texels of many textures in one temporary file, behind a cache of fixed size.
+// Texels of many textures in one temporary file, with a cache of fixed size.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,16 +16,17 @@ class TexelStore {
  public:
   static constexpr std::size_t kBlockBytes = 4096;
 
-  /// @param cache_bytes of blocks in memory, rounded down to whole sets, but to one at least
-  /// Throws Error where no temporary file can be made.
+  /// @param cache_bytes memory for cached blocks, rounded down to whole sets, but at least one set
+  /// Throws Error if no temporary file can be created.
   explicit TexelStore(std::uint64_t cache_bytes);
 
-  /// Writes whole blocks from `first` on, which nobody may have read. Throws Error where the disk is full or fails.
+  /// Writes whole blocks from `first` on. They must not have been read before. Throws Error if the disk is full or
+  /// fails.
   void write(std::uint64_t first, std::span<const std::byte> blocks);
-  /// Copies a part of a block out. Throws Error where the disk fails.
+  /// Copies a part of a block to `to`. Throws Error if the disk fails.
   void read(std::uint64_t block, std::size_t offset, std::span<std::byte> to);
 
-  /// Bytes of memory that the cache takes.
+  /// Size of the cache in bytes.
   std::uint64_t cache_bytes() const { return cache_.bytes(); }
 
  private:
@@ -33,11 +34,11 @@ class TexelStore {
   BlockCache cache_;
 };
 
-/// Where the texels of one picture lie in a store: tiles of a power of two texels a side, each in a block, row by row.
-/// A texel has 1 or 3 colour samples and, last, alpha where the picture has it.
+/// Location of a picture's texels in a store: square tiles with a power of two texels per side, one block per tile, row
+/// by row. A texel has 1 or 3 colour samples and, last, alpha if the picture has it.
 struct StoredTexels {
-  ImageFileHeader header;   ///< alpha_channel is -1 where alpha is 1 everywhere
-  std::uint64_t first = 0;  ///< block
+  ImageFileHeader header;   ///< alpha_channel is -1 if alpha is 1 everywhere
+  std::uint64_t first = 0;  ///< first block
   std::uint64_t blocks = 0;
   int tile_width_bits = 0, tile_height_bits = 0;
   int tiles_across = 0;
@@ -56,11 +57,11 @@ struct StoredTexels {
 /// Result of storing a picture.
 struct StoringOutcome {
   StoredTexels texels;
-  std::string problem;  ///< why the store could not take the texels; empty on success
+  std::string problem;  ///< the reason if the store could not hold the texels; empty on success
 };
 
-/// Decodes a picture once, by bands of rows, into blocks of a store from `first` on. Throws Error as read_image_file
-/// does where the picture is at fault; where the store is, the outcome says so.
+/// Decodes a picture once, by bands of rows, into blocks of a store from `first` on. Throws Error as read_image_file()
+/// does if the picture is invalid. If the store fails, the outcome says so.
 StoringOutcome store_texels(const std::string& path, TexelStore& store, std::uint64_t first);
 
 }  // namespace glowworm

@@ -9,14 +9,14 @@ namespace glowworm {
 
 namespace {
 
-// The two texels of one axis that a look-up mixes, and their weights.
+// The two texels on one axis that a lookup interpolates, and their weights.
 struct Taps {
   int index[2];
   float weight[2];
 };
 
-// Brings a coordinate into the first copy of the texture, for the wraps that have copies, and near it for the
-// others, so that no later arithmetic loses its integer part.
+// Maps a coordinate to the first copy of the texture for repeating wraps, and close to it for the others, so that later
+// arithmetic keeps its precision.
 float fold(float t, TextureWrap wrap) {
   if (!std::isfinite(t)) return 0;
   switch (wrap) {
@@ -38,7 +38,7 @@ Taps taps_of(float t, int size, TextureWrap wrap, TextureFilter filter) {
   const float position = t * static_cast<float>(size);
   Taps taps;
   if (filter == TextureFilter::nearest) {
-    // In a folded coordinate 1 is the far edge, which belongs to the last texel.
+    // In a folded coordinate, 1 is the far edge, which belongs to the last texel.
     const int texel = static_cast<int>(std::floor(position));
     const int inside = wrap == TextureWrap::black ? texel : std::clamp(texel, 0, size - 1);
     taps = {{inside, inside}, {1, 0}};

@@ -1,4 +1,4 @@
-// Image files as textures: texels kept as the file has them, decoded and filtered at each look-up.
+// Image files as textures: texels are stored as in the file, and decoded and filtered at each lookup.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@ enum class TextureWrap : std::uint8_t {
   repeat,
   clamp,
   mirror,  ///< every other copy is mirrored
-  black    ///< zero; also alpha, if the file has it
+  black    ///< zero; also for alpha, if the file has it
 };
 
 enum class TextureFilter : std::uint8_t { bilinear, nearest };
@@ -38,21 +38,20 @@ struct TextureOptions {
   float exponent = 2.2f;  ///< of TextureEncoding::power
 };
 
-/// A texture made of a file. Look-ups are thread-safe and give the same bits whichever way the texels are held.
+/// A texture made from a file. Lookups are thread-safe, and give the same bits for all kinds of storage.
 class TextureFile {
  public:
   virtual ~TextureFile() = default;
 
-  /// Linear colour at (u, v); a grey file has r, g and b alike. v runs upwards: v = 0 is the lower edge of the last
-  /// row. Texel centres lie at (i + 0.5) / width. Coordinates that are not finite count as 0.
+  /// Linear colour at (u, v); grey files give equal r, g and b. v runs upwards: v = 0 is the lower edge of the last
+  /// row. Texel centres are at (i + 0.5) / width. Coordinates that are not finite count as 0.
   RGB color(Vec2 uv) const;
-  /// The alpha channel at (u, v); 1 where the file has none, or one that is opaque everywhere.
+  /// The alpha channel at (u, v); 1 if the file has none, or is opaque everywhere.
   float alpha(Vec2 uv) const;
   bool has_alpha() const { return has_alpha_; }
   int width() const { return width_; }
   int height() const { return height_; }
-  /// Bytes that the texels hold in memory for this texture and others of the same file; 0 where they are in a
-  /// temporary file.
+  /// Memory of the texels in bytes, shared with other textures of the same file; 0 if they are in a temporary file.
   virtual std::uint64_t memory_bytes() const = 0;
 
  protected:
@@ -64,7 +63,7 @@ class TextureFile {
   TextureFile(int width, int height, bool has_alpha, const TextureOptions& options)
       : width_(width), height_(height), has_alpha_(has_alpha), options_(options) {}
 
-  /// Texels (x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1]); all indices are inside.
+  /// Texels (x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1]). All indices are valid.
   virtual void fetch(const int x[2], const int y[2], Texel out[4]) const = 0;
 
  private:
@@ -75,51 +74,51 @@ class TextureFile {
   TextureOptions options_;
 };
 
-/// Texels as a file has them: 1 or 3 colour channels and, last, alpha where it is not 1 everywhere; interleaved.
+/// Texels as in a file: 1 or 3 colour channels and, last, alpha if it is not 1 everywhere; interleaved.
 struct TexelArray {
   int width = 0, height = 0;
   int color_channels = 3;
   bool has_alpha = false;
   SampleType type = SampleType::uint8;
-  TransferFunction transfer;  ///< that the file itself names
+  TransferFunction transfer;  ///< as named in the file
   std::vector<std::byte> samples;
 };
 
-/// Reads a file's texels; throws Error as read_image_file does. Channels that no texture reads are dropped.
+/// Reads a file's texels. Throws Error as read_image_file() does. Channels that textures do not use are dropped.
 std::shared_ptr<const TexelArray> read_texels(const std::string& path);
 
-/// A texture of texels in memory, which several textures may share.
+/// A texture of texels in memory. Several textures may share the texels.
 std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const TexelArray> texels,
                                                 const TextureOptions& options);
 
 /// Reads a file into a texture; throws Error as read_image_file does.
 std::shared_ptr<const TextureFile> open_texture(const std::string& path, const TextureOptions& options = {});
 
-/// All textures of a scene: each file is read once, and the memory that texels hold is bounded. Thread-safe.
+/// All textures of a scene. Each file is read once, and the memory of texels is limited. Thread-safe.
 class TextureLibrary {
  public:
-  /// @param limit_bytes of memory for texels; 0 means without limit. Three quarters of it hold whole files. When they
-  /// are full, the texels of further files go into one temporary file without a name (TexelStore), whose cache gets the
-  /// last quarter, but 1 MiB at least, at once.
-  /// @param budget that texels, and the memory that decoding takes, are reserved in; null: none. open() throws
-  /// MemoryError where it has no room.
+  /// @param limit_bytes memory for texels; 0: unlimited. Three quarters hold whole files. When they are full, the
+  /// texels of further files go into one unnamed temporary file (TexelStore), whose cache uses the last quarter, but at
+  /// least 1 MiB, from then on.
+  /// @param budget in which texels and the memory for decoding are reserved; null: none. open() throws MemoryError if
+  /// it has no room.
   explicit TextureLibrary(std::uint64_t limit_bytes = 0, std::shared_ptr<MemoryBudget> budget = nullptr);
   ~TextureLibrary();
   TextureLibrary(const TextureLibrary&) = delete;
   TextureLibrary& operator=(const TextureLibrary&) = delete;
 
-  /// A texture of a file; it may outlive the library, and the file need not be there any more. Throws Error as
-  /// read_image_file does. Where the temporary file cannot be made or is full, the texels are held in memory beyond the
-  /// limit, with a warning; where it cannot be read back, texels are magenta, with a warning.
-  /// @param known_as the name by which the library knows the file again; empty: its path
+  /// A texture of a file. It may outlive the library, and the file may be deleted. Throws Error as read_image_file()
+  /// does. If the temporary file cannot be created or is full, the texels stay in memory beyond the limit, with a
+  /// warning. If it cannot be read back, texels are magenta, with a warning.
+  /// @param known_as the name by which the library identifies the file; empty: its path
   std::shared_ptr<const TextureFile> open(const std::string& path, const TextureOptions& options = {},
                                           const std::string& known_as = {});
-  /// A texture of what was opened before under this name; null where nothing was.
+  /// A texture of a file opened before under this name; null if there is none.
   std::shared_ptr<const TextureFile> find(const std::string& name, const TextureOptions& options = {}) const;
 
-  /// Bytes held by whole files.
+  /// Memory of whole files, bytes.
   std::uint64_t resident_bytes() const;
-  /// Files whose texels are in the temporary file.
+  /// Number of files whose texels are in the temporary file.
   std::size_t stored_files() const;
 
  private:

@@ -22,7 +22,7 @@ constexpr std::uint64_t kMinCache = kMegabyte;
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-// A texture whose texels come block by block out of a store.
+// A texture whose texels are read block by block from a store.
 class StoredTexture final : public TextureFile {
  public:
   StoredTexture(std::string name, const StoredTexels& texels, std::shared_ptr<TexelStore> store,
@@ -47,7 +47,7 @@ class StoredTexture final : public TextureFile {
       store_->read(texels_.block_of(x, y), texels_.offset_of(x, y),
                    std::span(samples, static_cast<std::size_t>(texels_.texel_bytes)));
     } catch (const Error& error) {
-      // Lookups are called from libraries that do not allow exceptions.
+      // Lookups are called from libraries that do not support exceptions.
       if (!lost_.exchange(true)) {
         warn(fmt::format("{}: some of its texels are magenta ({})", name_, first_line(error.what())));
       }
@@ -82,7 +82,7 @@ struct TextureLibrary::State {
   std::map<std::string, std::shared_ptr<const TexelArray>> whole;
   std::map<std::string, StoredTexels> stored;
   std::shared_ptr<TexelStore> store;
-  std::uint64_t blocks = 0;  // of the store, taken
+  std::uint64_t blocks = 0;  // used blocks of the store
   bool said_problem = false, reserved_cache = false;
 
   std::shared_ptr<const TextureFile> find(const std::string& name, const TextureOptions& options) const {
@@ -97,7 +97,7 @@ struct TextureLibrary::State {
     return limit == 0 || resident + header.bytes_of_rows(header.height) <= limit / 4 * 3;
   }
 
-  // Why the store could not be made; empty where it is there.
+  // Creates the store. Returns the reason if that fails, otherwise "".
   std::string ensure_store(const std::string& name) {
     if (store) return "";
     try {
@@ -113,7 +113,7 @@ struct TextureLibrary::State {
     return "";
   }
 
-  // Whether a picture is in the store now.
+  // Decodes a picture into the store. Returns whether that succeeded.
   bool put_into_store(const std::string& path, const std::string& name) {
     std::string problem = ensure_store(name);
     if (problem.empty()) {

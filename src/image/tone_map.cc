@@ -28,7 +28,7 @@ float srgb_decode(std::uint8_t code) {
 }
 
 float filmic_curve(float linear) {
-  // Past this the curve is flat to single precision, and the squares of the fit would overflow.
+  // Beyond this the curve is flat in single precision, and the squares of the fit would overflow.
   const float x = std::clamp(linear, 0.0f, 1e6f);
   return std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
 }
@@ -51,7 +51,7 @@ float automatic_exposure(std::span<const RGB> pixels) {
   double sum = 0, count = 0;
   for (const RGB& pixel : pixels) {
     const float y = luminance(pixel);
-    // What is a million times darker than the brightest is black.
+    // Pixels a million times darker than the brightest count as black.
     if (!std::isfinite(y) || !(y > 1e-6 * brightest)) continue;
     sum += std::log2(y);
     count += 1;

@@ -1,4 +1,4 @@
-// From linear radiance to the numbers of a display.
+// Converts linear radiance to display values.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -7,14 +7,14 @@
 
 namespace glowworm {
 
-/// The curve that radiance goes through before it is stored in 8 bits.
+/// The tone curve applied to radiance before it is stored in 8 bits.
 enum class ToneCurve : std::uint8_t {
-  srgb,   ///< clipped at 1: values can be read back from the picture
-  filmic  ///< toe and shoulder: highlights keep their detail
+  srgb,   ///< clipped at 1: values can be recovered from the picture
+  filmic  ///< with toe and shoulder: highlights keep their detail
 };
 
-/// The sRGB transfer function (IEC 61966-2-1, 5.2): linear [0, 1] to encoded [0, 1]. Values outside go on along the
-/// same curve, negative ones mirrored.
+/// The sRGB transfer function (IEC 61966-2-1, 5.2): linear [0, 1] to encoded [0, 1]. Values above 1 continue the curve;
+/// negative values are mirrored.
 float srgb_encode(float linear);
 /// Its inverse.
 float srgb_decode(float encoded);
@@ -29,12 +29,12 @@ float filmic_curve(float linear);
 /// @param exposure in stops: multiplied by 2^exposure first
 RGB tone_map(RGB linear, ToneCurve curve, float exposure);
 
-/// The exposure, in stops, that takes the mean of the logarithm of luminance to 18% grey (Reinhard et al.,
-/// "Photographic Tone Reproduction for Digital Images", 2002). Black pixels and those that are not finite do not count;
-/// 0 where there are no others.
+/// The exposure in stops that maps the mean of log luminance to 18% grey (Reinhard et al., "Photographic Tone
+/// Reproduction for Digital Images", 2002). Black pixels and pixels that are not finite are ignored; 0 if there are no
+/// others.
 float automatic_exposure(std::span<const RGB> pixels);
 
-/// [0, 1] to the nearest of 0…255; values outside are clipped.
+/// Rounds [0, 1] to 0…255; values outside are clipped.
 std::uint8_t to_byte(float value);
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// EXR files by OpenEXR: one part of scan lines, ZIP compression.
+// Writes EXR files by OpenEXR: one part of scan lines, ZIP compression.
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -25,8 +25,8 @@ namespace {
 
 constexpr float kMaxHalf = 65504;
 
-/// A file in memory, which AtomicFile then writes, so that every failed write is seen. OpenEXR comes back for the
-/// table of line offsets when all lines are there.
+/// A file in memory, which AtomicFile writes afterwards, so that no failed write is missed. OpenEXR seeks back to write
+/// the table of line offsets after all lines.
 class Encoded : public Imf::OStream {
  public:
   Encoded() : Imf::OStream("memory.exr") {}
@@ -47,7 +47,7 @@ class Encoded : public Imf::OStream {
   std::size_t at_ = 0;
 };
 
-/// Whether a channel holds numbers for which 16 bits are too few: places, or ids.
+/// Whether a channel needs more than 16 bits: positions and ids.
 bool is_exact(const std::string& channel) {
   const std::string layer = channel.substr(0, channel.find('.'));
   static const std::set<std::string, std::less<>> exact = {"depth", "position", "uv", "object-id", "material-id"};
@@ -65,7 +65,7 @@ std::vector<Imath::half> halves(const std::vector<float>& samples) {
   return out;
 }
 
-/// A slice of samples that lie row by row; OpenEXR only reads them, though it asks for a pointer to write by.
+/// A slice of samples stored row by row. OpenEXR only reads them, although it asks for a non-const pointer.
 template <typename Sample>
 Imf::Slice slice(Imf::PixelType type, const std::vector<Sample>& samples, const Imath::Box2i& window) {
   return Imf::Slice::Make(type, samples.data(), window, sizeof(Sample),
@@ -83,7 +83,7 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
   for (const auto& [key, m] : image.matrices)
     header.insert(key, Imf::M44fAttribute({m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10], m[11],
                                            m[12], m[13], m[14], m[15]}));
-  // Rec. 709, which is the default of that type.
+  // The type's default is Rec. 709.
   Imf::addChromaticities(header, Imf::Chromaticities());
   Imf::FrameBuffer frame;
   std::vector<std::vector<Imath::half>> rounded;

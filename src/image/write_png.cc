@@ -1,4 +1,4 @@
-// PNG files by libpng: 8 bits of three channels.
+// Writes PNG files by libpng: 8 bits per channel, three channels.
 #include <fmt/format.h>
 #include <png.h>
 
@@ -16,13 +16,13 @@ namespace glowworm {
 
 namespace {
 
-/// What libpng's callbacks work with.
+/// Data for libpng's callbacks.
 struct Encoding {
   std::string bytes;
   char failure[128] = "out of memory";
 };
 
-/// False if memory is short: libpng does not allow exceptions.
+/// Returns false if memory runs out: libpng does not support exceptions.
 bool append(std::string& to, png_bytep bytes, png_size_t count) {
   try {
     to.append(reinterpret_cast<const char*>(bytes), count);
@@ -44,7 +44,7 @@ void note_failure(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-/// Encodes rows of 8-bit RGB; false where libpng gives up. Its jump back passes over no object that has a destructor.
+/// Encodes rows of 8-bit RGB. Returns false if libpng fails. Its longjmp skips no object with a destructor.
 bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 height, png_bytepp rows,
             std::vector<png_text>& texts) {
   if (setjmp(png_jmpbuf(png))) return false;
@@ -57,7 +57,7 @@ bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 heig
   return true;
 }
 
-/// Lines of the header as libpng takes them: UTF-8, not compressed. They point into `metadata`.
+/// Text entries of the header in libpng's form: UTF-8, not compressed. They point into `metadata`.
 template <typename Metadata>
 std::vector<png_text> texts_of(Metadata& metadata) {
   std::vector<png_text> texts;
