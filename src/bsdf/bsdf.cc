@@ -81,13 +81,12 @@ float mixed_pdf(const Components& components, Vec3 wo, Vec3 wi) {
   return sum;
 }
 
-/// Refraction scales radiance, but not the components' own numbers and flux.
+/// Whether the shape refracts: refraction scales radiance, but not the components' own numbers and flux.
 bool bends(Shape shape) {
   return shape == Shape::rough_dielectric || shape == Shape::rough_refraction || shape == Shape::refraction;
 }
 
-/// sample() for diffuse reflection only, which nearly every ray meets: the same result as the general code, without
-/// lists.
+/// A fast version of sample() for diffuse reflection only, the most common case: the same result as the general code.
 BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
   BsdfSample out;
   if (!(lobes & kDiffuseReflection) || !(max_component(reflectance) > 0)) return out;
@@ -106,7 +105,7 @@ BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
 
 Lobes lobes(const Bsdf& bsdf) {
   if (is_lambertian(bsdf)) return max_component(bsdf.diffuse) > 0 ? kDiffuseReflection : Lobes{0};
-  // At a slanted direction every component has a share.
+  // For a slanted direction, every component is included.
   Lobes all = 0;
   for (const float z : {0.6f, -0.6f}) {
     const Components components = all_components(view_of(bsdf, {0.8f, 0, z}, kAllLobes));
@@ -201,7 +200,7 @@ RGB choose_wavelength(Bsdf& bsdf, RGB throughput, float u) {
   int chosen = 0;
   float left = u * total;
   while (chosen < 2 && (left >= throughput[chosen] || !(throughput[chosen] > 0))) left -= throughput[chosen++];
-  if (!(throughput[chosen] > 0)) chosen = throughput.r > 0 ? 0 : 1;  // the last bits of the sum
+  if (!(throughput[chosen] > 0)) chosen = throughput.r > 0 ? 0 : 1;  // in case of rounding in the last bits of the sum
   const float half_spread = (bsdf.eta.r - 1) * bsdf.dispersion / 40;
   bsdf.eta = RGB(std::max(1.0f, bsdf.eta.r + static_cast<float>(chosen - 1) * half_spread));
   bsdf.dispersion = 0;

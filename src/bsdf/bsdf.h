@@ -40,25 +40,23 @@ enum class BsdfKind : std::uint8_t {
   metallic_roughness,
 };
 
-/// A material resolved at a point: numbers only, so that arrays of it can be evaluated in batches. Every index of
-/// refraction is that of the inside (z < 0) over that of the outside. Colours lie in [0, 1]. GGX alphas are alphas, not
-/// "roughness" (glTF's alpha is roughness squared; pbrt's is remapped or not, as the file says). A field that a kind
-/// does not name is not read:
+/// A material resolved at a point: only numbers, so that arrays of it can be evaluated in batches. Every index of
+/// refraction is that of the inside (z < 0) over that of the outside. Colours are in [0, 1]. GGX alphas are alphas, not
+/// "roughness" (glTF's alpha is roughness squared; pbrt's is remapped if the file says so). Each kind reads only these
+/// fields:
 /// - lambertian: diffuse, transmission.
-/// - conductor: alpha_x, alpha_y; use_reflectance: specular (F0 of Schlick's approximation), else eta, k. pbrt-v4 makes
-///   eta = 1, k = 2 sqrt(r / (1 - r)) of a "reflectance" r; for its images do so too, with use_reflectance false.
+/// - conductor: alpha_x, alpha_y; with use_reflectance: specular (F0 of Schlick's approximation), otherwise eta, k.
+///   pbrt-v4 converts a "reflectance" r to eta = 1, k = 2 sqrt(r / (1 - r)); to match its images, do the same.
 /// - dielectric: eta.r, alpha_x, alpha_y, specular and transmission (tints of the two; 1 for plain glass).
 /// - thin_dielectric: eta.r (of the pane over both sides), specular, transmission (tints). Always smooth.
 /// - coated_diffuse: diffuse (the base's own albedo), coat_eta, alpha_x, alpha_y (of the coat), coat_thickness,
 ///   coat_bounces.
-/// - coated_conductor: coat_eta, coat_alpha, coat_thickness, coat_bounces; of the base alpha_x, alpha_y and
-/// use_reflectance, specular,
-///   eta, k as of a conductor, relative to the OUTSIDE, not to the coat.
-/// - metallic_roughness: diffuse (base colour, of which metallic takes no share off), metallic, alpha_x, alpha_y,
-/// eta.r,
-///   specular (KHR specular colour), specular_weight (KHR specular factor), coat (clearcoat factor), coat_alpha,
-///   coat_eta, coat_normal, transmission_weight, thin, dispersion, sheen, sheen_alpha, iridescence, film_eta,
-///   film_thickness, diffuse_transmission, transmission (its colour). The base colour tints what is transmitted.
+/// - coated_conductor: coat_eta, coat_alpha, coat_thickness, coat_bounces; alpha_x, alpha_y and use_reflectance,
+///   specular, eta, k of the base, as for a conductor, relative to the OUTSIDE, not to the coat.
+/// - metallic_roughness: diffuse (base colour, not reduced by metallic), metallic, alpha_x, alpha_y, eta.r, specular
+///   (KHR specular colour), specular_weight (KHR specular factor), coat (clearcoat factor), coat_alpha, coat_eta,
+///   coat_normal, transmission_weight, thin, dispersion, sheen, sheen_alpha, iridescence, film_eta, film_thickness,
+///   diffuse_transmission, transmission (its colour). The base colour tints transmitted light.
 struct Bsdf {
   BsdfKind kind = BsdfKind::lambertian;
   bool thin = false;               ///< transmission does not bend rays
@@ -71,10 +69,10 @@ struct Bsdf {
   float coat_alpha = 0;            ///< GGX alpha of the coat
   float coat = 0;                  ///< share of the surface that has the coat
   float coat_eta = 1.5f;           ///< index of the coat over that of the outside
-  float coat_thickness = 0;        ///< optical depth of the coat along the normal: what pbrt-v4 calls thickness (0.01
-                                   ///< unless said), by which it absorbs as exp(-thickness / cos) at each passage
-  std::uint8_t coat_bounces = 0;   ///< most reflections at the base under a coat, 0: without end. pbrt-v4's random walk
-                                   ///< of "maxdepth" steps has (maxdepth + 1) / 2 of them: 5 unless said
+  float coat_thickness = 0;  ///< optical depth of the coat along the normal, pbrt-v4's "thickness" (default 0.01): it
+                             ///< absorbs exp(-thickness / cos) at each passage
+  std::uint8_t coat_bounces = 0;  ///< maximum number of reflections at the base under a coat; 0: unlimited. pbrt-v4's
+                                  ///< random walk of "maxdepth" steps has (maxdepth + 1) / 2, by default 5
   float metallic = 0, transmission_weight = 0;
   float specular_weight = 1;
   RGB sheen{0.0f};
@@ -82,7 +80,7 @@ struct Bsdf {
   float iridescence = 0;           ///< share of the surface that has a thin film
   float film_eta = 1.3f;           ///< index of the film
   float film_thickness = 0;        ///< nm
-  float diffuse_transmission = 0;  ///< share of the diffuse light that goes through
+  float diffuse_transmission = 0;  ///< share of the diffuse light that is transmitted
   Vec3 coat_normal{0, 0, 1};       ///< of the clearcoat, in shading coordinates
   float dispersion = 0;            ///< 20 over the Abbe number (choose_wavelength())
 };
@@ -125,13 +123,13 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
 /// between lobes and decides Russian roulette. It is > 0 wherever the lobes are not black.
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
 
-/// Makes a dispersive BSDF that of one of three wavelengths, which stand for red, green and blue; does nothing to
-/// others. A path that has one colour left keeps it. The indices are those of KHR_materials_dispersion: eta -/+ (eta -
-/// 1) dispersion / 40 for red and blue.
-/// @param u in [0, 1), chooses; @return factor on what the path carries
+/// Reduces a dispersive BSDF to one of three wavelengths, which represent red, green and blue; does nothing to others.
+/// A path that has only one colour left keeps it. The indices are those of KHR_materials_dispersion: eta -/+ (eta - 1)
+/// dispersion / 40 for red and blue.
+/// @param u in [0, 1), chooses; @return factor on the path's throughput
 RGB choose_wavelength(Bsdf& bsdf, RGB throughput, float u);
 
-/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the lobes asked for.
+/// Batch form of evaluate() for the engines: out[i] = f_r(bsdf, wo, wi[i]) of the given lobes.
 void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out);
 
 }  // namespace glowworm

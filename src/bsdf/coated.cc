@@ -1,18 +1,18 @@
-// Surfaces under a dielectric coat: what a random walk between the two boundaries gives, in closed form.
+// Surfaces under a dielectric coat: closed forms for a random walk between the two boundaries.
 //
-// Let A(w) be the share of the flux from w that comes through the coat's boundary and its absorption to the base. By
-// reciprocity the boundary turns a uniform radiance L inside into L A(w) / eta^2 outside.
+// Let A(w) be the share of the flux from w that reaches the base through the coat's boundary and its absorption. By
+// reciprocity, the boundary turns a uniform radiance L inside into L A(w) / eta^2 outside.
 //
-// Diffuse base of albedo rho: it forgets directions, so each round trip has the same share R of what leaves the base
-// (R: the internal reflectance of the boundary for diffuse light, with absorption), and
+// Diffuse base of albedo rho: directions are lost at the base, so each round trip returns the same share R of the light
+// that leaves the base (R: internal reflectance of the boundary for diffuse light, with absorption), and
 //   f = rho / (pi eta^2) A(wo) A(wi) (1 + rho R + (rho R)^2 + ...).
-// This is exact, for smooth and rough coats, as far as A and R are (they are tabulated for isotropic roughness, and
-// their absorption is that of a smooth boundary).
+// This is exact, for smooth and rough coats, as far as A and R are. They are tabulated for isotropic roughness, and
+// their absorption is that of a smooth boundary.
 //
-// Conductor: f = A(wo) A(wi) / eta^2 [F D G / (4 cos cos)](wo', wi') with directions refracted by the smooth boundary
-// is exact for a smooth coat and one reflection at the base. A rough coat spreads light as it enters and leaves; and
-// light that the boundary returns meets the base again, at a wider spread. Both are taken as wider roughnesses of the
-// base (variances of slope add up, in the way of Belcour, "Efficient Rendering of Layered Materials using an Atomic
+// Conductor: f = A(wo) A(wi) / eta^2 [F D G / (4 cos cos)](wo', wi'), with directions refracted by the smooth boundary,
+// is exact for a smooth coat and one reflection at the base. A rough coat spreads light on entry and exit, and light
+// that the boundary returns meets the base again with a wider spread. Both are modelled by larger roughnesses of the
+// base (variances of slope add up, as in Belcour, "Efficient Rendering of Layered Materials using an Atomic
 // Decomposition with Statistical Operators", 2018).
 #include "bsdf/component.h"
 #include "bsdf/fresnel.h"
@@ -21,7 +21,7 @@
 namespace glowworm::bsdf_detail {
 namespace {
 
-/// 1 + x + x^2 + ..., of `terms` terms, or without end where terms is 0.
+/// 1 + x + x^2 + ..., with `terms` terms; 0: an infinite sum.
 float geometric_sum(float x, int terms) {
   if (terms == 0) return 1 / std::max(1 - x, 1e-6f);
   float sum = 1;
@@ -63,8 +63,8 @@ struct Coat {
     const float t = smooth ? 1 - fresnel_dielectric(cosine, eta) : transmitted(cosine);
     return thickness > 0 ? t * std::exp(-thickness / inner_cosine(cosine, eta)) : t;
   }
-  /// The same for light that returns in a narrow lobe: the steep facets of a rough boundary reflect from inside what
-  /// they transmit from outside, so this takes the mean of both directions.
+  /// The same for light that returns in a narrow lobe. The steep facets of a rough boundary reflect from inside light
+  /// that they transmit from outside, so this is the mean of both directions.
   float passed_narrow(float cosine) const {
     if (smooth) return passed(cosine);
     const float inner = inner_cosine(cosine, eta);
@@ -112,8 +112,8 @@ struct ConductorBase {
   Curve trapped;
 
   ConductorBase(const Bsdf& bsdf, const Coat& coat) {
-    // A slope of the coat's turns a passing ray by (1 - 1 / eta) of it, as would half of that slope of the base; light
-    // passes twice.
+    // A slope of the coat's facet turns a passing ray by (1 - 1 / eta) of the slope, as would a base facet of half
+    // that; light passes twice.
     const float turn = coat.smooth ? 0 : 0.5f * (1 - 1 / coat.eta) * coat.microfacet.alpha_x;
     const float added = 2 * turn * turn;
     const float x = std::sqrt(bsdf.alpha_x * bsdf.alpha_x + added), y = std::sqrt(bsdf.alpha_y * bsdf.alpha_y + added);
@@ -123,7 +123,7 @@ struct ConductorBase {
     again = {widened(once.alpha_x), widened(once.alpha_y)};
     trapped = boundary_curve(Boundary::trapped, smooth ? 0 : table_alpha(x, y), coat.eta);
   }
-  /// Twice the variance, unless GGX then loses much more energy between facets.
+  /// Doubles the variance, unless GGX would then lose much more energy between facets.
   static float widened(float alpha) { return std::min(alpha * std::sqrt(2.0f), std::max(alpha, 0.5f)); }
 };
 
@@ -203,7 +203,7 @@ void coated_conductor_components(const View& view, Components& out) {
   const float trapped = base.smooth ? fresnel_dielectric(inner, 1 / coat.eta) : base.trapped(inner);
   const float returned = trapped * to_and_fro;
   if (base.smooth) {
-    // All light goes the same way: R + T^2 F / (1 - R F).
+    // All light takes the same direction: R + T^2 F / (1 - R F).
     const RGB mirrored = clamp(fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed), 0,
                                std::max(0.0f, 1 - upper.albedo.r));
     if (coat.smooth) upper.albedo += mirrored;

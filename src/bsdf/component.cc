@@ -12,7 +12,7 @@ float reflection_pdf(const Microfacet& m, Vec3 wo, Vec3 wi) {
   return o > 0 ? m.visible_normal_pdf(wo, h) / (4 * o) : 0.0f;
 }
 
-/// A direction above the boundary as it runs below it, mirrored back to z > 0.
+/// The direction under the boundary for one above it, mirrored back to z > 0.
 Vec3 under_boundary(Vec3 w, float eta) {
   const float x = w.x / eta, y = w.y / eta;
   return {x, y, std::sqrt(std::max(0.0f, 1 - x * x - y * y))};
@@ -102,7 +102,7 @@ bool component_sample(const Component& c, Vec3 wo, float u_side, Vec2 u, Vec3& w
       const Vec3 i = normalize(reflect(o, c.microfacet.sample_visible_normal(o, u)));
       if (i.z <= 0) return false;
       const float x = i.x * c.eta, y = i.y * c.eta, z2 = 1 - x * x - y * y;
-      if (z2 <= 0) return false;  // reflected inwards by the boundary
+      if (z2 <= 0) return false;  // reflected back inside by the boundary
       wi = normalize({x, y, std::sqrt(z2)});
       return wi.z > 0;
     }

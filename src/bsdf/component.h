@@ -51,8 +51,8 @@ struct Component {
   float eta = 1;                    ///< bending shapes: index of the side below over that of the side of wo
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
-  float probability = 0;  ///< of choosing this component among those asked for
-  Vec3 normal{0, 0, 1};   ///< rough_reflection and mirror: about which they reflect
+  float probability = 0;  ///< of choosing this component among those of the given lobes
+  Vec3 normal{0, 0, 1};   ///< rough_reflection and mirror: the normal of reflection
 };
 
 /// The components of a BSDF for one wo.
@@ -114,7 +114,7 @@ inline float microfacet_refraction(const Microfacet& m, Vec3 wo, Vec3 wi, Vec3 h
   return m.distribution(h) * m.masking_shadowing(wo, wi) * std::abs(o * i) / (wo.z * -wi.z * denominator * denominator);
 }
 
-/// A direction about a component's own normal.
+/// A direction in the frame of a component's own normal.
 inline Vec3 about_normal(const Component& c, Vec3 w) {
   return c.normal.z == 1 ? w : Frame::from_normal(c.normal).to_local(w);
 }

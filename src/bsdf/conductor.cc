@@ -35,8 +35,8 @@ void conductor_components(const View& view, Components& out) {
   } else {
     c.shape = Shape::rough_reflection;
     c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
-    // Facets are seen under less grazing angles than the surface: Schlick's angular term, averaged over them, stands
-    // for that of the exact formula.
+    // Facets are seen at less grazing angles than the surface. Schlick's angular term, averaged over them, approximates
+    // that of the exact formula.
     const SchlickCurves schlick = schlick_curves(table_alpha(bsdf.alpha_x, bsdf.alpha_y));
     const RGB f0 = fresnel_of_base(bsdf, 1, 1);
     c.albedo = f0 * schlick.scale(view.wo.z) + RGB(schlick.bias(view.wo.z));

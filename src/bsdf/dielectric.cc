@@ -51,8 +51,8 @@ void dielectric_components(const View& view, Components& out) {
 }
 
 void thin_dielectric_components(const View& view, Components& out) {
-  // Between the two faces light goes to and fro: R + T R T + T R R R T + … with T = 1 - R (Pharr, Jakob and Humphreys,
-  // "Physically Based Rendering", 4th edition, section 9.5.2), which adds up to R + T^2 R / (1 - R^2) = 2 R / (1 + R).
+  // Reflections between the two faces: R + T R T + T R R R T + … with T = 1 - R (Pharr, Jakob and Humphreys,
+  // "Physically Based Rendering", 4th edition, section 9.5.2), which sums to R + T^2 R / (1 - R^2) = 2 R / (1 + R).
   const float r = fresnel_dielectric(view.wo.z, view.bsdf.eta.r), reflected = 2 * r / (1 + r);
   Component c;
   c.lobe = kSharp;

@@ -1,4 +1,4 @@
-// Fresnel reflectances. Internal to the BSDFs. All cosines are of the side that light comes from and not negative.
+// Fresnel reflectances. Internal to the BSDFs. All cosines are on the side of the incoming light, and not negative.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -55,7 +55,7 @@ inline RGB fresnel_schlick(float cos_i, RGB f0, float f90) {
 }
 
 /// Reflectance of a BSDF's conductor, seen through a medium whose index over that of the outside is `medium`. Schlick's
-/// F0 is taken as it is.
+/// F0 is not changed.
 inline RGB fresnel_of_base(const Bsdf& bsdf, float cos_i, float medium) {
   return bsdf.use_reflectance ? fresnel_schlick(cos_i, bsdf.specular, 1)
                               : fresnel_conductor(cos_i, bsdf.eta / medium, bsdf.k / medium);

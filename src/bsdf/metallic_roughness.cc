@@ -1,21 +1,19 @@
 // glTF 2.0's metallic-roughness material (Khronos, "glTF 2.0 Specification", appendix B) with KHR_materials_ior,
 // specular, clearcoat, transmission, sheen, iridescence and diffuse_transmission.
 //
-// The appendix leaves it open how layers are coupled so that energy is kept (B.2.3, "fresnel_mix"; its own sample is
-// not energy conserving at grazing angles). Here:
-// - Diffuse under the specular layer of directional albedo E: c / pi (1 - E(wo)) (1 - E(wi)) / (1 - mean E), reciprocal
-//   and of albedo c (1 - E(wo)) exactly (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF
-//   Model with Importance Sampling", 2001, eq. 5).
-// - What lies under the clearcoat is weakened at both directions by 1 - coat E_coat.
-// - Transmission passes each facet that does not reflect. Thin: straight on, spread by the same lobe mirrored. Not
-// thin:
-//   refracted, and then the surface has an inside, from which neither coat nor diffuse reflection is seen.
-// - Diffuse light is reflected or let through, by KHR_materials_diffuse_transmission; not where surfaces refract.
-// - Sheen lies on all of that but the coat (not on surfaces that refract), and takes the greater share that it reflects
-// towards either direction off
-//   what lies under it (KHR_materials_sheen, "Albedo-scaling technique").
-// - A coat of another normal n has f = f_n min(1, n.wo / z_o) min(1, n.wi / z_i), which is reciprocal and reflects no
-//   more than about its own normal.
+// The appendix does not define an energy-conserving coupling of layers (B.2.3, "fresnel_mix"; its own sample does not
+// conserve energy at grazing angles). Here:
+// - Diffuse under the specular layer of directional albedo E: c / pi (1 - E(wo)) (1 - E(wi)) / (1 - mean E), which is
+//   reciprocal and has exactly the albedo c (1 - E(wo)) (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled
+//   Specular-Matte BRDF Model with Importance Sampling", 2001, eq. 5).
+// - Layers under the clearcoat are weakened at both directions by 1 - coat E_coat.
+// - Transmission passes through each facet that does not reflect. Thin: straight through, spread by the same lobe
+//   mirrored. Not thin: refracted; the surface then has an inside, which sees neither coat nor diffuse reflection.
+// - Diffuse light is reflected or transmitted, by KHR_materials_diffuse_transmission; not on refracting surfaces.
+// - Sheen is on top of all layers except the coat (not on refracting surfaces). It reduces the layers below it by the
+//   larger of its albedos at the two directions (KHR_materials_sheen, "Albedo-scaling technique").
+// - A coat with another normal n has f = f_n min(1, n.wo / z_o) min(1, n.wi / z_i), which is reciprocal and reflects at
+//   most as much as about its own normal.
 #include "bsdf/component.h"
 #include "bsdf/fresnel.h"
 #include "bsdf/sheen.h"
@@ -33,12 +31,12 @@ struct Layers {
   Microfacet microfacet, coat_microfacet;
   float eta;    // far side over near side
   float dense;  // inside over outside
-  RGB f0;       // of the specular layer, dielectric and metal mixed
+  RGB f0;       // of the specular layer, a mix of dielectric and metal
   float f90;
   RGB dielectric_f0;
   float dielectric_f90;
-  RGB diffuse, transmitted;  // shares of base colour that are scattered and let through
-  RGB diffuse_through;       // share of the diffuse light that comes out on the other side
+  RGB diffuse, transmitted;  // shares of base colour that are reflected diffusely and transmitted
+  RGB diffuse_through;       // share of the diffuse light that leaves on the other side
   float coat, coat_f0;
   bool tilted;  // the coat has another normal
   Frame coat_frame;
@@ -92,28 +90,29 @@ struct Layers {
 
   /// Reflectance of the film on a base of this reflectance at normal incidence, seen from the thinner side.
   RGB film(float cosine, RGB base) const { return film_reflectance(cosine, film_eta, film_thickness, base); }
-  /// Directional albedo of facets under the film: as if by Schlick's term of the same reflectance at this angle.
+  /// Directional albedo of facets under the film: Schlick's term with the film's reflectance at this angle.
   RGB film_albedo(float cosine, RGB base) const {
     const RGB f = film(cosine, base);
     const float t = schlick_term(cosine), kept = std::max(1e-4f, 1 - t);
     return clamp((f - RGB(t)) / kept, 0, 1) * curves.scale(cosine) + RGB(curves.bias(cosine));
   }
   RGB mean_film_albedo() const {
-    RGB sum(0.0f);  // by Gauss's rule of three points for the square of the cosine
+    RGB sum(0.0f);  // three-point Gauss quadrature over the squared cosine
     constexpr float kNodes[3][2] = {{0.1127017f, 0.2777778f}, {0.5f, 0.4444444f}, {0.8872983f, 0.2777778f}};
     for (const auto& [square_of_cosine, weight] : kNodes)
       sum += film_albedo(std::sqrt(square_of_cosine), dielectric_f0) * weight;
     return sum;
   }
-  /// The direction about the coat's normal; z <= 0 where the coat is not seen.
+  /// The direction relative to the coat's normal; z <= 0 if the coat is not visible.
   Vec3 about_coat(Vec3 w) const { return tilted ? coat_frame.to_local(w) : w; }
-  /// The cosine by which the coat weakens light to or from a direction above.
+  /// The cosine that determines how much the coat weakens light to or from a direction above.
   float coat_cosine(Vec3 w) const {
     const float own = about_coat(w).z;
     return own > 0 ? own : w.z;
   }
 
-  /// Schlick's angle is that on the thinner side, so that both sides see the same; 1 where nothing can pass.
+  /// Converts to the cosine on the thinner side, for Schlick's term, so that both sides agree. Returns true at total
+  /// reflection.
   bool totally_reflects(float& cosine) const {
     if (eta >= 1) return false;
     const float sin2 = (1 - cosine * cosine) / (eta * eta);
@@ -131,7 +130,7 @@ struct Layers {
     const RGB plain = fresnel_schlick(cosine, dielectric_f0, dielectric_f90);
     return iridescence > 0 ? lerp(plain, film(cosine, dielectric_f0), iridescence) : plain;
   }
-  /// What is let through without being reflected, at a facet.
+  /// Share transmitted, not reflected, at a facet.
   RGB passed(float cosine) const { return transmitted * (RGB(1.0f) - dielectric_fresnel(cosine)); }
 
   /// E of the dielectric part of the specular layer.
@@ -143,7 +142,7 @@ struct Layers {
     const RGB plain = dielectric_f0 * curves.mean_scale + RGB(dielectric_f90 * curves.mean_bias);
     return iridescence > 0 ? lerp(plain, film_mean, iridescence) : plain;
   }
-  /// What the sheen leaves of light between two directions.
+  /// Share of light between two directions that passes the sheen.
   float under_sheen(float cosine_o, float cosine_i) const {
     if (is_black(sheen)) return 1;
     return 1 - max_component(sheen) * std::max(sheen_lobe.albedo(cosine_o), sheen_lobe.albedo(cosine_i));
@@ -161,7 +160,7 @@ struct Layers {
   }
 };
 
-/// What has been found for a viewer's direction, for all directions of light.
+/// Values for a viewer's direction, shared by all directions of light.
 struct Viewed {
   RGB diffuse, through;  // diffuse_factor()
   float under;           // under_coat()
@@ -209,7 +208,7 @@ RGB let_through(const Layers& layers, const View& view, Vec3 wi, const Viewed& v
   if (layers.refracts) {
     const Vec3 h = refraction_half(wo, wi, layers.eta);
     if (!rough || h.z <= 0) return f;
-    // Only the direction outside is above coat and sheen.
+    // Only the outside direction is above coat and sheen.
     const float under = layers.inside ? layers.under_coat(view.bsdf.coat, layers.coat_cosine(mirrored)) : viewed.under;
     return layers.passed(dot(wo, h)) * (under * microfacet_refraction(layers.microfacet, wo, wi, h, layers.eta));
   }
@@ -232,7 +231,7 @@ void add_coat(const Layers& layers, const View& view, Components& out) {
   if (layers.tilted) c.normal = layers.coat_frame.n;
   c.albedo = RGB(layers.coat * (o.z > 0 ? layers.coat_albedo(o.z) * coat_share(o, view.wo) : 1e-3f));
   if (layers.coat_smooth && layers.tilted) {
-    // Exact, as albedos of deltas are: f times the cosine about the surface's normal over that about the coat's.
+    // Exact, like all albedos of deltas: f times the cosine to the surface's normal over that to the coat's.
     const Vec3 wi = reflect(view.wo, c.normal);
     if (o.z <= 0 || wi.z <= 0) return;
     c.albedo *= coat_share(o, wi) * (wi.z / o.z);
@@ -306,7 +305,7 @@ void metallic_roughness_components(const View& view, Components& out) {
   RGB reflected, passed;
   specular_albedos(layers, view, reflected, passed);
   c.shape = layers.smooth ? Shape::mirror : Shape::rough_reflection;
-  // Coat and sheen weaken again on the way out.
+  // Coat and sheen also weaken light on the way out.
   const Vec3 mirror{-view.wo.x, -view.wo.y, view.wo.z};
   const float under_mirror =
       under * layers.under_coat(layers.coat, layers.coat_cosine(mirror)) * layers.under_sheen(cosine, cosine);

@@ -1,5 +1,5 @@
 // The GGX (Trowbridge-Reitz) distribution of microfacet normals. Internal to the BSDFs. Directions and normals are in
-// shading coordinates; w is on the side z > 0 where nothing else is said.
+// shading coordinates; w is on the side z > 0 unless stated otherwise.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -51,7 +51,7 @@ struct Microfacet {
     const float z = (1 - u.y) * (1 + stretched.z) - stretched.z;
     const float r = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
     const Vec3 h = Vec3{r * std::cos(phi), r * std::sin(phi), z} + stretched;
-    // The least z keeps the normal off the horizon, where its length could round to zero.
+    // A minimum z keeps the normal off the horizon, where its length could round to zero.
     return normalize({alpha_x * h.x, alpha_y * h.y, std::max(1e-6f, h.z)});
   }
 };

@@ -10,13 +10,13 @@
 
 namespace glowworm {
 
-/// How the numbers of an IsotropicReflection are combined. With c the cosine of wi, i on the same side as wo, f is
-/// black if c <= 0, and otherwise a diffuse part plus F D G / (4 c_o c), GGX of one alpha as in microfacet.h:
-/// - coated:    diffuse A(c), A(c) = T(c) exp(-thickness / c'), with c' refracted by eta, T = curve[0], or where that
-///              has no rows 1 - F(c) of a dielectric; F of a dielectric of index eta.
-/// - conductor: no diffuse part; F of a conductor of index first + i second.
-/// - schlick:   diffuse (1 - second curve[0](c) - second_grazing curve[1](c)); F Schlick's of first at normal and
-///              first_grazing at grazing incidence.
+/// How the numbers of an IsotropicReflection are combined. With c the cosine of wi, and wi on the same side as wo, f is
+/// black if c <= 0. Otherwise it is a diffuse part plus F D G / (4 c_o c), with GGX of one alpha as in microfacet.h:
+/// - coated:    diffuse A(c) = T(c) exp(-thickness / c'), with c' refracted by eta. T is curve[0] or, if that has no
+///              rows, 1 - F(c). F is that of a dielectric of index eta.
+/// - conductor: no diffuse part; F is that of a conductor of index first + i second.
+/// - schlick:   diffuse (1 - second curve[0](c) - second_grazing curve[1](c)); F is Schlick's, with `first` at normal
+///              and `first_grazing` at grazing incidence.
 enum class ReflectionModel : std::uint8_t { coated, conductor, schlick };
 
 /// f of the broad lobes of a BSDF for one wo.
@@ -29,12 +29,12 @@ struct IsotropicReflection {
   bsdf_detail::Curve curve[2];  ///< without rows if there is none
 };
 
-/// The model for the numbers of isotropic_reflection(); none for BSDFs without this form (anisotropic, transmitting,
+/// The model for the numbers of isotropic_reflection(). Empty for BSDFs without this form (anisotropic, transmitting,
 /// two coats), which need evaluate().
 std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf);
 
 /// The numbers of a BSDF that has a reflection_model().
-/// @param cosine_o cosine of wo, > 0: surfaces of this form are alike on both sides
+/// @param cosine_o cosine of wo, > 0: surfaces of this form are the same on both sides
 IsotropicReflection isotropic_reflection(const Bsdf& bsdf, float cosine_o);
 
 }  // namespace glowworm

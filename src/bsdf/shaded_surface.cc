@@ -8,7 +8,7 @@ namespace {
 
 Vec3 mirrored(Vec3 w, Vec3 normal, float cosine) { return w - normal * (2 * cosine); }
 
-/// Uses a share of a random number for a choice: true with that probability; u is uniform again afterwards.
+/// Makes a random choice with part of a random number: true with the given probability. u is uniform again afterwards.
 bool choose(float probability, float& u) {
   const bool chosen = u < probability;
   u = chosen ? u / probability : (u - probability) / (1 - probability);
@@ -79,14 +79,14 @@ ScatteredRay ShadedSurface::scatter_photon(Vec3 back, float u_lobe, Vec2 u, floa
   out.lobe = s.lobe;
   out.delta = s.delta;
   if (bsdf_.kind == BsdfKind::lambertian) {
-    // Seen alike from everywhere: leaving by the geometric cosine, every direction has the same weight.
+    // Equal brightness from all directions: if rays leave by the geometric cosine, every direction has the same weight.
     out.direction = Frame::from_normal(out.side).to_world(square_to_cosine_hemisphere(u));
     out.valid = true;
     return out;
   }
   const Vec3 w = frame_.to_world(s.wi);
   const float shading = std::abs(s.wi.z), side = dot(w, out.side);
-  // Viewers who see the direction: there, and at its mirror image in the shading plane.
+  // Viewer directions that map to this direction: the direction itself, and its mirror image in the shading plane.
   const float image = side - 2 * shading * cosine_;
   if (!(side > 0)) return out;
   out.direction = w;

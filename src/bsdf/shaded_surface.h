@@ -1,18 +1,19 @@
 // Scattering by surfaces whose shading and geometric normals differ: one rule for paths from the eye, light samples and
 // photons.
 //
-// A BSDF is defined about the shading normal, while the geometric normal decides which side a direction lies on. Where
-// the two disagree nothing is lost:
-// - A viewer's direction that lies behind the shading normal, seen from the viewer's side of the surface, is mirrored
-//   in the shading plane. So the BSDF knows the side of the surface that the viewer is on.
-// - A direction that the BSDF scatters light from, and that lies on the wrong side of the surface, is mirrored in the
-//   surface. So reflected light stays out of an opaque surface, and refracted light passes glass.
-// Both mirror images keep solid angles: what a surface reflects of a uniform light is the albedo of its BSDF. Two
-// directions of the BSDF may come to the same direction in the world; values and densities are sums over the two.
+// A BSDF is defined relative to the shading normal, but the geometric normal determines the side of a direction. If the
+// two disagree, no light is lost:
+// - A viewer's direction that is behind the shading normal, but on the viewer's side of the surface, is mirrored in the
+//   shading plane. The BSDF then sees the correct side of the surface.
+// - A scattered direction on the wrong side of the surface is mirrored in the surface. Reflected light then stays
+// outside
+//   an opaque surface, and refracted light passes through glass.
+// Both mirror images preserve solid angles: of uniform light, a surface reflects the albedo of its BSDF. Two directions
+// of the BSDF may map to the same direction in the world; values and densities are sums over the two.
 //
-// Photons follow the adjoint of that (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
-// 5.3): the factor |wo.Ns| |wi.Ng| / (|wo.Ng| |wi.Ns|) of its equation 5.19, with a sum over the mirror images in the
-// place of each of the two quotients.
+// Photons use the adjoint of that (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
+// 5.3): the factor |wo.Ns| |wi.Ng| / (|wo.Ng| |wi.Ns|) of its equation 5.19, with each of the two quotients replaced by
+// a sum over the mirror images.
 #pragma once
 #include "bsdf/bsdf.h"
 #include "core/frame.h"

@@ -14,8 +14,8 @@ namespace {
 constexpr float kMinAlpha = 0.01f;
 constexpr int kAlphaNodes = 32;
 
-/// Lambda of the Charlie distribution, fitted (Estevez and Kulla 2017, section 3), with its softened terminator left
-/// out, which would not be reciprocal.
+/// Lambda of the Charlie distribution, fitted (Estevez and Kulla 2017, section 3), without its softened terminator,
+/// which is not reciprocal.
 float lambda(float cosine, float alpha) {
   const float t = (1 - alpha) * (1 - alpha);
   const auto mixed = [&](float at_0, float at_1) { return t * at_0 + (1 - t) * at_1; };
@@ -34,7 +34,7 @@ float charlie(Vec3 wo, Vec3 wi, float alpha) {
   return distribution * std::min(1.0f, 1 / ((1 + lambda(wo.z, alpha) + lambda(wi.z, alpha)) * 4 * wo.z * wi.z));
 }
 
-/// Alphas and cosines of the nodes are the squares of equal steps: denser where the function bends.
+/// Alphas and cosines of the nodes are squares of equal steps: denser where the function is more curved.
 float node(int i, int count) {
   const float x = static_cast<float>(i) / static_cast<float>(count - 1);
   return x * x;
@@ -42,7 +42,7 @@ float node(int i, int count) {
 
 using Table = std::array<std::array<float, kCosineNodes>, kAlphaNodes>;
 
-/// Albedos before they are bounded, by summing over the hemisphere.
+/// Integrates albedos over the hemisphere, before they are limited.
 Table integrate() {
   constexpr int kPolar = 64, kAzimuth = 32;
   Table table{};
@@ -53,7 +53,7 @@ Table integrate() {
       const Vec3 wo{std::sqrt(1 - cosine * cosine), 0, cosine};
       double sum = 0;
       for (int p = 0; p < kPolar; ++p) {
-        // Equal steps of angle, which is where grazing light is resolved.
+        // Equal steps of angle, to resolve grazing light.
         const float theta = (static_cast<float>(p) + 0.5f) * (kPi / 2 / kPolar);
         for (int a = 0; a < kAzimuth; ++a) {
           const float phi = (static_cast<float>(a) + 0.5f) * (kPi / kAzimuth);
@@ -122,7 +122,7 @@ RGB film_reflectance(float cosine, float eta, float thickness, RGB base) {
   const float sin2 = (1 - cosine * cosine) / (eta * eta);
   if (sin2 >= 1) return RGB(1.0f);
   const float inner = std::sqrt(1 - sin2);
-  // Air to film, exact, so that a film of index 1 vanishes; a phase of pi where the film is the thinner.
+  // Air to film, exact, so that a film of index 1 has no effect; a phase of pi if the film has the lower index.
   const float r12 = fresnel_dielectric(cosine, eta), t121 = 1 - r12;
   const float shift21 = eta < 1 ? 0 : kPi;
   RGB r23, shift;

@@ -1,4 +1,4 @@
-// Layers of glTF's materials that are no plain facets: sheen of cloth, and thin films. Internal to the BSDFs.
+// Layers of glTF's materials that are not plain facets: sheen of cloth, and thin films. Internal to the BSDFs.
 #pragma once
 #include "bsdf/tables.h"
 #include "core/rgb.h"
@@ -7,11 +7,11 @@
 namespace glowworm::bsdf_detail {
 
 /// Sheen of colour 1: the Charlie distribution with its shadowing term (Estevez and Kulla, "Production Friendly
-/// Microfacet Sheen BRDF", SIGGRAPH 2017 course; KHR_materials_sheen), divided by its albedo where that is above 1.
+/// Microfacet Sheen BRDF", SIGGRAPH 2017 course; KHR_materials_sheen), divided by its albedo if that is above 1.
 class Sheen {
  public:
   Sheen() = default;
-  /// @param alpha the square of glTF's sheenRoughness, from 0.01 on
+  /// @param alpha the square of glTF's sheenRoughness, at least 0.01
   explicit Sheen(float alpha);
   /// f in sr^-1; both directions above.
   float evaluate(Vec3 wo, Vec3 wi) const;

@@ -13,7 +13,7 @@ namespace {
 constexpr int kAlphaNodes = 16, kEtaNodes = 17, kDepthNodes = 32;
 constexpr int kBoundaries = 5;
 constexpr float kMaxEta = 3, kMaxDepth = 4;
-/// Points of the quadratures: normals around and away from the axis, cosines for the means.
+/// Numbers of quadrature points: normals around and away from the axis, cosines for the means.
 constexpr int kAround = 12, kAway = 24, kMeanCosines = 96, kMeanAround = 8, kMeanAway = 12;
 
 using Row = std::array<float, kCosineNodes>;
@@ -51,7 +51,7 @@ void for_visible_normals(float alpha, float cosine, int around, int away, F f) {
   const Microfacet m{alpha, alpha};
   for (int i = 0; i < around; ++i) {
     for (int j = 0; j < away; ++j) {
-      // Half of the circle does: it is mirrored at the plane of incidence.
+      // Half of the circle is enough, because it is mirrored at the plane of incidence.
       const Vec2 u{0.5f * (i + 0.5f) / around, (j + 0.5f) / away};
       f(m, wo, m.sample_visible_normal(wo, u), 1.0f / (around * away));
     }
@@ -126,7 +126,7 @@ struct Slice {
       reflected += 2 * cosine * boundary_shares(alpha, cosine, 1 / eta, kMeanAround, kMeanAway).reflect / n;
     }
     mean_transmit_outside[a] = static_cast<float>(transmitted);
-    // Multiplied by the squared index it hardly depends on the index (it is the transmittance from outside without
+    // Multiplied by the squared index, it hardly depends on the index (it is the transmittance from outside without
     // losses between facets), so it can be interpolated.
     mean_lost_inside[a] = static_cast<float>((1 - reflected) * eta * eta);
   }

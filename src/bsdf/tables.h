@@ -1,6 +1,7 @@
 // Directional albedos of GGX surfaces, from tables that are integrated on first use. Internal to the BSDFs.
 //
-// All are of single scattering between facets, as the BSDFs are: what GGX loses at high roughness is missing here too.
+// All tables are for single scattering between facets, like the BSDFs: energy that GGX loses at high roughness is lost
+// here, too.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,7 @@ struct Curve {
   float weights[4] = {};
 
   float operator()(float cosine) const {
-    // Nodes lie at the squares of equal steps: denser towards grazing, where the functions bend.
+    // Nodes are the squares of equal steps: denser towards grazing angles, where the functions are more curved.
     const float x = std::sqrt(std::clamp(cosine, 0.0f, 1.0f)) * (kCosineNodes - 1);
     const int i = std::min(static_cast<int>(x), kCosineNodes - 2);
     const float t = (cosine * (kCosineNodes - 1) * (kCosineNodes - 1) - i * i) / (2 * i + 1);
@@ -36,8 +37,8 @@ enum class Boundary {
   transmit_outside,  ///< transmitted, for light from the side of lower index
   reflect_inside,
   transmit_inside,
-  trapped,  ///< of light reflected by an ideal GGX mirror under a SMOOTH boundary, seen from inside: what the boundary
-            ///< reflects back
+  trapped,  ///< the share of light reflected by an ideal GGX mirror under a SMOOTH boundary that the boundary reflects
+            ///< back inside
 };
 /// @param eta index of the denser side over that of the other, >= 1 (clamped to 3)
 Curve boundary_curve(Boundary what, float alpha, float eta);
@@ -49,12 +50,12 @@ struct BoundaryMeans {
 };
 BoundaryMeans boundary_means(float alpha, float eta);
 
-/// exp(-2 depth / cos), averaged over the diffuse light that a smooth boundary reflects inwards: by how much an
-/// absorbing coat of this optical depth weakens it on its way to the boundary and back.
+/// exp(-2 depth / cos), averaged over the diffuse light that a smooth boundary reflects inwards: the factor of an
+/// absorbing coat of this optical depth on light that goes to the boundary and back.
 float internal_transmittance(float eta, float depth);
 
-/// Directional albedo of a GGX reflection with Schlick's Fresnel term is f0 * scale + f90 * bias (Karis, "Real Shading
-/// in Unreal Engine 4", 2013); with means weighted by the cosine.
+/// Directional albedo of a GGX reflection with Schlick's Fresnel term, f0 * scale + f90 * bias (Karis, "Real Shading in
+/// Unreal Engine 4", 2013), and means weighted by the cosine.
 struct SchlickCurves {
   Curve scale, bias;
   float mean_scale = 0, mean_bias = 0;
