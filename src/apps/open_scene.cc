@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <functional>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
+#include "import/ies/luminaire.h"
 
 namespace glowworm {
 
@@ -62,6 +64,13 @@ void add_scene_options(CLI::App& command, SceneOptions& o) {
       [&c](const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); });
   add("--look-at", "X,Y,Z,X,Y,Z", "Place the scene's first camera: eye and target (m)",
       [&c](const std::string& text) { c.look_at = parse_look_at(text); });
+}
+
+void take_luminaires(std::vector<std::string>& lights, SceneChanges& changes) {
+  const auto edits = std::stable_partition(lights.begin(), lights.end(), is_luminaire_text);
+  changes.luminaires.assign(lights.begin(), edits);
+  lights.erase(lights.begin(), edits);
+  for (const std::string& text : changes.luminaires) luminaire_of_text(text);
 }
 
 std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options,

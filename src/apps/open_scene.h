@@ -24,6 +24,9 @@ struct SceneOptions {
 /// Adds the scene options to a command: --environment, --up, --scale, --fov, --look-at, ...
 void add_scene_options(CLI::App& command, SceneOptions& options);
 
+/// Moves the values of --light that add a luminaire to the changes. Throws Error if a file is missing or invalid.
+void take_luminaires(std::vector<std::string>& lights, SceneChanges& changes);
+
 /// Loads a scene file or a built-in scene and applies the changes. Throws Error, which names the file, also if the
 /// scene as a whole is invalid.
 /// @param files the outputs of the command, if it writes any: gets all files of the scene as inputs. Throws

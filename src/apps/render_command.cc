@@ -102,6 +102,7 @@ void resolve_options(RenderOptions& o) {
   s.separate_layers = !s.aovs.empty();
   read_command_line([&] {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
+    take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
   });
   for (const std::string& name : o.names) o.outputs.push_back(output_of(name));
@@ -349,8 +350,11 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->take_last()
       ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
       ->group("Picture");
-  c.add_option("--light", o.lights, "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians)")
-      ->option_text("NAME,CHANGE,...")
+  c.add_option(
+       "--light", o.lights,
+       "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians); or add a luminaire of a "
+       "photometric file (IES LM-63, EULUMDAT) at X,Y,Z that aims along DX,DY,DZ [0,-1,0], turned by TURN degrees")
+      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
       ->group("Picture");
   c.add_option("--tev", o.tev, "Show the unfinished image in a running tev")
       ->take_last()

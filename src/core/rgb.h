@@ -27,6 +27,9 @@ inline RGB& operator*=(RGB& a, RGB b) { return a = a * b; }
 inline RGB& operator*=(RGB& a, float s) { return a = a * s; }
 inline bool operator==(RGB a, RGB b) { return a.r == b.r && a.g == b.g && a.b == b.b; }
 
+/// Luminous efficacy of white light as Radiance takes it, lm/W: luminance() of watts times this is photometric.
+inline constexpr float kLuminousEfficacy = 179;
+
 /// Luminance by the Rec. 709 weights (ITU-R BT.709-6, item 3.2), in the unit of a.
 inline float luminance(RGB a) { return 0.2126f * a.r + 0.7152f * a.g + 0.0722f * a.b; }
 inline float max_component(RGB a) { return std::max(a.r, std::max(a.g, a.b)); }

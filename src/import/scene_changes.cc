@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "image/texture_file.h"
+#include "import/ies/luminaire.h"
 #include "import/mesh_tools.h"
 #include "scene/default_camera.h"
 #include "scene/scene_checks.h"
@@ -52,6 +53,7 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   for (Light& light : d.lights) {
     light.position = map.point(light.position);
     light.direction = turn.vector(light.direction);
+    light.right = turn.vector(light.right);
   }
   if (d.environment) d.environment->to_world = turn * d.environment->to_world;
   for (Camera& camera : d.cameras) {
@@ -131,6 +133,7 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
   if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
   change_cameras(d, changes);
+  for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text));
   if (changes.uniform_radiance) {
     d.environment = Environment{};
     d.environment->name = "environment";

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/memory_budget.h"
 #include "scene/scene.h"
@@ -18,6 +19,7 @@ struct SceneChanges {
   bool z_up = false;                           ///< the file's z axis points up, instead of its y axis
   float metres_per_unit = 1;                   ///< scale of the file's lengths
   float field_of_view = 0;                     ///< degrees along the picture's shorter side; 0: that of each camera
+  std::vector<std::string> luminaires;         ///< more lights, as luminaire_of_text() reads them
   std::optional<std::array<Vec3, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };
 
@@ -32,8 +34,8 @@ std::array<Vec3, 2> parse_look_at(const std::string& text);
 /// lat-long map. Throws Error if the file is missing or not an image, and MemoryError if it exceeds the budget.
 Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget);
 
-/// Applies the changes: first the axis and the unit, then the cameras, then the environment. Adds a default camera if a
-/// camera change is requested and the scene has none. Throws Error if the environment cannot be read.
+/// Applies the changes: first the axis and the unit, then the cameras, luminaires and environment. Adds a default camera
+/// if a camera change is requested and the scene has none. Throws Error if a file cannot be read.
 void change_scene(SceneDescription& scene, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget);
 
 }  // namespace glowworm

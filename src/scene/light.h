@@ -8,6 +8,7 @@
 #include "core/rgb.h"
 #include "core/transform.h"
 #include "core/vec.h"
+#include "scene/intensity_table.h"
 #include "scene/texture.h"
 
 namespace glowworm {
@@ -19,18 +20,21 @@ struct Emission {
   bool two_sided = false;
 };
 
-enum class LightKind : std::uint8_t { point, spot, directional };
+enum class LightKind : std::uint8_t { point, spot, directional, luminaire };
 
 /// A light without extent.
 struct Light {
   std::string name;
   LightKind kind = LightKind::point;
-  RGB intensity{1.0f};        ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2
-  Vec3 position{0, 0, 0};     ///< point, spot: metres
-  Vec3 direction{0, 0, -1};   ///< spot, directional: the direction in which light travels, unit
+  RGB intensity{1.0f};        ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2;
+                              ///< luminaire: W sr^-1 for a value of 1 in its table
+  Vec3 position{0, 0, 0};     ///< all but directional: metres
+  Vec3 direction{0, 0, -1};   ///< spot, directional: the direction in which light travels, unit; luminaire: its aim
   float cos_inner = 1;        ///< spot: full intensity within this angle of the direction,
   float cos_outer = 0;        ///< zero outside this angle; in between, according to `gltf_falloff`
   bool gltf_falloff = false;  ///< spot between the cones: true: KHR_lights_punctual's quadratic; false: smoothstep
+  Vec3 right{1, 0, 0};        ///< luminaire: where its table has x (IntensityTable), unit, across `direction`
+  std::shared_ptr<const IntensityTable> table;  ///< luminaire: never null
 };
 
 enum class EnvironmentMapping : std::uint8_t {

@@ -18,6 +18,9 @@ RGB light_power(const Light& light, float scene_radius);
 /// KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as in pbrt-v4.
 float spot_falloff(const Light& light, float cos_theta);
 
+/// Intensity of a luminaire in a direction (unit, world space, away from it), as a factor on Light::intensity.
+float table_intensity(const Light& luminaire, Vec3 direction);
+
 /// Mean of spot_falloff() over the cosines between the two cones.
 inline float mean_spot_falloff(const Light& light) { return light.gltf_falloff ? 1.0f / 3 : 0.5f; }
 

@@ -81,7 +81,9 @@ LightSample sample_delta(const Light& light, Vec3 position) {
   out.distance = std::sqrt(squared);
   out.direction = offset / out.distance;
   out.position = light.position;
-  const float share = light.kind == LightKind::spot ? spot_falloff(light, -dot(out.direction, light.direction)) : 1.0f;
+  const float share = light.kind == LightKind::spot        ? spot_falloff(light, -dot(out.direction, light.direction))
+                      : light.kind == LightKind::luminaire ? table_intensity(light, -out.direction)
+                                                           : 1.0f;
   if (share == 0) return {};
   out.radiance = light.intensity * (share / squared);
   return out;
@@ -146,7 +148,12 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
   if (light.kind == LightKind::spot) return emit_from_spot(light, u_direction);
   EmittedPhoton out;
   out.origin = light.position;
-  out.direction = square_to_sphere(u_direction);
+  if (light.kind == LightKind::luminaire) {
+    const Vec3 d = light.table->sample(u_direction);
+    out.direction = normalize(light.right * d.x + cross(light.right, light.direction) * d.y + light.direction * d.z);
+  } else {
+    out.direction = square_to_sphere(u_direction);
+  }
   out.flux = light_power(light, 0);
   return out;
 }
@@ -234,9 +241,10 @@ std::string light_source_name(const Scene& scene, std::uint32_t source) {
   if (source < triangles + scene.lights().size()) {
     const Light& light = scene.lights()[source - triangles];
     if (!light.name.empty()) return light.name;
-    return light.kind == LightKind::point  ? "point light"
-           : light.kind == LightKind::spot ? "spot"
-                                           : "directional light";
+    return light.kind == LightKind::point       ? "point light"
+           : light.kind == LightKind::spot      ? "spot"
+           : light.kind == LightKind::luminaire ? "luminaire"
+                                                : "directional light";
   }
   return scene.environment()->name.empty() ? "environment" : scene.environment()->name;
 }

@@ -32,6 +32,7 @@ LightBounds bounds_of(const Light& light) {
     b.cos_normals = light.cos_inner;
     b.cos_emission = std::cos(std::acos(light.cos_outer) - std::acos(light.cos_inner));
   } else {
+    if (light.kind == LightKind::luminaire) b.intensity *= light.table->greatest();
     b.cos_normals = -1;
   }
   return b;

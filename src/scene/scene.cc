@@ -43,6 +43,8 @@ void straighten(Environment& environment, std::vector<std::string>& notes) {
 void normalize_lights(SceneDescription& d) {
   for (Light& light : d.lights) {
     if (length_squared(light.direction) > 0) light.direction = normalize(light.direction);
+    if (light.kind == LightKind::luminaire)
+      light.right = normalize(light.right - light.direction * dot(light.right, light.direction));
     light.cos_outer = std::clamp(light.cos_outer, -1.0f, 1.0f);
     light.cos_inner = std::clamp(light.cos_inner, light.cos_outer, 1.0f);
   }

@@ -136,12 +136,17 @@ void check_within_bounds(Vec3 p, const std::string& what) {
 void check_lights(const SceneDescription& d) {
   for (const Light& light : d.lights) {
     const std::string what = fmt::format("light \"{}\"", light.name);
-    check_brightness(light.intensity, what);
+    if (light.kind == LightKind::luminaire && !light.table)
+      throw Error(fmt::format("{} has no table of intensities", what), kImporterRemedy);
+    check_brightness(light.kind == LightKind::luminaire ? light.intensity * light.table->greatest() : light.intensity,
+                     what);
     check_within_bounds(light.position, what);
     if (!is_finite(light.direction))
       throw Error(fmt::format("{} has values that are not finite", what), kImporterRemedy);
     if (light.kind != LightKind::point && length_squared(light.direction) == 0)
       throw Error(fmt::format("{} has no direction", what), kImporterRemedy);
+    if (light.kind == LightKind::luminaire && !(length_squared(cross(light.direction, light.right)) > 0))
+      throw Error(fmt::format("{} aims along its own right side", what), kImporterRemedy);
   }
   for (const Emission& e : d.emissions) check_brightness(e.radiance.value, fmt::format("emission \"{}\"", e.name));
   if (!d.environment) return;

@@ -22,7 +22,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
-static_assert(sizeof(Light) == 88 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
+static_assert(sizeof(Light) == 112 && sizeof(Environment) == 136 && sizeof(Camera) == 112);
 static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
 void add(ContentHash& hash, const Material& m) {
@@ -93,6 +93,8 @@ void add(ContentHash& hash, const Light& l) {
   hash.add(l.cos_inner);
   hash.add(l.cos_outer);
   hash.add(l.gltf_falloff);
+  hash.add(l.right);
+  hash.add(l.table ? l.table->hash() : 0);
 }
 
 void add(ContentHash& hash, const Environment& e) {

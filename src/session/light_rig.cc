@@ -19,9 +19,9 @@ namespace {
 bool moves(const LightEdit& edit) { return length_squared(edit.move) > 0 || length_squared(edit.turn) > 0; }
 
 RigLightKind rig_kind(LightKind kind) {
-  return kind == LightKind::point  ? RigLightKind::point
-         : kind == LightKind::spot ? RigLightKind::spot
-                                   : RigLightKind::directional;
+  return kind == LightKind::point                                  ? RigLightKind::point
+         : kind == LightKind::spot || kind == LightKind::luminaire ? RigLightKind::spot
+                                                                   : RigLightKind::directional;
 }
 
 /// Emissions in the order of their first triangle.
@@ -141,6 +141,7 @@ std::shared_ptr<const Scene> LightRig::edited(const std::vector<LightEdit>& edit
       light.intensity *= factor;
       light.position += edit.move;
       light.direction = rotate(light.direction, edit.turn);
+      light.right = rotate(light.right, edit.turn);
     }
   }
   return std::make_shared<const Scene>(*scene_, std::move(tables));

@@ -92,6 +92,24 @@ inline Light sun_light() {
   return light;
 }
 
+/// A luminaire of uneven intensity, the same on both sides, which aims askew. @param pole of its table
+inline Light luminaire(TablePole pole) {
+  Light light;
+  light.kind = LightKind::luminaire;
+  light.intensity = RGB(0.3f, 0.2f, 0.1f);
+  light.position = {-0.4f, 0.3f, 1.2f};
+  light.direction = normalize({0.1f, -0.3f, -1});
+  light.right = {1, 0.5f, 0};
+  const bool all_around = pole == TablePole::forward;
+  light.table = std::make_shared<const IntensityTable>(
+      pole,
+      all_around ? std::vector<float>{0, 1.2f, kPi, 2 * kPi - 1.2f, 2 * kPi}
+                 : std::vector<float>{-1, -0.2f, 1, 1.5f, 1.6f},
+      std::vector<float>{0, 0.4f, 1.5f, 2.2f},
+      std::vector<float>{50, 60, 20, 0, 50, 30, 40, 10, 50, 10, 0, 0, 50, 30, 40, 10, 50, 60, 20, 0});
+  return light;
+}
+
 /// A small uneven image, some of it black, with a bright texel.
 inline Environment image_environment(EnvironmentMapping mapping) {
   Environment e;
@@ -116,6 +134,9 @@ enum class LightCase {
   spot,
   gltf_spot,
   sun,
+  luminaire,
+  luminaire_up,
+  luminaire_right,
   sky,
   lat_long,
   equal_area,
@@ -124,8 +145,9 @@ enum class LightCase {
 };
 
 inline const char* light_case_name(LightCase c) {
-  static constexpr const char* names[] = {"panel", "two_sided", "textured", "point",      "spot", "gltf_spot",
-                                          "sun",   "sky",       "lat_long", "equal_area", "all"};
+  static constexpr const char* names[] = {"panel",     "two_sided", "textured",   "point",        "spot",
+                                          "gltf_spot", "sun",       "luminaire",  "luminaire_up", "luminaire_right",
+                                          "sky",       "lat_long",  "equal_area", "all"};
   return names[static_cast<int>(c)];
 }
 
@@ -150,6 +172,9 @@ inline SceneDescription lit_floor(LightCase light) {
   if (light == LightCase::spot || all) d.lights.push_back(spot_light(false));
   if (light == LightCase::gltf_spot) d.lights.push_back(spot_light(true));
   if (light == LightCase::sun || all) d.lights.push_back(sun_light());
+  if (light == LightCase::luminaire || all) d.lights.push_back(luminaire(TablePole::forward));
+  if (light == LightCase::luminaire_up) d.lights.push_back(luminaire(TablePole::up));
+  if (light == LightCase::luminaire_right) d.lights.push_back(luminaire(TablePole::right));
   if (light == LightCase::sky) {
     d.environment = Environment{};
     d.environment->scale = RGB(1, 2, 3);

@@ -8,7 +8,9 @@
 #include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "image/image_file.h"
+#include "import/ies/luminaire.h"
 #include "import/pbrt/textures.h"
+#include "scene/light_power.h"
 
 namespace glowworm {
 
@@ -55,6 +57,7 @@ class LightBuilder {
     if (kind == "distant") return distant();
     if (kind == "infinite" || kind == "exinfinite") return infinite();
     if (kind == "goniometric") {
+      if (is_photometric_file(parameters_.string("filename", ""))) return photometric();
       parameters_.use_all();
       note("not supported, read as a point light: goniometric light");
       return point();
@@ -84,6 +87,28 @@ class LightBuilder {
     light.kind = LightKind::point;
     light.intensity = intensity(4 * kPi);
     light.position = to_world_.point(parameters_.point3("from", {0, 0, 0}));
+    context_.scene.lights.push_back(light);
+  }
+
+  /// A photometric file in place of the image: the light aims along its own -z.
+  void photometric() {
+    Light light;
+    try {
+      light = read_luminaire(context_.resolve(parameters_.string("filename", ""), parameters_.place()));
+    } catch (const Error& error) {
+      const std::string message = error.what();
+      parameters_.diagnostics().error(parameters_.place(),
+                                      "the photometric file cannot be read: " + message.substr(0, message.find('\n')),
+                                      "Put a whole file where the scene says, or leave the light out.");
+      return;
+    }
+    light.intensity *= light_color(context_, parameters_, "I");
+    light.position = to_world_.point({0, 0, 0});
+    light.direction = direction_or_error(parameters_, to_world_.vector({0, 0, -1}));
+    light.right = direction_or_error(parameters_, to_world_.vector({1, 0, 0}));
+    const float power = parameters_.real("power", -1);
+    const float own = luminance(light_power(light, 0));
+    if (power > 0 && own > 0) light.intensity *= power / own;
     context_.scene.lights.push_back(light);
   }
 

@@ -1,0 +1,112 @@
+// EULUMDAT, A. Stockmar, "EULUMDAT - ein Leuchtendatenformat fuer den europaeischen Beleuchtungsplaner", Licht '90.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "import/ies/luminaire.h"
+#include "import/ies/photometric_text.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr int kMostAngles = 10'000;
+/// Lines between the number of lamps' sets and the planes: six for each set, and ten direct ratios.
+constexpr std::size_t kDirectRatios = 10;
+
+/// The planes of the file by the symmetry: the first, counted from 0, and how many.
+std::pair<std::size_t, std::size_t> planes_of(int symmetry, std::size_t planes) {
+  switch (symmetry) {
+    case 1:
+      return {0, 1};
+    case 2:
+      return {0, planes / 2 + 1};
+    case 3:
+      return {3 * planes / 4, planes / 2 + 1};
+    case 4:
+      return {0, planes / 4 + 1};
+    default:
+      return {0, planes};
+  }
+}
+
+/// The row of the file that holds plane i of all.
+std::size_t row_of(int symmetry, std::size_t i, std::size_t planes) {
+  const auto mirrored = [&](std::size_t axis_twice) { return (axis_twice + planes - i) % planes; };
+  switch (symmetry) {
+    case 1:
+      return 0;
+    case 2:  // around C0 to C180
+      return i <= planes / 2 ? i : mirrored(0);
+    case 3: {  // around C90 to C270: the file begins at C270 and goes up to C90
+      const bool in_file = i <= planes / 4 || i >= 3 * planes / 4;
+      const std::size_t plane = in_file ? i : mirrored(planes / 2);
+      return (plane + planes - 3 * planes / 4) % planes;
+    }
+    case 4: {
+      const std::size_t half = i <= planes / 2 ? i : mirrored(0);
+      return half <= planes / 4 ? half : planes / 2 - half;
+    }
+    default:
+      return i;
+  }
+}
+
+}  // namespace
+
+IntensityTable parse_eulumdat(std::string_view bytes, const std::string& path) {
+  PhotometricText text(bytes, path);
+  text.line("the company");
+  const auto count = [&](const char* what, int least, int most) {
+    return text.count(what, text.number_line(what), least, most);
+  };
+  count("the type of luminaire", 0, 3);
+  const int symmetry = count("the symmetry", 0, 4);
+  const auto planes = static_cast<std::size_t>(count("the number of C planes", 1, kMostAngles));
+  text.number_line("the distance of C planes");
+  const auto angles = static_cast<std::size_t>(count("the number of angles of a plane", 2, kMostAngles));
+  text.number_line("the distance of angles");
+  if ((symmetry == 2 && planes % 2 != 0) || (symmetry > 2 && planes % 4 != 0))
+    text.fail(fmt::format("{} C planes do not have symmetry {}", planes, symmetry));
+  for (const char* what : {"the report", "the name", "the number", "the file name", "the date"}) text.line(what);
+  // Twelve sizes and shares stand before the factor of intensities.
+  text.number_lines("the sizes", 11);
+  const float factor = text.number_line("the factor of the intensities");
+  text.number_line("the tilt");
+  const auto sets = static_cast<std::size_t>(count("the number of sets of lamps", 1, 20));
+  float flux = 0;
+  for (std::size_t i = 0; i < sets; ++i) {
+    text.number_line("the number of lamps");
+    text.line("the type of lamps");
+    const float lumens = text.number_line("the flux of lamps");
+    if (i == 0) flux = lumens;
+    for (const char* what : {"the colour of lamps", "the colour rendering of lamps"}) text.line(what);
+    text.number_line("the power of lamps");
+  }
+  text.number_lines("the direct ratios", kDirectRatios);
+  std::vector<float> c = text.number_lines("the C angles", planes);
+  std::vector<float> polar = text.number_lines("the angles of a plane", angles);
+  const std::size_t rows = planes_of(symmetry, planes).second;
+  text.check_room("the intensities", rows * angles);
+  // Candela for 1000 lm.
+  const float scale = factor * flux / 1000;
+  std::vector<float> file = text.number_lines("the intensities", rows * angles);
+  for (float& value : file)
+    if (value *= scale; !(value >= 0 && std::isfinite(value))) text.fail(fmt::format("an intensity of {:g} cd", value));
+  for (float& angle : polar) {
+    if (!(angle >= 0 && angle <= 180.01f)) text.fail(fmt::format("{:g} is no angle from 0 to 180 degrees", angle));
+    angle = static_cast<float>(angle * M_PI / 180);
+  }
+  if (symmetry == 1) return {TablePole::forward, {0}, std::move(polar), std::move(file)};
+  std::vector<float> azimuths, values;
+  for (std::size_t i = 0; i <= planes; ++i) {
+    azimuths.push_back(static_cast<float>((i < planes ? c[i] : c[0] + 360) * M_PI / 180));
+    const std::size_t row = row_of(symmetry, i % planes, planes);
+    values.insert(values.end(), file.begin() + static_cast<std::ptrdiff_t>(row * angles),
+                  file.begin() + static_cast<std::ptrdiff_t>((row + 1) * angles));
+  }
+  return {TablePole::forward, std::move(azimuths), std::move(polar), std::move(values)};
+}
+
+}  // namespace glowworm

@@ -1,0 +1,166 @@
+// IES LM-63-86, -91, -95, -02 and -19: "Standard File Format for the Electronic Transfer of Photometric Data".
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "core/error.h"
+#include "core/input_file.h"
+#include "import/ies/luminaire.h"
+#include "import/ies/photometric_text.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr int kMostAngles = 100'000;
+/// Degrees by which angles of files may be off.
+constexpr float kTolerance = 0.01f;
+
+struct Tables {
+  std::vector<float> vertical, horizontal;  // degrees
+  std::vector<float> candela;               // a row for each horizontal angle
+};
+
+bool near(float a, float b) { return std::abs(a - b) < kTolerance; }
+
+std::string_view trimmed_blanks(std::string_view text) {
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  return text;
+}
+
+/// The factor of a table of TILT at 0 degrees, which stands behind TILT=INCLUDE or in a file of its own.
+float tilt_factor(PhotometricText& text) {
+  text.count("the lamp's place", text.number("the lamp's place"), 1, 3);
+  const auto pairs = static_cast<std::size_t>(
+      text.count("the number of tilt angles", text.number("the number of tilt angles"), 1, kMostAngles));
+  const std::vector<float> angles = text.numbers("the angles of tilt", pairs);
+  const std::vector<float> factors = text.numbers("the factors of tilt", pairs);
+  for (std::size_t i = 0; i < pairs; ++i)
+    if (near(angles[i], 0)) return factors[i];
+  text.fail("the factors of tilt have none for 0 degrees");
+}
+
+float read_tilt(PhotometricText& text, std::string_view name) {
+  if (name == "NONE") return 1;
+  if (name == "INCLUDE") return tilt_factor(text);
+  const std::string path = std::filesystem::path(text.path()).parent_path() / std::string(name);
+  const std::string file = read_input_file(path);
+  PhotometricText other(file, path);
+  return tilt_factor(other);
+}
+
+void check_ascending(const PhotometricText& text, const char* what, const std::vector<float>& angles, float least,
+                     float most) {
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    if (angles[i] < least - kTolerance || angles[i] > most + kTolerance || (i > 0 && !(angles[i] > angles[i - 1])))
+      text.fail(
+          fmt::format("{} angle {:g} is out of order or beyond {:g} to {:g} degrees", what, angles[i], least, most));
+}
+
+/// Adds the mirror images of the rows around the angle `axis`, before or behind them.
+void mirror(Tables& t, float axis) {
+  const std::size_t columns = t.vertical.size();
+  std::vector<std::pair<float, std::vector<float>>> rows;
+  for (std::size_t i = 0; i < t.horizontal.size(); ++i) {
+    const auto begin = t.candela.begin() + static_cast<std::ptrdiff_t>(i * columns);
+    const std::vector<float> row(begin, begin + static_cast<std::ptrdiff_t>(columns));
+    rows.emplace_back(t.horizontal[i], row);
+    if (!near(t.horizontal[i], axis)) rows.emplace_back(2 * axis - t.horizontal[i], row);
+  }
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  t.horizontal.clear();
+  t.candela.clear();
+  for (const auto& [angle, row] : rows) {
+    t.horizontal.push_back(angle);
+    t.candela.insert(t.candela.end(), row.begin(), row.end());
+  }
+}
+
+std::vector<float> radians(const std::vector<float>& degrees) {
+  std::vector<float> out;
+  for (const float angle : degrees) out.push_back(static_cast<float>(angle * M_PI / 180));
+  return out;
+}
+
+IntensityTable type_c(const PhotometricText& text, Tables t) {
+  check_ascending(text, "vertical", t.vertical, 0, 180);
+  check_ascending(text, "horizontal", t.horizontal, 0, 360);
+  const float first = t.horizontal.front(), last = t.horizontal.back();
+  if (t.horizontal.size() > 1) {
+    if (near(first, 0) && near(last, 90)) {
+      mirror(t, 90);
+      mirror(t, 180);
+    } else if (near(first, 0) && near(last, 180)) {
+      mirror(t, 180);
+    } else if (near(first, 90) && near(last, 270)) {
+      mirror(t, 270);
+    } else if (near(first, 0) && last > 180) {
+      // Files that leave out 360 degrees mean 0 again.
+      if (!near(last, 360)) {
+        t.horizontal.push_back(360);
+        t.candela.insert(t.candela.end(), t.candela.begin(),
+                         t.candela.begin() + static_cast<std::ptrdiff_t>(t.vertical.size()));
+      }
+    } else {
+      text.fail(fmt::format("the horizontal angles run from {:g} to {:g} degrees, which is no symmetry of type C",
+                            first, last));
+    }
+  }
+  return {TablePole::forward, radians(t.horizontal), radians(t.vertical), std::move(t.candela)};
+}
+
+/// Types A and B: the polar angle is 90 degrees less the latitude, which is the vertical angle of A and the horizontal
+/// one of B; the other is the azimuth.
+IntensityTable type_a_or_b(const PhotometricText& text, Tables t, bool is_a) {
+  check_ascending(text, "vertical", t.vertical, is_a ? -90 : -180, is_a ? 90 : 180);
+  check_ascending(text, "horizontal", t.horizontal, is_a ? -180 : -90, is_a ? 180 : 90);
+  if (near(t.horizontal.front(), 0) && t.horizontal.size() > 1) mirror(t, 0);
+  const std::vector<float>& latitudes = is_a ? t.vertical : t.horizontal;
+  const std::vector<float>& azimuths = is_a ? t.horizontal : t.vertical;
+  if (latitudes.size() < 2 || azimuths.size() < 2) text.fail("types A and B need two angles in each direction");
+  std::vector<float> polar, values;
+  for (std::size_t i = latitudes.size(); i-- > 0;) polar.push_back(std::max(90 - latitudes[i], 0.0f));
+  for (std::size_t a = 0; a < azimuths.size(); ++a)
+    for (std::size_t l = latitudes.size(); l-- > 0;)
+      values.push_back(t.candela[is_a ? a * latitudes.size() + l : l * azimuths.size() + a]);
+  return {is_a ? TablePole::up : TablePole::right, radians(azimuths), radians(polar), std::move(values)};
+}
+
+}  // namespace
+
+IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
+  PhotometricText text(bytes, path);
+  std::string_view line = trimmed_blanks(text.line("the first line"));
+  // Since 2019 the second factor is a code of how the file was made.
+  const bool is_2019 = line.starts_with("IES:LM-63-");
+  while (!line.starts_with("TILT=")) line = trimmed_blanks(text.line("the labels, without a line TILT="));
+  const float tilt = read_tilt(text, trimmed_blanks(line.substr(5)));
+  text.number("the number of lamps");
+  text.number("the flux of a lamp");
+  float factor = tilt * text.number("the factor of the intensities");
+  const auto vertical = static_cast<std::size_t>(
+      text.count("the number of vertical angles", text.number("the number of vertical angles"), 2, kMostAngles));
+  const auto horizontal = static_cast<std::size_t>(
+      text.count("the number of horizontal angles", text.number("the number of horizontal angles"), 1, kMostAngles));
+  const int type = text.count("the photometric type", text.number("the photometric type"), 1, 3);
+  text.count("the unit of length", text.number("the unit of length"), 1, 2);
+  for (const char* what : {"the width", "the length", "the height"}) text.number(what);
+  factor *= text.number("the ballast factor");
+  const float second = text.number("the ballast-lamp factor");
+  if (!is_2019) factor *= second;
+  text.number("the power");
+  Tables t;
+  t.vertical = text.numbers("the vertical angles", vertical);
+  t.horizontal = text.numbers("the horizontal angles", horizontal);
+  t.candela = text.numbers("the intensities", vertical * horizontal);
+  for (float& value : t.candela)
+    if (value *= factor; !(value >= 0 && std::isfinite(value)))
+      text.fail(fmt::format("an intensity of {:g} cd", value));
+  return type == 1 ? type_c(text, std::move(t)) : type_a_or_b(text, std::move(t), type == 3);
+}
+
+}  // namespace glowworm

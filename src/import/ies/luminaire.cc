@@ -1,0 +1,92 @@
+#include "import/ies/luminaire.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/input_file.h"
+
+namespace glowworm {
+
+namespace {
+
+std::string lower_ending(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+[[noreturn]] void refuse(const std::string& text) {
+  throw Error(
+      fmt::format("--light '{}' does not say where the luminaire is", text),
+      "Write FILE.ies@X,Y,Z, or FILE.ies@X,Y,Z,DX,DY,DZ[,TURN] with the way it aims (downwards without) and its "
+      "turn around that in degrees.");
+}
+
+}  // namespace
+
+bool is_photometric_file(const std::string& path) {
+  const std::string ending = lower_ending(path);
+  return ending == ".ies" || ending == ".ldt";
+}
+
+Light read_luminaire(const std::string& path) {
+  const std::string text = read_input_file(path);
+  Light light;
+  light.kind = LightKind::luminaire;
+  light.name = std::filesystem::path(path).filename().string();
+  light.intensity = RGB(1 / kLuminousEfficacy);
+  light.direction = {0, -1, 0};
+  light.right = {1, 0, 0};
+  try {
+    light.table = std::make_shared<const IntensityTable>(lower_ending(path) == ".ldt" ? parse_eulumdat(text, path)
+                                                                                      : parse_lm63(text, path));
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    if (message.find(path) != std::string::npos) throw;
+    throw Error(FilePlace{path}, message);
+  }
+  return light;
+}
+
+bool is_luminaire_text(const std::string& text) {
+  const std::size_t at = text.rfind('@');
+  return at != std::string::npos && is_photometric_file(text.substr(0, at));
+}
+
+Light luminaire_of_text(const std::string& text) {
+  const std::size_t at = text.rfind('@');
+  if (at == std::string::npos) refuse(text);
+  std::vector<float> v;
+  for (const char *p = text.data() + at + 1, *end = text.data() + text.size();;) {
+    float value = 0;
+    const auto [rest, error] = std::from_chars(p, end, value);
+    if (error != std::errc() || !std::isfinite(value)) refuse(text);
+    v.push_back(value);
+    if (rest == end) break;
+    if (*rest != ',') refuse(text);
+    p = rest + 1;
+  }
+  if (v.size() != 3 && v.size() != 6 && v.size() != 7) refuse(text);
+  Vec3 aim{0, -1, 0};
+  if (v.size() > 3) aim = {v[3], v[4], v[5]};
+  if (!(length_squared(aim) > 0)) refuse(text);
+  Light light = read_luminaire(text.substr(0, at));
+  light.position = {v[0], v[1], v[2]};
+  light.direction = normalize(aim);
+  // Seen along a level aim, x of the table is to the right; straight down or up, it is the scene's x.
+  Vec3 right = cross(light.direction, {0, 1, 0});
+  right = length(right) > 1e-4f ? normalize(right) : Vec3{1, 0, 0};
+  const Vec3 up = cross(right, light.direction);
+  const float turn = v.size() > 6 ? v[6] * kPi / 180 : 0;
+  light.right = right * std::cos(turn) + up * std::sin(turn);
+  return light;
+}
+
+}  // namespace glowworm

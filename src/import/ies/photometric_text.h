@@ -1,0 +1,43 @@
+// The lines and numbers of photometric files.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace glowworm {
+
+/// Takes lines and numbers from a text, and tells places in errors.
+class PhotometricText {
+ public:
+  PhotometricText(std::string_view text, std::string path) : text_(text), path_(std::move(path)) {}
+
+  /// The rest of the current line, without its end. Throws Error where the text ends within it.
+  std::string_view line(const char* what);
+  /// The next number, on this line or a later one; blanks and commas stand between numbers. Throws Error for what is no
+  /// finite number, and where the text ends with it or before it: then digits may be missing.
+  float number(const char* what);
+  /// The number that is alone on the next line; a comma may be its decimal point.
+  float number_line(const char* what);
+  /// A whole number of [least, most], by number() or number_line().
+  int count(const char* what, float value, int least, int most) const;
+  /// That many numbers. Throws Error where the text is too short for them.
+  std::vector<float> numbers(const char* what, std::size_t count);
+  std::vector<float> number_lines(const char* what, std::size_t count);
+  /// Throws Error where the text cannot hold that many more numbers.
+  void check_room(const char* what, std::size_t count) const;
+
+  [[noreturn]] void fail(const std::string& message) const;
+  [[noreturn]] void fail_at_end(const char* what) const;
+  const std::string& path() const { return path_; }
+
+ private:
+  float value_of(std::string_view word, const char* what) const;
+
+  std::string_view text_;
+  std::string path_;
+  std::size_t place_ = 0;
+  int line_ = 1;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,239 @@
+// Photometric files: what they say of each direction, what is under the lamp, and files that are cut off.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include "core/error.h"
+#include "import/ies/luminaire.h"
+#include "import/import.h"
+#include "import/scene_changes.h"
+#include "scene/light_power.h"
+#include "scene/light_sampling.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+/// A direction of the luminaire's axes by the angles of type C, in degrees.
+Vec3 direction_c(float c, float gamma) {
+  const float a = c * kPi / 180, g = gamma * kPi / 180;
+  return {std::sin(g) * std::cos(a), std::sin(g) * std::sin(a), std::cos(g)};
+}
+
+/// By the angles of types A and B: `latitude` from the plane across the pole, `azimuth` around it.
+Vec3 direction_a(float azimuth, float latitude) {
+  const float a = azimuth * kPi / 180, l = latitude * kPi / 180;
+  return {std::cos(l) * std::sin(a), std::sin(l), std::cos(l) * std::cos(a)};
+}
+
+std::string header(const char* version, const char* counts, const char* type) {
+  return std::string(version) + "\r\n[TEST] 1\r\nTILT=NONE\r\n1 -1 2 " + counts + " " + type +
+         " 2 0.1 0.2 0\r\n0.5 1 30\r\n";
+}
+
+IntensityTable lm63(const std::string& text) { return parse_lm63(text, "lamp.ies"); }
+
+TEST(Lm63, KeepsQuadrantsOfTypeC) {
+  const IntensityTable t =
+      lm63(header("IESNA:LM-63-2002", "3 3", "1") + "0 45 90\r\n0 30 90\r\n100 80 60\r\n100 50 40\r\n100 20,10\r\n");
+  for (const float turn : {0.0f, 180.0f})
+    for (const float side : {1.0f, -1.0f}) {
+      EXPECT_NEAR(t.intensity(direction_c(turn + side * 30, 45)), 50, 0.01f) << turn << ' ' << side;
+      EXPECT_NEAR(t.intensity(direction_c(turn + side * 15, 45)), 65, 0.01f);
+      EXPECT_NEAR(t.intensity(direction_c(turn + side * 90, 67.5f)), 15, 0.01f);
+    }
+  EXPECT_NEAR(t.intensity({0, 0, 1}), 100, 0.01f);
+  EXPECT_EQ(t.intensity({0, 0, -1}), 0) << "above the last angle";
+}
+
+TEST(Lm63, KnowsTheOtherSymmetriesOfTypeC) {
+  const IntensityTable halves = lm63(header("IESNA91", "2 3", "1") + "0 90\n0 90 180\n10 10\n20 30\n40 50\n");
+  EXPECT_NEAR(halves.intensity(direction_c(270, 90)), 30, 0.01f);
+  EXPECT_NEAR(halves.intensity(direction_c(180, 90)), 50, 0.01f);
+  const IntensityTable other = lm63(header("IESNA91", "2 3", "1") + "0 90\n90 180 270\n10 10\n20 30\n40 50\n");
+  EXPECT_NEAR(other.intensity(direction_c(0, 90)), 30, 0.01f);
+  EXPECT_NEAR(other.intensity(direction_c(90, 90)), 10, 0.01f);
+  EXPECT_NEAR(other.intensity(direction_c(315, 90)), 40, 0.01f);
+  const IntensityTable open = lm63(header("IESNA91", "2 4", "1") + "0 90\n0 90 180 270\n1 1\n2 3\n4 5\n6 7\n");
+  EXPECT_NEAR(open.intensity(direction_c(315, 90)), 4, 0.01f);
+  const IntensityTable round = lm63(header("IESNA91", "2 1", "1") + "0 90\n0\n5 9\n");
+  EXPECT_NEAR(round.intensity(direction_c(200, 45)), 7, 0.01f);
+  EXPECT_THROW(lm63(header("IESNA91", "2 2", "1") + "0 90\n10 50\n1 1\n1 1\n"), Error);
+}
+
+TEST(Lm63, PlacesAnglesOfTypesAAndB) {
+  const std::string body = "-30 0 60\n-20 0 40\n1 2 3\n4 5 6\n7 8 9\n";
+  const IntensityTable a = lm63(header("IESNA:LM-63-1995", "3 3", "3") + body);
+  EXPECT_NEAR(a.intensity(direction_a(0, 0)), 5, 0.01f);
+  EXPECT_NEAR(a.intensity(direction_a(40, 59.9f)), 9, 0.02f);
+  EXPECT_NEAR(a.intensity(direction_a(-10, -15)), 3, 0.01f);
+  EXPECT_EQ(a.intensity(direction_a(60, 0)), 0);
+  const IntensityTable b = lm63(header("IESNA:LM-63-1995", "3 3", "2") + body);
+  // Of type B, the horizontal angle is the latitude towards the right, the vertical one turns up around it.
+  const auto direction_b = [](float vertical, float horizontal) {
+    const Vec3 d = direction_a(vertical, horizontal);
+    return Vec3{d.y, d.x, d.z};
+  };
+  EXPECT_NEAR(b.intensity(direction_b(0, 0)), 5, 0.01f);
+  EXPECT_NEAR(b.intensity(direction_b(59.9f, 40)), 9, 0.02f);
+  EXPECT_NEAR(b.intensity(direction_b(-15, -10)), 3, 0.01f);
+  const IntensityTable lateral = lm63(header("IESNA:LM-63-1995", "2 2", "2") + "-90 90\n0 90\n4 4\n2 2\n");
+  EXPECT_NEAR(lateral.intensity(direction_b(10, -45)), 3, 0.01f);
+}
+
+TEST(Lm63, TakesTiltAndFactors) {
+  const std::string numbers = "1 1000 2 2 1 1 1 0 0 0 0.5 0.9 10 0 90 0 10 20\n";
+  EXPECT_NEAR(lm63("NAME\nTILT=INCLUDE\n1 3 -90 0 90 0.8 0.95 0.7\n" + numbers).intensity({0, 0, 1}),
+              10 * 2 * 0.5 * 0.9 * 0.95, 1e-3);
+  EXPECT_NEAR(lm63("IES:LM-63-2019\nTILT=NONE\n" + numbers).intensity({0, 0, 1}), 10 * 2 * 0.5, 1e-3)
+      << "the second factor is a code since 2019";
+}
+
+/// The text of a EULUMDAT file with 8 C planes 45 degrees apart, and the angles 0, 90 and 180.
+std::string eulumdat(int symmetry, int rows) {
+  std::string text =
+      "Maker\r\n1\r\n" + std::to_string(symmetry) + "\r\n8\r\n45\r\n3\r\n90\r\nreport\r\nname\r\n1\r\nf\r\nd\r\n";
+  for (int i = 0; i < 11; ++i) text += "100\r\n";
+  text += "1,0\r\n0\r\n1\r\n1\r\nLED\r\n2000\r\nwhite\r\n80\r\n25\r\n";
+  for (int i = 0; i < 10; ++i) text += "0.5\r\n";
+  for (int i = 0; i < 8; ++i) text += std::to_string(45 * i) + "\r\n";
+  text += "0\r\n90\r\n180\r\n";
+  for (int i = 0; i < rows; ++i) text += "100\r\n" + std::to_string(10 * (i + 1)) + "\r\n0\r\n";
+  return text;
+}
+
+TEST(Eulumdat, KnowsEverySymmetry) {
+  struct Case {
+    int symmetry, rows;
+    float at[8];  ///< at the angle 90 of each C plane, cd for 2000 lm
+  };
+  for (const Case& c : {Case{0, 8, {20, 40, 60, 80, 100, 120, 140, 160}}, Case{1, 1, {20, 20, 20, 20, 20, 20, 20, 20}},
+                        Case{2, 5, {20, 40, 60, 80, 100, 80, 60, 40}}, Case{3, 5, {60, 80, 100, 80, 60, 40, 20, 40}},
+                        Case{4, 3, {20, 40, 60, 40, 20, 40, 60, 40}}}) {
+    const IntensityTable t = parse_eulumdat(eulumdat(c.symmetry, c.rows), "lamp.ldt");
+    for (int i = 0; i < 8; ++i)
+      EXPECT_NEAR(t.intensity(direction_c(45 * i, 90)), c.at[i], 0.01f) << "symmetry " << c.symmetry << ", plane " << i;
+    EXPECT_NEAR(t.intensity({0, 0, 1}), 200, 0.01f);
+  }
+}
+
+TEST(PhotometricFiles, EndInAnErrorWhereverTheyAreCut) {
+  const std::string ies =
+      "IESNA:LM-63-2002\n[MANUFAC] M\nTILT=INCLUDE\n1 2\n0 90\n1 0.9\n1 1000 1 3 3 1 2 0 0 0\n1 1 10\n0 45 "
+      "90\n0 45 90\n100 80 60\n100 50 40\n100 20 10\n";
+  const std::string ldt = eulumdat(4, 3);
+  ASSERT_NO_THROW(parse_lm63(ies, "a.ies"));
+  ASSERT_NO_THROW(parse_eulumdat(ldt, "a.ldt"));
+  for (std::size_t size = 0; size < ies.size(); ++size)
+    EXPECT_THROW(parse_lm63(ies.substr(0, size), "a.ies"), Error) << ies.substr(0, size);
+  // Between the two characters of the last line end, nothing is missing.
+  for (std::size_t size = 0; size + 1 < ldt.size(); ++size)
+    EXPECT_THROW(parse_eulumdat(ldt.substr(0, size), "a.ldt"), Error) << ldt.substr(0, size);
+}
+
+TEST(PhotometricFiles, ErrorsNameThePlace) {
+  const auto message = [](const std::string& text) {
+    try {
+      parse_lm63(text, "a.ies");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1\n1 x 0 0 0\n"), HasSubstr("a.ies:4: 'x' is no number"));
+  EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 99999 99999 1 2 0 0 0 1 1 1\n0 90\n"), HasSubstr("the file ends"));
+  EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n90 0\n0\n1 1\n"), HasSubstr("out of order"));
+  EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n1 -1\n"), HasSubstr("-1 cd"));
+}
+
+/// A luminaire of I = 1000 cos(gamma) cd, in steps of a degree.
+std::string cosine_lamp() {
+  std::string angles, values;
+  for (int i = 0; i <= 90; ++i) {
+    angles += std::to_string(i) + "\n";
+    values += std::to_string(1000 * std::cos(i * M_PI / 180)) + "\n";
+  }
+  return "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 91 1 1 2 0 0 0 1 1 1\n" + angles + "0\n" + values;
+}
+
+class LuminaireScene : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("ies" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "lamp.ies") << cosine_lamp();
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(LuminaireScene, LightsThePlaneBelowByTheCosineLaw) {
+  SceneDescription d = load_scene("builtin:cornell");
+  d.lights.clear();
+  d.emissions.assign(d.emissions.size(), Emission{"", {RGB(0.0f)}, false});
+  SceneChanges changes;
+  changes.luminaires = {(folder_ / "lamp.ies").string() + "@0.25,3,0.5"};
+  change_scene(d, changes, loading_budget());
+  const Scene scene(std::move(d));
+  EXPECT_NEAR(luminance(scene.source_powers().back()) * kLuminousEfficacy, 1000 * M_PI, 1000 * M_PI * 2e-4) << "lm";
+  for (const float x : {0.25f, 1.0f, 3.0f}) {
+    const LightSample s = sample_light(scene, {x, 0, 0.5f}, {0, 1, 0}, 0.5f, {0.5f, 0.5f});
+    const double squared = 9 + (x - 0.25) * (x - 0.25);
+    // I cos / d^2 with I = I0 cos, and cos = h / d.
+    const double expected = 1000 * 9 / (squared * squared);
+    EXPECT_NEAR(luminance(s.radiance) * s.direction.y * kLuminousEfficacy, expected, expected * 2e-4);
+  }
+  RGB flux;
+  double upward = 0;
+  for (int i = 0; i < 1024; ++i) {
+    const auto u = static_cast<float>(i) / 1024;
+    const EmittedPhoton photon = sample_emission(scene, 0.5f, {0.5f, 0.5f}, {0.5f, u});
+    flux += photon.flux / 1024;
+    upward += photon.direction.y > 1e-6f;
+  }
+  EXPECT_NEAR(luminance(flux) * kLuminousEfficacy, 1000 * M_PI, 1000 * M_PI * 2e-4) << "all photons together";
+  EXPECT_EQ(upward, 0);
+}
+
+TEST_F(LuminaireScene, TakesAimAndTurnFromTheText) {
+  const std::string file = (folder_ / "lamp.ies").string();
+  const Light light = luminaire_of_text(file + "@1,2,3,0,0,-2,90");
+  EXPECT_LT(length(light.position - Vec3{1, 2, 3}), 1e-6f);
+  EXPECT_LT(length(light.direction - Vec3{0, 0, -1}), 1e-6f);
+  EXPECT_LT(length(light.right - Vec3{0, 1, 0}), 1e-6f);
+  EXPECT_TRUE(is_luminaire_text("a@b/LAMP.IES@1,2,3"));
+  EXPECT_FALSE(is_luminaire_text("lamp,off"));
+  for (const char* bad : {"@1,2", "@1,2,x", "@1,2,3,0,0,0", "@1,2,3,", "@"})
+    EXPECT_THROW(luminaire_of_text(file + bad), Error) << bad;
+  EXPECT_THROW(luminaire_of_text("missing.ies@0,0,0"), Error);
+}
+
+TEST_F(LuminaireScene, IsAGoniometricLightOfPbrt) {
+  std::ofstream(folder_ / "a.pbrt") << "WorldBegin Translate 1 2 3 LightSource \"goniometric\" \"string filename\" "
+                                       "\"lamp.ies\" \"float scale\" 2 Shape \"sphere\"\n";
+  const SceneDescription d = load_scene((folder_ / "a.pbrt").string());
+  ASSERT_EQ(d.lights.size(), 1u);
+  EXPECT_EQ(d.lights[0].kind, LightKind::luminaire);
+  EXPECT_NEAR(d.lights[0].intensity.g * kLuminousEfficacy, 2, 1e-5f);
+  EXPECT_LT(length(d.lights[0].position - Vec3{1, 2, 3}), 1e-6f);
+  EXPECT_LT(length(d.lights[0].direction - Vec3{0, 0, -1}), 1e-6f);
+  std::ofstream(folder_ / "a.pbrt") << "WorldBegin LightSource \"goniometric\" \"string filename\" \"none.ies\" Shape "
+                                       "\"sphere\"\n";
+  try {
+    load_scene((folder_ / "a.pbrt").string());
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("a.pbrt:1"));
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
