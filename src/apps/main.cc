@@ -62,10 +62,12 @@ int run_program(int argc, char** argv) {
   program.require_subcommand(1);
   program.footer(
       "\nExamples:\n  glowworm render builtin:cornell -o cornell.png\n  glowworm info builtin:atrium\n"
+      "  glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv\n"
       "  glowworm compare cornell.exr reference.exr\n\n'glowworm COMMAND --help' lists the options of a command.");
   int exit_status = 0;
   add_render_command(program, command_line(argc, argv), exit_status);
   add_view_command(program, exit_status);
+  add_measure_command(program, command_line(argc, argv), exit_status);
   add_info_command(program);
   add_compare_command(program, exit_status);
   if (argc < 2) {

@@ -13,6 +13,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "import/ies/luminaire.h"
+#include "import/sky_text.h"
 
 namespace glowworm {
 
@@ -50,6 +51,14 @@ void add_scene_options(CLI::App& command, SceneOptions& o) {
       "Replace the scene's environment light: a lat-long image (.exr, .hdr), a square "
       "equal-area image, or a radiance (W sr^-1 m^-2)",
       [&c](const std::string& text) { parse_environment(text, c); });
+  add("--sky", "cie:TYPE,...|perez:...|epw:FILE,...",
+      "A sky in place of the environment: cie:TYPE[,ALTITUDE,AZIMUTH[,LUX[,GROUND]]] is a CIE general sky (1-15) or "
+      "overcast (16); perez:DIRECT,DIFFUSE,MONTH,DAY,HOUR,LATITUDE,LONGITUDE,ZONE[,GROUND] has W m^-2; "
+      "epw:FILE,MONTH,DAY,HOUR[,GROUND] an hour (1-24) of a weather file; -z is north",
+      [&c](const std::string& text) {
+        check_sky(text);
+        c.sky = text;
+      });
   add("--environment-turn", "DEGREES [0]", "Rotate the environment to the left",
       [&c](const std::string& text) { c.environment_turn = parse_number("--environment-turn", text, -3600, 3600); });
   add("--environment-scale", "F [1]", "Multiply the environment's radiance",

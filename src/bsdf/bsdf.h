@@ -48,7 +48,8 @@ enum class BsdfKind : std::uint8_t {
 /// - conductor: alpha_x, alpha_y; with use_reflectance: specular (F0 of Schlick's approximation), otherwise eta, k.
 ///   pbrt-v4 converts a "reflectance" r to eta = 1, k = 2 sqrt(r / (1 - r)); to match its images, do the same.
 /// - dielectric: eta.r, alpha_x, alpha_y, specular and transmission (tints of the two; 1 for plain glass).
-/// - thin_dielectric: eta.r (of the pane over both sides), specular, transmission (tints). Always smooth.
+/// - thin_dielectric: eta.r (of the pane over both sides), specular (tint), transmission (of a passage of the pane's
+///   inside at normal incidence). Always smooth.
 /// - coated_diffuse: diffuse (the base's own albedo), coat_eta, alpha_x, alpha_y (of the coat), coat_thickness,
 ///   coat_bounces.
 /// - coated_conductor: coat_eta, coat_alpha, coat_thickness, coat_bounces; alpha_x, alpha_y and use_reflectance,

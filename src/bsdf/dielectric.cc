@@ -51,16 +51,33 @@ void dielectric_components(const View& view, Components& out) {
 }
 
 void thin_dielectric_components(const View& view, Components& out) {
-  // Reflections between the two faces: R + T R T + T R R R T + … with T = 1 - R (Pharr, Jakob and Humphreys,
-  // "Physically Based Rendering", 4th edition, section 9.5.2), which sums to R + T^2 R / (1 - R^2) = 2 R / (1 + R).
-  const float r = fresnel_dielectric(view.wo.z, view.bsdf.eta.r), reflected = 2 * r / (1 + r);
+  // Reflections between the two faces: R + T R T + T R R R T + ... with T = 1 - R (Pharr, Jakob and
+  // Humphreys, "Physically Based Rendering", 4th edition, section 9.5.2), for each polarisation. Each passage transmits
+  // t, which is `transmission` at normal incidence and falls with the length of the path. The sums are R + T^2 t^2 R /
+  // (1 - R^2 t^2) and T^2 t / (1 - R^2 t^2).
+  const float eta = view.bsdf.eta.r, cos_i = std::min(view.wo.z, 1.0f);
+  const float cos_t = std::sqrt(std::max(1 - (1 - cos_i * cos_i) / (eta * eta), 0.0f));
+  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  RGB reflected{0.0f}, transmitted{0.0f};
+  for (int k = 0; k < 3; ++k) {
+    const float normal = view.bsdf.transmission[k];
+    // Total reflection has no path through the pane.
+    const float t = normal >= 1 ? 1 : cos_t > 0 && normal > 0 ? std::pow(normal, 1 / cos_t) : 0;
+    for (const float amplitude : {parallel, perpendicular}) {
+      const float r = std::min(amplitude * amplitude, 1.0f);
+      const float passed = r < 1 ? (1 - r) * (1 - r) * t / (1 - r * r * t * t) : 0;
+      reflected[k] += 0.5f * (r + r * t * passed);
+      transmitted[k] += 0.5f * passed;
+    }
+  }
   Component c;
   c.lobe = kSharp;
   c.shape = Shape::mirror;
   c.albedo = view.bsdf.specular * reflected;
   out.add(c);
   c.shape = Shape::straight;
-  c.albedo = view.bsdf.transmission * (1 - reflected);
+  c.albedo = transmitted;
   out.add(c);
 }
 

@@ -13,6 +13,7 @@
 #include "image/texture_file.h"
 #include "import/ies/luminaire.h"
 #include "import/mesh_tools.h"
+#include "import/sky_text.h"
 #include "scene/default_camera.h"
 #include "scene/scene_checks.h"
 
@@ -134,7 +135,9 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
   if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
   change_cameras(d, changes);
   for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text));
-  if (changes.uniform_radiance) {
+  if (!changes.sky.empty()) {
+    add_sky(changes.sky, d);
+  } else if (changes.uniform_radiance) {
     d.environment = Environment{};
     d.environment->name = "environment";
     d.environment->scale = *changes.uniform_radiance;

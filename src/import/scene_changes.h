@@ -14,6 +14,7 @@ namespace glowworm {
 struct SceneChanges {
   std::string environment_file;                ///< an image; empty: the scene's own environment
   std::optional<RGB> uniform_radiance;         ///< W sr^-1 m^-2, an environment of constant radiance
+  std::string sky;                             ///< replaces the environment, as add_sky() parses it
   float environment_turn = 0;                  ///< degrees around the up axis, counter-clockwise seen from above
   float environment_scale = 1;                 ///< factor on the environment's radiance
   bool z_up = false;                           ///< the file's z axis points up, instead of its y axis
@@ -34,8 +35,8 @@ std::array<Vec3, 2> parse_look_at(const std::string& text);
 /// lat-long map. Throws Error if the file is missing or not an image, and MemoryError if it exceeds the budget.
 Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget);
 
-/// Applies the changes: first the axis and the unit, then the cameras, luminaires and environment. Adds a default camera
-/// if a camera change is requested and the scene has none. Throws Error if a file cannot be read.
+/// Applies the changes: first the axis and the unit, then the cameras, luminaires and environment. Adds a default
+/// camera if a camera change is requested and the scene has none. Throws Error if a file cannot be read.
 void change_scene(SceneDescription& scene, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget);
 
 }  // namespace glowworm

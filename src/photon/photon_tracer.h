@@ -24,7 +24,7 @@ struct PhotonPassSettings {
   std::uint64_t max_emitted = 0;    ///< most paths, even if few photons were stored; 0: 200 times `photons`
   std::uint32_t seed = 0;
   std::uint32_t pass = 0;                ///< passes of one seed have different photons
-  int max_bounces = 64;                  ///< Russian roulette ends nearly all paths earlier
+  int max_bounces = 1000;                ///< Russian roulette ends nearly all paths earlier
   const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
   const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
 };

@@ -27,7 +27,7 @@ struct PhotonMapSettings {
   bool fixed_radius = false;         ///< one radius for all photons in place of one for each
   std::uint32_t seed = 0, pass = 0;  ///< select the photons
   float radius_scale = 1;            ///< factor on the radii
-  int max_bounces = 64;              ///< of a photon path
+  int max_bounces = 1000;            ///< of a photon path
   /// Guide of the emission; null: in proportion to power. Two guides are equal if they are the same object.
   std::shared_ptr<const EmissionGuide> guide;
   /// Decides which photons count as used; null: all.

@@ -104,7 +104,7 @@ struct RenderSettings {
   bool secondary_gather = true;     ///< gather rays shorter than the photons' radius gather again at their end
   bool gather_guiding = true;       ///< send some gather rays to small bright places (gather/bright_patches.h)
   bool boundary_correction = true;  ///< correct kernels that extend over edges (render/boundary.h)
-  int max_bounces = 64;             ///< most bounces of a path (Russian roulette ends nearly all earlier)
+  int max_bounces = 1000;           ///< most bounces of a path (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
   Filtering filter = Filtering::automatic;
   bool separate_layers = true;    ///< keep the film's layers apart; always true if there are AOVs or a filter

@@ -110,6 +110,19 @@ EnvironmentValue value_at(const Environment& e, const Distribution2D& distributi
   return {e.scale * sum, solid_angle > 0 ? density / solid_angle : 0.0f};
 }
 
+/// In the space of the image. The axes are orthonormal (Scene ensures it), so the transpose is the inverse.
+Vec3 local_direction(const Environment& e, Vec3 direction) {
+  const Transform& m = e.to_world;
+  return {dot(direction, m.x), dot(direction, m.y), dot(direction, m.z)};
+}
+
+/// The value of a direction of world space, which stands at uv of the image.
+EnvironmentValue value_at(const Environment& e, const Distribution2D& distribution, Vec2 uv, Vec3 direction) {
+  EnvironmentValue value = value_at(e, distribution, uv);
+  if (e.sky) value.radiance = e.scale * sky_radiance(*e.sky, local_direction(e, direction));
+  return value;
+}
+
 /// Samples a number in [-1, 1] with density 1 - |x|. @param u in [0, 1)
 float square_to_tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 * (1 - u)); }
 
@@ -133,9 +146,7 @@ Vec3 environment_direction(const Environment& environment, Vec2 uv) {
 }
 
 Vec2 environment_coordinates(const Environment& environment, Vec3 direction) {
-  const Transform& m = environment.to_world;
-  // The axes are orthonormal (Scene ensures it), so the transpose is the inverse.
-  const Vec3 local = {dot(direction, m.x), dot(direction, m.y), dot(direction, m.z)};
+  const Vec3 local = local_direction(environment, direction);
   return environment.mapping == EnvironmentMapping::lat_long ? lat_long_coordinates(local)
                                                              : equal_area_coordinates(local);
 }
@@ -146,6 +157,8 @@ float environment_solid_angle(const Environment& environment, Vec2 uv) {
 }
 
 RGB radiance(const Environment& environment, Vec3 direction) {
+  if (environment.sky)
+    return environment.scale * sky_radiance(*environment.sky, local_direction(environment, direction));
   if (environment.pixels.empty()) return environment.scale;
   RGB sum;
   for_texels_around(environment, environment_coordinates(environment, direction),
@@ -155,7 +168,7 @@ RGB radiance(const Environment& environment, Vec3 direction) {
 
 EnvironmentValue radiance_and_pdf(const Environment& environment, const Distribution2D& distribution, Vec3 direction) {
   if (environment.pixels.empty()) return {environment.scale, kUniformSpherePdf};
-  return value_at(environment, distribution, environment_coordinates(environment, direction));
+  return value_at(environment, distribution, environment_coordinates(environment, direction), direction);
 }
 
 Vec3 sample_environment_direction(const Environment& environment, const Distribution2D& distribution, Vec2 u) {
@@ -166,7 +179,8 @@ Vec3 sample_environment_direction(const Environment& environment, const Distribu
 EnvironmentDirection sample_environment(const Environment& environment, const Distribution2D& distribution, Vec2 u) {
   if (distribution.empty()) return {square_to_sphere(u), {environment.scale, kUniformSpherePdf}};
   const Vec2 uv = sampled_point(environment, distribution, u);
-  return {environment_direction(environment, uv), value_at(environment, distribution, uv)};
+  const Vec3 direction = environment_direction(environment, uv);
+  return {direction, value_at(environment, distribution, uv, direction)};
 }
 
 Distribution2D environment_distribution(const Environment& environment) {

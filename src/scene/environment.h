@@ -5,7 +5,8 @@
 
 namespace glowworm {
 
-/// Radiance (W sr^-1 m^-2) from a unit direction in world space, towards the environment, interpolated bilinearly.
+/// Radiance (W sr^-1 m^-2) from a unit direction in world space, towards the environment: by the formula of the sky, or
+/// interpolated bilinearly.
 RGB radiance(const Environment& environment, Vec3 direction);
 
 /// The direction (world space, unit) of a point of the image; u to the right, v downwards, both in [0, 1].
@@ -40,7 +41,7 @@ EnvironmentDirection sample_environment(const Environment& environment, const Di
 /// Luminance times solid angle of each texel as a distribution over the image; empty if there is no image.
 Distribution2D environment_distribution(const Environment& environment);
 
-/// Integral of the radiance over all directions, W m^-2.
+/// Integral of the radiance over all directions, W m^-2; for a sky, that of its table.
 RGB environment_integral(const Environment& environment);
 
 }  // namespace glowworm

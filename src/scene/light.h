@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "core/transform.h"
 #include "core/vec.h"
 #include "scene/intensity_table.h"
+#include "scene/sky_model.h"
 #include "scene/texture.h"
 
 namespace glowworm {
@@ -42,7 +44,8 @@ enum class EnvironmentMapping : std::uint8_t {
   equal_area,  ///< Clarberg's octahedral equal-area map, as pbrt-v4 uses it (u, v of the file, first row v = 0)
 };
 
-/// Light from infinitely far in all directions. Radiance is `scale` times the image, or `scale` without one.
+/// Light from infinitely far in all directions. Radiance is `scale` times the sky's or the image's, or
+/// `scale` without either.
 struct Environment {
   std::string name;
   RGB scale{1.0f};  ///< W sr^-1 m^-2
@@ -52,6 +55,8 @@ struct Environment {
   /// To world space. In the image's space, lat_long has y up (u = 0.5 looks along -z, as in OpenEXR's envmaps) and
   /// equal_area has z up.
   Transform to_world;
+  /// A formula in the space of lat_long. The image is then only what directions are sampled by.
+  std::optional<SkyModel> sky;
 };
 
 }  // namespace glowworm

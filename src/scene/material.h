@@ -29,7 +29,8 @@ struct Material {
   MaterialKind kind = MaterialKind::diffuse;
 
   ColorInput reflectance{RGB(0.5f)};    ///< diffuse albedo, base colour, or reflectance at normal incidence
-  ColorInput transmittance{RGB(0.0f)};  ///< diffuse transmission, or the tint of light that a dielectric transmits
+  ColorInput transmittance{RGB(0.0f)};  ///< diffuse transmission, or the tint of light that a dielectric transmits;
+                                        ///< thin_dielectric: transmittance of its interior at normal incidence
   RGB eta{1.5f}, k{0.0f};               ///< conductor's complex index of refraction, relative to the outside
   bool use_reflectance = false;         ///< conductor by reflectance (F0) instead of eta and k
   float ior = 1.5f;                     ///< dielectrics and coats: index inside over index outside

@@ -1,0 +1,229 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/open_scene.h"
+#include "apps/output_files.h"
+#include "apps/progress_bar.h"
+#include "apps/table_options.h"
+#include "builtin/builtin.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/input_file.h"
+#include "core/log.h"
+#include "core/parallel.h"
+#include "measure/measurement.h"
+#include "render/filtered.h"
+#include "render/job.h"
+#include "session/command_text.h"
+
+namespace glowworm {
+
+namespace {
+
+struct MeasureOptions {
+  std::string scene, command_line, points, grid, surface;
+  std::vector<std::string> outputs, lights;
+  bool verbose = false, quiet = false;
+  TableOptions table;
+  SceneOptions changes;
+};
+
+using Writer = std::string (*)(const Measurement&, const std::string&);
+
+/// What writes a file of this name. Throws CommandLineError for another ending.
+Writer writer_of(const std::string& name) {
+  if (name == kStandardOutput) return measurement_csv;
+  std::string ending = std::filesystem::path(name).extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".csv") return measurement_csv;
+  if (ending == ".json") return measurement_json;
+  if (ending == ".ply") return measurement_ply;
+  if (ending == ".vtk") return measurement_vtk;
+  throw CommandLineError(fmt::format("'{}' does not end in .csv, .json, .ply or .vtk", name),
+                         "Give -o a name with one of these endings, or - for CSV on standard output.");
+}
+
+void check_options(MeasureOptions& o) {
+  const int given = int{!o.points.empty()} + int{!o.grid.empty()} + int{!o.surface.empty()};
+  if (given != 1)
+    throw CommandLineError(given == 0 ? "no sensors were given" : "sensors were given in more than one way",
+                           "Give one of --points FILE, --grid PLANE,SPACING and --surface NAME,SPACING.");
+  for (const std::string& name : o.outputs) writer_of(name);
+  read_command_line([&] {
+    take_luminaires(o.lights, o.changes.changes);
+    for (const std::string& light : o.lights) parse_light_edit(light);
+    if (o.table.settings.samples == 1)
+      throw Error("--samples 1 leaves the error of a measurement unknown", "Give two samples or more.");
+  });
+}
+
+/// The settings of a measurement: by default light is as it is, not filtered, and photons are new for every sample, so
+/// that the spread of the samples holds their noise.
+RenderSettings settings_of(const MeasureOptions& o) {
+  RenderSettings s = o.table.settings;
+  const auto given = [&](std::string_view name) {
+    return std::any_of(o.table.given.begin(), o.table.given.end(),
+                       [&](const Option* option) { return option->name == name; });
+  };
+  if (!given("--filter")) s.filter = Filtering::off;
+  s.progressive = s.integrator != Integrator::path;
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  return s;
+}
+
+/// "12 and 4 more" of indices.
+std::string list_of(const std::vector<std::size_t>& indices) {
+  constexpr std::size_t kShown = 5;
+  const std::vector<std::size_t> shown(indices.begin(),
+                                       indices.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, indices.size())));
+  const std::string more = indices.size() > kShown ? fmt::format(" and {} more", indices.size() - kShown) : "";
+  return fmt::format("{}{}", fmt::join(shown, ", "), more);
+}
+
+/// Refuses sensors of a file that are inside of objects, and leaves out those of a plane.
+void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& tracer) {
+  if (!o.surface.empty()) return;
+  const std::vector<std::uint32_t> around = objects_around(sensors, tracer);
+  std::vector<std::size_t> inside;
+  Sensors free;
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    if (around[i] != kNone)
+      inside.push_back(i);
+    else
+      free.add(sensors.position[i], sensors.normal[i]);
+  }
+  if (inside.empty()) return;
+  const std::string& object = tracer.scene().geometry().objects[around[inside.front()]].name;
+  if (o.points.empty() && free.size() > 0) {
+    inform(fmt::format("note: {} sensors inside of solid objects are left out", inside.size()));
+    sensors = std::move(free);
+    return;
+  }
+  throw Error(fmt::format("sensors are inside of solid objects, the first of \"{}\": {} (counted from 0)", object,
+                          list_of(inside)),
+              "Move them out: rays from them meet the back of that object's surface in all directions.");
+}
+
+Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
+  if (!o.points.empty()) return parse_points(read_input_file(o.points), o.points);
+  return o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene);
+}
+
+std::exception_ptr attend(Job& job, bool quiet) {
+  ProgressBar bar(!quiet);
+  while (!job.done()) {
+    if (caught_interrupt()) job.cancel();
+    bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", job.passes() + 1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
+  }
+  bar.finish();
+  try {
+    job.wait();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
+int run_measure(MeasureOptions& o) {
+  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
+  set_thread_count(o.table.settings.threads);
+  check_options(o);
+  const RenderSettings asked = settings_of(o);
+  OutputFiles files;
+  files.add_input("the scene", o.scene);
+  if (!o.points.empty()) files.add_input("--points", o.points);
+  for (const std::string& name : o.outputs) files.add("-o", name);
+  for (const std::string& name : o.outputs) files.probe(name);
+  files.throw_if_any_failed();
+  ImportOptions import_options;
+  import_options.budget = loading_budget(asked.memory_bytes);
+  std::string camera;
+  const std::shared_ptr<const Scene> scene =
+      scene_of_view(open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, "", camera);
+  tell_notes(*scene, o.scene);
+  const auto tracer = std::make_shared<const Tracer>(*scene);
+  Sensors sensors = make_sensors(o, *scene);
+  check_inside(o, sensors, *tracer);
+  catch_interrupts();
+  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, !o.surface.empty()));
+  Job job(scene, tracer, asked, nullptr, 0, grid);
+  inform(
+      fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
+  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
+  const std::exception_ptr failure = attend(job, o.quiet);
+  if (failure) std::rethrow_exception(failure);
+  const Film film = job.snapshot();
+  if (film.whole_passes() < 2) {
+    warn("the measurement ended before every sensor had two samples: no file was written");
+    return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 1;
+  }
+  const Measurement measured = measurement_of(sensors, film);
+  for (const std::string& name : o.outputs)
+    files.write(name, [&] { write_file(name, writer_of(name)(measured, o.command_line)); });
+  files.throw_if_any_failed();
+  inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
+                     relative_error(unfiltered_picture(film, false))));
+  return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 0;
+}
+
+constexpr const char* kFooter = R"(
+Sensors measure the light that arrives from the half space around their normal:
+irradiance in W m^-2 for each channel of linear RGB, and illuminance in lx by 179 lm/W.
+The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is
+the mean of the channels, relative_error the standard error of E_lx over E_lx.
+A .pts file has a sensor a line: x y z nx ny nz. Sensors inside of solid objects are
+refused. Photons are new for each sample, so that relative_error holds their noise.
+
+Examples:
+  glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv
+  glowworm measure office.glb --points desks.pts --noise 1% -o lux.csv -o lux.vtk
+  glowworm measure office.glb --surface table,0.1 --sky cie:16 -o table.json
+  glowworm measure office.glb --points desks.pts --light lamp.ies@2,2.8,1 -o -)";
+
+}  // namespace
+
+void add_measure_command(CLI::App& program, const std::string& command_line, int& exit_status) {
+  auto o = std::make_shared<MeasureOptions>();
+  o->command_line = command_line;
+  CLI::App* c = program.add_subcommand("measure", "Measures irradiance and illuminance at points.");
+  c->add_option("scene", o->scene,
+                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                            fmt::join(builtin_scene_names(), ", builtin:")))
+      ->required()
+      ->option_text("SCENE");
+  const auto add = [&](const char* name, std::string& value, const char* values, const char* meaning) {
+    c->add_option(name, value, meaning)->take_last()->option_text(values)->group("Sensors");
+  };
+  add("--points", o->points, "FILE", "Places and normals: a line x y z nx ny nz (m) for each sensor");
+  add("--grid", o->grid, "PLANE,SPACING", "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
+  add("--surface", o->surface, "NAME,SPACING", "Sensors on the front of an object's surface");
+  c->add_option("-o,--output", o->outputs, "Table to write: .csv, .json, .ply or .vtk; - is CSV on standard output")
+      ->option_text("FILE")
+      ->required()
+      ->group("Sensors");
+  c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
+      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
+      ->group("Scene");
+  add_scene_options(*c, o->changes);
+  add_table_options(*c, "Method", false, o->table);
+  add_table_options(*c, "Effort", false, o->table);
+  add_table_options(*c, "Machine", false, o->table);
+  c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
+  c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
+  c->footer(kFooter);
+  c->callback([o, &exit_status] { exit_status = run_measure(*o); });
+}
+
+}  // namespace glowworm

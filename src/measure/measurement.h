@@ -1,0 +1,35 @@
+// What sensors measured, and its files.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "measure/sensors.h"
+#include "render/film.h"
+
+namespace glowworm {
+
+/// Irradiance at sensors.
+struct Measurement {
+  Sensors sensors;
+  std::vector<RGB> irradiance;        ///< W m^-2 in each channel
+  std::vector<float> relative_error;  ///< standard error of the luminance over itself; 0 where no light is
+};
+
+/// Takes the sensors' cells out of a film that was rendered over sensor_grid().
+Measurement measurement_of(const Sensors& sensors, const Film& film);
+
+/// Illuminance of an irradiance in lx, by kLuminousEfficacy.
+float illuminance(RGB irradiance);
+
+/// Text files of a measurement. `about` is told in comments, such as the command line.
+/// Comma-separated values, with the header x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is the mean of
+/// the three channels. Lines that begin with # are comments.
+std::string measurement_csv(const Measurement& measured, const std::string& about);
+/// One object: "about", "lumens_per_watt", and "points", a list of objects with the columns of the CSV as keys.
+std::string measurement_json(const Measurement& measured, const std::string& about);
+/// ASCII PLY: vertices with normals, E_W_m2, E_lx and relative_error.
+std::string measurement_ply(const Measurement& measured, const std::string& about);
+/// Legacy VTK: points as vertices with normals and the same scalars.
+std::string measurement_vtk(const Measurement& measured, const std::string& about);
+
+}  // namespace glowworm

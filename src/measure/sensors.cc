@@ -1,0 +1,232 @@
+#include "measure/sensors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kSensorsInRow = 1024;
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == ','; }
+
+/// Reads finite numbers with blanks between them; the count, or more than `values` has room for, or 0 for another text.
+std::size_t read_numbers(std::string_view line, std::array<float, 6>& values) {
+  std::size_t count = 0;
+  while (true) {
+    while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
+    if (line.empty()) return count;
+    float value = 0;
+    const auto [end, error] = std::from_chars(line.data() + line.starts_with('+'), line.data() + line.size(), value);
+    if (error != std::errc() || !std::isfinite(value)) return 0;
+    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+    if (!line.empty() && !is_blank(line.front())) return 0;
+    if (count < values.size()) values[count] = value;
+    ++count;
+  }
+}
+
+/// The number behind the last comma of a text, and what stands before it.
+struct Spaced {
+  std::string name;
+  float spacing = 0;
+};
+
+Spaced read_spaced(const char* option, const std::string& text, const char* form) {
+  const std::size_t comma = text.rfind(',');
+  Spaced out;
+  bool good = comma != std::string::npos && comma > 0;
+  if (good) {
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data() + comma + 1, end, out.spacing);
+    good = error == std::errc() && rest == end && out.spacing > 0 && std::isfinite(out.spacing);
+  }
+  if (!good) throw Error(fmt::format("{} '{}' has no spacing", option, text), form);
+  out.name = text.substr(0, comma);
+  return out;
+}
+
+void check_number(double count, const std::string& text) {
+  if (!(count <= static_cast<double>(kMostSensors)))
+    throw Error(fmt::format("'{}' makes {:.3g} sensors; {} are possible", text, count, kMostSensors),
+                "Give a larger spacing.");
+}
+
+/// The directions to the corners and sides of a cube, turned askew so that they run along no surface.
+std::array<Vec3, 14> directions_around() {
+  std::array<Vec3, 14> out;
+  std::size_t n = 0;
+  for (int i = 0; i < 8; ++i) out[n++] = {i & 1 ? 1.0f : -1.0f, i & 2 ? 0.93f : -1.06f, i & 4 ? 1.04f : -0.96f};
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float sign : {1.0f, -1.0f}) {
+      Vec3 d{0.05f, 0.03f, -0.04f};
+      d[axis] = sign;
+      out[n++] = d;
+    }
+  for (Vec3& d : out) d = normalize(d);
+  return out;
+}
+
+/// For each object, whether its box is less than half as long as the scene's along every axis.
+std::vector<bool> small_objects(const Scene& scene) {
+  const Geometry& g = scene.geometry();
+  std::vector<Box3> boxes(g.objects.size());
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
+    if (const std::uint32_t object = g.object_of(t); object != kNone)
+      for (const std::uint32_t vertex : g.triangles[t]) boxes[object].grow(g.positions[vertex]);
+  const Vec3 whole = scene.bounds().diagonal();
+  std::vector<bool> out;
+  for (const Box3& box : boxes) {
+    const Vec3 size = box.empty() ? whole : box.diagonal();
+    out.push_back(size.x < 0.5f * whole.x && size.y < 0.5f * whole.y && size.z < 0.5f * whole.z);
+  }
+  return out;
+}
+
+}  // namespace
+
+Sensors parse_points(std::string_view text, const std::string& path) {
+  Sensors out;
+  int number = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    ++number;
+    while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
+    if (line.empty() || line.front() == '#') continue;
+    std::array<float, 6> v;
+    if (read_numbers(line, v) != v.size())
+      throw Error({path, number}, fmt::format("'{}' is not a place and a direction", line.substr(0, 80)),
+                  "Write six finite numbers a line: x y z nx ny nz.");
+    const Vec3 normal{v[3], v[4], v[5]};
+    const float l = length(normal);
+    if (!(l > 0 && std::isfinite(l)))
+      throw Error({path, number}, "the direction of the sensor has no length", "Give the normal that it faces along.");
+    out.add({v[0], v[1], v[2]}, normalize(normal / l));
+  }
+  if (out.size() == 0) throw Error({path}, "holds no sensors", "Write six numbers a line: x y z nx ny nz.");
+  return out;
+}
+
+Sensors plane_sensors(const std::string& text, const Scene& scene) {
+  constexpr const char* kForm =
+      "Write a plane and a spacing in metres, for example y=0.8,0.5, or -z=2,0.1 to face along -z.";
+  const auto [plane, spacing] = read_spaced("--grid", text, kForm);
+  const bool turned = plane.starts_with('-');
+  const std::string_view rest = std::string_view(plane).substr(turned);
+  float level = 0;
+  const char* const end = rest.data() + rest.size();
+  const bool named = rest.size() > 2 && rest[0] >= 'x' && rest[0] <= 'z' && rest[1] == '=';
+  if (!named) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
+  const auto [stop, error] = std::from_chars(rest.data() + 2, end, level);
+  if (error != std::errc() || stop != end) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
+  const int axis = rest[0] - 'x', across = axis == 0 ? 1 : 0, along = axis == 2 ? 1 : 2;
+  const Box3 box = scene.bounds();
+  if (!(level >= box.min[axis] && level <= box.max[axis]))
+    throw Error(fmt::format("the plane of --grid '{}' misses the scene, which reaches from {} to {} m", text,
+                            box.min[axis], box.max[axis]));
+  const Vec3 size = box.diagonal();
+  const double columns = std::max(std::round(double{size[across]} / spacing), 1.0);
+  const double rows = std::max(std::round(double{size[along]} / spacing), 1.0);
+  check_number(columns * rows, text);
+  Vec3 normal{0, 0, 0};
+  normal[axis] = turned ? -1.0f : 1.0f;
+  Sensors out;
+  for (int j = 0; j < static_cast<int>(rows); ++j)
+    for (int i = 0; i < static_cast<int>(columns); ++i) {
+      Vec3 place;
+      place[axis] = level;
+      place[across] = static_cast<float>(box.min[across] + (i + 0.5) * size[across] / columns);
+      place[along] = static_cast<float>(box.min[along] + (j + 0.5) * size[along] / rows);
+      out.add(place, normal);
+    }
+  return out;
+}
+
+Sensors surface_sensors(const std::string& text, const Scene& scene) {
+  const auto [name, spacing] =
+      read_spaced("--surface", text, "Write the name of an object and a spacing in metres, for example table,0.1.");
+  const Geometry& g = scene.geometry();
+  std::string names;
+  bool found = false;
+  for (const ObjectStart& object : g.objects) {
+    found = found || object.name == name;
+    names += (names.empty() ? "\"" : ", \"") + object.name + "\"";
+  }
+  if (!found)
+    throw Error(fmt::format("the scene has no object \"{}\"", name),
+                "It has " + (names.empty() ? "none" : names) + ".");
+  Sensors out;
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
+    const std::uint32_t object = g.object_of(t);
+    if (object == kNone || g.objects[object].name != name || !(g.doubled_area(t) > 0)) continue;
+    const auto& [a, b, c] = g.triangles[t];
+    const Vec3 corner = g.positions[a], u = g.positions[b] - corner, v = g.positions[c] - corner;
+    const double longest = std::max({length(u), length(v), length(v - u)});
+    const double parts = std::max(std::ceil(longest / spacing), 1.0);
+    check_number(static_cast<double>(out.size()) + parts * parts, text);
+    const int n = static_cast<int>(parts);
+    // Centres of gravity of n * n triangles alike, of which those beyond the diagonal of their square are turned.
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x + y < n; ++x)
+        for (const float third : {1.0f / 3, 2.0f / 3})
+          if (third < 0.5f || x + y + 1 < n)
+            out.add(corner + u * ((static_cast<float>(x) + third) / static_cast<float>(n)) +
+                        v * ((static_cast<float>(y) + third) / static_cast<float>(n)),
+                    g.normal(t));
+  }
+  if (out.size() == 0) throw Error(fmt::format("the object \"{}\" has no surface", name));
+  return out;
+}
+
+std::vector<std::uint32_t> objects_around(const Sensors& sensors, const Tracer& tracer) {
+  const Geometry& g = tracer.scene().geometry();
+  const std::vector<bool> small = small_objects(tracer.scene());
+  const std::array<Vec3, 14> directions = directions_around();
+  std::vector<std::uint32_t> out(sensors.size(), kNone);
+  parallel_for(0, sensors.size(), 256, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      std::uint32_t around = kNone;
+      for (const Vec3 d : directions) {
+        Ray ray;
+        ray.origin = sensors.position[i];
+        ray.direction = d;
+        ray.t_max = std::numeric_limits<float>::infinity();
+        const Hit hit = tracer.intersect(ray);
+        const std::uint32_t object = hit.triangle == kNone ? kNone : g.object_of(hit.triangle);
+        const bool inside = object != kNone && small[object] && dot(g.normal(hit.triangle), d) > 0 &&
+                            (around == kNone || around == object);
+        around = inside ? object : kNone;
+        if (!inside) break;
+      }
+      out[i] = around;
+    }
+  });
+  return out;
+}
+
+PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces) {
+  PointGrid grid;
+  const std::size_t rows = (sensors.size() + kSensorsInRow - 1) / kSensorsInRow;
+  const std::size_t columns = (sensors.size() + rows - 1) / rows;
+  grid.width = static_cast<int>(columns);
+  grid.height = static_cast<int>(rows);
+  grid.position = sensors.position;
+  grid.normal = sensors.normal;
+  grid.position.resize(columns * rows, sensors.position.back());
+  grid.normal.resize(columns * rows, sensors.normal.back());
+  grid.on_surfaces = on_surfaces;
+  return grid;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,50 @@
+// Places where light is measured: from a file, on a plane, or on the surfaces of an object.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gather/point_pass.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Sensors, one after the other.
+struct Sensors {
+  std::vector<Vec3> position;  ///< metres
+  std::vector<Vec3> normal;    ///< unit
+
+  std::size_t size() const { return position.size(); }
+  void add(Vec3 place, Vec3 direction) {
+    position.push_back(place);
+    normal.push_back(direction);
+  }
+};
+
+/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. Blanks, tabs
+/// or commas separate; empty lines and lines that begin with # are skipped. Throws Error with the line for others, for
+/// numbers that are not finite and for directions of length 0.
+Sensors parse_points(std::string_view text, const std::string& path);
+
+/// The middles of square cells of a plane within the scene's bounds. @param text "PLANE,SPACING", where PLANE is
+/// x=V, y=V or z=V (m), and -x=V, ... for sensors that face the other way. Throws Error for other texts, and where the
+/// plane misses the scene or has more than kMostSensors cells.
+Sensors plane_sensors(const std::string& text, const Scene& scene);
+
+/// Points on the front of the triangles of an object, cut into parts no longer than the spacing. @param text
+/// "NAME,SPACING" (m). Throws Error, with the names, where there is no such object or it takes more than kMostSensors.
+Sensors surface_sensors(const std::string& text, const Scene& scene);
+
+inline constexpr std::size_t kMostSensors = 20'000'000;
+
+/// For each sensor the index of the object of the scene that it is inside of, or kNone. A sensor is taken to be inside
+/// where rays in 14 directions all meet first the back of one object whose box is less than half as long as the
+/// scene's along every axis, so that no room is meant.
+std::vector<std::uint32_t> objects_around(const Sensors& sensors, const Tracer& tracer);
+
+/// The sensors as a grid to render: rows of kSensorsInRow at most, the last filled up by copies of the last sensor.
+/// @param on_surfaces they lie on surfaces of the scene
+PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces);
+
+}  // namespace glowworm

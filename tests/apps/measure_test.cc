@@ -1,0 +1,91 @@
+// glowworm measure: tables of irradiance at sensors.
+#include <cmath>
+#include <sstream>
+
+#include "apps/program.h"
+
+namespace glowworm {
+namespace {
+
+/// A luminaire of 1000 cos(gamma) cd.
+std::string cosine_lamp() {
+  std::string angles, values;
+  for (int i = 0; i <= 90; ++i) {
+    angles += std::to_string(i) + " ";
+    values += std::to_string(1000 * std::cos(i * M_PI / 180)) + "\n";
+  }
+  return "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 91 1 1 2 0 0 0 1 1 1\n" + angles + "0\n" + values;
+}
+
+/// The last line of a table, as numbers.
+std::vector<double> last_row(const std::string& csv) {
+  const std::size_t begin = csv.rfind('\n', csv.size() - 2) + 1;
+  std::stringstream line(csv.substr(begin));
+  std::vector<double> out;
+  for (std::string word; std::getline(line, word, ',');) out.push_back(std::stod(word));
+  return out;
+}
+
+class MeasureTest : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("a.pbrt",
+          "LookAt 0 1 3 0 0 0 0 1 0 WorldBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] Shape \"trianglemesh\" "
+          "\"point3 P\" [-2 0 -2 2 0 -2 2 0 2 -2 0 2] \"integer indices\" [0 2 1 0 3 2]\n");
+    write("lamp.ies", cosine_lamp());
+    write("a.pts", "# below, and aside\n0 0 0  0 1 0\n1.5 0 1.5  0 3 0\n");
+  }
+};
+
+TEST_F(MeasureTest, MeasuresALuminaireByTheCosineLaw) {
+  const Outcome outcome = run({"measure", "a.pbrt", "--points", "a.pts", "--light", "lamp.ies@0,3,0", "--samples", "2",
+                               "--photons", "1000", "-o", "a.csv", "-o", "a.json", "-o", "a.ply", "-o", "a.vtk"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::vector<double> row = last_row(read(path("a.csv")));
+  ASSERT_EQ(row.size(), 12u);
+  // CIE 171:2006, 5.2: I0 h^2 / d^4.
+  EXPECT_NEAR(row[10], 1000 * 9 / (13.5 * 13.5), 0.05);
+  EXPECT_NEAR(row[6], row[10] / 179, 1e-4);
+  EXPECT_LT(row[11], 1e-4);
+  EXPECT_NEAR(read_json("a.json").at("points").at(0).at("E_lx").get<double>(), 1000 / 9.0, 0.05);
+}
+
+TEST_F(MeasureTest, StopsAtTheErrorAskedFor) {
+  const Outcome outcome = run({"measure", "builtin:cornell", "--grid", "y=0.5,0.25", "--photons", "20k", "--gather",
+                               "16", "--noise", "5%", "-o", "-"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::vector<double> row = last_row(outcome.out);
+  ASSERT_EQ(row.size(), 12u);
+  EXPECT_GT(row[10], 0);
+  EXPECT_GT(row[11], 0);
+  EXPECT_LT(row[11], 0.5);
+}
+
+TEST_F(MeasureTest, LightsBySkies) {
+  const Outcome outcome = run({"measure", "a.pbrt", "--points", "a.pts", "--sky", "cie:12,50,135,20000", "--samples",
+                               "64", "--gather", "256", "--photons", "1000", "-o", "-"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NEAR(last_row(outcome.out)[10], 20'000, 200);
+}
+
+TEST_F(MeasureTest, RefusesWithReasons) {
+  const auto measure = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", "a.pbrt"});
+    return run(more);
+  };
+  EXPECT_TRUE(refused(measure({"-o", "a.csv"}), {"no sensors", "--points"}, 2));
+  EXPECT_TRUE(refused(measure({"--points", "a.pts", "--grid", "y=0,1", "-o", "a.csv"}), {"more than one way"}, 2));
+  EXPECT_TRUE(refused(measure({"--points", "a.pts", "-o", "a.txt"}), {"a.txt", ".csv"}, 2));
+  EXPECT_TRUE(refused(measure({"--points", "none.pts", "-o", "a.csv"}), {"none.pts"}));
+  EXPECT_TRUE(refused(measure({"--points", "a.pts", "-o", "a.pts"}), {"a.pts"}, 2));
+  EXPECT_TRUE(refused(measure({"--points", "a.pts", "--samples", "1", "-o", "a.csv"}), {"--samples"}, 2));
+  EXPECT_TRUE(refused(measure({"--points", "a.pts", "--sky", "cie:17", "-o", "a.csv"}), {"cie:17"}, 2));
+  EXPECT_TRUE(refused(measure({"--points", "a.pts", "--light", "none.ies@0,3,0", "-o", "a.csv"}), {"none.ies"}, 2));
+  write("bad.pts", "0 0 0 0 0 0\n");
+  EXPECT_TRUE(refused(measure({"--points", "bad.pts", "-o", "a.csv"}), {"bad.pts:1", "no length"}));
+  EXPECT_EQ(names(), (std::vector<std::string>{"a.pbrt", "a.pts", "bad.pts", "lamp.ies"}));
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,123 @@
+// Skies of the command line: their light on the ground, their shape, the sun's place, and weather files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "import/daylight.h"
+#include "import/sky_text.h"
+#include "scene/environment.h"
+#include "scene/light_sampling.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+SceneDescription under(const std::string& sky) {
+  SceneDescription d = floor_description();
+  add_sky(sky, d);
+  return d;
+}
+
+TEST(Sky, CieSkiesHaveTheIlluminanceAndTheGradationOfTheNorm) {
+  for (int type = 1; type <= 16; ++type) {
+    const SkyModel sky = *under("cie:" + std::to_string(type) + ",40,120,12000,0.5").environment->sky;
+    EXPECT_NEAR(horizontal_irradiance(sky) * kLuminousEfficacy, 12'000, 0.5) << type;
+    EXPECT_NEAR(sky.ground * M_PI * kLuminousEfficacy, 6000, 0.5) << type;
+    EXPECT_EQ(sky_radiance(sky, {0, -0.001f, 1}), sky.ground) << "just below the horizon";
+  }
+  const auto ratio = [](int type, Vec3 a, Vec3 b) {
+    const SkyModel sky = *under("cie:" + std::to_string(type) + ",30,180").environment->sky;
+    return sky_radiance(sky, a) / sky_radiance(sky, b);
+  };
+  const Vec3 zenith{0, 1, 0}, horizon = normalize({1, 1e-4f, 0}), sun = sky_direction(30, 180);
+  EXPECT_NEAR(ratio(16, zenith, horizon), 3, 1e-3) << "overcast: three times as bright";
+  EXPECT_NEAR(ratio(5, zenith, horizon), 1, 1e-5) << "uniform";
+  EXPECT_NEAR(ratio(1, zenith, horizon), 1 + 4 * std::exp(-0.7), 1e-3);
+  // Type 12: the sun's place against the mirrored one, by the indicatrix alone.
+  const Vec3 mirrored = sky_direction(30, 0);
+  const auto indicatrix = [](double chi) {
+    return 1 + 10 * (std::exp(-3 * chi) - std::exp(-3 * M_PI / 2)) + 0.45 * std::cos(chi) * std::cos(chi);
+  };
+  EXPECT_NEAR(ratio(12, sun, mirrored) / (indicatrix(0) / indicatrix(2 * M_PI / 3)), 1, 1e-3);
+}
+
+TEST(Sky, SamplesGiveTheIrradianceOnTheGround) {
+  for (const char* name : {"cie:1", "cie:12,30,200", "cie:15,70,90", "perez:700,100,6,21,10,48,11,1"}) {
+    SceneDescription d = under(name);
+    d.lights.clear();
+    const Scene scene(std::move(d));
+    const double expected = horizontal_irradiance(*scene.environment()->sky);
+    double sum = 0;
+    constexpr int kSide = 200;
+    for (int j = 0; j < kSide; ++j)
+      for (int i = 0; i < kSide; ++i) {
+        const LightSample s = sample_light(scene, {0, 0, 0}, {0, 1, 0}, 0.5f, {(i + 0.5f) / kSide, (j + 0.5f) / kSide});
+        if (s.pdf > 0) sum += luminance(s.radiance) * s.direction.y / s.pdf / (kSide * kSide);
+      }
+    EXPECT_NEAR(sum, expected, 0.005 * expected) << name;
+  }
+}
+
+TEST(Sky, SunStandsWhereAlmanacsHaveIt) {
+  // Berlin at the solstice; Sydney in December, when the sun is in the north. NOAA's solar calculator gives these.
+  const SunPlace berlin = sun_place({6, 21, 12, 52.52, 13.40, 1});
+  EXPECT_NEAR(berlin.altitude, 60.9, 0.5);
+  EXPECT_NEAR(berlin.azimuth, 176, 3);
+  const SunPlace sydney = sun_place({12, 21, 12, -33.87, 151.2, 10});
+  EXPECT_NEAR(sydney.altitude, 79.6, 0.6);
+  EXPECT_TRUE(sydney.azimuth < 20 || sydney.azimuth > 340) << sydney.azimuth;
+  const SunPlace morning = sun_place({3, 21, 8, 0, 0, 0});
+  EXPECT_NEAR(morning.azimuth, 90, 2);
+}
+
+TEST(Sky, PerezFollowsTheMeasuredIrradiance) {
+  const SceneDescription clear = under("perez:850,80,6,21,12,40,0,0"), overcast = under("perez:0,150,6,21,12,40,0,0");
+  ASSERT_EQ(clear.lights.size(), 1u);
+  EXPECT_TRUE(overcast.lights.empty());
+  // Global illuminance over global irradiance lies near 100 to 130 lm/W.
+  const SkyModel& sky = *clear.environment->sky;
+  const double lux =
+      kLuminousEfficacy * (horizontal_irradiance(sky) + luminance(clear.lights[0].intensity) * sky.sun.y);
+  const double watts = 80 + 850 * sky.sun.y;
+  EXPECT_GT(lux / watts, 95);
+  EXPECT_LT(lux / watts, 130);
+  // A clear sky is brighter at the horizon than across from the sun, an overcast one at the zenith.
+  const Vec3 away = sky_direction(60, 0);
+  EXPECT_GT(sky_radiance(sky, sky.sun), 3 * sky_radiance(sky, away));
+  const SkyModel& grey = *overcast.environment->sky;
+  EXPECT_GT(sky_radiance(grey, {0, 1, 0}), 1.5f * sky_radiance(grey, sky_direction(3, 0)));
+  EXPECT_THROW(under("perez:0,150,6,21,0,40,0,0"), Error) << "midnight";
+  EXPECT_THROW(under("perez:0,0,6,21,12,40,0,0"), Error);
+}
+
+TEST(Sky, ReadsAnHourOfAWeatherFile) {
+  std::string text = "LOCATION,Munich,-,DEU,TEST,108660,48.13,11.70,1.0,529.0\n";
+  for (int i = 2; i <= 8; ++i) text += "HEADER " + std::to_string(i) + "\n";
+  for (int hour = 1; hour <= 24; ++hour)
+    text += "1999,6,21," + std::to_string(hour) + ",60,?9?9,20,10,50,95000,1000,1300,350,600," +
+            std::to_string(10 * hour) + "," + std::to_string(5 * hour) + ",0,0\n";
+  const WeatherHour noon = parse_weather_hour(text, "a.epw", 6, 21, 12);
+  EXPECT_EQ(noon.irradiance.direct_normal, 120);
+  EXPECT_EQ(noon.irradiance.diffuse_horizontal, 60);
+  EXPECT_EQ(noon.moment.hour, 11.5);
+  EXPECT_NEAR(noon.moment.latitude, 48.13, 1e-9);
+  EXPECT_EQ(noon.moment.zone, 1);
+  EXPECT_THROW(parse_weather_hour(text, "a.epw", 6, 22, 12), Error);
+  EXPECT_THROW(parse_weather_hour("no weather\n", "a.epw", 6, 21, 12), Error);
+  for (std::size_t size = 0; size + 1 < text.size(); size += 7)
+    EXPECT_THROW(parse_weather_hour(text.substr(0, size), "a.epw", 6, 21, 24), Error) << size;
+}
+
+TEST(Sky, RefusesOtherTexts) {
+  for (const char* bad : {"", "cie:", "cie:0", "cie:17", "cie:1.5", "cie:1,2", "cie:1,-5,0", "cie:1,5,0,-1", "sunny",
+                          "perez:1,2,3", "perez:1,2,13,1,12,0,0,0", "epw:", "epw:a.epw", "epw:a.epw,6,21,25"})
+    EXPECT_THROW(check_sky(bad), Error) << bad;
+  EXPECT_NO_THROW(check_sky("epw:a,b.epw,6,21,12,0.3"));
+}
+
+}  // namespace
+}  // namespace glowworm

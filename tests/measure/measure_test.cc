@@ -1,0 +1,119 @@
+// Sensors: where they are, what is refused, and what their files hold.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "builtin/builtin.h"
+#include "core/error.h"
+#include "measure/measurement.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+std::string error_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Sensors, ReadsPointsAsRadianceHasThem) {
+  const Sensors s = parse_points("# desks\n1 2 3 0 2 0\r\n\n  -1.5e0,\t0,+2,0,0,-1\n4 5 6 0 1 1", "a.pts");
+  ASSERT_EQ(s.size(), 3u);
+  EXPECT_EQ(s.position[0], Vec3(1, 2, 3));
+  EXPECT_EQ(s.normal[0], Vec3(0, 1, 0));
+  EXPECT_EQ(s.position[1], Vec3(-1.5f, 0, 2));
+  EXPECT_EQ(s.normal[1], Vec3(0, 0, -1));
+  EXPECT_NEAR(s.normal[2].y, std::sqrt(0.5f), 1e-6f);
+}
+
+TEST(Sensors, RefusesPointsWithReasons) {
+  const auto error = [](const std::string& text) { return error_of([&] { parse_points(text, "a.pts"); }); };
+  EXPECT_THAT(error("1 2 3 0 1 0\n1 2 3 0 0 0\n"), HasSubstr("a.pts:2: the direction of the sensor has no length"));
+  EXPECT_THAT(error("1 2 nan 0 1 0\n"), HasSubstr("a.pts:1: '1 2 nan 0 1 0' is not a place and a direction"));
+  EXPECT_THAT(error("1 2 inf 0 1 0\n"), HasSubstr("a.pts:1"));
+  EXPECT_THAT(error("1 2 3 0 1\n"), HasSubstr("x y z nx ny nz"));
+  EXPECT_THAT(error("1 2 3 0 1 0 7\n"), HasSubstr("x y z nx ny nz"));
+  EXPECT_THAT(error("# nothing\n"), HasSubstr("holds no sensors"));
+}
+
+TEST(Sensors, CoverPlanesAndSurfaces) {
+  SceneDescription d = floor_description();
+  add_panel(d, 2, add_emission(d, RGB(1.0f)));
+  d.geometry.objects.clear();
+  d.geometry.objects.push_back({0, "floor"});
+  d.geometry.objects.push_back({2, "panel"});
+  const Scene scene(std::move(d));
+  const Sensors plane = plane_sensors("-z=1,0.5", scene);
+  ASSERT_EQ(plane.size(), 64u);
+  EXPECT_EQ(plane.position[0], Vec3(-1.75f, -1.75f, 1));
+  EXPECT_EQ(plane.position[9], Vec3(-1.25f, -1.25f, 1));
+  EXPECT_EQ(plane.normal[0], Vec3(0, 0, -1));
+  const Sensors panel = surface_sensors("panel,0.5", scene);
+  Vec3 middle{0, 0, 0};
+  for (std::size_t i = 0; i < panel.size(); ++i) {
+    EXPECT_EQ(panel.normal[i], Vec3(0, 0, -1));
+    middle += panel.position[i] / static_cast<float>(panel.size());
+  }
+  EXPECT_GE(panel.size(), 2u * 5 * 5) << "sides of the triangles are 2.24 m at most";
+  EXPECT_LT(length(middle - Vec3{0.25f, 0.5f, 2}), 1e-4f);
+  EXPECT_THAT(error_of([&] { surface_sensors("chair,0.5", scene); }), HasSubstr("\"panel\""));
+  for (const char* bad : {"", "z", "z=1", "z=1,0", "z=x,1", "w=1,1", "z=1,nan", "z=1,1e-9"})
+    EXPECT_NE(error_of([&] { plane_sensors(bad, scene); }), "no error") << bad;
+  EXPECT_THAT(error_of([&] { plane_sensors("z=3,1", scene); }), HasSubstr("misses the scene"));
+}
+
+TEST(Sensors, InsideOfObjectsAreFound) {
+  SceneDescription d = floor_description();
+  add_panel(d, 2, add_emission(d, RGB(1.0f)));
+  d.geometry.objects = {{0, "room"}, {static_cast<std::uint32_t>(d.geometry.triangle_count()), "crate"}};
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {0.0f, 0.5f}) {
+      Vec3 corner{0, 0, 0.1f}, u{0, 0, 0}, v{0, 0, 0};
+      corner[axis] += side;
+      u[(axis + 1) % 3] = v[(axis + 2) % 3] = 0.5f;
+      side > 0 ? add_quad(d, corner, u, v) : add_quad(d, corner, v, u);
+    }
+  d.geometry.objects.resize(2);
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  Sensors s;
+  s.add({0.25f, 0.25f, 0.35f}, {0, 0, 1});
+  s.add({0.25f, 0.25f, 0.65f}, {0, 0, 1});
+  s.add({-1, 0, 1}, {0, 0, 1});
+  EXPECT_EQ(objects_around(s, tracer), (std::vector<std::uint32_t>{1, kNone, kNone}));
+}
+
+Measurement example() {
+  Measurement m;
+  m.sensors.add({1, 2, 3}, {0, 1, 0});
+  m.sensors.add({4, 5, 6}, {0, 0, -1});
+  m.irradiance = {RGB(1, 2, 3), RGB(0.0f)};
+  m.relative_error = {0.0125f, 0};
+  return m;
+}
+
+TEST(MeasurementFiles, HoldTheColumnsOfTheHeader) {
+  const std::string csv = measurement_csv(example(), "a\nb");
+  EXPECT_THAT(csv, HasSubstr("# a b\n"));
+  EXPECT_THAT(csv, HasSubstr("179 lm/W"));
+  EXPECT_THAT(csv, HasSubstr("\nx,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error\n1,2,3,0,1,0,2,1,2,3,"));
+  const float lux = 179 * (0.2126f + 2 * 0.7152f + 3 * 0.0722f);
+  const nlohmann::json json = nlohmann::json::parse(measurement_json(example(), "a"));
+  EXPECT_NEAR(json.at("points").at(0).at("E_lx").get<double>(), lux, 1e-3);
+  EXPECT_EQ(json.at("points").at(1).at("nz"), -1.0);
+  EXPECT_EQ(json.at("lumens_per_watt"), 179.0);
+  EXPECT_THAT(measurement_ply(example(), "a"), HasSubstr("element vertex 2\n"));
+  EXPECT_THAT(measurement_vtk(example(), std::string(400, 'x')),
+              HasSubstr("\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n"));
+}
+
+}  // namespace
+}  // namespace glowworm
