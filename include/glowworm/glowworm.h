@@ -4,6 +4,8 @@
 #include "glowworm/density.h"
 #include "glowworm/error.h"
 #include "glowworm/photons.h"
+#include "glowworm/picture.h"
+#include "glowworm/rays.h"
 #include "glowworm/render.h"
 #include "glowworm/scene.h"
 #include "glowworm/types.h"

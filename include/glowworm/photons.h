@@ -3,8 +3,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "glowworm/density.h"
+#include "glowworm/interrupt.h"
 #include "glowworm/scene.h"
 
 namespace glowworm::api {
@@ -34,10 +37,49 @@ class Photons {
 struct PhotonOptions {
   std::uint64_t photons = 500'000;  ///< the least number to store, if the lights reach surfaces
   std::uint32_t seed = 0;
-  bool caustic = false;  ///< only photons with at least one bounce and only sharp bounces
+  bool caustic = false;                  ///< only photons with at least one bounce and only sharp bounces
+  const Interrupt* interrupt = nullptr;  ///< if requested, the function throws Cancelled
 };
 
 /// Traces photons from all lights of the scene, on all threads. The result does not depend on the number of threads.
 Photons trace_photons(const Scene& scene, const PhotonOptions& options = {});
+
+/// Settings of a PhotonMap.
+struct PhotonMapOptions {
+  std::uint64_t photons = 500'000;  ///< the least number to store, if the lights reach surfaces
+  std::uint32_t seed = 0;
+  std::uint32_t nearest = 50;  ///< photons that an estimate should catch; they set the radii
+  Kernel kernel = Kernel::epanechnikov;
+  std::string engine;  ///< density engine; "": "blocked"
+  /// Correct photons whose kernel extends over the edge of a surface.
+  bool boundary_correction = true;
+  const Interrupt* interrupt = nullptr;  ///< if requested, the constructor throws Cancelled
+};
+
+/// The photon map of all light of a scene. Copies share it; several threads may use it.
+class PhotonMap {
+ public:
+  /// Traces the photons and indexes them, on all threads. The result does not depend on their number.
+  explicit PhotonMap(const Scene& scene, const PhotonMapOptions& options = {});
+
+  /// Irradiance at points, W m^-2, direct and indirect: the density of the photons around each. Points lie on surfaces
+  /// of the scene; a point in space has no photons around it. Several threads may call it at once.
+  /// @param position m points, metres
+  /// @param normal   m unit normals, on the side whose light is wanted
+  /// Throws Error for arrays of different lengths, numbers that are not finite, and normals that are not unit.
+  std::vector<Rgb> irradiance(std::span<const Vec3> position, std::span<const Vec3> normal) const;
+  /// Radiance, W sr^-1 m^-2, that the surface at each point reflects along its normal, by its material. Emitted light
+  /// and mirror images are not part of it. Throws as irradiance(), and for a point that is not on a surface.
+  std::vector<Rgb> radiance(std::span<const Vec3> position, std::span<const Vec3> normal) const;
+
+  /// Photons in the map.
+  std::size_t size() const;
+  /// Number of emitted light paths.
+  std::uint64_t emitted() const;
+
+ private:
+  struct Implementation;
+  std::shared_ptr<const Implementation> implementation_;
+};
 
 }  // namespace glowworm::api

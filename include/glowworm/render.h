@@ -1,48 +1,50 @@
 // Rendering a scene to a picture.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <span>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "glowworm/picture.h"
 #include "glowworm/scene.h"
 
 namespace glowworm::api {
 
+/// A part of a picture, as fractions of its width and height from the upper left corner.
+struct Crop {
+  double x0 = 0, y0 = 0, x1 = 1, y1 = 1;
+};
+
 /// Settings of a render. 0 and "" leave the choice to Glowworm.
 struct RenderOptions {
-  int width = 0, height = 0;      ///< pixels
-  std::uint32_t samples = 0;      ///< camera samples of each pixel
-  std::uint32_t gather = 0;       ///< final gather rays of each camera sample
-  std::uint64_t photons = 0;      ///< in the global map
-  std::string engine;             ///< density engine: "blocked", "forward", "reverse", "knn", "single"
-  bool path_tracing = false;      ///< use the path tracer, the reference, instead of photon maps
-  bool progressive = false;       ///< new photons and smaller radii in every pass: converges to the exact solution
-  std::uint32_t seed = 0;         ///< the same seed gives the same picture, bit for bit
-  double time_limit = 0;          ///< seconds; stops after the task under way
-  double noise_target = 0;        ///< relative standard error of the picture at which it stops
-  std::uint64_t memory = 0;       ///< bytes, in addition to the scene
-  std::string camera;             ///< name; "": the scene's first
-  std::vector<std::string> aovs;  ///< further layers: emitted, direct, indirect, caustic, albedo, normal, depth
+  int width = 0, height = 0;  ///< pixels
+  std::optional<Crop> crop;   ///< the part to render; none: all, or what the scene's file asks for
+  std::uint32_t samples = 0;  ///< camera samples of each pixel
+  std::uint32_t gather = 0;   ///< final gather rays of each camera sample
+  std::uint64_t photons = 0;  ///< in the global map
+  std::string integrator;     ///< "gather": photon maps with final gathering, the default; "path": path tracing, the
+                              ///< reference; "photons": the photon map shown directly
+  std::string engine;         ///< density engine: "blocked", "forward", "reverse", "knn", "single"
+  bool filter = true;         ///< average pixels of gathered light whose difference is noise
+  bool progressive = false;   ///< new photons and smaller radii in every pass: converges to the exact solution
+  std::uint32_t seed = 0;     ///< the same seed gives the same picture, bit for bit
+  double time_limit = 0;      ///< seconds; stops after the task under way
+  double noise_target = 0;    ///< relative standard error of the picture at which it stops
+  std::uint64_t memory = 0;   ///< bytes, in addition to the scene
+  std::string camera;         ///< name; "": the scene's first
+  std::vector<std::string> aovs;  ///< layers beside the image: names of aov_names()
+  /// Further options of `glowworm render`, by name without dashes, with their text: {"nearest", "100"}; flags have the
+  /// text "": {"indirect-only", ""}. They overrule the members above.
+  std::vector<std::pair<std::string, std::string>> more;
 };
 
-/// A picture: planes of floats, row by row from the top.
-struct Picture {
-  struct Plane {
-    std::string name;            ///< as in an EXR file: "R", "albedo.G", "depth.Z"
-    std::vector<float> samples;  ///< width * height. Radiance in W sr^-1 m^-2, depth in metres
-  };
-  int width = 0, height = 0;
-  std::vector<Plane> planes;
-
-  /// Returns the plane of that name. Throws Error, which lists the existing names, if there is none.
-  std::span<const float> plane(const std::string& name) const;
-};
-
-/// Writes a picture in the format of the path's extension: .exr with all planes, linear; .png with R, G, B and a filmic
-/// tone curve. The file appears whole or not at all. Throws Error if it cannot be written.
-void write_picture(const std::string& path, const Picture& picture);
+/// Names for RenderOptions::aovs.
+std::vector<std::string> aov_names();
+/// Names for RenderOptions::more.
+std::vector<std::string> render_option_names();
 
 /// A render in its own thread. It uses as many threads as set_threads() allows.
 class Render {
@@ -57,6 +59,8 @@ class Render {
   void cancel();
   /// Waits for the end. Throws the render's error. After cancel() it returns normally.
   void wait();
+  /// Waits for the end, but no longer than this. Returns done(). Throws nothing of the render's.
+  bool wait_for(double seconds);
   bool done() const;
   bool cancelled() const;  ///< whether cancel() ended it
   /// Finished share of the work, in [0, 1]. Any thread may call it.
@@ -72,6 +76,8 @@ class Render {
 };
 
 /// Renders and waits.
-Picture render(const Scene& scene, const RenderOptions& options = {});
+/// @param progress called on this thread ten times a second with the finished share; if it throws, the render is
+/// cancelled, and its exception is thrown on
+Picture render(const Scene& scene, const RenderOptions& options = {}, const std::function<void(double)>& progress = {});
 
 }  // namespace glowworm::api

@@ -11,6 +11,17 @@
 
 namespace glowworm::api {
 
+/// A camera.
+struct Camera {
+  Vec3 eye{0, 0, 5}, target{0, 0, 0}, up{0, 1, 0};  ///< metres
+  float field_of_view = 40;                         ///< degrees, along the shorter side of the picture
+  /// Greater than 0: an orthographic camera; metres that the shorter side of the picture shows.
+  float orthographic_size = 0;
+  float lens_radius = 0;     ///< metres; 0: a pinhole
+  float focal_distance = 0;  ///< metres from the eye at which a lens is sharp; 0: at the target
+  std::string name = "camera";
+};
+
 /// An immutable scene. Copies share it. Several threads may use it.
 class Scene {
  public:
@@ -20,8 +31,19 @@ class Scene {
 
   const std::string& name() const;
   std::size_t triangle_count() const;
+  /// Vertices of all triangles in world space, metres. The arrays live as long as the scene or a copy of it.
+  std::span<const Vec3> positions() const;
+  /// Indices into positions().
+  std::span<const Triangle> triangles() const;
+  /// Index of the material of each triangle.
+  std::span<const std::uint32_t> triangle_materials() const;
+  /// Names of the materials.
+  std::vector<std::string> materials() const;
   /// Names of the cameras. There is at least one.
   std::vector<std::string> cameras() const;
+  /// The same scene with one more camera. It shares all else. Throws Error for a camera that shows nothing, or whose
+  /// name is taken.
+  Scene with_camera(const Camera& camera) const;
   /// Features of the file that are not supported or had to be guessed, one a line.
   const std::vector<std::string>& notes() const;
 
@@ -34,6 +56,9 @@ class Scene {
   std::shared_ptr<const Implementation> implementation_;
 };
 
+/// Names of the built-in scenes, for Scene::load("builtin:NAME").
+std::vector<std::string> builtin_scenes();
+
 /// The material of a surface.
 struct Material {
   enum class Kind : std::uint8_t {
@@ -41,6 +66,8 @@ struct Material {
     metal,    ///< reflection of `color` at normal incidence, with `roughness`
     glass,    ///< refraction by `ior`, tinted by `color`, with `roughness`
     glossy,   ///< glTF's metallic-roughness: base `color`, `metallic`, `roughness`
+    pane,     ///< a pane of glass of `ior` without thickness, tinted by `color`: transmits and mirrors, does not bend
+    plastic,  ///< Lambertian reflection of `color` under a clear coat of `ior` with `roughness`
   };
   Kind kind = Kind::diffuse;
   Rgb color{0.5f, 0.5f, 0.5f};  ///< each in [0, 1]
@@ -57,14 +84,17 @@ struct Mesh {
   std::span<const Vec3> normals;        ///< n, unit, for smooth shading; or empty
   std::uint32_t material = 0;           ///< returned by SceneBuilder::add_material()
   Rgb radiance;                         ///< W sr^-1 m^-2, emitted by the front; black: no light
+  bool two_sided = false;               ///< the back emits, too
   std::string name = "mesh";
 };
 
-/// A perspective camera.
-struct Camera {
-  Vec3 eye{0, 0, 5}, target{0, 0, 0}, up{0, 1, 0};  ///< metres
-  float field_of_view = 40;                         ///< degrees, along the shorter side of the picture
-  std::string name = "camera";
+/// A light that shines from a point into a cone.
+struct SpotLight {
+  Vec3 position{0, 0, 0};    ///< metres
+  Vec3 direction{0, 0, -1};  ///< of travel
+  Rgb intensity{1, 1, 1};    ///< W sr^-1 along the axis
+  float inner_angle = 30;    ///< degrees from the axis up to which the intensity is full
+  float outer_angle = 40;    ///< degrees from the axis at which it is 0
 };
 
 /// Makes a scene step by step.
@@ -84,8 +114,12 @@ class SceneBuilder {
   void add_point_light(Vec3 position, Rgb intensity);
   /// @param direction direction of travel; @param irradiance W m^-2, on a surface that faces the light
   void add_directional_light(Vec3 direction, Rgb irradiance);
+  void add_spot_light(const SpotLight& light);
   /// The same radiance from all directions, W sr^-1 m^-2.
   void set_environment(Rgb radiance);
+  /// Radiance from an image of all directions, row by row from the top (+y); the middle column looks along -z.
+  /// @param pixels width * height, W sr^-1 m^-2. Throws Error if there are more or fewer
+  void set_environment(int width, int height, std::span<const Rgb> pixels);
   void add_camera(const Camera& camera);
 
   /// Returns the scene. Adds a camera that frames it if there is none, and a sky if there is no light. Throws Error if

@@ -1,10 +1,22 @@
 // The public header glowworm/photons.h.
 #include "glowworm/photons.h"
 
+#include <algorithm>
+#include <limits>
+#include <string>
 #include <utility>
 
+#include "api/checks.h"
 #include "api/scene_implementation.h"
+#include "core/error.h"
+#include "core/memory_budget.h"
+#include "core/parallel.h"
+#include "density/engine.h"
+#include "gather/final_gather.h"
 #include "photon/photon_tracer.h"
+#include "render/photon_maps.h"
+#include "render/settings.h"
+#include "scene/surface.h"
 
 namespace glowworm::api {
 
@@ -14,6 +26,17 @@ struct Photons::Implementation {
 };
 
 namespace {
+
+/// A scope for an interrupt that may be null.
+class MaybeInterrupted {
+ public:
+  explicit MaybeInterrupted(const Interrupt* interrupt) : scope_(interrupt ? *interrupt : never_) {}
+
+ private:
+  Interrupt never_;
+  CancellationScope scope_;
+};
+
 // The public structs have the same layout as the private ones.
 static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3) && sizeof(Rgb) == sizeof(RGB));
 std::span<const Vec3> outer(const LargeVector<glowworm::Vec3>& v) {
@@ -38,11 +61,119 @@ Photons trace_photons(const Scene& scene, const PhotonOptions& options) {
   settings.photons = options.photons;
   settings.seed = options.seed;
   Statistics statistics;
+  const MaybeInterrupted scope(options.interrupt);
   PhotonPass pass = glowworm::trace_photons(*scene.implementation().tracer, settings, statistics);
   auto out = std::make_shared<Photons::Implementation>();
   out->batch = std::move(options.caustic ? pass.caustic : pass.global);
   out->emitted = pass.emitted;
   return Photons(std::move(out));
+}
+
+struct PhotonMap::Implementation {
+  Implementation(const Scene& s, const PhotonMapOptions& options) : scene(s), budget(default_memory_bytes()) {
+    if (options.photons == 0 || options.nearest == 0)
+      throw Error("a photon map of no photons was asked for", "Ask for 1 or more, and for estimates of 1 or more.");
+    PhotonMapSettings settings;
+    settings.photons = options.photons;
+    settings.seed = options.seed;
+    settings.nearest = options.nearest;
+    settings.kernel = static_cast<KernelShape>(options.kernel);
+    settings.engine = engine_traits(options.engine.empty() ? "auto" : options.engine).name;
+    settings.corrected = options.boundary_correction;
+    settings.kept = false;
+    Statistics statistics;
+    const MaybeInterrupted scope(options.interrupt);
+    maps.update(tracer(), settings, statistics);
+  }
+
+  const glowworm::Tracer& tracer() const { return *scene.implementation().tracer; }
+
+  /// The estimates of the engine for query points, one of which may have several: QueryPoints::gather_point names it.
+  std::vector<Rgb> estimate(const QueryPoints& queries, std::size_t points) const {
+    std::vector<Rgb> out(points);
+    // Without photons there is no light, and no engine.
+    if (maps.empty()) return out;
+    std::vector<RGB> found(queries.size());
+    Statistics statistics;
+    maps.engine().estimate(queries, found, statistics);
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      Rgb& sum = out[queries.gather_point[i]];
+      sum = {sum.r + found[i].r, sum.g + found[i].g, sum.b + found[i].b};
+    }
+    return out;
+  }
+
+  Scene scene;
+  MemoryBudget budget;
+  PhotonMaps maps{budget};
+};
+
+namespace {
+
+void check_points(std::span<const Vec3> position, std::span<const Vec3> normal) {
+  check_lengths(normal.size(), position.size(), "normals", "points");
+  check_finite(position, "point");
+  check_unit(normal, "normal");
+}
+
+glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
+
+/// The first hit of each point's ray from its normal's side back on the point. Throws Error for a point that is not on
+/// a surface.
+std::vector<Hit> surfaces_at(const glowworm::Tracer& tracer, std::span<const Vec3> position,
+                             std::span<const Vec3> normal) {
+  // How far from a surface a point may lie.
+  const float reach = 1e-4f * tracer.scene().radius();
+  std::vector<Hit> hits(position.size());
+  constexpr std::size_t kBlock = 1024;
+  parallel_for(0, position.size(), kBlock, [&](std::size_t first, std::size_t last) {
+    std::vector<Ray> rays;
+    for (std::size_t i = first; i < last; ++i) {
+      const glowworm::Vec3 n = normalize(inner(normal[i]));
+      rays.push_back({inner(position[i]) + n * reach, 0, -n, 2 * reach});
+    }
+    tracer.intersect(rays, std::span(hits).subspan(first, last - first), RayOrder::incoherent);
+  });
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    if (hits[i].triangle == kNone)
+      throw Error("point " + std::to_string(i) + " is not on a surface of the scene",
+                  "Give places where rays hit; irradiance() takes any point.");
+  return hits;
+}
+
+}  // namespace
+
+PhotonMap::PhotonMap(const Scene& scene, const PhotonMapOptions& options)
+    : implementation_(std::make_shared<const Implementation>(scene, options)) {}
+
+std::size_t PhotonMap::size() const { return implementation_->maps.global_count(); }
+std::uint64_t PhotonMap::emitted() const { return implementation_->maps.pass().emitted; }
+
+std::vector<Rgb> PhotonMap::irradiance(std::span<const Vec3> position, std::span<const Vec3> normal) const {
+  check_points(position, normal);
+  QueryPoints queries;
+  queries.reserve(position.size());
+  // With a Lambertian reflectance of pi the radiance is the irradiance.
+  for (std::size_t i = 0; i < position.size(); ++i)
+    queries.push_back(inner(position[i]), normalize(inner(normal[i])), RGB(kPi), RGB(1.0f),
+                      static_cast<std::uint32_t>(i));
+  return implementation_->estimate(queries, position.size());
+}
+
+std::vector<Rgb> PhotonMap::radiance(std::span<const Vec3> position, std::span<const Vec3> normal) const {
+  check_points(position, normal);
+  const glowworm::Tracer& tracer = implementation_->tracer();
+  const std::vector<Hit> hits = surfaces_at(tracer, position, normal);
+  QueryPoints queries;
+  queries.reserve(position.size());
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const glowworm::Vec3 towards = normalize(inner(normal[i]));
+    SurfacePoint point = surface_point(tracer.scene(), hits[i].triangle, hits[i].barycentric);
+    const Bsdf bsdf = resolve_bsdf(tracer.scene(), point);
+    add_query(queries, point.position, face_forward(point.geometric_normal, towards), point.frame, towards, bsdf,
+              RGB(1.0f), static_cast<std::uint32_t>(i));
+  }
+  return implementation_->estimate(queries, position.size());
 }
 
 }  // namespace glowworm::api

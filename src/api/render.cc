@@ -2,24 +2,47 @@
 #include "glowworm/render.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <utility>
 
+#include "api/picture_implementation.h"
 #include "api/scene_implementation.h"
 #include "core/error.h"
 #include "glowworm/glowworm.h"
-#include "image/image.h"
 #include "render/job.h"
+#include "render/options.h"
 #include "render/output.h"
 
 namespace glowworm::api {
 
 namespace {
 
+const std::string kDashes = "--";
+
+/// Whether RenderOptions::more takes the option. Threads are the process's: set_threads().
+bool is_setting(const Option& option) { return option.is_on_command_line() && option.name != kDashes + "threads"; }
+
+void set_option(RenderSettings& settings, const std::string& name, const std::string& text) {
+  const std::vector<std::string> names = render_option_names();
+  const std::string& known = names[name_index("render option", name, names)];
+  for (const Option& option : render_options())
+    if (option.name == kDashes + known) option.parse(settings, option.is_flag && text.empty() ? "given" : text);
+}
+
 RenderSettings settings_of(const RenderOptions& o) {
   if (o.width < 0 || o.height < 0) throw Error("the size of a picture is negative");
   RenderSettings s;
-  s.integrator = o.path_tracing ? Integrator::path : Integrator::gather;
+  if (!o.integrator.empty()) set_option(s, "integrator", o.integrator);
   if (!o.engine.empty()) s.engine = o.engine;
+  if (!o.filter) s.filter = Filtering::off;
+  if (const auto& c = o.crop) {
+    // Also refuses what is not a number.
+    if (!(c->x0 >= 0 && c->y0 >= 0 && c->x0 < c->x1 && c->y0 < c->y1 && c->x1 <= 1 && c->y1 <= 1))
+      throw Error("the crop is not a part of the picture",
+                  "Give fractions from 0 (left, top) to 1, for example 0.25, 0, 0.75, 0.5.");
+    s.crop = {c->x0, c->y0, c->x1, c->y1};
+  }
   s.width = o.width;
   s.height = o.height;
   s.samples = o.samples;
@@ -32,6 +55,8 @@ RenderSettings settings_of(const RenderOptions& o) {
   s.memory_bytes = o.memory;
   s.camera = o.camera;
   s.aovs = o.aovs;
+  for (const auto& [name, text] : o.more) set_option(s, name, text);
+  s.separate_layers = !s.aovs.empty();
   return s;
 }
 
@@ -39,19 +64,13 @@ RenderSettings settings_of(const RenderOptions& o) {
 
 const char* version() { return glowworm::version(); }
 
-std::span<const float> Picture::plane(const std::string& name) const {
-  std::string names;
-  for (const Plane& plane : planes) {
-    if (plane.name == name) return plane.samples;
-    names += (names.empty() ? "" : ", ") + plane.name;
-  }
-  throw Error("the picture has no plane '" + name + "'", "It has: " + names + ".");
-}
+std::vector<std::string> aov_names() { return glowworm::aov_names(); }
 
-void write_picture(const std::string& path, const Picture& picture) {
-  glowworm::Image image(picture.width, picture.height);
-  for (const Picture::Plane& plane : picture.planes) image.add_scalar(plane.name, plane.samples);
-  write_image(path, image);
+std::vector<std::string> render_option_names() {
+  std::vector<std::string> names;
+  for (const Option& option : render_options())
+    if (is_setting(option)) names.push_back(std::string(option.name).substr(kDashes.size()));
+  return names;
 }
 
 struct Render::Implementation {
@@ -71,22 +90,36 @@ void Render::cancel() { implementation_->job.cancel(); }
 void Render::wait() { implementation_->job.wait(); }
 bool Render::done() const { return implementation_->job.done(); }
 bool Render::cancelled() const { return implementation_->job.ending() == Ending::cancelled; }
+
+bool Render::wait_for(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const auto spent = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  // Short renders end while pauses are still short.
+  constexpr double kShortest = 1e-4, kLongest = 0.01;
+  while (!done() && spent() < seconds) {
+    const double pause = std::min(std::clamp(spent() / 8, kShortest, kLongest), std::max(seconds - spent(), kShortest));
+    std::this_thread::sleep_for(std::chrono::duration<double>(pause));
+  }
+  return done();
+}
+
 double Render::progress() const { return implementation_->job.progress(); }
 
 Picture Render::picture() const {
   const Job& job = implementation_->job;
-  const glowworm::Image image = make_image(job.snapshot(), job);
-  Picture out{image.width(), image.height(), {}};
-  for (const ImageChannel& channel : image.channels()) out.planes.push_back({channel.name, channel.samples});
-  return out;
+  return outer(make_image(job.snapshot(), job));
 }
 
 std::string Render::statistics() const {
   return statistics_json(implementation_->job, *implementation_->scene.implementation().tracer);
 }
 
-Picture render(const Scene& scene, const RenderOptions& options) {
+Picture render(const Scene& scene, const RenderOptions& options, const std::function<void(double)>& progress) {
+  constexpr double kInterval = 0.1;  // seconds
   Render render(scene, options);
+  // What `progress` throws leaves through the destructor, which cancels.
+  while (progress && !render.wait_for(kInterval)) progress(render.progress());
   render.wait();
   return render.picture();
 }

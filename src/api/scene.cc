@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/scene_implementation.h"
+#include "builtin/builtin.h"
 #include "core/error.h"
 #include "import/import.h"
 
@@ -30,6 +31,28 @@ void check_light(Rgb c, const char* what) {
 
 void check_finite(Vec3 v, const std::string& what) { check(is_finite(inner(v)), what + " is not finite", ""); }
 
+glowworm::Camera inner(const Camera& camera) {
+  const std::string name = "camera '" + camera.name + "'";
+  for (const Vec3& v : {camera.eye, camera.target, camera.up}) check_finite(v, "the place of " + name);
+  const glowworm::Vec3 axis = inner(camera.target) - inner(camera.eye);
+  check(length(cross(axis, inner(camera.up))) > 0, name + " has no direction",
+        "Target and eye must differ, and the way up must not be the way it looks.");
+  check(camera.field_of_view > 0 && camera.field_of_view < 180, "the field of view of " + name + " is out of range",
+        "It must lie between 0 and 180 degrees.");
+  const auto is_length = [](float x) { return x >= 0 && std::isfinite(x); };
+  check(is_length(camera.orthographic_size) && is_length(camera.lens_radius) && is_length(camera.focal_distance),
+        "the size or the lens of " + name + " is negative or not finite", "Give metres, 0 or more.");
+  glowworm::Camera out = look_at(inner(camera.eye), inner(camera.target), inner(camera.up), camera.field_of_view);
+  if (camera.orthographic_size > 0) {
+    out.kind = CameraKind::orthographic;
+    out.half_extent = camera.orthographic_size / 2;
+  }
+  out.lens_radius = camera.lens_radius;
+  out.focal_distance = camera.focal_distance > 0 ? camera.focal_distance : length(axis);
+  out.name = camera.name;
+  return out;
+}
+
 }  // namespace
 
 Scene::Scene(std::shared_ptr<const Implementation> implementation) : implementation_(std::move(implementation)) {}
@@ -45,6 +68,32 @@ std::vector<std::string> Scene::cameras() const {
   for (const glowworm::Camera& camera : implementation_->scene->cameras()) names.push_back(camera.name);
   return names;
 }
+
+std::vector<std::string> Scene::materials() const {
+  std::vector<std::string> names;
+  for (const glowworm::Material& material : implementation_->scene->materials()) names.push_back(material.name);
+  return names;
+}
+
+std::span<const Vec3> Scene::positions() const {
+  static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3));
+  const auto& positions = implementation_->scene->geometry().positions;
+  return {reinterpret_cast<const Vec3*>(positions.data()), positions.size()};
+}
+
+std::span<const Triangle> Scene::triangles() const { return implementation_->scene->geometry().triangles; }
+
+std::span<const std::uint32_t> Scene::triangle_materials() const { return implementation_->scene->geometry().material; }
+
+Scene Scene::with_camera(const Camera& camera) const {
+  const glowworm::Scene& scene = *implementation_->scene;
+  for (const std::string& name : cameras())
+    check(name != camera.name, "the scene has a camera '" + name + "' already", "Give the new one another name.");
+  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), scene.shared_geometry(), {inner(camera)}, ""};
+  return Scene(std::make_shared<const Implementation>(*implementation_, std::move(edit)));
+}
+
+std::vector<std::string> builtin_scenes() { return builtin_scene_names(); }
 
 struct SceneBuilder::Implementation {
   SceneDescription scene;
@@ -85,6 +134,14 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
       out.metallic.value = m.metallic;
       out.roughness_u.value = out.roughness_v.value = m.roughness * m.roughness;
       break;
+    case Material::Kind::pane:
+      out.kind = MaterialKind::thin_dielectric;
+      out.transmittance.value = inner(m.color);
+      out.reflectance.value = RGB(1.0f);
+      break;
+    case Material::Kind::plastic:
+      out.kind = MaterialKind::coated_diffuse;
+      break;
   }
   implementation_->scene.materials.push_back(std::move(out));
   return static_cast<std::uint32_t>(implementation_->scene.materials.size() - 1);
@@ -114,6 +171,7 @@ void SceneBuilder::add_mesh(const Mesh& mesh) {
     Emission light;
     light.name = mesh.name;
     light.radiance.value = inner(mesh.radiance);
+    light.two_sided = mesh.two_sided;
     emission = static_cast<std::uint32_t>(scene.emissions.size());
     scene.emissions.push_back(std::move(light));
   }
@@ -143,6 +201,44 @@ void SceneBuilder::add_directional_light(Vec3 direction, Rgb irradiance) {
   implementation_->scene.lights.push_back(std::move(light));
 }
 
+void SceneBuilder::add_spot_light(const SpotLight& spot) {
+  check_light(spot.intensity, "intensity");
+  check_finite(spot.position, "the position of a light");
+  check_finite(spot.direction, "the direction of a light");
+  check(length(inner(spot.direction)) > 0, "the direction of a light has no length", "");
+  check(spot.inner_angle >= 0 && spot.inner_angle <= spot.outer_angle && spot.outer_angle > 0 && spot.outer_angle <= 90,
+        "the angles of a spot light are out of range",
+        "The inner one must lie between 0 and the outer one, and the outer one between 0 and 90 degrees.");
+  Light light;
+  light.kind = LightKind::spot;
+  light.name = "spot light " + std::to_string(implementation_->scene.lights.size() + 1);
+  light.intensity = inner(spot.intensity);
+  light.position = inner(spot.position);
+  light.direction = normalize(inner(spot.direction));
+  light.cos_inner = std::cos(spot.inner_angle * (kPi / 180));
+  light.cos_outer = std::cos(spot.outer_angle * (kPi / 180));
+  implementation_->scene.lights.push_back(std::move(light));
+}
+
+void SceneBuilder::set_environment(int width, int height, std::span<const Rgb> pixels) {
+  const bool fits =
+      width > 0 && height > 0 && pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  check(fits,
+        "the image of the environment has " + std::to_string(pixels.size()) + " pixels, not " + std::to_string(width) +
+            " x " + std::to_string(height),
+        "");
+  Environment environment;
+  environment.name = "environment";
+  environment.width = width;
+  environment.height = height;
+  environment.pixels.reserve(pixels.size());
+  for (const Rgb& pixel : pixels) {
+    check_light(pixel, "radiance");
+    environment.pixels.push_back(inner(pixel));
+  }
+  implementation_->scene.environment = std::move(environment);
+}
+
 void SceneBuilder::set_environment(Rgb radiance) {
   check_light(radiance, "radiance");
   Environment environment;
@@ -151,16 +247,7 @@ void SceneBuilder::set_environment(Rgb radiance) {
   implementation_->scene.environment = std::move(environment);
 }
 
-void SceneBuilder::add_camera(const Camera& camera) {
-  const glowworm::Vec3 axis = inner(camera.target) - inner(camera.eye);
-  check(length(cross(axis, inner(camera.up))) > 0, "camera '" + camera.name + "' has no direction",
-        "Target and eye must differ, and the way up must not be the way it looks.");
-  check(camera.field_of_view > 0 && camera.field_of_view < 180,
-        "the field of view of camera '" + camera.name + "' is out of range", "It must lie between 0 and 180 degrees.");
-  glowworm::Camera out = look_at(inner(camera.eye), inner(camera.target), inner(camera.up), camera.field_of_view);
-  out.name = camera.name;
-  implementation_->scene.cameras.push_back(std::move(out));
-}
+void SceneBuilder::add_camera(const Camera& camera) { implementation_->scene.cameras.push_back(inner(camera)); }
 
 Scene SceneBuilder::build() {
   SceneDescription description = std::exchange(implementation_->scene, SceneDescription());

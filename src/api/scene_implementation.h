@@ -1,6 +1,7 @@
 // Contents of a public scene.
 #pragma once
 #include <memory>
+#include <utility>
 
 #include "glowworm/scene.h"
 #include "scene/scene.h"
@@ -11,10 +12,16 @@ namespace glowworm::api {
 struct Scene::Implementation {
   explicit Implementation(SceneDescription description)
       : scene(std::make_shared<const glowworm::Scene>(std::move(description))),
-        tracer(std::make_shared<const Tracer>(*scene)) {}
+        traced(scene),
+        tracer(std::make_shared<const glowworm::Tracer>(*traced)) {}
+  /// The scene with more cameras, which the tracer does not know of.
+  Implementation(const Implementation& other, SceneEdit edit)
+      : scene(std::make_shared<const glowworm::Scene>(*other.scene, std::move(edit))),
+        traced(other.traced),
+        tracer(other.tracer) {}
 
-  std::shared_ptr<const glowworm::Scene> scene;
-  std::shared_ptr<const Tracer> tracer;
+  std::shared_ptr<const glowworm::Scene> scene, traced;  ///< `traced` is the tracer's
+  std::shared_ptr<const glowworm::Tracer> tracer;
 };
 
 }  // namespace glowworm::api

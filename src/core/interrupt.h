@@ -1,19 +1,3 @@
-// Requests to stop work.
+// Requests to stop work. Work checks them through a CancellationScope (core/parallel.h).
 #pragma once
-#include <atomic>
-
-namespace glowworm {
-
-/// A request to stop, made by another thread or a signal handler. Work checks it through a CancellationScope
-/// (core/parallel.h) and throws Cancelled.
-class Interrupt {
- public:
-  void request() { requested_.store(true, std::memory_order_relaxed); }
-  void clear() { requested_.store(false, std::memory_order_relaxed); }
-  bool requested() const { return requested_.load(std::memory_order_relaxed); }
-
- private:
-  std::atomic<bool> requested_{false};
-};
-
-}  // namespace glowworm
+#include "glowworm/interrupt.h"

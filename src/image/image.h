@@ -103,6 +103,10 @@ void write_exr(const std::string& path, const Image& image, ExrPrecision precisi
 /// @param exposure in stops: the picture is multiplied by 2^exposure before the curve
 void write_png(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic, float exposure = 0);
 
+/// The bytes of the file that write_png() writes. @param path for errors
+std::string png_bytes(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic,
+                      float exposure = 0);
+
 /// Writes ".exr" files as write_exr() does and ".png" files as write_png() does. Throws Error for other extensions.
 void write_image(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic, float exposure = 0);
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/atomic_file.h"
@@ -85,9 +86,8 @@ std::vector<std::uint8_t> tone_mapped(const Image& image, ToneCurve curve, float
 
 }  // namespace
 
-void write_png(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
+std::string png_bytes(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
   check_not_empty(path, image);
-  AtomicFile file(path);
   std::vector<std::uint8_t> bytes = tone_mapped(image, curve, exposure);
   const auto width = static_cast<std::size_t>(image.width()), height = static_cast<std::size_t>(image.height());
   std::vector<png_bytep> rows;
@@ -101,7 +101,13 @@ void write_png(const std::string& path, const Image& image, ToneCurve curve, flo
       info && encode(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), rows.data(), texts);
   png_destroy_write_struct(&png, &info);
   if (!done) throw Error({path}, fmt::format("cannot encode the picture ({})", encoding.failure));
-  file.write(encoding.bytes);
+  return std::move(encoding.bytes);
+}
+
+void write_png(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
+  check_not_empty(path, image);
+  AtomicFile file(path);
+  file.write(png_bytes(path, image, curve, exposure));
   file.commit();
 }
 

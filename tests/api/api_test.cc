@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <random>
+#include <stdexcept>
 
 #include "glowworm/glowworm.h"
 
@@ -54,14 +55,94 @@ TEST(Api, ASquareUnderAWhiteSkyShowsItsColor) {
   options.gather = 16;
   options.photons = 1000;
   options.aovs = {"albedo"};
-  for (const bool path_tracing : {false, true}) {
-    options.path_tracing = path_tracing;
+  for (const char* integrator : {"gather", "path"}) {
+    options.integrator = integrator;
     const gw::Picture picture = gw::render(lit_square(), options);
-    ASSERT_EQ(picture.plane("R").size(), 64u);
-    EXPECT_NEAR(picture.plane("R")[27], 0.5f, 0.01f);
-    EXPECT_NEAR(picture.plane("G")[27], 0.25f, 0.01f);
-    EXPECT_NEAR(picture.plane("albedo.B")[27], 1.0f, 0.01f);
+    ASSERT_EQ(picture.layer().samples.size(), 3 * 64u);
+    EXPECT_EQ(picture.layer().channels, "RGB");
+    EXPECT_NEAR(picture.layer().samples[3 * 27], 0.5f, 0.01f);
+    EXPECT_NEAR(picture.layer().samples[3 * 27 + 1], 0.25f, 0.01f);
+    EXPECT_NEAR(picture.layer("albedo").samples[3 * 27 + 2], 1.0f, 0.01f);
   }
+}
+
+TEST(Api, EveryAovIsALayer) {
+  gw::RenderOptions options;
+  options.width = options.height = 4;
+  options.samples = 2;
+  options.photons = 1000;
+  options.aovs = gw::aov_names();
+  const gw::Picture picture = gw::render(lit_square(), options);
+  for (const std::string& name : options.aovs) {
+    if (name.starts_with("crypto")) continue;
+    EXPECT_EQ(picture.layer(name).samples.size(), 16 * picture.layer(name).channels.size()) << name;
+  }
+  EXPECT_EQ(picture.layer("CryptoMaterial00").channels, "RGBA");
+  EXPECT_EQ(picture.layer("depth").channels, "Z");
+  EXPECT_NEAR(picture.layer("depth").samples[5], 2, 0.05) << "the camera looks at the square from 2 m";
+  EXPECT_THAT(error_of([&] { picture.layer("depht"); }), HasSubstr("depth"));
+}
+
+TEST(Api, OptionsOfTheCommandLineAreOptionsHere) {
+  gw::RenderOptions options;
+  options.samples = 1;
+  options.photons = 1000;
+  options.more = {{"size", "6x4"}, {"kernel", "cone"}, {"indirect-only", ""}};
+  gw::Render render(lit_square(), options);
+  render.wait();
+  EXPECT_EQ(render.picture().width, 6);
+  EXPECT_THAT(render.statistics(), HasSubstr("\"kernel\": \"cone\""));
+  EXPECT_THAT(render.statistics(), HasSubstr("\"indirect_only\": true"));
+  for (const std::string& name : gw::render_option_names()) EXPECT_NE(name, "threads");
+  options.more = {{"kernle", "cone"}};
+  EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("Did you mean 'kernel'"));
+  options.more = {{"kernel", "conee"}};
+  EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("Did you mean 'cone'"));
+}
+
+TEST(Api, ACropIsAPartOfTheSamePicture) {
+  gw::RenderOptions options;
+  options.width = options.height = 8;
+  options.samples = 2;
+  options.gather = 4;
+  options.photons = 1000;
+  options.filter = false;
+  const gw::Picture whole = gw::render(lit_square(), options);
+  options.crop = gw::Crop{0.25, 0.5, 0.75, 1};
+  const gw::Picture part = gw::render(lit_square(), options);
+  ASSERT_EQ(part.width, 4);
+  ASSERT_EQ(part.height, 4);
+  EXPECT_EQ(part.x0, 2);
+  EXPECT_EQ(part.y0, 4);
+  EXPECT_EQ(part.whole_width, 8);
+  EXPECT_EQ(whole.whole_width, 0);
+  for (std::size_t y = 0; y < 4; ++y)
+    for (std::size_t i = 0; i < 12; ++i)
+      EXPECT_EQ(part.layer().samples[12 * y + i], whole.layer().samples[24 * (y + 4) + 6 + i]);
+  options.crop = gw::Crop{0.5, 0, 0.5, 1};
+  EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("crop"));
+}
+
+TEST(Api, PicturesKeepTheirLayersInFiles) {
+  gw::Picture picture;
+  picture.width = 2;
+  picture.height = 1;
+  picture.layers = {{gw::kImageLayer, "RGB", {1, 2, 3, 4, 5, 6}}, {"depth", "Z", {0.1f, 7}}};
+  const std::string path = testing::TempDir() + "layers.exr";
+  gw::write_picture(path, picture);
+  const gw::Picture read = gw::read_picture(path);
+  EXPECT_EQ(read.layer().samples, picture.layer().samples);
+  EXPECT_EQ(read.layer("depth").samples, picture.layer("depth").samples);
+  EXPECT_EQ(gw::compare(picture, read).mse, 0);
+  picture.layers[0].samples[5] = 8;
+  const gw::Comparison comparison = gw::compare(picture, read);
+  EXPECT_DOUBLE_EQ(comparison.mse, 4.0 / 6);
+  EXPECT_EQ(comparison.largest_difference, 2);
+  EXPECT_DOUBLE_EQ(comparison.rgb_ratio[2], 11.0 / 9);
+  EXPECT_EQ(gw::png_of(picture).substr(1, 3), "PNG");
+  EXPECT_EQ(gw::png_of(picture, "depth").substr(1, 3), "PNG");
+  picture.layers[0].samples.pop_back();
+  EXPECT_THAT(error_of([&] { gw::write_picture(path, picture); }), HasSubstr("5 samples"));
 }
 
 TEST(Api, ReportsProgressAndCancelsARender) {
@@ -77,6 +158,136 @@ TEST(Api, ReportsProgressAndCancelsARender) {
   EXPECT_TRUE(render.done());
   EXPECT_TRUE(render.cancelled());
   EXPECT_THAT(render.statistics(), HasSubstr("\"cancelled\""));
+}
+
+TEST(Api, ProgressThatThrowsEndsTheRender) {
+  gw::RenderOptions options;
+  options.width = options.height = 64;
+  options.samples = 1'000'000;
+  options.photons = 1000;
+  int calls = 0;
+  const auto progress = [&](double share) {
+    EXPECT_LT(share, 1);
+    if (++calls == 2) throw std::domain_error("enough");
+  };
+  EXPECT_THROW(gw::render(lit_square(), options, progress), std::domain_error);
+  EXPECT_EQ(calls, 2);
+}
+
+TEST(Api, RaysHitTheSquare) {
+  const gw::Tracer tracer(lit_square());
+  const std::vector<gw::Vec3> origin{{0.5f, 0.5f, 3}, {0.5f, 0.5f, 3}, {5, 0, 3}};
+  const std::vector<gw::Vec3> direction{{0, 0, -2}, {0, 0, 1}, {0, 0, -1}};
+  gw::Rays rays{origin, direction, 0, {}};
+  const gw::Hits hits = tracer.intersect(rays);
+  EXPECT_FLOAT_EQ(hits.distance[0], 1.5f);
+  EXPECT_FLOAT_EQ(hits.normal[0].z, 1);
+  EXPECT_EQ(hits.triangle[1], gw::kNoTriangle);
+  EXPECT_EQ(hits.triangle[2], gw::kNoTriangle);
+  EXPECT_TRUE(std::isinf(hits.distance[2]));
+  const gw::Triangle triangle = tracer.scene().triangles()[hits.triangle[0]];
+  const auto x = [&](int corner) { return tracer.scene().positions()[triangle[static_cast<std::size_t>(corner)]].x; };
+  const gw::Vec2 b = hits.barycentric[0];
+  EXPECT_NEAR(x(0) * (1 - b.x - b.y) + x(1) * b.x + x(2) * b.y, 0.5f, 1e-6f);
+  EXPECT_EQ(tracer.occluded(rays), (std::vector<std::uint8_t>{1, 0, 0}));
+  const std::vector<float> near{1.4f};
+  rays.t_max = near;
+  EXPECT_EQ(tracer.occluded(rays), (std::vector<std::uint8_t>{0, 0, 0}));
+  EXPECT_EQ(tracer.intersect(rays).triangle[0], gw::kNoTriangle);
+  const std::vector<gw::Vec3> wrong{{0, 0, 0}, {0, NAN, 1}, {0, 0, 1}};
+  EXPECT_THAT(error_of([&] { tracer.intersect({origin, wrong, 0, {}}); }), HasSubstr("ray 0"));
+  EXPECT_THAT(error_of([&] { tracer.occluded({origin, {}, 0, {}}); }), HasSubstr("0 directions for 3 origins"));
+}
+
+TEST(Api, AnInterruptStopsPhotons) {
+  glowworm::Interrupt interrupt;
+  interrupt.request();
+  gw::PhotonOptions options;
+  options.interrupt = &interrupt;
+  EXPECT_THROW(gw::trace_photons(lit_square(), options), glowworm::Cancelled);
+  gw::PhotonMapOptions map_options;
+  map_options.interrupt = &interrupt;
+  EXPECT_THROW(gw::PhotonMap(lit_square(), map_options), glowworm::Cancelled);
+}
+
+TEST(Api, APhotonMapShowsTheLightOfThePlane) {
+  gw::SceneBuilder builder;
+  gw::Material paint;
+  paint.color = {0.5f, 0.25f, 1};
+  builder.add_mesh(square(builder.add_material(paint)));
+  builder.add_directional_light({0, 0, -1}, {2, 3, 4});
+  gw::PhotonMapOptions options;
+  options.photons = 100'000;
+  options.nearest = 500;
+  const gw::PhotonMap map(builder.build(), options);
+  EXPECT_GE(map.size(), options.photons);
+  const std::vector<gw::Vec3> at{{0, 0, 0}, {0.3f, -0.2f, 0}}, normal{{0, 0, 1}, {0, 0, 1}},
+      back{{0, 0, -1}, {0, 0, -1}};
+  const std::vector<gw::Rgb> irradiance = map.irradiance(at, normal), radiance = map.radiance(at, normal);
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    EXPECT_NEAR(irradiance[i].g, 3, 0.3);
+    EXPECT_NEAR(radiance[i].r, irradiance[i].r * 0.5f / 3.14159265f, 1e-5f);
+    EXPECT_NEAR(radiance[i].b, irradiance[i].b / 3.14159265f, 1e-5f);
+    EXPECT_EQ(map.irradiance(at, back)[i].g, 0);
+  }
+  const std::vector<gw::Vec3> away{{0, 0, 0.5f}}, up{{0, 0, 1}}, slanted{{0, 1, 1}};
+  EXPECT_EQ(map.irradiance(away, up)[0].g, 0);
+  EXPECT_THAT(error_of([&] { map.radiance(away, up); }), HasSubstr("point 0 is not on a surface"));
+  EXPECT_THAT(error_of([&] { map.irradiance(away, slanted); }), HasSubstr("normal 0 has length 1.41"));
+  EXPECT_THAT(error_of([&] { map.irradiance(at, up); }), HasSubstr("1 normals for 2 points"));
+}
+
+TEST(Api, ASceneWithOneMoreCameraSharesItsTriangles) {
+  const gw::Scene scene = lit_square();
+  gw::Camera above;
+  above.eye = {0, 0, 8};
+  above.orthographic_size = 1;
+  above.name = "above";
+  const gw::Scene more = scene.with_camera(above);
+  EXPECT_EQ(more.cameras().size(), 2u);
+  EXPECT_EQ(more.positions().data(), scene.positions().data());
+  gw::RenderOptions options;
+  options.width = options.height = 4;
+  options.samples = 4;
+  options.photons = 1000;
+  options.camera = "above";
+  options.aovs = {"depth"};
+  EXPECT_FLOAT_EQ(gw::render(more, options).layer("depth").samples[0], 8);
+  EXPECT_THAT(error_of([&] { more.with_camera(above); }), HasSubstr("above"));
+  EXPECT_THAT(error_of([&] { gw::render(scene, options); }), HasSubstr("above"));
+}
+
+TEST(Api, SpotLightsAndImagesOfTheSkyLightTheSquare) {
+  gw::RenderOptions options;
+  options.width = options.height = 8;
+  options.samples = 16;
+  options.gather = 16;
+  options.photons = 10'000;
+  options.integrator = "path";
+  gw::Camera camera;
+  camera.eye = {0, 0, 2};
+  camera.field_of_view = 5;
+  const auto center = [&](gw::SceneBuilder& builder) {
+    gw::Material paint;
+    paint.color = {1, 1, 1};
+    builder.add_mesh(square(builder.add_material(paint)));
+    builder.add_camera(camera);
+    return gw::render(builder.build(), options).layer().samples[3 * 27];
+  };
+  gw::SceneBuilder spot, sky;
+  gw::SpotLight light;
+  light.position = {0, 0, 2};
+  light.intensity = {8, 8, 8};
+  spot.add_spot_light(light);
+  EXPECT_NEAR(center(spot), 8 / 4.0 / 3.14159265, 0.01) << "intensity over squared distance, times 1 / pi";
+  std::vector<gw::Rgb> pixels(4 * 2, gw::Rgb{2, 2, 2});
+  sky.set_environment(4, 2, pixels);
+  options.samples = 1024;
+  EXPECT_NEAR(center(sky), 2, 0.02);
+  pixels.pop_back();
+  EXPECT_THAT(error_of([&] { sky.set_environment(4, 2, pixels); }), HasSubstr("7 pixels, not 4 x 2"));
+  light.outer_angle = 120;
+  EXPECT_THAT(error_of([&] { spot.add_spot_light(light); }), HasSubstr("angles"));
 }
 
 TEST(Api, RejectsInvalidInput) {
