@@ -105,7 +105,7 @@ class SceneBuilder {
   SceneBuilder(SceneBuilder&&) noexcept;
   SceneBuilder& operator=(SceneBuilder&&) noexcept;
 
-  /// Returns the index for MeshArrays::material. Throws Error for a value out of range.
+  /// Returns the index for Mesh::material. Throws Error for a value out of range.
   std::uint32_t add_material(const Material& material);
   /// Throws Error for arrays of different lengths, an index out of range, an unknown material, or a vertex that is not
   /// finite. Drops triangles without area.

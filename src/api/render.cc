@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/picture_implementation.h"
+#include "api/run_job.h"
 #include "api/scene_implementation.h"
 #include "core/error.h"
 #include "glowworm/glowworm.h"
@@ -29,6 +30,8 @@ void set_option(RenderSettings& settings, const std::string& name, const std::st
   for (const Option& option : render_options())
     if (option.name == kDashes + known) option.parse(settings, option.is_flag && text.empty() ? "given" : text);
 }
+
+}  // namespace
 
 RenderSettings settings_of(const RenderOptions& o) {
   if (o.width < 0 || o.height < 0) throw Error("the size of a picture is negative");
@@ -60,7 +63,24 @@ RenderSettings settings_of(const RenderOptions& o) {
   return s;
 }
 
-}  // namespace
+bool wait_for(const Job& job, double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const auto spent = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  // Short renders end while pauses are still short.
+  constexpr double kShortest = 1e-4, kLongest = 0.01;
+  while (!job.done() && spent() < seconds) {
+    const double pause = std::min(std::clamp(spent() / 8, kShortest, kLongest), std::max(seconds - spent(), kShortest));
+    std::this_thread::sleep_for(std::chrono::duration<double>(pause));
+  }
+  return job.done();
+}
+
+void attend(Job& job, const std::function<void(double)>& progress) {
+  constexpr double kInterval = 0.1;  // seconds
+  while (progress && !wait_for(job, kInterval)) progress(job.progress());
+  job.wait();
+}
 
 const char* version() { return glowworm::version(); }
 
@@ -91,19 +111,7 @@ void Render::wait() { implementation_->job.wait(); }
 bool Render::done() const { return implementation_->job.done(); }
 bool Render::cancelled() const { return implementation_->job.ending() == Ending::cancelled; }
 
-bool Render::wait_for(double seconds) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
-  const auto spent = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  // Short renders end while pauses are still short.
-  constexpr double kShortest = 1e-4, kLongest = 0.01;
-  while (!done() && spent() < seconds) {
-    const double pause = std::min(std::clamp(spent() / 8, kShortest, kLongest), std::max(seconds - spent(), kShortest));
-    std::this_thread::sleep_for(std::chrono::duration<double>(pause));
-  }
-  return done();
-}
-
+bool Render::wait_for(double seconds) { return glowworm::api::wait_for(implementation_->job, seconds); }
 double Render::progress() const { return implementation_->job.progress(); }
 
 Picture Render::picture() const {
@@ -116,12 +124,9 @@ std::string Render::statistics() const {
 }
 
 Picture render(const Scene& scene, const RenderOptions& options, const std::function<void(double)>& progress) {
-  constexpr double kInterval = 0.1;  // seconds
-  Render render(scene, options);
-  // What `progress` throws leaves through the destructor, which cancels.
-  while (progress && !render.wait_for(kInterval)) progress(render.progress());
-  render.wait();
-  return render.picture();
+  Job job(scene.implementation().scene, scene.implementation().tracer, settings_of(options));
+  attend(job, progress);
+  return outer(make_image(job.snapshot(), job));
 }
 
 }  // namespace glowworm::api

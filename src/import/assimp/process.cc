@@ -1,5 +1,6 @@
 #include "import/assimp/process.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -173,10 +174,18 @@ std::string run_reader(const std::string& path, const ReaderProcess& process, Re
 
 std::string find_reader() {
   std::error_code error;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const std::filesystem::path beside = folder / kProgram;
-  if (std::filesystem::exists(beside, error)) return beside.string();
-  return (folder.parent_path() / "libexec" / "glowworm" / kProgram).string();
+  std::vector<std::filesystem::path> folders{std::filesystem::read_symlink("/proc/self/exe", error).parent_path()};
+  // In a library that another program has loaded, such as a module of Python, this is where the library is.
+  if (Dl_info info; dladdr(reinterpret_cast<const void*>(&find_reader), &info) != 0)
+    folders.push_back(std::filesystem::absolute(info.dli_fname, error).parent_path());
+  for (const std::filesystem::path& folder : folders) {
+    if (const auto beside = folder / kProgram; std::filesystem::exists(beside, error)) return beside.string();
+    for (auto above = folder; above.has_relative_path(); above = above.parent_path())
+      if (const auto found = above.parent_path() / "libexec" / "glowworm" / kProgram;
+          std::filesystem::exists(found, error))
+        return found.string();
+  }
+  return (folders.front() / kProgram).string();
 }
 
 }  // namespace glowworm

@@ -19,7 +19,8 @@ struct ReaderProcess {
 /// always ended on return.
 std::string run_reader(const std::string& path, const ReaderProcess& process, Reservation& held);
 
-/// Path of the program: in the folder of the running program, or in libexec/glowworm beside that folder.
+/// Path of the program: in the folder of the running program or of the library that holds this code, or in
+/// libexec/glowworm of a folder above.
 std::string find_reader();
 
 }  // namespace glowworm

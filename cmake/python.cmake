@@ -1,0 +1,25 @@
+# The Python module: src/python/, for Debian's python3. It lies in build/NAME/python, for PYTHONPATH, and is installed in
+# lib/python3/dist-packages.
+if(EXISTS /usr/bin/python3)
+  set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that the module is for")
+endif()
+find_package(Python3 3.8 REQUIRED COMPONENTS Interpreter Development.Module)
+find_package(pybind11 2.10 REQUIRED)
+
+file(GLOB python_sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/python/*.cc)
+Python3_add_library(glowworm_python MODULE WITH_SOABI ${python_sources})
+target_link_libraries(glowworm_python PRIVATE glowworm_api pybind11::headers)
+set(package ${CMAKE_BINARY_DIR}/python/glowworm)
+set(GLOWWORM_PYTHON_DIR lib/python3/dist-packages CACHE STRING "Where the Python package is installed, below the prefix")
+file(RELATIVE_PATH to_library /${GLOWWORM_PYTHON_DIR}/glowworm /${CMAKE_INSTALL_LIBDIR}/glowworm)
+set_target_properties(glowworm_python PROPERTIES OUTPUT_NAME _glowworm LIBRARY_OUTPUT_DIRECTORY ${package}
+  BUILD_RPATH "$ORIGIN;$ORIGIN/../../bin" INSTALL_RPATH "$ORIGIN/${to_library}")
+file(GLOB python_files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/python/glowworm/*)
+list(FILTER python_files INCLUDE REGEX "\\.(py|pyi|typed)$")
+foreach(file ${python_files})
+  get_filename_component(name ${file} NAME)
+  configure_file(${file} ${package}/${name} COPYONLY)
+endforeach()
+file(CREATE_LINK ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/glowworm-assimp ${package}/glowworm-assimp SYMBOLIC)
+install(TARGETS glowworm_python LIBRARY DESTINATION ${GLOWWORM_PYTHON_DIR}/glowworm)
+install(FILES ${python_files} DESTINATION ${GLOWWORM_PYTHON_DIR}/glowworm)

@@ -1,0 +1,65 @@
+// Arrays of NumPy to spans of the library, and back.
+#pragma once
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "glowworm/types.h"
+
+namespace glowworm::python {
+
+namespace py = pybind11;
+
+/// Contiguous floats that an argument holds, or a copy where it holds others.
+using Floats = py::array_t<float, py::array::c_style>;
+
+/// An argument as floats. Throws TypeError unless it is an array, or nested sequences, of real numbers, and ValueError
+/// for a number that is not finite, with its index. @param name of the argument
+Floats floats(const py::handle& argument, const char* name);
+/// As above, of shape (n, 3); throws ValueError for another.
+Floats vectors(const py::handle& argument, const char* name);
+/// As above; throws ValueError for another length than `count`. @param of "points"
+Floats vectors(const py::handle& argument, const char* name, py::ssize_t count, const char* of);
+/// Indices of shape (n, 3). Throws TypeError unless they are whole numbers, and ValueError for negative ones.
+py::array_t<std::uint32_t, py::array::c_style> triangles(const py::handle& argument, const char* name);
+
+/// One point or direction of three numbers.
+api::Vec3 vector(const py::handle& argument, const char* name);
+/// A colour: three numbers, or one for all.
+api::Rgb color(const py::handle& argument, const char* name);
+
+/// The elements of an array whose rows have the layout of T.
+template <typename T, typename Number>
+std::span<const T> rows(const py::array_t<Number, py::array::c_style>& array) {
+  static_assert(sizeof(T) % sizeof(Number) == 0);
+  return {reinterpret_cast<const T*>(array.data()),
+          static_cast<std::size_t>(array.size()) * sizeof(Number) / sizeof(T)};
+}
+
+/// An array of shape `shape` over memory that `owner` keeps alive.
+template <typename Number>
+py::array view(const Number* data, const std::vector<py::ssize_t>& shape, const py::handle& owner, bool writable) {
+  py::array_t<Number> out(shape, data, owner);
+  if (!writable) out.attr("flags").attr("writeable") = false;
+  return out;
+}
+
+/// An array of shape (n, sizeof(T) / sizeof(Number)), or (n) where they are the same, that owns the vector.
+template <typename Number, typename T>
+py::array owned(std::vector<T> values) {
+  static_assert(sizeof(T) % sizeof(Number) == 0);
+  auto holder = std::make_unique<std::vector<T>>(std::move(values));
+  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(holder->size())};
+  if (sizeof(T) != sizeof(Number)) shape.push_back(sizeof(T) / sizeof(Number));
+  const auto* data = reinterpret_cast<const Number*>(holder->data());
+  const py::capsule owner(holder.release(), [](void* vector) { delete static_cast<std::vector<T>*>(vector); });
+  return view(data, shape, owner, true);
+}
+
+}  // namespace glowworm::python

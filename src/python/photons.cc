@@ -1,0 +1,169 @@
+// Photons, photon maps and density estimation: glowworm/photons.h, glowworm/density.h.
+#include "glowworm/photons.h"
+
+#include <pybind11/stl.h>
+
+#include <string>
+
+#include "python/arrays.h"
+#include "python/bindings.h"
+
+namespace glowworm::python {
+
+namespace {
+
+using api::DensityIndex;
+using api::Kernel;
+using api::PhotonMap;
+using api::Photons;
+
+Kernel kernel_of(const std::string& name) {
+  static const std::pair<const char*, Kernel> kernels[] = {{"box", Kernel::box},
+                                                           {"cone", Kernel::cone},
+                                                           {"epanechnikov", Kernel::epanechnikov},
+                                                           {"gaussian", Kernel::gaussian}};
+  for (const auto& [known, kernel] : kernels)
+    if (name == known) return kernel;
+  throw py::value_error("kernel '" + name + "' is not one of box, cone, epanechnikov, gaussian");
+}
+
+/// An array of the photons that keeps them alive.
+template <typename T>
+py::array photon_array(const py::object& self, std::span<const T> values) {
+  return view(reinterpret_cast<const float*>(values.data()), {static_cast<py::ssize_t>(values.size()), 3}, self, false);
+}
+
+void bind_photon_arrays(py::module_& module) {
+  const auto array = [](auto member) {
+    return [member](const py::object& self) { return photon_array(self, (self.cast<const Photons&>().*member)()); };
+  };
+  py::class_<Photons>(module, "Photons",
+                      "Photons on surfaces. The arrays have one length, are views of the photons' memory, and keep it "
+                      "alive.")
+      .def_property_readonly("positions", array(&Photons::positions), "(n, 3), metres.")
+      .def_property_readonly("directions", array(&Photons::directions), "(n, 3), unit, back along the photon's path.")
+      .def_property_readonly("flux", array(&Photons::flux),
+                             "(n, 3), W, linear RGB, already divided by the number of paths.")
+      .def_property_readonly("normals", array(&Photons::normals), "(n, 3), unit, on the side where the photon arrived.")
+      .def_property_readonly("emitted", &Photons::emitted, "Number of emitted light paths.")
+      .def("__len__", &Photons::size)
+      .def("__repr__", [](const Photons& self) {
+        return "<glowworm.Photons: " + std::to_string(self.size()) + " of " + std::to_string(self.emitted()) +
+               " light paths>";
+      });
+  module.def(
+      "trace_photons",
+      [](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, bool caustic) {
+        return interruptible([&](const Interrupt& interrupt) {
+          return api::trace_photons(scene, {photons, seed, caustic, &interrupt});
+        });
+      },
+      py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("caustic") = false,
+      "Traces photons from all lights. photons: the least number to store. caustic: only photons with at least one\n"
+      "bounce and only sharp bounces. Ctrl-C stops it.");
+}
+
+void bind_photon_map(py::module_& module) {
+  py::class_<PhotonMap>(module, "PhotonMap", "The photon map of all light of a scene.")
+      .def(
+          py::init([](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, std::uint32_t nearest,
+                      const std::string& kernel, bool boundary_correction, const std::string& engine) {
+            const Kernel shape = kernel_of(kernel);
+            return interruptible([&](const Interrupt& interrupt) {
+              return PhotonMap(scene, {photons, seed, nearest, shape, engine, boundary_correction, &interrupt});
+            });
+          }),
+          py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("nearest") = 50,
+          py::arg("kernel") = "epanechnikov", py::arg("boundary_correction") = true, py::arg("engine") = "",
+          "photons: the least number to store. nearest: photons that an estimate should catch. kernel: 'box', 'cone',\n"
+          "'epanechnikov' or 'gaussian'. boundary_correction: correct photons whose kernel extends over the edge of a\n"
+          "surface. Ctrl-C stops it.")
+      .def(
+          "irradiance",
+          [](const PhotonMap& self, const py::object& points, const py::object& normals) {
+            const Floats at = vectors(points, "points");
+            const Floats facing = vectors(normals, "normals", at.shape(0), "points");
+            const py::gil_scoped_release release;
+            auto out = self.irradiance(rows<api::Vec3>(at), rows<api::Vec3>(facing));
+            const py::gil_scoped_acquire acquire;
+            return owned<float>(std::move(out));
+          },
+          py::arg("points"), py::arg("normals"),
+          "Irradiance at points on surfaces, (m, 3), W m^-2, direct and indirect. points: (m, 3), metres. normals:\n"
+          "(m, 3), unit, on the side whose light is wanted.")
+      .def(
+          "radiance",
+          [](const PhotonMap& self, const py::object& points, const py::object& normals) {
+            const Floats at = vectors(points, "points");
+            const Floats facing = vectors(normals, "normals", at.shape(0), "points");
+            const py::gil_scoped_release release;
+            auto out = self.radiance(rows<api::Vec3>(at), rows<api::Vec3>(facing));
+            const py::gil_scoped_acquire acquire;
+            return owned<float>(std::move(out));
+          },
+          py::arg("points"), py::arg("normals"),
+          "Radiance, (m, 3), W sr^-1 m^-2, that the surface at each point reflects along its normal. Raises Error for "
+          "a\n"
+          "point that is not on a surface.")
+      .def_property_readonly("emitted", &PhotonMap::emitted, "Number of emitted light paths.")
+      .def("__len__", &PhotonMap::size);
+}
+
+std::unique_ptr<DensityIndex> make_index(const py::object& positions, const py::object& flux, const py::object& radii,
+                                         const py::object& normals, const std::string& kernel) {
+  const Floats at = vectors(positions, "positions");
+  const Floats power = vectors(flux, "flux", at.shape(0), "positions");
+  const Floats facing = normals.is_none() ? Floats() : vectors(normals, "normals", at.shape(0), "positions");
+  const Floats radius = floats(radii, "radii");
+  const Kernel shape = kernel_of(kernel);
+  if (radius.ndim() > 1 || (radius.ndim() == 1 && radius.size() != at.shape(0)))
+    throw py::value_error("there are " + std::to_string(radius.size()) + " radii for " + std::to_string(at.shape(0)) +
+                          " positions; expected one for all, or one for each");
+  const api::PhotonArrays arrays{rows<api::Vec3>(at), rows<api::Rgb>(power), rows<api::Vec3>(facing)};
+  const py::gil_scoped_release release;
+  if (radius.ndim() == 0) return std::make_unique<DensityIndex>(arrays, radius.data()[0], shape);
+  return std::make_unique<DensityIndex>(arrays, rows<float>(radius), shape);
+}
+
+void bind_density(py::module_& module) {
+  py::class_<DensityIndex>(module, "DensityIndex", "Sums over photons around points, without a scene.")
+      .def(py::init(&make_index), py::arg("positions"), py::arg("flux"), py::arg("radii"), py::kw_only(),
+           py::arg("normals") = py::none(), py::arg("kernel") = "epanechnikov",
+           "positions: (n, 3), metres. flux: (n, 3), W, or any other quantity. radii: metres, one for all or (n,).\n"
+           "normals: (n, 3), unit. The arrays are copied.")
+      .def(
+          "sum",
+          [](const DensityIndex& self, const py::object& points, const py::object& normals) {
+            const Floats at = vectors(points, "points");
+            const Floats facing = normals.is_none() ? Floats() : vectors(normals, "normals", at.shape(0), "points");
+            const py::gil_scoped_release release;
+            auto out = self.sum(rows<api::Vec3>(at), rows<api::Vec3>(facing));
+            const py::gil_scoped_acquire acquire;
+            return owned<float>(std::move(out));
+          },
+          py::arg("points"), py::arg("normals") = py::none(),
+          "For each point the sum over photons within their radius h of kernel(distance / h) / h^2 times flux, (m, "
+          "3):\n"
+          "of flux in W the irradiance in W m^-2. Photons with normals count where they are less than 45 degrees away.")
+      .def("__len__", &DensityIndex::photon_count);
+  module.def(
+      "photon_radii",
+      [](const py::object& positions, std::uint32_t k) {
+        const Floats at = vectors(positions, "positions");
+        const py::gil_scoped_release release;
+        auto out = api::photon_radii(rows<api::Vec3>(at), k);
+        const py::gil_scoped_acquire acquire;
+        return owned<float>(std::move(out));
+      },
+      py::arg("positions"), py::arg("k") = 50, "A radius for each photon that holds about k photons, (n,), metres.");
+}
+
+}  // namespace
+
+void bind_photons(py::module_& module) {
+  bind_photon_arrays(module);
+  bind_photon_map(module);
+  bind_density(module);
+}
+
+}  // namespace glowworm::python

@@ -1,0 +1,42 @@
+// Renders: glowworm/render.h.
+#include "glowworm/render.h"
+
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "python/bindings.h"
+
+namespace glowworm::python {
+
+namespace py = pybind11;
+
+void bind_render(py::module_& module) {
+  using api::Render;
+  using Options = std::vector<std::pair<std::string, std::string>>;
+  const auto release = py::call_guard<py::gil_scoped_release>();
+  // The package gives it keywords.
+  py::class_<Render>(module, "_Render")
+      .def(py::init([](const api::Scene& scene, const Options& options) {
+             api::RenderOptions all;
+             all.more = options;
+             return std::make_unique<Render>(scene, all);
+           }),
+           py::arg("scene"), py::arg("options"), release)
+      .def("cancel", &Render::cancel)
+      .def("wait", &Render::wait, release)
+      .def("wait_for", &Render::wait_for, py::arg("seconds"), release)
+      .def("done", &Render::done)
+      .def("cancelled", &Render::cancelled)
+      .def("progress", &Render::progress)
+      .def(
+          "picture", [](const Render& self) { return std::make_shared<api::Picture>(self.picture()); }, release)
+      .def("statistics", &Render::statistics, release);
+  module.def("aov_names", &api::aov_names, "Names of the layers that renders can have beside the image.");
+  module.def("_render_option_names", &api::render_option_names);
+}
+
+}  // namespace glowworm::python

@@ -1,0 +1,223 @@
+// Scenes: glowworm/scene.h.
+#include "glowworm/scene.h"
+
+#include <pybind11/stl.h>
+
+#include <array>
+#include <string>
+
+#include "python/arrays.h"
+#include "python/bindings.h"
+
+namespace glowworm::python {
+
+namespace {
+
+using api::Camera;
+using api::Material;
+using api::Scene;
+using api::SceneBuilder;
+
+/// Index of a text among names. Throws ValueError, which lists them, if it is none.
+template <std::size_t kCount>
+std::size_t index_of(const std::string& text, const std::array<const char*, kCount>& names, const char* what) {
+  std::string all;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (text == names[i]) return i;
+    all += (i > 0 ? ", " : "") + std::string(names[i]);
+  }
+  throw py::value_error(std::string(what) + " '" + text + "' is not one of " + all);
+}
+
+// In the order of Material::Kind.
+constexpr std::array<const char*, 6> kKinds = {"diffuse", "metal", "glass", "glossy", "pane", "plastic"};
+
+std::uint32_t add_material(SceneBuilder& builder, const std::string& kind, const py::object& rgb, float roughness,
+                           float metallic, float ior, const std::string& name) {
+  Material material;
+  material.kind = static_cast<Material::Kind>(index_of(kind, kKinds, "kind"));
+  material.color = color(rgb, "color");
+  material.roughness = roughness;
+  material.metallic = metallic;
+  material.ior = ior;
+  material.name = name;
+  return builder.add_material(material);
+}
+
+/// The options of add_mesh() beside the arrays.
+struct MeshOptions {
+  std::uint32_t material = 0;
+  py::object normals, radiance;
+  bool two_sided = false;
+  std::string name;
+};
+
+void add_mesh(SceneBuilder& builder, const py::object& positions, const py::object& indices, const MeshOptions& o) {
+  const Floats vertices = vectors(positions, "positions");
+  const auto corners = triangles(indices, "triangles");
+  const Floats normals = o.normals.is_none() ? Floats() : vectors(o.normals, "normals", vertices.shape(0), "positions");
+  api::Mesh mesh;
+  mesh.positions = rows<api::Vec3>(vertices);
+  mesh.triangles = rows<api::Triangle>(corners);
+  mesh.normals = rows<api::Vec3>(normals);
+  mesh.material = o.material;
+  if (!o.radiance.is_none()) mesh.radiance = color(o.radiance, "radiance");
+  mesh.two_sided = o.two_sided;
+  mesh.name = o.name;
+  builder.add_mesh(mesh);
+}
+
+void set_environment(SceneBuilder& builder, const py::object& radiance) {
+  const Floats array = floats(radiance, "radiance");
+  if (array.ndim() != 3) return builder.set_environment(color(radiance, "radiance"));
+  if (array.shape(2) != 3)
+    throw py::value_error("radiance has " + std::to_string(array.shape(2)) + " channels; expected 3");
+  builder.set_environment(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), rows<api::Rgb>(array));
+}
+
+/// The vectors of a scene as an array that keeps the scene alive.
+template <typename Number, typename T>
+py::array scene_array(const py::object& scene, std::span<const T> values) {
+  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
+  if (sizeof(T) != sizeof(Number)) shape.push_back(sizeof(T) / sizeof(Number));
+  return view(reinterpret_cast<const Number*>(values.data()), shape, scene, false);
+}
+
+void bind_camera(py::module_& module) {
+  const auto set = [](api::Vec3 Camera::*member, const char* name) {
+    return [member, name](Camera& camera, const py::object& value) { camera.*member = vector(value, name); };
+  };
+  const auto get = [](api::Vec3 Camera::*member) {
+    return [member](const Camera& camera) {
+      const api::Vec3 v = camera.*member;
+      return py::make_tuple(v.x, v.y, v.z);
+    };
+  };
+  py::class_<Camera>(module, "Camera", "A camera. Lengths are metres, angles degrees.")
+      .def(py::init([](const py::object& eye, const py::object& target, const py::object& up, float field_of_view,
+                       float orthographic_size, float lens_radius, float focal_distance, const std::string& name) {
+             return Camera{vector(eye, "eye"), vector(target, "target"),
+                           vector(up, "up"),   field_of_view,
+                           orthographic_size,  lens_radius,
+                           focal_distance,     name};
+           }),
+           py::arg("eye"), py::arg("target"), py::arg("up") = py::make_tuple(0, 1, 0), py::kw_only(),
+           py::arg("field_of_view") = 40, py::arg("orthographic_size") = 0, py::arg("lens_radius") = 0,
+           py::arg("focal_distance") = 0, py::arg("name") = "camera",
+           "eye, target, up: three numbers, metres. field_of_view: degrees along the shorter side of the picture.\n"
+           "orthographic_size: metres that the shorter side shows; 0: a perspective camera. lens_radius: metres; 0: a\n"
+           "pinhole. focal_distance: metres at which a lens is sharp; 0: at the target.")
+      .def_property("eye", get(&Camera::eye), set(&Camera::eye, "eye"))
+      .def_property("target", get(&Camera::target), set(&Camera::target, "target"))
+      .def_property("up", get(&Camera::up), set(&Camera::up, "up"))
+      .def_readwrite("field_of_view", &Camera::field_of_view)
+      .def_readwrite("orthographic_size", &Camera::orthographic_size)
+      .def_readwrite("lens_radius", &Camera::lens_radius)
+      .def_readwrite("focal_distance", &Camera::focal_distance)
+      .def_readwrite("name", &Camera::name);
+}
+
+void bind_scene_class(py::module_& module) {
+  py::class_<Scene>(module, "Scene", "An immutable scene. Several threads may use it.")
+      .def_static("load", &Scene::load, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+                  "Reads a file by its extension (.pbrt, .gltf, .glb, .obj, ...), or makes a built-in scene from\n"
+                  "'builtin:NAME'. Raises Error with file, place and remedy.")
+      .def_property_readonly("name", &Scene::name)
+      .def_property_readonly("cameras", &Scene::cameras, "Names of the cameras; there is at least one.")
+      .def_property_readonly("materials", &Scene::materials, "Names of the materials.")
+      .def_property_readonly("notes", &Scene::notes,
+                             "Features of the file that are not supported or had to be guessed.")
+      .def_property_readonly(
+          "positions",
+          [](const py::object& self) { return scene_array<float>(self, self.cast<const Scene&>().positions()); },
+          "Vertices of all triangles, (n, 3), metres. A view of the scene's memory.")
+      .def_property_readonly(
+          "triangles",
+          [](const py::object& self) {
+            return scene_array<std::uint32_t>(self, self.cast<const Scene&>().triangles());
+          },
+          "Indices into positions, (m, 3). A view of the scene's memory.")
+      .def_property_readonly(
+          "triangle_materials",
+          [](const py::object& self) {
+            return scene_array<std::uint32_t>(self, self.cast<const Scene&>().triangle_materials());
+          },
+          "Index into materials of each triangle, (m,). A view of the scene's memory.")
+      .def("with_camera", &Scene::with_camera, py::arg("camera"),
+           "Returns the same scene with one more camera. It shares all else.")
+      .def("__repr__", [](const Scene& scene) {
+        return "<glowworm.Scene '" + scene.name() + "', " + std::to_string(scene.triangle_count()) + " triangles>";
+      });
+  module.def("builtin_scenes", &api::builtin_scenes, "Names of the built-in scenes, for Scene.load('builtin:NAME').");
+}
+
+void bind_builder_lights(py::class_<SceneBuilder>& builder) {
+  builder
+      .def(
+          "add_point_light",
+          [](SceneBuilder& self, const py::object& position, const py::object& intensity) {
+            self.add_point_light(vector(position, "position"), color(intensity, "intensity"));
+          },
+          py::arg("position"), py::arg("intensity"), "position: metres. intensity: W sr^-1, RGB or one number.")
+      .def(
+          "add_spot_light",
+          [](SceneBuilder& self, const py::object& position, const py::object& direction, const py::object& intensity,
+             float inner_angle, float outer_angle) {
+            self.add_spot_light({vector(position, "position"), vector(direction, "direction"),
+                                 color(intensity, "intensity"), inner_angle, outer_angle});
+          },
+          py::arg("position"), py::arg("direction"), py::arg("intensity"), py::kw_only(), py::arg("inner_angle") = 30,
+          py::arg("outer_angle") = 40,
+          "position: metres. direction: of travel. intensity: W sr^-1 along the axis. The intensity is full up to\n"
+          "inner_angle from the axis and 0 from outer_angle on, both in degrees.")
+      .def(
+          "add_directional_light",
+          [](SceneBuilder& self, const py::object& direction, const py::object& irradiance) {
+            self.add_directional_light(vector(direction, "direction"), color(irradiance, "irradiance"));
+          },
+          py::arg("direction"), py::arg("irradiance"),
+          "direction: of travel. irradiance: W m^-2 on a surface that faces the light.")
+      .def(
+          "set_environment", &set_environment, py::arg("radiance"),
+          "Light from all directions: W sr^-1 m^-2, RGB or one number; or an image of all directions, (height, width,\n"
+          "3), row by row from the top (+y), whose middle column looks along -z.");
+}
+
+void bind_builder(py::module_& module) {
+  py::class_<SceneBuilder> builder(module, "SceneBuilder", "Makes a scene from arrays, step by step.");
+  builder.def(py::init<const std::string&>(), py::arg("name") = "scene")
+      .def("add_material", &add_material, py::arg("kind") = "diffuse", py::kw_only(), py::arg("color") = 0.5,
+           py::arg("roughness") = 0.0f, py::arg("metallic") = 0.0f, py::arg("ior") = 1.5f, py::arg("name") = "",
+           "Adds a material and returns its index.\n\n"
+           "kind: 'diffuse', 'metal', 'glass', 'glossy' (glTF's metallic-roughness), 'pane' (glass without thickness)\n"
+           "or 'plastic' (diffuse under a clear coat). color: RGB or one number in [0, 1]. roughness: GGX alpha in\n"
+           "[0, 1]; of 'glossy' its square root. ior: index of refraction.")
+      .def(
+          "add_mesh",
+          [](SceneBuilder& self, const py::object& positions, const py::object& indices, std::uint32_t material,
+             const py::object& normals, const py::object& radiance, bool two_sided, const std::string& name) {
+            add_mesh(self, positions, indices, {material, normals, radiance, two_sided, name});
+          },
+          py::arg("positions"), py::arg("triangles"), py::kw_only(), py::arg("material") = 0,
+          py::arg("normals") = py::none(), py::arg("radiance") = py::none(), py::arg("two_sided") = false,
+          py::arg("name") = "mesh",
+          "Adds triangles. The arrays are copied.\n\n"
+          "positions: (n, 3), metres. triangles: (m, 3), indices into positions, counter-clockwise seen from outside.\n"
+          "material: returned by add_material(). normals: (n, 3), unit, for smooth shading. radiance: W sr^-1 m^-2,\n"
+          "RGB or one number, emitted by the front, and by the back if two_sided.")
+      .def("add_camera", &SceneBuilder::add_camera, py::arg("camera"))
+      .def("build", &SceneBuilder::build, py::call_guard<py::gil_scoped_release>(),
+           "Returns the scene. Adds a camera that frames it if there is none, and a sky if there is no light. The\n"
+           "builder is empty afterwards.");
+  bind_builder_lights(builder);
+}
+
+}  // namespace
+
+void bind_scene(py::module_& module) {
+  bind_camera(module);
+  bind_scene_class(module);
+  bind_builder(module);
+}
+
+}  // namespace glowworm::python

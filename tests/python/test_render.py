@@ -1,0 +1,262 @@
+"""render(), Render and Picture."""
+import gc
+import inspect
+import signal
+import subprocess
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import ENDLESS, TINY
+
+import glowworm
+
+
+def test_a_square_under_a_white_sky_shows_its_color(square):
+    for integrator in ("gather", "path"):
+        picture = glowworm.render(square, **{**TINY, "samples": 16, "gather": 16}, integrator=integrator, aov="albedo")
+        assert picture.image.shape == (8, 8, 3)
+        assert picture.image.dtype == np.float32
+        np.testing.assert_allclose(picture.image[3, 3], [0.5, 0.25, 1], atol=0.01)
+        np.testing.assert_allclose(picture["albedo"][3, 3], [0.5, 0.25, 1], atol=1e-6)
+
+
+def test_every_aov_is_an_array(square):
+    names = [name for name in glowworm.aov_names() if not name.startswith("crypto")]
+    picture = glowworm.render(square, **TINY, aov=glowworm.aov_names())
+    for name in names:
+        channels = picture.channels(name)
+        assert picture[name].shape == ((8, 8) if len(channels) == 1 else (8, 8, len(channels))), name
+    np.testing.assert_allclose(picture["depth"], 2, atol=0.1)
+    np.testing.assert_allclose(picture["normal"][4, 4], [0, 0, 1])
+    assert picture["CryptoObject00"].shape == (8, 8, 4)
+    assert set(names) < set(picture.keys())
+    assert "depth" in picture and "depht" not in picture
+    with pytest.raises(KeyError, match="depth"):
+        picture["depht"]
+
+
+def test_arrays_are_views_of_the_picture(square):
+    picture = glowworm.render(square, **TINY, aov=["depth"])
+    image = picture.image
+    assert image.base is picture
+    assert image.flags.c_contiguous
+    address = image.__array_interface__["data"][0]
+    assert picture["image"].__array_interface__["data"][0] == address
+    image[0, 0, 0] = 42
+    assert picture["image"][0, 0, 0] == 42, "both are the picture's own memory"
+    assert address != picture["depth"].__array_interface__["data"][0]
+    kept = image.copy()
+    del picture
+    gc.collect()
+    np.testing.assert_array_equal(image, kept)
+
+
+def test_gives_the_same_bits_as_the_command_line(program, tmp_path):
+    options = dict(size=(24, 16), samples=3, gather=9, photons=20_000, seed=5)
+    words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
+    words[1] = "24x16"
+    path = tmp_path / "picture.exr"
+    subprocess.run(
+        [program, "render", "builtin:cornell", "-q", "-o", path, "--precision", "float", "--aov", "depth"] + words,
+        check=True,
+    )
+    scene = glowworm.Scene.load("builtin:cornell")
+    picture = glowworm.render(scene, **options, aov="depth", progress=False)
+    theirs = glowworm.Picture.read(str(path))
+    np.testing.assert_array_equal(picture.image, theirs.image)
+    np.testing.assert_array_equal(picture["depth"], theirs["depth"])
+
+
+def test_errors_have_the_text_of_the_command_line(square, program, tmp_path):
+    for key, value in [("kernel", "conee"), ("samples", 0), ("noise", "much"), ("engine", "foward"), ("crop", "2,0,3,1")]:
+        with pytest.raises(glowworm.Error) as error:
+            glowworm.render(square, **{**TINY, key: value})
+        command = [program, "render", "builtin:cornell", f"--{key}", str(value), "-o", tmp_path / "none.png"]
+        printed = subprocess.run(command, capture_output=True, text=True).stderr
+        assert str(error.value).split("\n")[0] in printed, key
+    with pytest.raises(TypeError, match="kernle"):
+        glowworm.render(square, kernle="cone")
+    with pytest.raises(glowworm.Error, match="Did you mean 'kernel'"):
+        glowworm.Render(square, kernle="cone")
+
+
+def test_has_a_keyword_for_every_option():
+    names = [name.replace("-", "_") for name in glowworm._glowworm._render_option_names()]
+    keywords = [name for name in inspect.signature(glowworm.render).parameters if name not in ("scene", "progress")]
+    assert sorted(names) == sorted(keywords)
+
+
+def test_a_crop_is_a_part_of_the_picture(square):
+    whole = glowworm.render(square, **TINY, filter="off")
+    part = glowworm.render(square, **TINY, filter="off", crop=(0.25, 0.5, 0.75, 1))
+    np.testing.assert_array_equal(part.image, whole.image[4:8, 2:6])
+    assert part.place == (2, 4, 8, 8)
+    assert whole.place == (0, 0, 0, 0)
+
+
+def test_renders_from_a_camera_of_its_own(square):
+    camera = glowworm.Camera((0, 0, 5), (0, 0, 0), orthographic_size=1)
+    assert camera.name in square.cameras, "names do not clash"
+    picture = glowworm.render(square, **TINY, camera=camera, aov="depth")
+    np.testing.assert_allclose(picture["depth"], 5)
+    assert glowworm.render(square, **TINY, camera=square.cameras[0], aov="depth")["depth"][4, 4] < 3
+
+
+def test_statistics_are_a_dict(square):
+    picture = glowworm.render(square, **TINY)
+    assert picture.statistics["passes"] == 4
+    assert picture.statistics["settings"]["photons"] == 1000
+    assert picture.statistics["ending"] == "samples_done"
+    assert glowworm.Picture({"image": np.zeros((2, 2, 3))}).statistics == {}
+    assert picture.metadata["glowworm:scene"] == "square"
+
+
+def test_shows_itself_in_notebooks(square):
+    picture = glowworm.render(square, **TINY, aov="depth")
+    png = picture._repr_png_()
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    assert picture.png("depth")[:4] == b"\x89PNG"
+    assert picture.png(exposure=-3) != png
+
+
+def test_progress_is_called_and_may_end_the_render(square):
+    shares = []
+    glowworm.render(square, size=(64, 64), samples=8, gather=16, photons=20_000, progress=shares.append)
+    assert shares and all(0 <= share <= 1 for share in shares)
+    calls = []
+
+    def stop(share):
+        calls.append(share)
+        if len(calls) == 3:
+            raise LookupError("enough")
+
+    with pytest.raises(LookupError, match="enough"):
+        glowworm.render(square, **{**ENDLESS, "progress": stop})
+    assert len(calls) == 3
+
+
+def test_a_bar_shows_progress(square, capfd):
+    glowworm.render(square, size=(64, 64), samples=8, gather=16, photons=20_000, progress=True)
+    assert "%" in capfd.readouterr().err
+    glowworm.render(square, **TINY)
+    assert capfd.readouterr().err == ""
+
+
+def test_ctrl_c_ends_the_render(square):
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    start = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        glowworm.render(square, **ENDLESS)
+    assert time.monotonic() - start < 20
+    timer.join()
+    assert glowworm.render(square, **TINY).image.shape == (8, 8, 3), "the next render works"
+
+
+def test_other_threads_run_meanwhile(square):
+    counted = 0
+    ended = threading.Event()
+
+    def count():
+        nonlocal counted
+        while not ended.is_set():
+            counted += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    glowworm.render(square, size=(64, 64), samples=1_000_000, photons=1000, time=1, progress=False)
+    ended.set()
+    thread.join()
+    # With the lock held for the second of the render it would stand still.
+    assert counted > 50
+
+
+def test_threads_render_at_once(cornell):
+    options = dict(size=(16, 16), samples=2, gather=4, photons=5000, progress=False)
+    alone = [glowworm.render(cornell, **options, seed=seed).image.copy() for seed in range(4)]
+    together = [None] * 4
+
+    def work(seed):
+        together[seed] = glowworm.render(cornell, **options, seed=seed).image
+
+    threads = [threading.Thread(target=work, args=[seed]) for seed in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    np.testing.assert_array_equal(np.array(together), np.array(alone))
+
+
+def test_a_render_goes_on_in_the_background(square):
+    render = glowworm.Render(square, **{key: value for key, value in ENDLESS.items() if key != "progress"})
+    assert not render.wait(0.2)
+    assert not render.done
+    assert 0 <= render.progress < 1
+    assert render.picture().width == 64
+    render.cancel()
+    assert render.wait()
+    assert render.done and render.cancelled
+    assert render.statistics()["ending"] == "cancelled"
+
+
+def resident_bytes():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * 4096
+
+
+def test_memory_does_not_grow_over_a_thousand_renders(square):
+    options = dict(size=(8, 8), samples=1, gather=1, photons=100, aov="depth", progress=False)
+
+    def work(guided, others):
+        # Learning where photons are needed takes most of the time of a tiny render.
+        for _ in range(guided):
+            glowworm.render(square, **options)
+        for _ in range(others):
+            glowworm.render(square, **options, no_guiding=True)
+        gc.collect()
+
+    work(5, 200)
+    before = resident_bytes()
+    work(10, 785)
+    # A kilobyte a render would be 0.8 MB; the allocator's own waste is below 4 MB.
+    assert resident_bytes() - before < 4e6
+
+
+def test_pictures_are_written_and_read(square, tmp_path):
+    picture = glowworm.render(square, **TINY, aov=["normal"])
+    picture.write(str(tmp_path / "picture.exr"))
+    picture.write(str(tmp_path / "picture.png"))
+    read = glowworm.Picture.read(str(tmp_path / "picture.exr"))
+    np.testing.assert_allclose(read["normal"], picture["normal"], atol=1e-3)
+    assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(glowworm.Error, match="picture.bmp"):
+        picture.write(str(tmp_path / "picture.bmp"))
+    with pytest.raises(glowworm.Error, match="nowhere"):
+        glowworm.Picture.read(str(tmp_path / "nowhere.exr"))
+
+
+def test_compare_measures_the_difference(square, tmp_path):
+    reference = np.full((4, 5, 3), 2.0)
+    image = reference.copy()
+    image[0, 0, 0] = 5
+    measures = glowworm.compare(image, reference)
+    assert measures["mse"] == pytest.approx(9 / 60)
+    assert measures["relative_mse"] == pytest.approx(9 / 4.01 / 60)
+    assert measures["largest_difference"] == 3
+    assert measures["rgb_ratio"] == pytest.approx((1 + 3 / 40, 1, 1))
+    assert measures["pixels"] == 20
+    assert glowworm.compare(image, reference, leave_out=0.1)["mse"] == 0
+    picture = glowworm.render(square, **TINY, aov="depth")
+    path = tmp_path / "picture.exr"
+    picture.write(str(path))
+    assert glowworm.compare(picture, path)["relative_rmse"] < 1e-3
+    assert glowworm.compare(picture, path, layer="depth")["mse"] == 0
+    with pytest.raises(glowworm.Error, match="different sizes"):
+        glowworm.compare(picture, reference)
+    with pytest.raises(glowworm.Error, match="depht"):
+        glowworm.compare(picture, picture, layer="depht")
+    with pytest.raises(ValueError, match="axes"):
+        glowworm.compare(picture, np.zeros(3))
