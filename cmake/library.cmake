@@ -21,7 +21,7 @@ endfunction()
 
 set(density_rooms density points bsdf kernels core)
 set(GLOWWORM_DENSITY_LIBRARIES tbb fmt hwy)
-set(GLOWWORM_LIBRARIES embree3 OpenEXR-3_1 Iex-3_1 IlmThread-3_1 Imath-3_1 png tinygltf draco meshoptimizer z dl)
+set(GLOWWORM_LIBRARIES embree3 OpenEXR-3_1 Iex-3_1 IlmThread-3_1 Imath-3_1 png tinygltf draco meshoptimizer z zstd dl)
 glowworm_archive(glowworm_density ${density_rooms})
 glowworm_archive(glowworm api render filter gather photon trace import builtin scene image)
 
@@ -64,5 +64,5 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
-  "libembree-dev, libtbb-dev, libhwy-dev, libfmt-dev, libopenexr-dev, libpng-dev, libtinygltf-dev, libdraco-dev, libmeshoptimizer-dev")
+  "libembree-dev, libtbb-dev, libhwy-dev, libfmt-dev, libopenexr-dev, libpng-dev, libtinygltf-dev, libdraco-dev, libmeshoptimizer-dev, libzstd-dev")
 include(CPack)

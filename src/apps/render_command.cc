@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
+#include "apps/picture_output.h"
 #include "apps/progress_bar.h"
 #include "apps/table_options.h"
 #include "apps/tev_stream.h"
@@ -30,6 +30,7 @@
 #include "render/effects.h"
 #include "render/job.h"
 #include "render/output.h"
+#include "render/part.h"
 #include "session/command_text.h"
 
 namespace glowworm {
@@ -41,19 +42,13 @@ using Clock = std::chrono::steady_clock;
 /// With a larger budget, in bytes, freed memory may stay in the heap for the next task, which is faster.
 constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 
-/// An image to write.
-struct Output {
-  std::string path;  ///< "-": standard output
-  bool is_exr = true;
-};
-
 struct RenderOptions {
   std::string scene, command_line;
   std::vector<std::string> names;  ///< values of -o
   std::vector<Output> outputs;
-  std::string statistics, simd = "auto", tone = "filmic", precision = "half", resume, view, tev;
+  std::string statistics, simd = "auto", resume, view, tev;
   std::vector<std::string> lights;
-  std::optional<float> exposure;  ///< stops; empty: chosen from the picture
+  PictureOptions picture;
   bool verbose = false, quiet = false, preview = false, resumes = false;
   TableOptions table;
   SceneOptions changes;
@@ -64,26 +59,11 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
   return std::chrono::duration<double>(end - start).count();
 }
 
-/// The extension of a file name, in lower case.
-std::string ending_of(const std::string& name) {
-  std::string ending = std::filesystem::path(name).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending;
-}
-
-/// Interprets a value of -o.
-Output output_of(const std::string& name) {
-  if (name == kStandardOutput || name == "exr:-") return {std::string(kStandardOutput), true};
-  if (name == "png:-") return {std::string(kStandardOutput), false};
-  const std::string ending = ending_of(name);
-  if (ending != ".exr" && ending != ".png")
-    throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .png", name),
-                           "Give -o a name with one of these endings, or exr:- or png:- for standard output.");
-  return {name, ending == ".exr"};
-}
-
-/// Without -o, the image gets the name that the scene gives it, or "out.exr".
+/// Without -o, the image gets the name that the scene gives it, or "out.exr". A part is named by its numbers.
 void name_outputs(RenderOptions& o, const FilmRequest& film) {
+  const SampleShare& part = o.settings.part;
+  if (o.outputs.empty() && !part.is_all())
+    o.outputs.push_back(output_of(fmt::format("{}-of-{}.part", part.index, part.count)));
   if (o.outputs.empty()) {
     std::string name = film.file.empty() ? "out.exr" : film.file;
     if (const std::string ending = ending_of(name); ending != ".exr" && ending != ".png") {
@@ -104,8 +84,16 @@ void resolve_options(RenderOptions& o) {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
+    check_part(s);
   });
-  for (const std::string& name : o.names) o.outputs.push_back(output_of(name));
+  for (const std::string& name : o.names) {
+    o.outputs.push_back(output_of(name));
+    const bool open_ended = s.noise_target > 0 || (s.time_limit_s > 0 && s.samples == 0);
+    if (o.outputs.back().format == OutputFormat::part && open_ended)
+      throw CommandLineError(
+          fmt::format("-o {}: a part has a number of samples that does not depend on time or noise", name),
+          "Give --samples, and no --noise.");
+  }
 }
 
 /// Checks before the render that all files differ and can be written.
@@ -138,17 +126,15 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
     const std::string& path = output.path;
     // Output on standard output cannot be replaced later.
     if (path == kStandardOutput && !said) continue;
+    if (output.format == OutputFormat::part && !said) continue;
     std::string how;
     const bool written = files.write(path, [&] {
+      if (output.format == OutputFormat::part) return write_part(path, part_of(job), job.snapshot());
       if (!image) {
         image = make_image(job.snapshot(), job);
         image->metadata["comments"] = o.command_line;
       }
-      if (output.is_exr)
-        return write_exr(path, *image, o.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
-      const float exposure = o.exposure ? *o.exposure : automatic_exposure(image->rgb());
-      if (!o.exposure) how = fmt::format(", exposure {:+.1f} stops (auto)", exposure);
-      write_png(path, *image, o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
+      how = write_picture(output, *image, o.picture);
     });
     if (written && said && path != kStandardOutput) inform(fmt::format("wrote {}{}", path, how));
   }
@@ -160,7 +146,9 @@ std::string describe(const RenderSettings& s, const Scene& scene) {
       fmt::format("{}: {} triangles, {}x{} pixels", scene.name(), scene.geometry().triangle_count(), s.width, s.height);
   if (s.bounds != PixelBounds{0, 0, s.width, s.height})
     text += fmt::format(" (only {}x{} at {},{})", s.bounds.width(), s.bounds.height(), s.bounds.x0, s.bounds.y0);
-  text += fmt::format(", {} samples", s.samples);
+  const SampleRange range = s.sample_range();
+  text += s.part.is_all() ? fmt::format(", {} samples", s.samples)
+                          : fmt::format(", samples {} to {} of {}", range.first, range.end - 1, s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
   if (s.photons_traced > s.photons)
@@ -216,7 +204,7 @@ class Throttle {
 /// A label of the job's current work, for the progress bar.
 std::string work_of(const Job& job) {
   if (job.is_mapping()) return "photon map";
-  return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().samples));
+  return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));
 }
 
 /// Waits for the job. Shows progress, writes checkpoints and previews, and passes Ctrl-C on to it. Returns the
@@ -287,13 +275,10 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
 
 /// Warns of options that have no effect on the output formats.
 void warn_of_unused_formats(const RenderOptions& o) {
-  const auto is_exr = [](const Output& output) { return output.is_exr; };
-  const bool any_exr = std::any_of(o.outputs.begin(), o.outputs.end(), is_exr);
-  const bool any_png = !std::all_of(o.outputs.begin(), o.outputs.end(), is_exr);
-  if (!any_exr && !o.settings.aovs.empty() && o.tev.empty()) warn("--aov has no effect: no -o is an EXR file");
-  if (!any_exr && o.precision != "half") warn("--precision has no effect: no -o is an EXR file");
-  if (!any_png && o.exposure.has_value()) warn("--exposure has no effect: no -o is a PNG file");
-  if (!any_png && o.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
+  const bool all_png = std::all_of(o.outputs.begin(), o.outputs.end(),
+                                   [](const Output& output) { return output.format == OutputFormat::png; });
+  if (all_png && !o.settings.aovs.empty() && o.tev.empty()) warn("--aov has no effect: no -o is an EXR file");
+  warn_of_unused_formats(o.picture, o.outputs);
 }
 
 int run_render(RenderOptions& o) {
@@ -341,8 +326,8 @@ int run_render(RenderOptions& o) {
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
   c.add_option("-o,--output", o.names,
-               "Image to write: .exr (linear, W sr^-1 m^-2) or .png; exr:- or png:- is standard output; several -o may "
-               "be given")
+               "Image to write: .exr (linear, W sr^-1 m^-2) or .png, or .part for 'glowworm merge'; exr:- or png:- is "
+               "standard output; several -o may be given")
       ->option_text("FILE [the scene's, or out.exr]")
       ->group("Picture");
   add_table_options(c, "Picture", false, o.table);
@@ -360,9 +345,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->take_last()
       ->option_text("HOST:PORT")
       ->group("Picture");
-  add_choice(c, "--precision", o.precision, {"half", "float"}, "Precision of the EXR file")->group("Picture");
-  add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group("Picture");
-  add_exposure_option(c, "Picture", o.exposure);
+  add_picture_options(c, "Picture", o.picture);
 }
 
 void add_effort_options(CLI::App& c, RenderOptions& o) {

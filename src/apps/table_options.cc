@@ -11,7 +11,7 @@ namespace glowworm {
 
 namespace {
 
-CLI::Option* add_table_option(CLI::App& command, const Option& option, TableOptions& options) {
+CLI::Option* add_option(CLI::App& command, const Option& option, TableOptions& options) {
   const auto take = [&options, &option](const std::string& text) {
     read_command_line([&] { option.parse(options.settings, text); });
     options.given.push_back(&option);
@@ -20,6 +20,16 @@ CLI::Option* add_table_option(CLI::App& command, const Option& option, TableOpti
     return command.add_flag_callback(
         option.name, [take] { take("given"); }, option.meaning);
   return command.add_option_function<std::string>(option.name, take, option.meaning);
+}
+
+CLI::Option* add_row(CLI::App& command, const Option& option, const char* standard, TableOptions& options) {
+  CLI::Option* added = add_option(command, option, options);
+  if (option.is_list)
+    added->join(',');
+  else
+    added->take_last();
+  if (!option.is_flag) added->option_text(*standard ? fmt::format("{} [{}]", option.values, standard) : option.values);
+  return added;
 }
 
 }  // namespace
@@ -50,14 +60,13 @@ void add_table_options(CLI::App& command, const std::string& group, bool view, T
   for (const Option& option : render_options()) {
     const char* standard = view ? option.in_view : option.standard.c_str();
     if (option.group != group || !standard) continue;
-    CLI::Option* added = add_table_option(command, option, options)->group(group);
-    if (option.is_list)
-      added->join(',');
-    else
-      added->take_last();
-    if (!option.is_flag)
-      added->option_text(*standard ? fmt::format("{} [{}]", option.values, standard) : option.values);
+    add_row(command, option, standard, options)->group(group);
   }
+}
+
+void add_table_option(CLI::App& command, std::string_view name, TableOptions& options) {
+  for (const Option& option : render_options())
+    if (option.name == name) add_row(command, option, option.standard.c_str(), options);
 }
 
 void add_exposure_option(CLI::App& command, const std::string& group, std::optional<float>& exposure) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/commands.h"
@@ -31,6 +32,9 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, double& valu
 /// Adds the options of one group of the table to a command.
 /// @param view add only those that `glowworm view` has
 void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options);
+
+/// Adds one option of the table to a command.
+void add_table_option(CLI::App& command, std::string_view name, TableOptions& options);
 
 /// Adds --exposure: stops, or "auto", which leaves `exposure` empty.
 void add_exposure_option(CLI::App& command, const std::string& group, std::optional<float>& exposure);

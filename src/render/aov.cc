@@ -75,18 +75,6 @@ void add_ids(Image& image, const std::string& channel, const Film& film, const s
   });
 }
 
-std::vector<std::string> object_names(const Scene& scene) {
-  std::vector<std::string> names;
-  for (const ObjectStart& object : scene.geometry().objects) names.push_back(object.name);
-  return names;
-}
-
-std::vector<std::string> material_names(const Scene& scene) {
-  std::vector<std::string> names;
-  for (const Material& material : scene.materials()) names.push_back(material.name);
-  return names;
-}
-
 std::string names_json(const nlohmann::json& names) {
   return names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -144,7 +132,7 @@ const std::vector<Aov>& table() {
        [](Image& image, const Source& from) {
          std::vector<RGB> pixels(from.film.pixel_count());
          for (std::size_t i = 0; i < pixels.size(); ++i)
-           pixels[i] = from.film.radiance(i, from.indirect_only) * from.scene.film().scale;
+           pixels[i] = from.film.radiance(i, from.info.settings.indirect_only) * from.info.scale;
          image.add_rgb("unfiltered", pixels);
        }},
       {"noise",
@@ -152,7 +140,7 @@ const std::vector<Aov>& table() {
        {},
        [](Image& image, const Source& from) {
          add_channel(image, "noise.Y", from.film,
-                     [&](std::size_t i) { return std::sqrt(from.picture.variance[i]) * from.scene.film().scale; });
+                     [&](std::size_t i) { return std::sqrt(from.picture.variance[i]) * from.info.scale; });
        }},
       {"samples",
        1,
@@ -172,17 +160,17 @@ const std::vector<Aov>& table() {
       {"object-id", 1, kObjects,
        [](Image& image, const Source& from) {
          add_ids(image, "object-id.I", from.film, from.film.objects());
-         image.metadata["glowworm:objects"] = names_json(object_names(from.scene));
+         image.metadata["glowworm:objects"] = names_json(from.info.objects);
        }},
       {"material-id", 1, kMaterials,
        [](Image& image, const Source& from) {
          add_ids(image, "material-id.I", from.film, from.film.materials());
-         image.metadata["glowworm:materials"] = names_json(material_names(from.scene));
+         image.metadata["glowworm:materials"] = names_json(from.info.materials);
        }},
       {"cryptomatte", 4 * Film::kMaxIds, kBoth,
        [](Image& image, const Source& from) {
-         add_cryptomatte(image, "CryptoObject", from.film, from.film.objects(), object_names(from.scene));
-         add_cryptomatte(image, "CryptoMaterial", from.film, from.film.materials(), material_names(from.scene));
+         add_cryptomatte(image, "CryptoObject", from.film, from.film.objects(), from.info.objects);
+         add_cryptomatte(image, "CryptoMaterial", from.film, from.film.materials(), from.info.materials);
        }},
   };
   return rows;

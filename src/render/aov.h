@@ -4,17 +4,15 @@
 #include "image/image.h"
 #include "render/film.h"
 #include "render/filtered.h"
-#include "render/settings.h"
-#include "scene/scene.h"
+#include "render/picture_info.h"
 
 namespace glowworm {
 
 /// What a layer is made of.
 struct LayerSource {
   const Film& film;
-  const Scene& scene;
+  const PictureInfo& info;
   const FilmPicture& picture;  ///< the image
-  bool indirect_only;          ///< the image is the indirect light only
 };
 
 /// Adds the channels of a layer of aov_names() to a picture of the film, and what readers need to know to its metadata.

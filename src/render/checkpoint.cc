@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '4'};
+constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '5'};
 
 /// Writes bytes and computes their fingerprint.
 class Writer {

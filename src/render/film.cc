@@ -1,6 +1,7 @@
 #include "render/film.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -28,15 +29,45 @@ void count(Film::IdCounts& ids, std::uint32_t id, std::uint32_t samples = 1) {
   }
 }
 
-/// Whether the entries may have come from so many samples.
-bool is_possible_count(const Film::IdCounts& ids, std::uint32_t samples) {
+/// Whether an entry of the film may have come from so many samples.
+bool is_possible_of(const Film::IdCounts& ids, std::uint32_t samples) {
   std::uint64_t sum = 0;
   for (const Film::IdCount& entry : ids) sum += entry.count;
   return sum <= samples;
 }
+bool is_possible_of(std::uint32_t count, std::uint32_t samples) { return count <= samples; }
+template <typename Integer, int kBits>
+bool is_possible_of(const ExactSum<Integer, kBits>& sum, std::uint32_t samples) {
+  return sum.can_be_of(samples);
+}
+template <typename Sum>
+bool is_possible_of(const std::array<Sum, 3>& sums, std::uint32_t samples) {
+  return std::all_of(sums.begin(), sums.end(), [&](const Sum& sum) { return sum.can_be_of(samples); });
+}
+
+/// Adds an entry of another film to one of the same pixel.
+template <typename Entry>
+void add_entry(Entry& to, const Entry& from) {
+  to += from;
+}
+template <typename Sum>
+void add_entry(std::array<Sum, 3>& to, const std::array<Sum, 3>& from) {
+  for (std::size_t c = 0; c < 3; ++c) to[c] += from[c];
+}
+void add_entry(Film::IdCounts& to, const Film::IdCounts& from) {
+  for (const Film::IdCount& entry : from)
+    if (entry.count > 0) count(to, entry.id, entry.count);
+}
+
+template <typename Entry>
+void add_all(std::vector<Entry>& to, const std::vector<Entry>& from) {
+  for (std::size_t i = 0; i < to.size(); ++i) add_entry(to[i], from[i]);
+}
 
 /// Pixels that one piece of parallel work adds samples to.
 constexpr std::size_t kPixelsAtOnce = 4096;
+/// Pixels whose entries merge_state() holds at once.
+constexpr std::size_t kPixelsRead = 64 * kPixelsAtOnce;
 
 /// What the luminance of light is divided by.
 float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMinAlbedo); }
@@ -138,30 +169,18 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
 }
 
 void Film::merge(const Film& other) {
-  const auto add_scalars = [](auto& sums, const auto& others) {
-    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += others[i];
-  };
-  const auto add_colors = [](auto& sums, const auto& others) {
-    for (std::size_t i = 0; i < sums.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c) sums[i][c] += others[i][c];
-  };
-  for (int layer = 0; layer < 4; ++layer) add_colors(light_[layer], other.light_[layer]);
-  add_colors(albedo_, other.albedo_);
-  add_colors(normal_, other.normal_);
-  add_colors(position_, other.position_);
-  add_colors(uv_, other.uv_);
-  const auto add_ids = [](auto& ids, const auto& others) {
-    for (std::size_t i = 0; i < ids.size(); ++i)
-      for (const IdCount& entry : others[i])
-        if (entry.count > 0) count(ids[i], entry.id, entry.count);
-  };
-  add_ids(objects_, other.objects_);
-  add_ids(materials_, other.materials_);
-  add_scalars(depth_sum_, other.depth_sum_);
-  add_scalars(square_sum_, other.square_sum_);
-  for (int i = 0; i < 2; ++i) add_scalars(moments_[i], other.moments_[i]);
-  add_scalars(depth_count_, other.depth_count_);
-  add_scalars(count_, other.count_);
+  for (int layer = 0; layer < 4; ++layer) add_all(light_[layer], other.light_[layer]);
+  add_all(albedo_, other.albedo_);
+  add_all(normal_, other.normal_);
+  add_all(position_, other.position_);
+  add_all(uv_, other.uv_);
+  add_all(objects_, other.objects_);
+  add_all(materials_, other.materials_);
+  add_all(depth_sum_, other.depth_sum_);
+  add_all(square_sum_, other.square_sum_);
+  for (int i = 0; i < 2; ++i) add_all(moments_[i], other.moments_[i]);
+  add_all(depth_count_, other.depth_count_);
+  add_all(count_, other.count_);
   not_finite_ += other.not_finite_;
 }
 
@@ -226,6 +245,9 @@ float Film::variance(std::size_t pixel) const {
 
 template <typename Self, typename Work>
 void Film::for_arrays(Self& self, Work&& work) {
+  // The counts first: readers check the sums by them.
+  work(self.count_);
+  work(self.depth_count_);
   for (auto& layer : self.light_) work(layer);
   work(self.albedo_);
   work(self.normal_);
@@ -236,8 +258,6 @@ void Film::for_arrays(Self& self, Work&& work) {
   work(self.depth_sum_);
   work(self.square_sum_);
   for (auto& sums : self.moments_) work(sums);
-  work(self.depth_count_);
-  work(self.count_);
 }
 
 std::vector<std::uint32_t> Film::save() const {
@@ -265,24 +285,62 @@ bool Film::restore(const std::vector<std::uint32_t>& state) {
 }
 
 bool Film::is_possible() const {
-  const auto possible = [&](const auto& sums, std::size_t i) {
-    return std::all_of(sums[i].begin(), sums[i].end(), [&](const auto& sum) { return sum.can_be_of(count_[i]); });
-  };
-  for (std::size_t i = 0; i < pixel_count(); ++i) {
-    if (count_[i] > kMaxSamples || !square_sum_[i].can_be_of(count_[i]) || !possible(light_[0], i)) return false;
-    for (const auto& sums : moments_)
-      if (!sums.empty() && !sums[i].can_be_of(count_[i])) return false;
-    if (!layers_) continue;
-    for (int layer = 1; layer < 4; ++layer)
-      if (!possible(light_[layer], i)) return false;
-    if (!possible(albedo_, i) || !possible(normal_, i) || depth_count_[i] > count_[i] ||
-        !depth_sum_[i].can_be_of(depth_count_[i]))
-      return false;
-    if ((places_.position && !possible(position_, i)) || (places_.uv && !possible(uv_, i))) return false;
-    if (places_.objects && !is_possible_count(objects_[i], count_[i])) return false;
-    if (places_.materials && !is_possible_count(materials_[i], count_[i])) return false;
+  for (const std::uint32_t count : count_)
+    if (count > kMaxSamples) return false;
+  bool possible = true;
+  for_arrays(*this, [&](const auto& entries) {
+    const bool of_hits = static_cast<const void*>(&entries) == &depth_sum_;
+    const std::vector<std::uint32_t>& counts = of_hits ? depth_count_ : count_;
+    for (std::size_t i = 0; i < entries.size() && possible; ++i) possible = is_possible_of(entries[i], counts[i]);
+  });
+  return possible;
+}
+
+void Film::write_state(const std::function<void(std::span<const std::byte>)>& write) const {
+  write(std::as_bytes(std::span(&not_finite_, 1)));
+  for_arrays(*this, [&](const auto& entries) { write(std::as_bytes(std::span(entries))); });
+}
+
+template <typename Entry>
+bool Film::merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t>& counts,
+                       const std::function<bool(std::span<std::byte>)>& read) {
+  std::vector<Entry> others;
+  for (std::size_t at = 0; at < sums.size(); at += kPixelsRead) {
+    others.resize(std::min(kPixelsRead, sums.size() - at));
+    if (!read(std::as_writable_bytes(std::span(others)))) return false;
+    std::atomic<bool> possible = true;
+    parallel_for(0, others.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        if (!is_possible_of(others[i], counts[at + i])) {
+          possible = false;
+          return;
+        }
+        add_entry(sums[at + i], others[i]);
+      }
+    });
+    if (!possible) return false;
   }
   return true;
+}
+
+bool Film::merge_state(const std::function<bool(std::span<std::byte>)>& read, std::uint32_t most_samples) {
+  std::uint64_t not_finite = 0;
+  std::vector<std::uint32_t> counts(count_.size()), hits(depth_count_.size());
+  if (!read(std::as_writable_bytes(std::span(&not_finite, 1))) || !read(std::as_writable_bytes(std::span(counts))) ||
+      !read(std::as_writable_bytes(std::span(hits))))
+    return false;
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (counts[i] > most_samples || (layers_ && hits[i] > counts[i])) return false;
+  add_all(count_, counts);
+  add_all(depth_count_, hits);
+  not_finite_ += not_finite;
+  bool good = true;
+  for_arrays(*this, [&](auto& entries) {
+    const void* const which = &entries;
+    if (!good || which == &count_ || which == &depth_count_) return;
+    good = merge_array(entries, which == &depth_sum_ ? hits : counts, read);
+  });
+  return good;
 }
 
 }  // namespace glowworm

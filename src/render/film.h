@@ -1,7 +1,10 @@
 // The film: sums of all samples by pixel and layer.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "core/exact_sum.h"
@@ -97,6 +100,13 @@ class Film {
   /// Restores the result of save(); returns false if the size differs or the state is impossible.
   bool restore(const std::vector<std::uint32_t>& state);
 
+  /// Hands the complete state on, piece by piece, for merge_state().
+  void write_state(const std::function<void(std::span<const std::byte>)>& write) const;
+  /// As merge() with the film of a write_state(), in little memory. Returns false, with this film in no useful state,
+  /// if the other's is impossible or has a pixel with more than `most_samples`.
+  /// @param read fills the bytes; returns false if there are no more
+  bool merge_state(const std::function<bool(std::span<std::byte>)>& read, std::uint32_t most_samples);
+
  private:
   /// Radiance with resolution 5e-20, up to 3e11 W sr^-1 m^-2.
   using LightSum = ExactSum<Int128, 64>;
@@ -114,6 +124,9 @@ class Film {
   template <typename Self, typename Work>
   static void for_arrays(Self& self, Work&& work);
   bool is_possible() const;
+  template <typename Entry>
+  bool merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t>& counts,
+                   const std::function<bool(std::span<std::byte>)>& read);
 
   PixelBounds bounds_;
   bool indirect_only_, layers_;

@@ -111,6 +111,9 @@ void Job::resume(const Checkpoint& checkpoint) {
   check_same_render(key(), parse_key(checkpoint.key), "the checkpoint");
   if (!film_.restore(checkpoint.film) || film_.whole_passes() != checkpoint.passes)
     throw Error("the checkpoint holds sums that no render can give", "Remove the file to start anew.");
+  if (!settings_.part.is_all() && checkpoint.passes > settings_.sample_range().count())
+    throw Error("the checkpoint holds samples beyond those of the part",
+                "Give the --part that it is of, or remove the file to start anew.");
   passes_ = checkpoint.passes;
 }
 
@@ -202,7 +205,7 @@ View Job::view() const {
   return scene_->camera(settings_.camera);
 }
 
-void Job::shoot_photons(std::uint32_t pass) {
+void Job::shoot_photons(std::uint32_t sample) {
   const CancellationScope scope(interrupt_);
   const double start = seconds();
   // Photons may use all memory that tasks leave.
@@ -214,7 +217,7 @@ void Job::shoot_photons(std::uint32_t pass) {
     guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
     demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
   }
-  maps_.update(*tracer_, map_settings(pass), statistics_);
+  maps_.update(*tracer_, map_settings(sample), statistics_);
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = maps_.bytes();
   is_mapping_ = false;
@@ -228,9 +231,10 @@ void Job::render_passes() {
   const std::uint32_t first_pass = passes_;
   // The checkpoint may have been written after the last pass but before its noise test.
   if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
-  for (std::uint32_t done = first_pass; done < settings_.samples; done = passes_) {
+  const SampleRange range = settings_.sample_range();
+  for (std::uint32_t done = first_pass; done < range.count(); done = passes_) {
     if (should_stop(settings_.progressive ? photon_seconds_ + task_seconds_ : task_seconds_)) return;
-    if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(done);
+    if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(range.first + done);
     const Schedule schedule = make_schedule(settings_, budget_.available());
     pass_.queries_at_once = schedule.queries_at_once;
     pass_.by_disk = schedule.by_disk;
@@ -246,13 +250,16 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
   const View view = this->view();
   std::size_t slots = 0, slots_done = 0;
   for (const CameraTask& task : tasks) slots += task.slot_count();
-  const double share = static_cast<double>(tasks.front().sample_count) / settings_.samples;
-  const double share_done = static_cast<double>(passes_) / settings_.samples;
+  const SampleRange range = settings_.sample_range();
+  const double share = static_cast<double>(tasks.front().sample_count) / range.count();
+  const double share_done = static_cast<double>(passes_) / range.count();
   std::vector<CameraTask> left(tasks.rbegin(), tasks.rend());
   while (!left.empty()) {
-    const CameraTask task = next_task(left, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
+    const CameraTask place = next_task(left, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
+    CameraTask task = place;  // the film counts samples of the range, and random numbers belong to those of the whole
+    task.first_sample += range.first;
     slots_done += task.slot_count();
-    if (film_.has(task)) continue;
+    if (film_.has(place)) continue;
     if (should_stop(slot_seconds_ * static_cast<double>(task.slot_count()))) return false;
     const double start = seconds();
     PassResult result;
@@ -266,7 +273,7 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
     task_seconds_ = seconds() - start;
     slot_seconds_ = task_seconds_ / static_cast<double>(task.slot_count());
     const std::lock_guard lock(film_mutex_);
-    film_.add(task, result.radiance, result.first_hit, scene_->geometry());
+    film_.add(place, result.radiance, result.first_hit, scene_->geometry());
     film_.add_not_finite(not_finite);
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
   }

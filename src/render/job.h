@@ -52,7 +52,7 @@ class Job {
 
   /// Finished share of the work, in [0, 1]: by samples, or by time if the time limit ends it first.
   double progress() const;
-  /// Passes (camera samples of every pixel) done so far.
+  /// Passes (camera samples of every pixel) done so far, of those of settings().sample_range().
   std::uint32_t passes() const { return passes_; }
   /// Whether photons are being traced, or their map is being built.
   bool is_mapping() const { return is_mapping_; }
@@ -67,6 +67,8 @@ class Job {
   Checkpoint checkpoint() const;
   /// Film::not_finite() of the current film; at any time.
   std::uint64_t samples_not_finite() const;
+  /// What determines the bits of the samples. The first call hashes the scene.
+  const RenderKey& key() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
@@ -94,8 +96,7 @@ class Job {
   PhotonMapSettings map_settings(std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
-  const RenderKey& key() const;
-  void shoot_photons(std::uint32_t pass);
+  void shoot_photons(std::uint32_t sample);
   /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);
   void resume(const Checkpoint& checkpoint);

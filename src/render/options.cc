@@ -196,6 +196,22 @@ Option pixel_bounds_row(Option row) {
   return member(std::move(row), &RenderSettings::bounds, read, print, report);
 }
 
+Option part_row(Option row) {
+  const auto read = [name = row.name](const std::string& text) {
+    SampleShare part;
+    const char* const end = text.data() + text.size();
+    const auto i = std::from_chars(text.data(), end, part.index);
+    const bool has_index = i.ec == std::errc() && i.ptr != end && *i.ptr == '/';
+    const auto n = std::from_chars(has_index ? i.ptr + 1 : end, end, part.count);
+    const bool good = has_index && n.ec == std::errc() && n.ptr == end && part.index >= 1 && part.index <= part.count;
+    if (!good && text != "all")
+      throw Error(fmt::format("{} '{}' is not a part", name, text), "Give I/N with I from 1 to N, for example 3/8.");
+    return good ? part : SampleShare();
+  };
+  const auto print = [](const SampleShare& p) { return p.is_all() ? "all" : fmt::format("{}/{}", p.index, p.count); };
+  return member(std::move(row), &RenderSettings::part, read, print, print);
+}
+
 Option aov_row(Option row) {
   const auto read = [name = row.name](const std::string& text) {
     Names aovs;
@@ -323,6 +339,8 @@ std::vector<Option> effort_options() {
   return {
       count({"--samples", kEffort, "samples", "N", "auto", nullptr, "Camera samples of each pixel"}, &S::samples,
             1u << 24),
+      part_row({"--part", kEffort, nullptr, "I/N", "all", nullptr,
+                "Render the I-th of N shares of the samples; 'glowworm merge' makes the picture of all"}),
       count({"--gather", kEffort, "gather", "N", "auto", "16",
              "Final gather rays of each camera sample; a pixel gets samples x gather", true, without_gathering},
             &S::gather, 1u << 20),

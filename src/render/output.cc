@@ -67,9 +67,9 @@ std::array<float, 16> rounded(const Matrix& m) {
   return out;
 }
 
-/// Adds the matrices by which compositing programs find the camera. The camera looks along +z with y up; normalised
+/// The matrices by which compositing programs find the camera. The camera looks along +z with y up; normalised
 /// device coordinates go from (0, 0) at the upper left corner of the picture to (1, 1), as in RenderMan.
-void add_camera(Image& image, const Camera& camera, int width, int height) {
+std::map<std::string, std::array<float, 16>> matrices_of(const Camera& camera, int width, int height) {
   Transform to_world = camera.to_world;
   const bool divides = camera.kind == CameraKind::perspective;
   // An orthographic camera takes its axes by their directions.
@@ -82,8 +82,7 @@ void add_camera(Image& image, const Camera& camera, int width, int height) {
   const double x0 = -window.left * sx, y0 = -window.top * sy;
   Matrix to_ndc = {sx, 0, 0, 0, 0, sy, 0, 0, 0, 0, 1, 0, x0, y0, 0, 1};
   if (divides) to_ndc = {sx, 0, 0, 0, 0, sy, 0, 0, x0, y0, 1, 1, 0, 0, 0, 0};
-  image.matrices["worldToCamera"] = rounded(to_camera);
-  image.matrices["worldToNDC"] = rounded(product(to_camera, to_ndc));
+  return {{"worldToCamera", rounded(to_camera)}, {"worldToNDC", rounded(product(to_camera, to_ndc))}};
 }
 
 }  // namespace
@@ -100,29 +99,46 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
 
 const char* version() { return "0.1.0"; }
 
-Image make_image(const Film& film, const Job& job) {
+PictureInfo picture_info(const Job& job) {
   const RenderSettings& settings = job.settings();
+  const Scene& scene = job.scene();
+  PictureInfo info;
+  info.settings = settings;
+  info.scene = scene.name();
+  info.scale = scene.film().scale;
+  info.seconds = job.seconds();
+  if (settings.place_layers().objects)
+    for (const ObjectStart& object : scene.geometry().objects) info.objects.push_back(object.name);
+  if (settings.place_layers().materials)
+    for (const Material& material : scene.materials()) info.materials.push_back(material.name);
+  info.matrices = matrices_of(scene.camera(settings.camera), settings.width, settings.height);
+  return info;
+}
+
+Image make_image(const Film& film, const PictureInfo& info) {
+  const RenderSettings& settings = info.settings;
   Image image(film.width(), film.height());
   image.place = {film.bounds().x0, film.bounds().y0, settings.width, settings.height};
-  const float scale = job.scene().film().scale;
   FilmPicture seen = filters(settings) ? filtered_picture(film, settings.indirect_only)
                                        : unfiltered_picture(film, settings.indirect_only);
   std::vector<RGB> beauty = seen.radiance;
-  for (RGB& pixel : beauty) pixel *= scale;
+  for (RGB& pixel : beauty) pixel *= info.scale;
   image.add_rgb("", beauty);
-  for (const std::string& aov : settings.aovs) add_layer(image, {film, job.scene(), seen, settings.indirect_only}, aov);
+  for (const std::string& aov : settings.aovs) add_layer(image, {film, info, seen}, aov);
   if (film.whole_passes() >= 2) image.metadata[kRelativeError] = fmt::format("{:.2g}", relative_error(seen));
-  add_camera(image, job.scene().camera(settings.camera), settings.width, settings.height);
+  image.matrices = info.matrices;
   const std::time_t now = std::time(nullptr);
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));
   image.metadata["Software"] = fmt::format("Glowworm {}", version());
-  image.metadata["glowworm:scene"] = job.scene().name();
+  image.metadata["glowworm:scene"] = info.scene;
   image.metadata["glowworm:seed"] = std::to_string(settings.seed);
-  image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", job.seconds());
-  image.metadata["glowworm:passes"] = std::to_string(job.passes());
+  image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", info.seconds);
+  image.metadata["glowworm:passes"] = std::to_string(film.whole_passes());
   image.metadata["glowworm:settings"] = text_of(settings_json(settings));
   return image;
 }
+
+Image make_image(const Film& film, const Job& job) { return make_image(film, picture_info(job)); }
 
 std::string statistics_json(const Job& job, const Tracer& tracer) {
   const Statistics& s = job.statistics();

@@ -6,6 +6,7 @@
 #include "image/image.h"
 #include "render/film.h"
 #include "render/job.h"
+#include "render/picture_info.h"
 
 namespace glowworm {
 
@@ -17,7 +18,11 @@ inline constexpr const char* kRelativeError = "glowworm:relative_error";
 
 /// The film as a picture: the image, and a layer for each AOV in the settings; its metadata holds settings, version,
 /// seed and time.
+Image make_image(const Film& film, const PictureInfo& info);
 Image make_image(const Film& film, const Job& job);
+
+/// What make_image() needs of a render, at any time.
+PictureInfo picture_info(const Job& job);
 
 /// Bytes that make_image() and writing its picture need.
 std::uint64_t image_bytes(const RenderSettings& settings);

@@ -30,6 +30,7 @@ constexpr const char* kLights = "lights";
 constexpr const char* kCamera = "camera";
 constexpr const char* kPoints = "points";
 constexpr const char* kLayers = "layers";
+constexpr const char* kFirstSample = "first sample";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
@@ -44,6 +45,8 @@ std::string value_of(const RenderKey& key, const std::string& name) {
 bool is_of_scene(const std::string& name) {
   return name == kGeometry || name == kMaterials || name == kLights || name == kCamera || name == kPoints;
 }
+
+bool is_instruction_set(const std::string& name) { return name == kKernels || name == kRays; }
 
 /// The command-line text for a value of the key; "" if no option gives it.
 std::string remedy_for(const std::string& name, const std::string& value) {
@@ -92,6 +95,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGri
                    {kCamera, hex(hash.camera)}};
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
+  key.push_back({kFirstSample, std::to_string(s.sample_range().first)});
   key.push_back({"layers of first hits", names_of(s.place_layers())});
   if (points) key.push_back({kPoints, hex(hash_points(*points))});
   // If time is short, the caustic map gets no passes of its own.
@@ -130,6 +134,10 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
       throw Error(fmt::format("{} is of a render {} --aov", kept, value == "given" ? "with" : "without"),
                   value == "given" ? "Give --aov with any of the layers, or remove the file to start anew."
                                    : "Leave --aov out, or remove the file to start anew: it holds no layers.");
+    if (part.name == kFirstSample)
+      throw Error(fmt::format("{} is of another part: it begins with sample {}, and this render with sample {}", kept,
+                              value, part.value),
+                  "Give the --part that it is of, or remove the file to start anew.");
     if (is_of_scene(part.name)) {
       parts.push_back(part.name);
       continue;
@@ -145,6 +153,48 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
   throw Error(fmt::format("{} is of another render: {}", kept, fmt::join(settings, "; ")),
               remedy.empty() ? "Remove the file to start anew."
                              : fmt::format("Give {}, or remove the file to start anew.", fmt::join(remedy, " ")));
+}
+
+RenderKey key_of_whole(RenderKey key) {
+  std::erase_if(key, [](const KeyPart& part) { return part.name == kFirstSample; });
+  return key;
+}
+
+void check_same_whole(const KeyOfFile& a, const KeyOfFile& b, bool mixed) {
+  const auto both = [&](const std::string& name) {
+    return fmt::format("{} is {} in {} and {} in {}", name, value_of(a.key, name), a.path, value_of(b.key, name),
+                       b.path);
+  };
+  if (value_of(a.key, kVersion) != value_of(b.key, kVersion))
+    throw Error(both(kVersion), "Render all parts by one version of the program.");
+  std::vector<std::string> of_scene, settings, names;
+  for (const RenderKey* key : {&a.key, &b.key})
+    for (const KeyPart& part : *key)
+      if (std::find(names.begin(), names.end(), part.name) == names.end()) names.push_back(part.name);
+  for (const std::string& name : names) {
+    if (value_of(a.key, name) == value_of(b.key, name)) continue;
+    if (is_instruction_set(name)) {
+      if (mixed) continue;
+      throw Error(both("the " + name),
+                  "Give --mixed to merge them all the same: other machines then may give other last bits.");
+    }
+    if (is_of_scene(name))
+      of_scene.push_back(name);
+    else
+      settings.push_back(both(name));
+  }
+  if (!of_scene.empty())
+    throw Error(
+        fmt::format("{} and {} show different scenes: their {} differ", a.path, b.path, fmt::join(of_scene, ", ")),
+        "Merge parts of one scene, with the same --camera, --view and --light.");
+  if (!settings.empty())
+    throw Error(fmt::format("{}", fmt::join(settings, "; ")), "Merge parts that were rendered with the same options.");
+}
+
+RenderKey common_key(RenderKey a, const RenderKey& b) {
+  for (KeyPart& part : a)
+    if (is_instruction_set(part.name) && part.value != value_of(b, part.name)) part.value = "mixed";
+  return a;
 }
 
 }  // namespace glowworm

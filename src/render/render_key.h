@@ -31,4 +31,20 @@ RenderKey parse_key(const std::string& text);
 /// Throws Error if the key of `kept`, such as "the checkpoint", differs from this render's; names the difference.
 void check_same_render(const RenderKey& own, const RenderKey& other, const std::string& kept);
 
+/// The key without the properties of one part of a render (RenderSettings::part).
+RenderKey key_of_whole(RenderKey key);
+
+/// The key of a whole render, and the file that has it.
+struct KeyOfFile {
+  const std::string& path;
+  const RenderKey& key;
+};
+
+/// Throws Error, which names the files and the difference, if they cannot be parts of one picture.
+/// @param mixed take other instruction sets
+void check_same_whole(const KeyOfFile& a, const KeyOfFile& b, bool mixed);
+
+/// The key of `a`, where instruction sets that differ are "mixed".
+RenderKey common_key(RenderKey a, const RenderKey& b);
+
 }  // namespace glowworm

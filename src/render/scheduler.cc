@@ -136,11 +136,12 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
 
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done) {
   // The samples after which noise is measured, which determine the image's, must not depend on memory.
-  if (settings.noise_target > 0) return std::min(1u, settings.samples - done);
+  const std::uint32_t left = settings.sample_range().count() - done;
+  if (settings.noise_target > 0) return std::min(1u, left);
   const bool open_ended = settings.time_limit_s > 0;
   const bool all = settings.preference == Preference::quality && !open_ended && done > 0;
   const std::uint32_t wanted = all ? schedule.samples_at_once : std::clamp(done, 1u, schedule.samples_at_once);
-  return std::min(wanted, settings.samples - done);
+  return std::min(wanted, left);
 }
 
 std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,

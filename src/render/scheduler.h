@@ -38,9 +38,9 @@ struct TileSize {
 };
 TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count);
 
-/// Camera samples of the pass after `done` samples: one at first, so that a whole noisy image exists soon, then as many
-/// as are done, within the schedule. With Preference::quality all at once, if the number of samples is known; one at a
-/// time if noise ends the render, because noise is measured after every pass.
+/// Camera samples of the pass after `done` samples of the settings' range: one at first, so that a whole noisy image
+/// exists soon, then as many as are done, within the schedule. With Preference::quality all at once, if the number of
+/// samples is known; one at a time if noise ends the render, because noise is measured after every pass.
 std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& settings, std::uint32_t done);
 
 /// The tasks of a pass over the part of the picture that is rendered, row by row of tiles.

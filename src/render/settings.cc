@@ -105,6 +105,21 @@ PixelBounds CropWindow::pixels(int width, int height) const {
   return {up(x0, width), up(y0, height), up(x1, width), up(y1, height)};
 }
 
+SampleRange RenderSettings::sample_range() const {
+  if (part.is_all()) return {0, samples};
+  const auto until = [&](std::uint64_t shares) { return static_cast<std::uint32_t>(samples * shares / part.count); };
+  return {until(part.index - 1), until(part.index)};
+}
+
+void check_part(const RenderSettings& asked) {
+  if (asked.part.is_all()) return;
+  if (asked.noise_target > 0)
+    throw Error("--part cannot end by --noise, because no part knows the noise of the whole picture",
+                "Give --samples in place of --noise.");
+  if (asked.time_limit_s > 0 && asked.samples == 0)
+    throw Error("--part with --time does not know the samples of all parts", "Give --samples, too.");
+}
+
 bool filters(const RenderSettings& settings) {
   return settings.filter == Filtering::automatic && settings.integrator == Integrator::gather;
 }
@@ -121,6 +136,7 @@ std::uint64_t default_memory_bytes() {
 
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   RenderSettings s = asked;
+  check_part(s);
   resolve_size(s, scene);
   s.bounds = resolved_bounds(s, scene.film());
   for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());
@@ -143,6 +159,9 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : 50;
     if (s.light_samples == 0) s.light_samples = default_light_samples(s.gather);
   }
+  if (s.sample_range().count() == 0)
+    throw Error(fmt::format("part {} of {} has none of {} samples", s.part.index, s.part.count, s.samples),
+                fmt::format("Give --samples {} or more, or fewer parts.", s.part.count));
   return s;
 }
 

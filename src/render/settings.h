@@ -66,6 +66,23 @@ struct CropWindow {
   PixelBounds pixels(int width, int height) const;
 };
 
+/// One of `count` shares of the camera samples of every pixel. Together the shares 1 to `count` have all samples, each
+/// once.
+struct SampleShare {
+  std::uint32_t index = 0, count = 0;  ///< from 1; 0 of 0: all samples
+
+  bool is_all() const { return count == 0; }
+  bool operator==(const SampleShare&) const = default;
+};
+
+/// Camera samples [first, end) of every pixel.
+struct SampleRange {
+  std::uint32_t first = 0, end = 0;
+
+  std::uint32_t count() const { return end - first; }
+  bool operator==(const SampleRange&) const = default;
+};
+
 /// What a film keeps of the places that camera rays end at.
 struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
@@ -78,7 +95,8 @@ struct PlaceLayers {
 struct RenderSettings {
   Integrator integrator = Integrator::gather;
   std::string engine = "auto";
-  std::uint32_t samples = 0;         ///< camera samples of each pixel
+  std::uint32_t samples = 0;         ///< camera samples of each pixel, of all shares together
+  SampleShare part;                  ///< the share of them to render; all else is that of the whole render
   std::uint32_t gather = 0;          ///< final gather rays of each camera sample
   std::uint64_t photons = 0;         ///< photons in the global map
   std::uint64_t photons_traced = 0;  ///< photons traced for the global map; density control thins them to `photons`
@@ -112,6 +130,8 @@ struct RenderSettings {
 
   /// What `aovs` need of the places that camera rays end at.
   PlaceLayers place_layers() const;
+  /// The samples to render, by `samples` and `part`.
+  SampleRange sample_range() const;
 };
 
 /// Query points that a core of 2020 gathers and looks up in a second, at least; newer ones are two or three times as
@@ -129,6 +149,10 @@ bool has_time_for_caustics(const RenderSettings& settings);
 
 /// Default memory of a render: half of the machine's, rounded down so that it is the same at every start.
 std::uint64_t default_memory_bytes();
+
+/// Throws Error if the share cannot be rendered with the other settings as they are asked for: if the number of samples
+/// depends on time or noise.
+void check_part(const RenderSettings& asked);
 
 /// Returns the settings with every automatic value replaced. Values that affect the picture depend only on the scene
 /// and the other settings, never on the machine, its cores or its memory. Throws Error for impossible values (a size of

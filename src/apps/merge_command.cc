@@ -1,0 +1,146 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "apps/commands.h"
+#include "apps/output_files.h"
+#include "apps/picture_output.h"
+#include "apps/table_options.h"
+#include "core/atomic_file.h"
+#include "core/log.h"
+#include "core/memory_budget.h"
+#include "core/parallel.h"
+#include "render/output.h"
+#include "render/part.h"
+
+namespace glowworm {
+
+namespace {
+
+struct MergeOptions {
+  std::string command_line;
+  std::vector<std::string> parts, names;
+  std::vector<Output> outputs;
+  PictureOptions picture;
+  TableOptions table;
+  bool mixed = false, quiet = false;
+};
+
+void prepare_outputs(MergeOptions& o, OutputFiles& files) {
+  for (const std::string& name : o.names) o.outputs.push_back(output_of(name));
+  for (const std::string& part : o.parts) files.add_input("a part", part);
+  for (const Output& output : o.outputs) files.add("-o", output.path);
+  bool any = false;
+  for (const Output& output : o.outputs) any = files.probe(output.path) || any;
+  if (!any) files.throw_if_any_failed();
+  warn_of_unused_formats(o.picture, o.outputs);
+}
+
+/// The parts in the order of their samples, in which the ids of a pixel appear in a render.
+std::vector<PartFile> read_parts(const std::vector<std::string>& paths) {
+  std::vector<PartFile> parts;
+  for (const std::string& path : paths) parts.push_back({path, read_part(path)});
+  std::stable_sort(parts.begin(), parts.end(), [](const PartFile& a, const PartFile& b) {
+    return a.part.ranges.front().first < b.part.ranges.front().first;
+  });
+  return parts;
+}
+
+std::string samples_text(const std::vector<SampleRange>& ranges) {
+  std::vector<std::string> texts;
+  for (const SampleRange& range : ranges)
+    texts.push_back(range.count() == 1 ? fmt::format("{}", range.first)
+                                       : fmt::format("{}-{}", range.first, range.end - 1));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+/// Says which samples are not there.
+void tell_samples(const Part& all, const Film& film, std::size_t parts) {
+  const std::uint32_t wanted = all.picture.settings.samples, there = all.sample_count();
+  inform(fmt::format("merged {} parts: {} of {} samples of each pixel", parts, there, wanted));
+  std::vector<SampleRange> missing;
+  std::uint32_t end = 0;
+  for (const SampleRange& range : all.ranges) {
+    if (range.first > end) missing.push_back({end, range.first});
+    end = range.end;
+  }
+  if (end < wanted) missing.push_back({end, wanted});
+  if (!missing.empty())
+    warn(fmt::format("samples {} are missing: the picture is that of {} samples", samples_text(missing), there));
+  if (film.whole_passes() < there)
+    warn(fmt::format("a part was stopped before its end: some pixels have only {} of {} samples", film.whole_passes(),
+                     there));
+}
+
+void write_outputs(const MergeOptions& o, const Part& all, const Film& film, OutputFiles& files) {
+  std::optional<Image> image;
+  for (const Output& output : o.outputs) {
+    std::string how;
+    const bool written = files.write(output.path, [&] {
+      if (output.format == OutputFormat::part) return write_part(output.path, all, film);
+      if (!image) {
+        image = make_image(film, all.picture);
+        image->metadata["comments"] = o.command_line;
+      }
+      how = write_picture(output, *image, o.picture);
+    });
+    if (written && output.path != kStandardOutput) inform(fmt::format("wrote {}{}", output.path, how));
+  }
+  files.throw_if_any_failed();
+}
+
+int run_merge(MergeOptions& o) {
+  set_log_level(o.quiet ? LogLevel::quiet : LogLevel::normal);
+  set_thread_count(o.table.settings.threads);
+  OutputFiles files;
+  prepare_outputs(o, files);
+  const std::vector<PartFile> parts = read_parts(o.parts);
+  const Part all = united(parts, o.mixed);
+  const std::uint64_t memory = o.table.settings.memory_bytes;
+  MemoryBudget budget(memory > 0 ? memory : default_memory_bytes(), "Give a larger --memory.");
+  const Reservation film_memory(budget, "film", merge_bytes(all));
+  const auto is_part = [](const Output& output) { return output.format == OutputFormat::part; };
+  const bool shows = !std::all_of(o.outputs.begin(), o.outputs.end(), is_part);
+  const Reservation image_memory(budget, "image", shows ? image_bytes(all.picture.settings) : 0);
+  Film film = film_for(all);
+  for (const PartFile& file : parts) add_part(file.path, file.part, film);
+  tell_samples(all, film, parts.size());
+  write_outputs(o, all, film, files);
+  return 0;
+}
+
+constexpr const char* kFooter = R"(
+All parts of a render give the bits of the undivided render. Some of them give a picture of fewer samples. Parts may be
+merged into a larger part (-o all.part), to be merged again. The layers are those of the --aov of the parts.
+
+Examples:
+  glowworm render builtin:cornell --part 1/2 -o 1.part
+  glowworm render builtin:cornell --part 2/2 -o 2.part
+  glowworm merge 1.part 2.part -o cornell.exr -o cornell.png)";
+
+}  // namespace
+
+void add_merge_command(CLI::App& program, const std::string& command_line, int& exit_status) {
+  auto options = std::make_shared<MergeOptions>();
+  options->command_line = command_line;
+  CLI::App* c = program.add_subcommand("merge", "Makes a picture of parts (glowworm render --part).");
+  c->add_option("parts", options->parts, "Parts of one render, in any order")->required()->option_text("PART...");
+  c->add_option("-o,--output", options->names,
+                "Image to write: .exr or .png, or .part for a part; several may be given")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->option_text("FILE");
+  add_picture_options(*c, "", options->picture);
+  c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");
+  for (const char* name : {"--threads", "--memory"}) add_table_option(*c, name, options->table);
+  c->add_flag("-q,--quiet", options->quiet, "Print warnings and errors only");
+  c->footer(kFooter);
+  c->callback([options, &exit_status] { exit_status = run_merge(*options); });
+}
+
+}  // namespace glowworm

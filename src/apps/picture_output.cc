@@ -1,0 +1,61 @@
+#include "apps/picture_output.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "apps/commands.h"
+#include "apps/table_options.h"
+#include "core/atomic_file.h"
+#include "core/log.h"
+
+namespace glowworm {
+
+std::string ending_of(const std::string& name) {
+  std::string ending = std::filesystem::path(name).extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+Output output_of(const std::string& name) {
+  if (name == kStandardOutput || name == "exr:-") return {std::string(kStandardOutput), OutputFormat::exr};
+  if (name == "png:-") return {std::string(kStandardOutput), OutputFormat::png};
+  const std::string ending = ending_of(name);
+  if (ending == ".exr") return {name, OutputFormat::exr};
+  if (ending == ".png") return {name, OutputFormat::png};
+  if (ending == ".part") return {name, OutputFormat::part};
+  throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .png", name),
+                         "Give -o a name with one of these endings, .part for a part of a picture, or exr:- or png:- "
+                         "for standard output.");
+}
+
+void add_picture_options(CLI::App& command, const std::string& group, PictureOptions& options) {
+  add_choice(command, "--precision", options.precision, {"half", "float"}, "Precision of the EXR file")->group(group);
+  add_choice(command, "--tone", options.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group(group);
+  add_exposure_option(command, group, options.exposure);
+}
+
+void warn_of_unused_formats(const PictureOptions& options, const std::vector<Output>& outputs) {
+  const auto any = [&](OutputFormat format) {
+    return std::any_of(outputs.begin(), outputs.end(), [&](const Output& output) { return output.format == format; });
+  };
+  if (!any(OutputFormat::exr) && options.precision != "half") warn("--precision has no effect: no -o is an EXR file");
+  if (any(OutputFormat::png)) return;
+  if (options.exposure.has_value()) warn("--exposure has no effect: no -o is a PNG file");
+  if (options.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
+}
+
+std::string write_picture(const Output& output, const Image& image, const PictureOptions& options) {
+  if (output.format == OutputFormat::exr) {
+    write_exr(output.path, image, options.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+    return "";
+  }
+  const float exposure = options.exposure ? *options.exposure : automatic_exposure(image.rgb());
+  write_png(output.path, image, options.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
+  return options.exposure ? "" : fmt::format(", exposure {:+.1f} stops (auto)", exposure);
+}
+
+}  // namespace glowworm

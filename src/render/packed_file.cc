@@ -1,0 +1,139 @@
+#include "render/packed_file.h"
+
+#include <zstd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+
+#include "core/content_hash.h"
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Bytes of a block before compression, and blocks that are compressed at once.
+constexpr std::size_t kBlock = std::size_t{1} << 20, kBlocksAtOnce = 32;
+/// Bytes of the largest numbers.
+constexpr std::size_t kNumber = 16;
+/// The fastest levels are as good as any on such numbers.
+constexpr int kLevel = 1;
+
+struct BlockHeader {
+  std::uint32_t size = 0, packed_size = 0;
+  std::uint64_t hash = 0;  // of the bytes before compression
+};
+
+/// Bytes i, i + 16, i + 32, ... together. The rest that is no whole number stays at the end.
+void sort_bytes(std::span<const std::byte> from, std::byte* to) {
+  const std::size_t numbers = from.size() / kNumber;
+  for (std::size_t i = 0; i < kNumber; ++i)
+    for (std::size_t j = 0; j < numbers; ++j) to[i * numbers + j] = from[j * kNumber + i];
+  std::copy(from.begin() + static_cast<std::ptrdiff_t>(numbers * kNumber), from.end(), to + numbers * kNumber);
+}
+
+void unsort_bytes(std::span<const std::byte> from, std::byte* to) {
+  const std::size_t numbers = from.size() / kNumber;
+  for (std::size_t i = 0; i < kNumber; ++i)
+    for (std::size_t j = 0; j < numbers; ++j) to[j * kNumber + i] = from[i * numbers + j];
+  std::copy(from.begin() + static_cast<std::ptrdiff_t>(numbers * kNumber), from.end(), to + numbers * kNumber);
+}
+
+std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  ContentHash hash;
+  hash.add_bytes(bytes.data(), bytes.size());
+  return hash.value();
+}
+
+}  // namespace
+
+void PackedWriter::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const std::size_t taken = std::min(bytes.size(), kBlock * kBlocksAtOnce - waiting_.size());
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
+    bytes = bytes.subspan(taken);
+    if (waiting_.size() == kBlock * kBlocksAtOnce) flush();
+  }
+}
+
+void PackedWriter::finish() {
+  flush();
+  const BlockHeader end;
+  file_.write(&end, sizeof end);
+}
+
+void PackedWriter::flush() {
+  const std::size_t blocks = (waiting_.size() + kBlock - 1) / kBlock;
+  std::vector<BlockHeader> headers(blocks);
+  std::vector<std::vector<std::byte>> packed(blocks);
+  parallel_for(0, blocks, 1, [&](std::size_t i, std::size_t) {
+    const std::size_t size = std::min(kBlock, waiting_.size() - i * kBlock);
+    const std::span<const std::byte> raw(waiting_.data() + i * kBlock, size);
+    std::vector<std::byte> sorted(size);
+    sort_bytes(raw, sorted.data());
+    packed[i].resize(ZSTD_compressBound(size));
+    const std::size_t bytes = ZSTD_compress(packed[i].data(), packed[i].size(), sorted.data(), size, kLevel);
+    if (ZSTD_isError(bytes)) throw Error(std::string("a block cannot be compressed: ") + ZSTD_getErrorName(bytes));
+    packed[i].resize(bytes);
+    headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(raw)};
+  });
+  for (std::size_t i = 0; i < blocks; ++i) {
+    file_.write(&headers[i], sizeof headers[i]);
+    file_.write(packed[i].data(), packed[i].size());
+  }
+  waiting_.clear();
+}
+
+bool PackedReader::fill() {
+  std::vector<BlockHeader> headers;
+  std::vector<std::vector<std::byte>> packed;
+  while (headers.size() < kBlocksAtOnce) {
+    BlockHeader header;
+    if (!file_.read(reinterpret_cast<char*>(&header), sizeof header)) return false;
+    if (header.size == 0) {
+      // What ends the blocks stays to be read again.
+      file_.seekg(-static_cast<std::streamoff>(sizeof header), std::ios::cur);
+      break;
+    }
+    if (header.size > kBlock || header.packed_size > ZSTD_compressBound(kBlock)) return false;
+    packed.emplace_back(header.packed_size);
+    if (!file_.read(reinterpret_cast<char*>(packed.back().data()), header.packed_size)) return false;
+    headers.push_back(header);
+  }
+  std::vector<std::size_t> first(headers.size() + 1);
+  for (std::size_t i = 0; i < headers.size(); ++i) first[i + 1] = first[i] + headers[i].size;
+  ready_.resize(first.back());
+  taken_ = 0;
+  std::atomic<bool> good = !headers.empty();
+  parallel_for(0, headers.size(), 1, [&](std::size_t i, std::size_t) {
+    std::vector<std::byte> sorted(headers[i].size);
+    const std::size_t size = ZSTD_decompress(sorted.data(), sorted.size(), packed[i].data(), packed[i].size());
+    if (size != sorted.size()) {
+      good = false;
+      return;
+    }
+    unsort_bytes(sorted, ready_.data() + first[i]);
+    if (hash_of({ready_.data() + first[i], size}) != headers[i].hash) good = false;
+  });
+  return good;
+}
+
+bool PackedReader::read(std::span<std::byte> bytes) {
+  while (!bytes.empty()) {
+    if (taken_ == ready_.size() && !fill()) return false;
+    const std::size_t taken = std::min(bytes.size(), ready_.size() - taken_);
+    std::memcpy(bytes.data(), ready_.data() + taken_, taken);
+    taken_ += taken;
+    bytes = bytes.subspan(taken);
+  }
+  return true;
+}
+
+bool PackedReader::at_end() {
+  BlockHeader end;
+  return taken_ == ready_.size() && file_.read(reinterpret_cast<char*>(&end), sizeof end) && end.size == 0 &&
+         end.packed_size == 0 && file_.peek() == std::ifstream::traits_type::eof();
+}
+
+}  // namespace glowworm

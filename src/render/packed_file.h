@@ -1,0 +1,47 @@
+// Long runs of numbers in files, compressed in blocks (Zstandard).
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <span>
+#include <vector>
+
+#include "core/atomic_file.h"
+
+namespace glowworm {
+
+/// Cuts bytes into blocks, sorts each by the place of a byte in its number of 128 bits, which makes runs of equal bytes
+/// of numbers of like size, and writes it compressed with a hash.
+class PackedWriter {
+ public:
+  explicit PackedWriter(AtomicFile& file) : file_(file) {}
+  /// Appends bytes, whatever they are cut into. Throws DiskError where the file cannot be written.
+  void write(std::span<const std::byte> bytes);
+  /// Writes the rest. To be called once, at the end.
+  void finish();
+
+ private:
+  void flush();
+
+  AtomicFile& file_;
+  std::vector<std::byte> waiting_;
+};
+
+/// Reads the output of PackedWriter.
+class PackedReader {
+ public:
+  explicit PackedReader(std::ifstream& file) : file_(file) {}
+  /// Fills the bytes with the next ones. Returns false if the file ends before, or is not what was written.
+  bool read(std::span<std::byte> bytes);
+  /// Whether all has been read and nothing follows.
+  bool at_end();
+
+ private:
+  bool fill();
+
+  std::ifstream& file_;
+  std::vector<std::byte> ready_;
+  std::size_t taken_ = 0;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,23 @@
+// What a picture says of its render beside the film.
+#pragma once
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "render/settings.h"
+
+namespace glowworm {
+
+/// Everything but the film that make_image() needs, so that a picture can be made without the scene.
+struct PictureInfo {
+  RenderSettings settings;  ///< resolved
+  std::string scene;        ///< its name
+  float scale = 1;          ///< factor on the image, by the scene's file
+  double seconds = 0;       ///< wall time of the render
+  /// Names of Geometry::objects and of the scene's materials; empty where no layer needs them.
+  std::vector<std::string> objects, materials;
+  std::map<std::string, std::array<float, 16>> matrices;  ///< Image::matrices
+};
+
+}  // namespace glowworm
