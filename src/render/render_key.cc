@@ -175,7 +175,7 @@ void check_same_whole(const KeyOfFile& a, const KeyOfFile& b, bool mixed) {
     if (value_of(a.key, name) == value_of(b.key, name)) continue;
     if (is_instruction_set(name)) {
       if (mixed) continue;
-      throw Error(both("the " + name),
+      throw Error("the " + both(name),
                   "Give --mixed to merge them all the same: other machines then may give other last bits.");
     }
     if (is_of_scene(name))

@@ -25,8 +25,9 @@ RenderSettings tiny_render() {
 /// A value that an option has in none of these tests otherwise.
 std::string other_value(const Option& option, const RenderSettings& settings) {
   // A camera may have any name; "table" is one of the scene's.
-  for (const char* text : {"table", "given", "not given", "off", "on", "independent", "path", "fixed", "cone", "never",
-                           "quality", "depth", "knn", "13x11", "3000", "77", "256M", "0,0.5,1,1", "1,2,7,9"}) {
+  for (const char* text :
+       {"table",   "given", "not given", "off",   "on",   "independent", "path", "fixed",     "cone",    "never",
+        "quality", "depth", "knn",       "13x11", "3000", "77",          "256M", "0,0.5,1,1", "1,2,7,9", "1/1"}) {
     RenderSettings changed = settings;
     try {
       option.parse(changed, text);
