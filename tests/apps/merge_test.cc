@@ -106,7 +106,7 @@ TEST_F(MergeTest, WrongCommandLinesAndFilesAreRefused) {
   const std::string before = read(path("1.part"));
   EXPECT_TRUE(refused(run({"merge", "1.part", "2.part", "-o", "m.exr"}), {"1.part", "2.part", "--gather is 4 in"}));
   EXPECT_TRUE(refused(run({"merge", "1.part", "1.part", "-o", "m.exr"}), {"samples in common: 0 to 0"}));
-  EXPECT_TRUE(refused(run({"merge", "1.part", "-o", "1.part"}), {"are one file"}, 2));
+  EXPECT_TRUE(refused(run({"merge", "1.part", "-o", "1.part"}), {"are the same file"}, 2));
   EXPECT_TRUE(refused(run({"merge", "1.part", "-o", "m.jpg"}), {"'m.jpg' ends neither"}, 2));
   EXPECT_TRUE(refused(run({"merge", "1.part", "-o", "m.exr", "--memory", "20M"}), {"--memory"}));
   for (const char* part : {"0/2", "3/2", "1", "1/", "/2", "1/2/3", "-1/2", "1/99999999999"})
