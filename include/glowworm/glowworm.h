@@ -8,6 +8,7 @@
 #include "glowworm/rays.h"
 #include "glowworm/render.h"
 #include "glowworm/scene.h"
+#include "glowworm/sensors.h"
 #include "glowworm/types.h"
 
 namespace glowworm::api {

@@ -21,4 +21,5 @@ PYBIND11_MODULE(_glowworm, module) {
   python::bind_render(module);
   python::bind_photons(module);
   python::bind_rays(module);
+  python::bind_sensors(module);
 }

@@ -237,6 +237,24 @@ TEST(Api, APhotonMapShowsTheLightOfThePlane) {
   EXPECT_THAT(error_of([&] { map.irradiance(at, up); }), HasSubstr("1 normals for 2 points"));
 }
 
+TEST(Api, SensorsMeasureTheSun) {
+  gw::SceneBuilder builder;
+  builder.add_mesh(square(builder.add_material({})));
+  builder.add_directional_light({0, 0, -1}, {2, 3, 4});
+  const gw::Scene scene = builder.build();
+  const std::vector<gw::Vec3> at{{0, 0, 1}, {0.1f, 0, 1}}, normal{{0, 0, 1}, {0, 0.6f, 0.8f}};
+  gw::MeasureOptions options;
+  options.render.samples = 4;
+  options.render.photons = 1000;
+  const gw::Measurement measured = gw::measure(scene, at, normal, options);
+  EXPECT_NEAR(measured.irradiance[0].g, 3, 1e-3);
+  EXPECT_NEAR(measured.direct[1].b, 4 * 0.8, 1e-3);
+  EXPECT_NEAR(measured.illuminance[0], 179 * (0.2126 * 2 + 0.7152 * 3 + 0.0722 * 4), 1);
+  options.render.samples = 1;
+  EXPECT_THAT(error_of([&] { gw::measure(scene, at, normal, options); }), HasSubstr("two samples"));
+  EXPECT_THAT(error_of([&] { gw::measure(scene, {}, {}); }), HasSubstr("no sensors"));
+}
+
 TEST(Api, ASceneWithOneMoreCameraSharesItsTriangles) {
   const gw::Scene scene = lit_square();
   gw::Camera above;

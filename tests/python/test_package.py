@@ -20,6 +20,7 @@ picture = glowworm.render(scene, size=(8, 8), aov=["depth"], progress=lambda sha
 mean: float = float(picture["depth"].mean())
 hits = glowworm.Tracer(scene).intersect(np.zeros((1, 3)), [[0, 0, 1]])
 first: int = int(hits.triangle[0])
+lux = glowworm.measure(scene, [[0.3, 0.1, 0.3]], [[0, 1, 0]], noise="5%")["illuminance"]
 """
 
 

@@ -10,10 +10,11 @@ Radiance is linear RGB (Rec. 709) in W sr^-1 m^-2, flux is in W, irradiance in W
 """
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 from ._glowworm import (
     Camera,
@@ -28,6 +29,7 @@ from ._glowworm import (
     Tracer,
     __version__,
     _compare,
+    _measure,
     _Render,
     aov_names,
     builtin_scenes,
@@ -35,6 +37,10 @@ from ._glowworm import (
     set_threads,
     trace_photons,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Camera",
@@ -52,6 +58,7 @@ __all__ = [
     "aov_names",
     "builtin_scenes",
     "compare",
+    "measure",
     "photon_radii",
     "render",
     "set_threads",
@@ -183,6 +190,21 @@ def _shows_progress() -> bool:
     return sys.stderr.isatty() or "ipykernel" in sys.modules
 
 
+@contextlib.contextmanager
+def _shown(progress: Progress) -> Iterator[Optional[Callable[[float], Any]]]:
+    """The function that shows progress, or None."""
+    if callable(progress):
+        yield progress
+    elif progress or (progress is None and _shows_progress()):
+        bar = _Bar()
+        try:
+            yield bar
+        finally:
+            bar.close()
+    else:
+        yield None
+
+
 def render(
     scene: Scene,
     *,
@@ -236,17 +258,44 @@ def render(
     options = dict(locals())
     del options["scene"], options["progress"]
     job = Render(scene, **options)
-    if callable(progress):
-        job.wait(progress=progress)
-    elif progress or (progress is None and _shows_progress()):
-        bar = _Bar()
-        try:
-            job.wait(progress=bar)
-        finally:
-            bar.close()
-    else:
-        job.wait()
+    with _shown(progress) as show:
+        job.wait(progress=show)
     return job.picture()
+
+
+def measure(
+    scene: Scene,
+    points: ArrayLike,
+    normals: ArrayLike,
+    *,
+    on_surfaces: bool = False,
+    progress: Progress = None,
+    samples: Union[int, str, None] = None,
+    gather: Union[int, str, None] = None,
+    photons: Union[int, str, None] = None,
+    nearest: Optional[int] = None,
+    integrator: Optional[str] = None,
+    engine: Optional[str] = None,
+    filter: Optional[str] = None,
+    seed: Optional[int] = None,
+    time: Union[float, str, None] = None,
+    noise: Union[float, str, None] = None,
+    memory: Union[int, str, None] = None,
+) -> Dict[str, NDArray[np.float32]]:
+    """Measures the light that arrives at sensors from the half space around their normals, as `glowworm measure` does.
+
+    points: (m, 3), metres. normals: (m, 3), unit. on_surfaces: the sensors lie on surfaces of the scene, so that
+    photons show caustics there. The other keywords are those of render().
+
+    Returns irradiance (m, 3), W m^-2, and its parts direct (from lights), indirect (from surfaces) and caustic (through
+    glass and by mirrors); illuminance (m,), lx by 179 lm/W; and relative_error (m,), the standard error of the
+    illuminance over itself. Raises Error for sensors inside of solid objects.
+    """
+    options = dict(locals())
+    for name in ("scene", "points", "normals", "on_surfaces", "progress"):
+        del options[name]
+    with _shown(progress) as show:
+        return _measure(scene, points, normals, _options(options), on_surfaces, show)
 
 
 def _picture(value: Any, layer: str) -> Picture:

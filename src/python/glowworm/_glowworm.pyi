@@ -1,4 +1,4 @@
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, final
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,15 @@ def builtin_scenes() -> List[str]: ...
 def aov_names() -> List[str]: ...
 def _render_option_names() -> List[str]: ...
 def _compare(picture: Picture, reference: Picture, layer: str, leave_out: float) -> Dict[str, Any]: ...
+
+def _measure(
+    scene: Scene,
+    points: ArrayLike,
+    normals: ArrayLike,
+    options: List[Tuple[str, str]],
+    on_surfaces: bool,
+    progress: Optional[Callable[[float], Any]],
+) -> Dict[str, NDArray[np.float32]]: ...
 
 class Camera:
     eye: Any

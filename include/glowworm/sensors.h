@@ -1,0 +1,39 @@
+// Irradiance and illuminance at points.
+#pragma once
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "glowworm/render.h"
+#include "glowworm/scene.h"
+
+namespace glowworm::api {
+
+/// What sensors measured; arrays of one length, index i of sensor i.
+struct Measurement {
+  std::vector<Rgb> irradiance;  ///< W m^-2: the sum of the next three
+  std::vector<Rgb> direct, indirect,
+      caustic;                        ///< by way of the light: from lights, from surfaces, through glass and by mirrors
+  std::vector<float> illuminance;     ///< lx, by 179 lm/W
+  std::vector<float> relative_error;  ///< standard error of the illuminance over itself; 0 where no light is
+};
+
+/// Options of measure().
+struct MeasureOptions {
+  /// Samples of each sensor, gather rays of each sample, photons, seed, noise and time. The size, crop, camera and AOVs
+  /// of a picture are not used. Light is not filtered unless `more` has {"filter", "auto"}, and photons are new for
+  /// every sample, so that the error is known.
+  RenderOptions render;
+  bool on_surfaces = false;  ///< the sensors lie on surfaces of the scene, so that photons show caustics there
+};
+
+/// Measures the light that arrives at points from the half space around their normals, as `glowworm measure` does.
+/// @param position m sensors, metres
+/// @param normal   m unit normals
+/// @param progress as of render()
+/// Throws Error for arrays of different lengths or none, numbers that are not finite, normals that are not unit, and
+/// sensors inside of solid objects.
+Measurement measure(const Scene& scene, std::span<const Vec3> position, std::span<const Vec3> normal,
+                    const MeasureOptions& options = {}, const std::function<void(double)>& progress = {});
+
+}  // namespace glowworm::api

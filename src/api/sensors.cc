@@ -1,0 +1,86 @@
+// The public header glowworm/sensors.h.
+#include "glowworm/sensors.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "api/checks.h"
+#include "api/run_job.h"
+#include "api/scene_implementation.h"
+#include "core/error.h"
+#include "measure/measurement.h"
+#include "render/job.h"
+
+namespace glowworm::api {
+
+namespace {
+
+Sensors sensors_of(std::span<const Vec3> position, std::span<const Vec3> normal) {
+  check_lengths(normal.size(), position.size(), "normals", "sensors");
+  if (position.empty()) throw Error("there are no sensors", "Give one or more.");
+  check_finite(position, "sensor");
+  check_unit(normal, "normal");
+  Sensors sensors;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const Vec3 p = position[i], n = normal[i];
+    sensors.add({p.x, p.y, p.z}, normalize(glowworm::Vec3{n.x, n.y, n.z}));
+  }
+  return sensors;
+}
+
+void check_outside(const Sensors& sensors, const glowworm::Tracer& tracer) {
+  const std::vector<std::uint32_t> around = objects_around(sensors, tracer);
+  for (std::size_t i = 0; i < around.size(); ++i)
+    if (around[i] != kNone)
+      throw Error("sensor " + std::to_string(i) + " is inside of the solid object \"" +
+                      tracer.scene().geometry().objects[around[i]].name + "\"",
+                  "Move it out: rays from it meet the back of that object's surface in all directions.");
+}
+
+/// The settings of `glowworm measure`.
+RenderSettings measure_settings(const RenderOptions& options) {
+  RenderOptions o = options;
+  o.width = o.height = 0;
+  o.crop.reset();
+  o.camera.clear();
+  o.aovs.clear();
+  RenderSettings s = settings_of(o);
+  const bool filter_given =
+      std::any_of(o.more.begin(), o.more.end(), [](const auto& option) { return option.first == "filter"; });
+  if (!filter_given) s.filter = Filtering::off;
+  s.progressive = s.integrator != Integrator::path;
+  if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
+  s.separate_layers = true;
+  return s;
+}
+
+Rgb outer(RGB c) { return {c.r, c.g, c.b}; }
+
+}  // namespace
+
+Measurement measure(const Scene& scene, std::span<const Vec3> position, std::span<const Vec3> normal,
+                    const MeasureOptions& options, const std::function<void(double)>& progress) {
+  const Sensors sensors = sensors_of(position, normal);
+  const Scene::Implementation& inner = scene.implementation();
+  if (!options.on_surfaces) check_outside(sensors, *inner.tracer);
+  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
+  Job job(inner.scene, inner.tracer, measure_settings(options.render), nullptr, 0, grid);
+  attend(job, progress);
+  const Film film = job.snapshot();
+  if (film.whole_passes() < 2)
+    throw Error("the measurement ended before every sensor had two samples", "Give it more time.");
+  const glowworm::Measurement measured = measurement_of(sensors, film);
+  Measurement out;
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    out.irradiance.push_back(outer(measured.irradiance[i]));
+    out.direct.push_back(outer(film.mean(Film::Layer::direct, i)));
+    out.indirect.push_back(outer(film.mean(Film::Layer::indirect, i)));
+    out.caustic.push_back(outer(film.mean(Film::Layer::caustic, i)));
+    out.illuminance.push_back(illuminance(measured.irradiance[i]));
+  }
+  out.relative_error = measured.relative_error;
+  return out;
+}
+
+}  // namespace glowworm::api

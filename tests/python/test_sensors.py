@@ -1,0 +1,85 @@
+"""measure(): sensors."""
+import signal
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+from conftest import square_builder
+
+import glowworm
+
+QUICK = dict(samples=8, gather=16, photons=5000, progress=False)
+
+
+@pytest.fixture(scope="module")
+def sunny():
+    """The square, lit by 2, 3 and 4 W m^-2 from above."""
+    builder = square_builder()
+    builder.add_directional_light((0, 0, -1), (2, 3, 4))
+    return builder.build()
+
+
+def test_measures_the_irradiance_of_the_sun_by_its_cosine(sunny):
+    slope = np.sqrt(0.5)
+    points = [[0, 0, 1], [0.2, 0.1, 1], [0, 0, 0.5]]
+    measured = glowworm.measure(sunny, points, [[0, 0, 1], [0, slope, slope], [0, 0, -1]], **QUICK)
+    assert measured["irradiance"].shape == (3, 3)
+    np.testing.assert_allclose(measured["direct"][:2], np.outer([1, slope], [2, 3, 4]), rtol=1e-3)
+    np.testing.assert_allclose(measured["direct"][2], 0, atol=1e-6)
+    parts = measured["direct"] + measured["indirect"] + measured["caustic"]
+    np.testing.assert_allclose(measured["irradiance"], parts, rtol=1e-5)
+    # The square reflects 0.5, 0.25 and 1 of it; half a metre above it fills a share of the view in closed form.
+    x = 1 / 0.5
+    form_factor = 4 / np.pi * x / np.hypot(1, x) * np.arctan(x / np.hypot(1, x))
+    np.testing.assert_allclose(measured["indirect"][2], form_factor * np.array([1, 0.75, 4]), rtol=0.15)
+    luminance = measured["irradiance"] @ [0.2126, 0.7152, 0.0722]
+    np.testing.assert_allclose(measured["illuminance"], 179 * luminance, rtol=1e-3)
+    assert measured["relative_error"].shape == (3,)
+
+
+def test_measures_as_the_command_line_does(program, cornell, tmp_path):
+    points = np.array([[0.1, 0.4, 0.1], [0.3, 0.45, 0.3], [0.45, 0.4, 0.2]], dtype=np.float32)
+    normals = np.tile(np.float32([0, 1, 0]), (3, 1))
+    np.savetxt(tmp_path / "sensors.pts", np.concatenate([points, normals], axis=1), fmt="%.9g")
+    words = "--samples 4 --gather 9 --photons 5000 -q -o".split()
+    command = [program, "measure", "builtin:cornell", "--points", "sensors.pts", *words, "lux.csv"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    theirs = np.loadtxt(tmp_path / "lux.csv", delimiter=",", comments=["#", "x"])
+    ours = glowworm.measure(cornell, points, normals, samples=4, gather=9, photons=5000, progress=False)
+    # The table has six digits, of the error three.
+    np.testing.assert_allclose(ours["irradiance"], theirs[:, 7:10], rtol=1e-5)
+    np.testing.assert_allclose(ours["illuminance"], theirs[:, 10], rtol=1e-5)
+    np.testing.assert_allclose(ours["relative_error"], theirs[:, 11], rtol=1e-2)
+
+
+def test_refuses_wrong_sensors(sunny):
+    up = [[0, 0, 1]]
+    for match, points, normals in [
+        ("there are no sensors", np.zeros((0, 3)), np.zeros((0, 3))),
+        ("normal 0 has length 2", up, [[0, 0, 2]]),
+        ("normal 0 has length 0", up, [[0, 0, 0]]),
+    ]:
+        with pytest.raises(glowworm.Error, match=match):
+            glowworm.measure(sunny, points, normals, **QUICK)
+    with pytest.raises(ValueError, match=r"points\[0, 1\] is nan"):
+        glowworm.measure(sunny, [[0, np.nan, 0]], up, **QUICK)
+    with pytest.raises(ValueError, match="there are 2 normals for 1 points"):
+        glowworm.measure(sunny, up, up * 2, **QUICK)
+    with pytest.raises(glowworm.Error, match="two samples"):
+        glowworm.measure(sunny, up, up, **{**QUICK, "samples": 1})
+
+
+def test_ctrl_c_and_progress_end_it(sunny):
+    endless = {**QUICK, "samples": 1_000_000}
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        glowworm.measure(sunny, [[0, 0, 1]], [[0, 0, 1]], **endless)
+    timer.join()
+
+    def stop(share):
+        raise LookupError("enough")
+
+    with pytest.raises(LookupError, match="enough"):
+        glowworm.measure(sunny, [[0, 0, 1]], [[0, 0, 1]], **{**endless, "progress": stop})
