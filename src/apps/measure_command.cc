@@ -23,6 +23,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "measure/measurement.h"
+#include "measure/sky_patches.h"
 #include "render/filtered.h"
 #include "render/job.h"
 #include "session/command_text.h"
@@ -34,6 +35,7 @@ namespace {
 struct MeasureOptions {
   std::string scene, command_line, points, grid, surface;
   std::vector<std::string> outputs, lights;
+  int sky_patches = 0;  ///< 0: no matrix
   bool verbose = false, quiet = false;
   TableOptions table;
   SceneOptions changes;
@@ -54,12 +56,24 @@ Writer writer_of(const std::string& name) {
                          "Give -o a name with one of these endings, or - for CSV on standard output.");
 }
 
+/// Throws CommandLineError for files that do not fit what is measured.
+void check_outputs(const MeasureOptions& o) {
+  for (const std::string& name : o.outputs) {
+    const bool is_matrix = std::filesystem::path(name).extension() == ".mtx";
+    if (o.sky_patches == 0 && !is_matrix) writer_of(name);
+    if (is_matrix != (o.sky_patches > 0))
+      throw CommandLineError(is_matrix ? fmt::format("'{}' is a matrix, but --sky-patches is not given", name)
+                                       : fmt::format("--sky-patches does not write '{}'", name),
+                             "Give --sky-patches 145 (or 577) with -o FILE.mtx.");
+  }
+}
+
 void check_options(MeasureOptions& o) {
   const int given = int{!o.points.empty()} + int{!o.grid.empty()} + int{!o.surface.empty()};
   if (given != 1)
     throw CommandLineError(given == 0 ? "no sensors were given" : "sensors were given in more than one way",
                            "Give one of --points FILE, --grid PLANE,SPACING and --surface NAME,SPACING.");
-  for (const std::string& name : o.outputs) writer_of(name);
+  check_outputs(o);
   read_command_line([&] {
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
@@ -78,6 +92,9 @@ RenderSettings settings_of(const MeasureOptions& o) {
   };
   if (!given("--filter")) s.filter = Filtering::off;
   s.progressive = s.integrator != Integrator::path;
+  // The sum over all patches has their noise together, so that each may have more.
+  if (o.sky_patches > 0 && s.samples == 0) s.samples = 8;
+  if (o.sky_patches > 0 && s.photons == 0) s.photons = 100'000;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   return s;
 }
@@ -136,6 +153,35 @@ std::exception_ptr attend(Job& job, bool quiet) {
   return nullptr;
 }
 
+/// Measures the light of each patch of the sky and writes the matrix.
+int run_matrix(const MeasureOptions& o, const Scene& scene, const Sensors& sensors, const RenderSettings& settings,
+               OutputFiles& files) {
+  const SkyPatches patches(o.sky_patches);
+  inform(fmt::format("{}: {} sensors, {} patches of the sky and the ground; all other light is off", scene.name(),
+                     sensors.size(), o.sky_patches));
+  const auto start = std::chrono::steady_clock::now();
+  ProgressBar bar(!o.quiet);
+  const auto done = [&](std::size_t count) {
+    if (caught_interrupt()) throw Cancelled();
+    bar.update(static_cast<double>(count) / static_cast<double>(patches.size()), fmt::format("patch {}", count));
+  };
+  DaylightMatrix matrix;
+  try {
+    matrix = measure_sky_patches(scene, sensors, !o.surface.empty(), patches, settings, done);
+  } catch (const Cancelled&) {
+    bar.finish();
+    warn("interrupted: no matrix was written");
+    return kExitSignalled + caught_interrupt();
+  }
+  bar.finish();
+  for (const std::string& name : o.outputs)
+    files.write(name, [&] { write_file(name, daylight_matrix_text(matrix, o.command_line)); });
+  files.throw_if_any_failed();
+  inform(fmt::format("{} renders in {:.2f} s", patches.size(),
+                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
+  return 0;
+}
+
 int run_measure(MeasureOptions& o) {
   set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
   set_thread_count(o.table.settings.threads);
@@ -157,6 +203,7 @@ int run_measure(MeasureOptions& o) {
   Sensors sensors = make_sensors(o, *scene);
   check_inside(o, sensors, *tracer);
   catch_interrupts();
+  if (o.sky_patches > 0) return run_matrix(o, *scene, sensors, asked, files);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, !o.surface.empty()));
   Job job(scene, tracer, asked, nullptr, 0, grid);
   inform(
@@ -190,7 +237,11 @@ Examples:
   glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv
   glowworm measure office.glb --points desks.pts --noise 1% -o lux.csv -o lux.vtk
   glowworm measure office.glb --surface table,0.1 --sky cie:16 -o table.json
-  glowworm measure office.glb --points desks.pts --light lamp.ies@2,2.8,1 -o -)";
+  glowworm measure office.glb --points desks.pts --light lamp.ies@2,2.8,1 -o -
+  glowworm measure office.glb --points desks.pts --sky-patches 145 -o daylight.mtx
+
+The matrix is a render for each patch, and the ground first: irradiance for a radiance
+of 1, as Radiance's rfluxmtx writes it and dctimestep reads it; y is up, -z is north.)";
 
 }  // namespace
 
@@ -212,6 +263,12 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   c->add_option("-o,--output", o->outputs, "Table to write: .csv, .json, .ply or .vtk; - is CSV on standard output")
       ->option_text("FILE")
       ->required()
+      ->group("Sensors");
+  c->add_option("--sky-patches", o->sky_patches,
+                "Write the daylight matrix of 145 (Tregenza) or 577 (Reinhart) patches of the sky to .mtx files")
+      ->check(CLI::IsMember({145, 577}))
+      ->take_last()
+      ->option_text("145|577")
       ->group("Sensors");
   c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
       ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
