@@ -1,5 +1,5 @@
 # Two commands do all the set-up: `make demo` and `make test`. docs/architecture.md says more.
-.PHONY: help packages fuzz build demo test check format bench bench-tables test-references tsan docs
+.PHONY: help packages fuzz build demo test check format bench bench-tables test-references tsan docs web-demo
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
@@ -10,6 +10,7 @@ help:
 	@echo 'make check            formatting, include arrows, code, the manual and its commands, fast tests with Clang and sanitizers'
 	@echo 'make format           formats every C++ file'
 	@echo 'make docs             the manual and the API reference, into build/docs/'
+	@echo 'make web-demo         bakes scenes and shows them in a headless browser, into out/web/; needs npm and chromium'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
 	@echo 'make fuzz             what reads scene files and textures under libFuzzer, 10 minutes for each format'
 	@echo 'make bench            the micro-benchmarks'
@@ -51,6 +52,9 @@ check: packages
 
 format: packages
 	scripts/check-format --fix
+
+web-demo: build
+	scripts/web-demo
 
 docs:
 	@scripts/install-packages packages-docs.txt

@@ -67,6 +67,7 @@ int run_program(int argc, char** argv) {
   int exit_status = 0;
   add_render_command(program, command_line(argc, argv), exit_status);
   add_merge_command(program, command_line(argc, argv), exit_status);
+  add_bake_command(program, command_line(argc, argv), exit_status);
   add_view_command(program, exit_status);
   add_measure_command(program, command_line(argc, argv), exit_status);
   add_info_command(program);

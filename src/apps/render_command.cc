@@ -8,14 +8,13 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <thread>
 
+#include "apps/attend.h"
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
 #include "apps/picture_output.h"
-#include "apps/progress_bar.h"
 #include "apps/table_options.h"
 #include "apps/tev_stream.h"
 #include "builtin/builtin.h"
@@ -183,52 +182,6 @@ void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
   if (o.preview && job.tasks() > 0) write_images(o, job, files, false);
 }
 
-/// Limits work that repeats during a render: runs are at least `interval_s` apart, and take at most a twentieth of the
-/// time.
-class Throttle {
- public:
-  explicit Throttle(double interval_s) : interval_(interval_s), next_(interval_s) {}
-  template <typename Work>
-  void run_if_due(const Job& job, Work&& work) {
-    const double start = job.seconds();
-    if (start < next_) return;
-    work();
-    const double end = job.seconds();
-    next_ = end + std::max(interval_, 20 * (end - start));
-  }
-
- private:
-  double interval_, next_;
-};
-
-/// A label of the job's current work, for the progress bar.
-std::string work_of(const Job& job) {
-  if (job.is_mapping()) return "photon map";
-  return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));
-}
-
-/// Waits for the job. Shows progress, writes checkpoints and previews, and passes Ctrl-C on to it. Returns the
-/// exception of the render, or null.
-std::exception_ptr attend(Job& job, const RenderOptions& o, OutputFiles& files, TevStream& tev) {
-  ProgressBar bar(!o.quiet);
-  Throttle checkpoint(1), preview(2), stream(0.25);
-  while (!job.done()) {
-    if (caught_interrupt()) job.cancel();
-    checkpoint.run_if_due(job, [&] { keep_checkpoint(o, job, files); });
-    preview.run_if_due(job, [&] { keep_preview(o, job, files); });
-    stream.run_if_due(job, [&] { tev.show(job); });
-    bar.update(job.progress(), caught_interrupt() ? "stopping" : work_of(job));
-    std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
-  }
-  bar.finish();
-  try {
-    job.wait();
-  } catch (...) {
-    return std::current_exception();
-  }
-  return nullptr;
-}
-
 /// Writes all files. @param any whether there is any image
 void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
                    bool any) {
@@ -318,7 +271,10 @@ int run_render(RenderOptions& o) {
   inform(describe(job.settings(), *scene));
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
-  const std::exception_ptr failure = attend(job, o, files, tev);
+  const std::exception_ptr failure = attend(job, o.quiet,
+                                            {{1, [&] { keep_checkpoint(o, job, files); }},
+                                             {2, [&] { keep_preview(o, job, files); }},
+                                             {0.25, [&] { tev.show(job); }}});
   const int status = finish(o, job, *tracer, files, start, failure);
   tev.show(job);
   return status;

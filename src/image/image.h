@@ -107,6 +107,11 @@ void write_png(const std::string& path, const Image& image, ToneCurve curve = To
 std::string png_bytes(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic,
                       float exposure = 0);
 
+/// A PNG file of 8-bit sRGB codes. Throws Error where memory is short.
+/// @param channels 3, or 4 with alpha; @param codes `channels` bytes a pixel, row-major, first row on top
+std::string encode_png(int width, int height, int channels, std::vector<std::uint8_t> codes,
+                       const std::map<std::string, std::string>& metadata);
+
 /// Writes ".exr" files as write_exr() does and ".png" files as write_png() does. Throws Error for other extensions.
 void write_image(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic, float exposure = 0);
 

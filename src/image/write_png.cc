@@ -45,11 +45,11 @@ void note_failure(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-/// Encodes rows of 8-bit RGB. Returns false if libpng fails. Its longjmp skips no object with a destructor.
-bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 height, png_bytepp rows,
+/// Encodes rows of 8-bit RGB or RGBA. Returns false if libpng fails. Its longjmp skips no object with a destructor.
+bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 height, int color_type, png_bytepp rows,
             std::vector<png_text>& texts) {
   if (setjmp(png_jmpbuf(png))) return false;
-  png_set_IHDR(png, info, width, height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+  png_set_IHDR(png, info, width, height, 8, color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, texts.data(), static_cast<int>(texts.size()));
@@ -86,22 +86,27 @@ std::vector<std::uint8_t> tone_mapped(const Image& image, ToneCurve curve, float
 
 }  // namespace
 
-std::string png_bytes(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
-  check_not_empty(path, image);
-  std::vector<std::uint8_t> bytes = tone_mapped(image, curve, exposure);
-  const auto width = static_cast<std::size_t>(image.width()), height = static_cast<std::size_t>(image.height());
+std::string encode_png(int width, int height, int channels, std::vector<std::uint8_t> codes,
+                       const std::map<std::string, std::string>& metadata) {
   std::vector<png_bytep> rows;
-  for (std::size_t y = 0; y < height; ++y) rows.push_back(bytes.data() + 3 * width * y);
-  std::vector<png_text> texts = texts_of(image.metadata);
+  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y)
+    rows.push_back(codes.data() + static_cast<std::size_t>(channels) * static_cast<std::size_t>(width) * y);
+  std::vector<png_text> texts = texts_of(metadata);
   Encoding encoding;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoding, note_failure, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   if (info) png_set_write_fn(png, &encoding, take_bytes, nullptr);
-  const bool done =
-      info && encode(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), rows.data(), texts);
+  const int color_type = channels == 4 ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB;
+  const bool done = info && encode(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
+                                   color_type, rows.data(), texts);
   png_destroy_write_struct(&png, &info);
-  if (!done) throw Error({path}, fmt::format("cannot encode the picture ({})", encoding.failure));
+  if (!done) throw Error(fmt::format("cannot encode a picture as PNG ({})", encoding.failure));
   return std::move(encoding.bytes);
+}
+
+std::string png_bytes(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
+  check_not_empty(path, image);
+  return encode_png(image.width(), image.height(), 3, tone_mapped(image, curve, exposure), image.metadata);
 }
 
 void write_png(const std::string& path, const Image& image, ToneCurve curve, float exposure) {

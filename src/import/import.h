@@ -20,6 +20,8 @@ struct ImportOptions {
   /// Reads texels on first use. Use it if only a few are needed. Damaged pixels of a file are then not detected while
   /// loading.
   bool lazy_textures = false;
+  /// Reads TEXCOORD_1 of glTF files as second texture coordinates where no texture needs another set.
+  bool light_uvs = false;
   /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running
   /// program, or in ../libexec/glowworm relative to it.
   std::string assimp_program = {};

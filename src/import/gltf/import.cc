@@ -56,7 +56,8 @@ class GltfBuilder {
         triangles_(*options.budget, "triangles", 0),
         textures_(options, notes_),
         materials_(document, textures_, notes_, description_),
-        pose_(document) {}
+        pose_(document),
+        light_uvs_(options.light_uvs) {}
 
   SceneDescription build() {
     description_.name = std::filesystem::path(document_.path).stem().string();
@@ -157,7 +158,9 @@ class GltfBuilder {
     const auto found = primitives_.find(key);
     if (found != primitives_.end()) return found->second;
     const tinygltf::Primitive& source = model_.meshes[static_cast<std::size_t>(mesh)].primitives[index];
-    Geometry fresh = read_gltf_primitive(document_, source, info.uv_sets, where, notes_);
+    GltfUvSets uv_sets = info.uv_sets;
+    if (light_uvs_ && uv_sets.second < 0) uv_sets.second = 1;
+    Geometry fresh = read_gltf_primitive(document_, source, uv_sets, where, notes_);
     meshes_.grow(mesh_bytes(fresh));
     return primitives_.emplace(key, std::move(fresh)).first->second;
   }
@@ -293,6 +296,7 @@ class GltfBuilder {
   GltfMaterials materials_;
   std::vector<GltfMaterialInfo> material_info_;  ///< for each material of the file, then the default material
   GltfPose pose_;
+  bool light_uvs_;
   std::vector<int> placed_;  ///< nodes, in the order of the file's tree
   std::map<std::pair<int, std::size_t>, Geometry> primitives_;
   std::map<std::size_t, GltfMaterialInfo> tinted_;

@@ -1,0 +1,22 @@
+// Serves this folder: node serve.js [PORT [FOLDER OF SCENES]]
+import { createServer } from "node:http";
+import { readFile } from "node:fs/promises";
+import { extname, join, normalize } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const root = fileURLToPath(new URL(".", import.meta.url));
+const port = Number(process.argv[2] ?? 8080);
+const scenes = process.argv[3] ?? join(root, "scenes");
+const types = { ".html": "text/html", ".js": "text/javascript", ".json": "application/json", ".glb": "model/gltf-binary" };
+
+createServer(async (request, response) => {
+  const path = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
+  const file = path.startsWith("/scenes/") ? join(scenes, path.slice(8)) : join(root, path === "/" ? "index.html" : path);
+  try {
+    const content = await readFile(file);
+    response.writeHead(200, { "content-type": types[extname(file)] ?? "application/octet-stream" });
+    response.end(content);
+  } catch {
+    response.writeHead(404).end("not found");
+  }
+}).listen(port, "127.0.0.1", () => console.log(`http://127.0.0.1:${port}/`));

@@ -1,0 +1,50 @@
+#include "apps/attend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "apps/interrupt.h"
+#include "apps/progress_bar.h"
+
+namespace glowworm {
+
+namespace {
+
+void run_if_due(const Job& job, RepeatedWork& repeated) {
+  const double start = job.seconds();
+  if (start < repeated.next_s) return;
+  repeated.work();
+  const double end = job.seconds();
+  repeated.next_s = end + std::max(repeated.interval_s, 20 * (end - start));
+}
+
+/// What the job is doing, for the progress bar.
+std::string work_of(const Job& job) {
+  if (job.is_mapping()) return "photon map";
+  return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));
+}
+
+}  // namespace
+
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated) {
+  ProgressBar bar(!quiet);
+  while (!job.done()) {
+    if (caught_interrupt()) job.cancel();
+    for (RepeatedWork& work : repeated) run_if_due(job, work);
+    bar.update(job.progress(), caught_interrupt() ? "stopping" : work_of(job));
+    std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
+  }
+  bar.finish();
+  try {
+    job.wait();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,22 @@
+// Waiting for a job at the terminal.
+#pragma once
+#include <exception>
+#include <functional>
+#include <vector>
+
+#include "render/job.h"
+
+namespace glowworm {
+
+/// Work that repeats while a job runs: at least `interval_s` apart, and for at most a twentieth of the time.
+struct RepeatedWork {
+  double interval_s = 1;
+  std::function<void()> work;
+  double next_s = interval_s;  ///< when it is due, by the job's time
+};
+
+/// Waits for the job, shows progress, does the repeated work, and cancels the job after a Ctrl-C. Returns the job's
+/// exception, or null.
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated);
+
+}  // namespace glowworm

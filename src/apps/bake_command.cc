@@ -1,0 +1,265 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "apps/attend.h"
+#include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/open_scene.h"
+#include "apps/output_files.h"
+#include "apps/table_options.h"
+#include "bake/layout.h"
+#include "bake/light.h"
+#include "bake/probes.h"
+#include "bake/scene_glb.h"
+#include "builtin/builtin.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/input_file.h"
+#include "core/log.h"
+#include "core/parallel.h"
+#include "image/image.h"
+#include "render/checkpoint.h"
+#include "render/filtered.h"
+#include "render/job.h"
+
+namespace glowworm {
+
+namespace {
+
+struct BakeOptions {
+  std::string scene, command_line, output, atlas_picture, resume, format = "emissive", light = "all";
+  std::optional<float> exposure;  ///< stops; none: chosen by the light
+  double texels_per_metre = 0, side = 0, spacing = 0;
+  bool verbose = false, quiet = false;
+  TableOptions table;
+  SceneOptions changes;
+  RenderSettings settings;  ///< those of the table, for this bake
+
+  bool is_probes() const { return format == "probes"; }
+};
+
+BakeFormat format_of(const std::string& name) {
+  if (name == "unlit") return BakeFormat::unlit;
+  return name == "lightmap" ? BakeFormat::lightmap : BakeFormat::emissive;
+}
+
+void resolve_options(BakeOptions& o) {
+  o.settings = o.table.settings;
+  if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
+  o.settings.indirect_only = o.light == "indirect";
+  const char* const expected = o.is_probes() ? ".json" : ".glb";
+  std::string ending = std::filesystem::path(o.output).extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending != expected)
+    throw CommandLineError(fmt::format("'{}' does not end in {}", o.output, expected),
+                           "Give -o a name with this ending.");
+  if (o.is_probes() && !(o.spacing > 0))
+    throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
+  if (o.is_probes()) o.settings.filter = Filtering::off;
+  if (o.side != std::floor(o.side))
+    throw CommandLineError(fmt::format("--atlas '{}' is not a whole number of texels", o.side));
+}
+
+void prepare_outputs(const BakeOptions& o, OutputFiles& files) {
+  files.add_input("the scene", o.scene);
+  files.add("-o", o.output);
+  if (!o.atlas_picture.empty()) files.add("--atlas-picture", o.atlas_picture);
+  if (!o.resume.empty()) files.add("--resume", o.resume);
+  if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
+  for (const std::string& path : {o.output, o.atlas_picture, o.resume})
+    if (!path.empty()) files.probe(path);
+  files.throw_if_any_failed();
+}
+
+/// Writes the light of all texels as a picture: .exr as it is, .png as the texture shows it.
+void write_atlas_picture(const BakeOptions& o, const BakeLayout& layout, const std::vector<RGB>& light,
+                         const EncodedLight& encoded) {
+  Image picture(layout.texels.width, layout.texels.height);
+  picture.add_rgb("", light);
+  picture.metadata["comments"] = o.command_line;
+  write_image(o.atlas_picture, picture, ToneCurve::srgb, -std::log2(encoded.scale));
+}
+
+/// Values above which a texture of 8 bits ends: unlit colours end at 1.
+float scale_of(const BakeOptions& o, float gain) { return o.format == "unlit" ? 1 / gain : 0; }
+
+/// What a bake computes the light of: texels, or probes.
+struct BakePlaces {
+  BakeLayout layout;
+  ProbeGrid probes;
+  std::shared_ptr<const PointGrid> points;
+};
+
+BakePlaces find_places(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
+                       const std::shared_ptr<const Tracer>& tracer) {
+  BakePlaces out;
+  if (o.is_probes()) {
+    out.probes = make_probes(*scene, *tracer, static_cast<float>(o.spacing));
+    out.points = std::make_shared<const PointGrid>(probe_points(out.probes));
+    return out;
+  }
+  out.layout = lay_out(scene, tracer, {static_cast<int>(o.side), o.texels_per_metre});
+  out.points = std::make_shared<const PointGrid>(texel_points(*scene, *tracer, out.layout));
+  return out;
+}
+
+void write_probes(const BakeOptions& o, const Job& job, const ProbeGrid& probes, OutputFiles& files) {
+  const std::vector<RGB> irradiance = unfiltered_picture(job.snapshot(), job.settings().indirect_only).radiance;
+  files.write(o.output, [&] { write_file(o.output, probes_json(probes, irradiance, o.command_line)); });
+  inform(fmt::format("wrote {}", o.output));
+}
+
+void write_textures(const BakeOptions& o, const Job& job, const BakeLayout& layout, OutputFiles& files) {
+  const TexelLight what = o.format == "lightmap" ? TexelLight::irradiance : TexelLight::radiance;
+  const std::vector<RGB> light =
+      light_of_texels(job.scene(), layout, *job.points(), job.snapshot(), what, job.settings());
+  std::vector<RGB> covered;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    if (layout.texels.face[i] != kNone) covered.push_back(light[i]);
+  const float exposure = o.exposure ? *o.exposure : automatic_exposure(covered);
+  const EncodedLight encoded = encode_light(layout, light, scale_of(o, std::exp2(exposure)));
+  files.write(o.output, [&] {
+    write_file(o.output, glb_of_scene(job.scene(), layout, encoded, format_of(o.format), {exposure, o.command_line}));
+  });
+  if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
+  if (encoded.clipped > 0.001)
+    inform(fmt::format("note: {:.1f}% of the texels are brighter than the texture shows", 100 * encoded.clipped));
+  inform(fmt::format("wrote {}, exposure {:+.1f} stops{}", o.output, exposure, o.exposure ? "" : " (auto)"));
+}
+
+std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& job) {
+  const RenderSettings& s = job.settings();
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < places.points->normal.size(); ++i) points += places.points->has(i);
+  const std::string effort = fmt::format("{} points, {} samples x {} rays", points, s.samples, s.gather);
+  if (o.is_probes())
+    return fmt::format("{}: {} x {} x {} probes, {}", job.scene().name(), places.probes.counts[0],
+                       places.probes.counts[1], places.probes.counts[2], effort);
+  const Atlas& atlas = places.layout.atlas;
+  return fmt::format("{}: {} charts in {} of {}x{} texels, {:.4g} texels per metre, {}", job.scene().name(),
+                     places.layout.charts.size(),
+                     atlas.count == 1 ? "an atlas" : fmt::format("{} atlases", atlas.count), atlas.side, atlas.side,
+                     atlas.texels_per_metre, effort);
+}
+
+/// Writes what there is, then throws what went wrong, or returns the exit status.
+int finish(const BakeOptions& o, const Job& job, const BakePlaces& places, OutputFiles& files,
+           const std::exception_ptr& failure) {
+  if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
+  const bool any = job.passes() > 0;
+  if (any) o.is_probes() ? write_probes(o, job, places.probes, files) : write_textures(o, job, places.layout, files);
+  if (failure) std::rethrow_exception(failure);
+  if (job.ending() == Ending::cancelled)
+    warn(any ? "interrupted: the file holds the light so far"
+             : "interrupted before every point had light: no file was written");
+  else if (!any)
+    warn("the time was up before every point had light: no file was written");
+  files.throw_if_any_failed();
+  inform(fmt::format("{} passes in {:.2f} s", job.passes(), job.seconds()));
+  if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
+  return any ? 0 : 1;
+}
+
+int run_bake(BakeOptions& o) {
+  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
+  set_thread_count(o.table.settings.threads);
+  resolve_options(o);
+  OutputFiles files;
+  prepare_outputs(o, files);
+  ImportOptions import_options;
+  import_options.budget = loading_budget(o.settings.memory_bytes);
+  import_options.light_uvs = true;
+  const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  tell_notes(*scene, o.scene);
+  const auto tracer = std::make_shared<const Tracer>(*scene);
+  catch_interrupts();
+  const BakePlaces places = find_places(o, scene, tracer);
+  for (const std::string& note : places.layout.notes) inform("note: " + note);
+  std::optional<Checkpoint> checkpoint;
+  if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
+  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, 0, places.points);
+  inform(describe(o, places, job));
+  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
+  std::vector<RepeatedWork> repeated;
+  if (!o.resume.empty())
+    repeated.push_back({1, [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); }); }});
+  const std::exception_ptr failure = attend(job, o.quiet, std::move(repeated));
+  return finish(o, job, places, files, failure);
+}
+
+void add_texture_options(CLI::App& c, BakeOptions& o) {
+  c.add_option("-o,--output", o.output, "File to write: .glb, or .json for probes")
+      ->required()
+      ->option_text("FILE")
+      ->group("Textures");
+  add_choice(c, "--format", o.format, {"emissive", "unlit", "lightmap", "probes"},
+             "emissive: surfaces glow, for every viewer; unlit: as base colour, for the smallest devices; lightmap: "
+             "irradiance beside the base colours (MOZ_lightmap); probes: irradiance in space, as JSON")
+      ->group("Textures");
+  add_choice(c, "--light", o.light, {"all", "indirect"}, "Light to bake: indirect leaves direct light to the viewer")
+      ->group("Textures");
+  add_number(c, "--texels-per-metre", o.texels_per_metre, 1e-6, 1e9,
+             "Density of texels, in as many atlases as that takes; by default what one atlas holds")
+      ->option_text("N")
+      ->group("Textures");
+  add_number(c, "--atlas", o.side, 16, kLargestAtlas, "Side of an atlas in texels")
+      ->option_text("N [1024 to 4096, by the scene]")
+      ->group("Textures");
+  add_number(c, "--spacing", o.spacing, 1e-6, 1e9, "Distance between probes in metres")
+      ->option_text("M")
+      ->group("Textures");
+  c.add_option("--atlas-picture", o.atlas_picture, "Write the atlases as a picture, too: .exr or .png")
+      ->take_last()
+      ->option_text("FILE")
+      ->group("Textures");
+  add_exposure_option(c, "Textures", o.exposure);
+}
+
+constexpr const char* kFooter = R"(
+Each texel is a point of a surface, and its light is computed as that of a pixel.
+Light is baked on surfaces whose look does not depend on the place of the viewer;
+lamps glow, and glass and mirrors are left as they are. The file's values are
+radiance in W sr^-1 m^-2 (lightmap: irradiance in W m^-2) times 2^exposure.
+
+Examples:
+  glowworm bake builtin:cornell -o lit.glb
+  glowworm bake room.glb --format lightmap --light indirect --texels-per-metre 50 -o lit.glb
+  glowworm bake builtin:atrium --atlas 2048 --time 5m -o lit.glb --atlas-picture light.png)";
+
+}  // namespace
+
+void add_bake_command(CLI::App& program, const std::string& command_line, int& exit_status) {
+  auto o = std::make_shared<BakeOptions>();
+  o->command_line = command_line;
+  CLI::App* c = program.add_subcommand("bake", "Writes a scene with its light in textures (GLB).");
+  c->add_option("scene", o->scene,
+                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                            fmt::join(builtin_scene_names(), ", builtin:")))
+      ->required()
+      ->option_text("SCENE");
+  add_texture_options(*c, *o);
+  add_scene_options(*c, o->changes);
+  add_table_options(*c, "Method", false, o->table);
+  add_table_options(*c, "Effort", false, o->table);
+  c->add_option("--resume", o->resume, "Keep a checkpoint in a file, and continue from it if it exists")
+      ->take_last()
+      ->option_text("FILE")
+      ->group("Effort");
+  add_table_options(*c, "Machine", false, o->table);
+  c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
+  c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
+  c->footer(kFooter);
+  c->callback([o, &exit_status] { exit_status = run_bake(*o); });
+}
+
+}  // namespace glowworm

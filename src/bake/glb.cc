@@ -1,0 +1,117 @@
+#include "bake/glb.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr int kFloat = 5126, kUnsigned = 5125;
+constexpr int kVertices = 34962, kIndices = 34963;
+
+template <typename T>
+std::string_view bytes_of(std::span<const T> values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+void append_word(std::string& to, std::size_t value) {
+  const auto word = static_cast<std::uint32_t>(value);
+  to.append(reinterpret_cast<const char*>(&word), sizeof word);
+}
+
+}  // namespace
+
+int GlbFile::add(const char* list, nlohmann::json object) {
+  json[list].push_back(std::move(object));
+  return static_cast<int>(json[list].size()) - 1;
+}
+
+void GlbFile::use_extension(const std::string& name) {
+  nlohmann::json& used = json["extensionsUsed"];
+  if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+}
+
+int GlbFile::add_view(std::string_view content, int target) {
+  while (bytes.size() % 4 != 0) bytes.push_back('\0');
+  nlohmann::json view = {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", content.size()}};
+  if (target != 0) view["target"] = target;
+  bytes.append(content);
+  return add("bufferViews", view);
+}
+
+int GlbFile::add_vectors(std::span<const Vec3> values, bool bounded) {
+  nlohmann::json accessor = {{"bufferView", add_view(bytes_of(values), kVertices)},
+                             {"componentType", kFloat},
+                             {"type", "VEC3"},
+                             {"count", values.size()}};
+  if (bounded) {
+    constexpr float kFar = std::numeric_limits<float>::max();
+    Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+    for (const Vec3& v : values)
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], v[axis]);
+        high[axis] = std::max(high[axis], v[axis]);
+      }
+    accessor["min"] = {low.x, low.y, low.z};
+    accessor["max"] = {high.x, high.y, high.z};
+  }
+  return add("accessors", accessor);
+}
+
+int GlbFile::add_pairs(std::span<const Vec2> values) {
+  return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
+                           {"componentType", kFloat},
+                           {"type", "VEC2"},
+                           {"count", values.size()}});
+}
+
+int GlbFile::add_colors(std::span<const float> values) {
+  return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
+                           {"componentType", kFloat},
+                           {"type", "VEC4"},
+                           {"count", values.size() / 4}});
+}
+
+int GlbFile::add_indices(std::span<const std::uint32_t> values) {
+  return add("accessors", {{"bufferView", add_view(bytes_of(values), kIndices)},
+                           {"componentType", kUnsigned},
+                           {"type", "SCALAR"},
+                           {"count", values.size()}});
+}
+
+int GlbFile::add_texture(const std::string& png, const std::string& name, bool repeats) {
+  constexpr int kLinear = 9729, kLinearMipmaps = 9987, kClamp = 33071, kRepeat = 10497;
+  if (!json.contains("samplers"))
+    for (const int wrap : {kClamp, kRepeat})
+      add("samplers", {{"magFilter", kLinear}, {"minFilter", kLinearMipmaps}, {"wrapS", wrap}, {"wrapT", wrap}});
+  const int image = add("images", {{"bufferView", add_view(png, 0)}, {"mimeType", "image/png"}, {"name", name}});
+  return add("textures", {{"sampler", repeats ? 1 : 0}, {"source", image}});
+}
+
+std::string GlbFile::content() const {
+  constexpr std::size_t kHeader = 12, kChunkHeader = 8;
+  std::string binary = bytes;
+  while (binary.size() % 4 != 0) binary.push_back('\0');
+  nlohmann::json whole = json;
+  whole["buffers"] = {{{"byteLength", binary.size()}}};
+  std::string text = whole.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  while (text.size() % 4 != 0) text.push_back(' ');
+  const std::size_t size = kHeader + 2 * kChunkHeader + text.size() + binary.size();
+  if (size > std::numeric_limits<std::uint32_t>::max())
+    throw Error("a GLB file holds at most 4 GiB", "Give fewer --texels-per-metre.");
+  std::string out = "glTF";
+  append_word(out, 2);
+  append_word(out, size);
+  append_word(out, text.size());
+  out += "JSON";
+  out += text;
+  append_word(out, binary.size());
+  out.append("BIN\0", 4);
+  return out + binary;
+}
+
+}  // namespace glowworm

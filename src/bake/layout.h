@@ -1,0 +1,38 @@
+// What of a scene is baked, and where its texels lie.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bake/texels.h"
+#include "gather/point_pass.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// The surfaces of a scene that get texels.
+struct BakeLayout {
+  std::vector<BakeFace> faces;
+  std::vector<Chart> charts;
+  Atlas atlas;
+  TexelMap texels;
+  std::vector<std::string> notes;  ///< what is not baked or laid out anew, and why; one line each
+};
+
+/// Whether light on a material looks the same from everywhere, so that a texture can show it: no glass, no mirror.
+bool is_bakeable(const Scene& scene, std::uint32_t material);
+
+/// Whether nearly all rays from a place meet the backs of surfaces.
+bool is_inside_solid(const Scene& scene, const Tracer& tracer, Vec3 position);
+
+/// Chooses the faces to bake and lays them out: all but those of lamps, glass and mirrors. Where light arrives on the
+/// backs of a surface that is seen from both sides, its backs are baked, too. Throws Error if nothing is left, or if an
+/// atlas is too small.
+BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
+                   const AtlasRequest& request);
+
+/// The points of all texels for a Job. Texels inside of solid objects have none: fill_gaps() gives them the light of
+/// their neighbours.
+PointGrid texel_points(const Scene& scene, const Tracer& tracer, const BakeLayout& layout);
+
+}  // namespace glowworm

@@ -1,0 +1,87 @@
+#include "bake/light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/fill.h"
+#include "core/parallel.h"
+#include "image/tone_map.h"
+#include "render/filtered.h"
+
+namespace glowworm {
+
+RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
+  DiffusePoint diffuse;
+  if (diffuse_point(scene, triangle, barycentric, diffuse)) return diffuse.reflectance;
+  SurfacePoint point = surface_point(scene, triangle, barycentric);
+  const Bsdf bsdf = resolve_bsdf(scene, point);
+  return clamp(albedo(bsdf, {0, 0, 1}, kDiffuseReflection | kGlossy), 0, 1);
+}
+
+namespace {
+
+/// Mean albedo over the square of a texel, at two by two places where its face goes on that far.
+RGB texel_albedo(const Scene& scene, const BakeLayout& layout, std::size_t texel) {
+  const TexelMap& map = layout.texels;
+  const BakeFace face = layout.faces[map.face[texel]];
+  const Vec2 here = map.barycentric[texel];
+  const std::size_t below = texel + static_cast<std::size_t>(map.width);
+  const bool has_right = texel + 1 < map.face.size() && map.face[texel + 1] == map.face[texel];
+  const bool has_below = below < map.face.size() && map.face[below] == map.face[texel];
+  if (!has_right || !has_below) return baked_albedo(scene, face.triangle, here);
+  const Vec2 across = (map.barycentric[texel + 1] - here) * 0.25f, down = (map.barycentric[below] - here) * 0.25f;
+  RGB sum;
+  for (int i = 0; i < 4; ++i) {
+    Vec2 at = here + across * (i % 2 ? 1.0f : -1.0f) + down * (i / 2 ? 1.0f : -1.0f);
+    if (at.x < 0 || at.y < 0 || at.x + at.y > 1) at = here;
+    sum += baked_albedo(scene, face.triangle, at);
+  }
+  return sum / 4;
+}
+
+}  // namespace
+
+std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, const PointGrid& grid, const Film& film,
+                                 TexelLight what, const RenderSettings& settings) {
+  const bool indirect_only = settings.indirect_only;
+  std::vector<RGB> light =
+      (filters(settings) ? filtered_picture(film, indirect_only) : unfiltered_picture(film, indirect_only)).radiance;
+  std::vector<std::uint8_t> known(light.size(), 0);
+  for (std::size_t i = 0; i < light.size(); ++i) known[i] = grid.has(i) && film.sample_count(i) > 0;
+  fill_gaps(layout.texels, std::move(known), light);
+  if (what == TexelLight::radiance)
+    parallel_for(0, light.size(), 4096, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        if (layout.texels.face[i] != kNone) light[i] *= texel_albedo(scene, layout, i) * kInversePi;
+    });
+  std::vector<std::uint8_t> covered(light.size(), 0);
+  for (std::size_t i = 0; i < light.size(); ++i) covered[i] = layout.texels.face[i] != kNone;
+  fill_gaps(layout.texels, covered, light);
+  close_seams(find_seams(scene.geometry(), layout.faces, layout.charts, layout.atlas), light);
+  return light;
+}
+
+EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale) {
+  constexpr double kBright = 0.995;
+  constexpr float kHeadroom = 4;  // Above it, codes of dark places would be too coarse.
+  EncodedLight out;
+  std::vector<float> peaks;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    if (layout.texels.face[i] != kNone) peaks.push_back(max_component(light[i]));
+  out.scale = scale;
+  if (!(out.scale > 0) && !peaks.empty()) {
+    const auto at = peaks.begin() + static_cast<std::ptrdiff_t>(kBright * static_cast<double>(peaks.size() - 1));
+    std::nth_element(peaks.begin(), at, peaks.end());
+    const float bright = *at;
+    out.scale = std::min(*std::max_element(peaks.begin(), peaks.end()), kHeadroom * bright);
+  }
+  if (!(out.scale > 0)) out.scale = 1;
+  const auto clipped = std::count_if(peaks.begin(), peaks.end(), [&](float p) { return p > out.scale * 1.0001f; });
+  out.clipped = peaks.empty() ? 0 : static_cast<double>(clipped) / static_cast<double>(peaks.size());
+  out.codes.reserve(3 * light.size());
+  for (const RGB& texel : light)
+    for (int c = 0; c < 3; ++c) out.codes.push_back(to_byte(srgb_encode(std::clamp(texel[c] / out.scale, 0.0f, 1.0f))));
+  return out;
+}
+
+}  // namespace glowworm

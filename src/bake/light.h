@@ -1,0 +1,37 @@
+// From the film of a bake to the numbers of textures.
+#pragma once
+#include <vector>
+
+#include "bake/layout.h"
+#include "render/film.h"
+#include "render/settings.h"
+
+namespace glowworm {
+
+/// What a baked texture shows.
+enum class TexelLight {
+  irradiance,  ///< W m^-2
+  radiance     ///< of a diffuse surface: albedo times irradiance over pi, W sr^-1 m^-2
+};
+
+/// Light of all texels, one for each texel of layout.texels: gaps filled and seams closed.
+/// @param film of a Job of these settings over `grid`, whose points are those of texel_points()
+std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, const PointGrid& grid, const Film& film,
+                                 TexelLight what, const RenderSettings& settings);
+
+/// Share of the light that a surface reflects diffusely, seen along its normal; lobes that are not sharp count as
+/// diffuse.
+RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
+
+/// Codes of a texture: each texel is code times scale, with codes in sRGB.
+struct EncodedLight {
+  float scale = 1;
+  std::vector<std::uint8_t> codes;  ///< three a texel, of all atlases
+  double clipped = 0;               ///< share of covered texels brighter than the scale
+};
+
+/// Chooses a scale that keeps nearly all texels below it, and rounds to codes.
+/// @param scale 0: chosen
+EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale = 0);
+
+}  // namespace glowworm

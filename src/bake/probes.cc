@@ -1,0 +1,127 @@
+#include "bake/probes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bake/layout.h"
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr int kAxes = 6;
+
+Vec3 probe_direction(int i) {
+  Vec3 out;
+  if (i < kAxes) {
+    out[i / 2] = i % 2 == 0 ? 1.0f : -1.0f;
+    return out;
+  }
+  for (int axis = 0; axis < 3; ++axis) out[axis] = ((i - kAxes) >> axis) % 2 == 0 ? 1.0f : -1.0f;
+  return normalize(out);
+}
+
+std::array<float, 9> harmonics(Vec3 n) {
+  return {0.282095f,
+          0.488603f * n.y,
+          0.488603f * n.z,
+          0.488603f * n.x,
+          1.092548f * n.x * n.y,
+          1.092548f * n.y * n.z,
+          0.315392f * (3 * n.z * n.z - 1),
+          1.092548f * n.x * n.z,
+          0.546274f * (n.x * n.x - n.y * n.y)};
+}
+
+}  // namespace
+
+ProbeGrid make_probes(const Scene& scene, const Tracer& tracer, float spacing) {
+  const Box3 bounds = scene.bounds();
+  ProbeGrid out;
+  out.spacing = spacing;
+  double count = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float extent = bounds.max[axis] - bounds.min[axis];
+    const double along = std::max(1.0, std::floor(static_cast<double>(extent) / spacing));
+    count *= along;
+    if (count > kMaxProbes)
+      throw Error(fmt::format("probes every {:g} m are more than {:g}", spacing, kMaxProbes),
+                  "Give a larger --spacing.");
+    out.counts[static_cast<std::size_t>(axis)] = static_cast<int>(along);
+    out.origin[axis] = bounds.min[axis] + 0.5f * (extent - spacing * static_cast<float>(along - 1));
+  }
+  for (int z = 0; z < out.counts[2]; ++z)
+    for (int y = 0; y < out.counts[1]; ++y)
+      for (int x = 0; x < out.counts[0]; ++x)
+        out.position.push_back(out.origin +
+                               Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} * spacing);
+  out.is_inside.resize(out.position.size());
+  parallel_for(0, out.position.size(), 64, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) out.is_inside[i] = is_inside_solid(scene, tracer, out.position[i]);
+  });
+  return out;
+}
+
+PointGrid probe_points(const ProbeGrid& probes) {
+  PointGrid grid;
+  grid.width = kProbeDirections;
+  grid.height = static_cast<int>(probes.position.size());
+  for (std::size_t p = 0; p < probes.position.size(); ++p)
+    for (int i = 0; i < kProbeDirections; ++i) {
+      grid.position.push_back(probes.position[p]);
+      grid.normal.push_back(probes.is_inside[p] ? Vec3{} : probe_direction(i));
+    }
+  return grid;
+}
+
+ProbeLight fit_probe(const std::array<RGB, kProbeDirections>& irradiance) {
+  // The directions have the symmetries of a cube, so that the normal equations are diagonal.
+  ProbeLight out;
+  std::array<float, 9> squares{};
+  for (int i = 0; i < kProbeDirections; ++i) {
+    const std::array<float, 9> y = harmonics(probe_direction(i));
+    for (std::size_t k = 0; k < y.size(); ++k) {
+      out[k] += irradiance[static_cast<std::size_t>(i)] * y[k];
+      squares[k] += y[k] * y[k];
+    }
+  }
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = out[k] / squares[k];
+  return out;
+}
+
+RGB evaluate(const ProbeLight& light, Vec3 normal) {
+  const std::array<float, 9> y = harmonics(normal);
+  RGB out;
+  for (std::size_t k = 0; k < y.size(); ++k) out += light[k] * y[k];
+  return out;
+}
+
+std::string probes_json(const ProbeGrid& probes, const std::vector<RGB>& irradiance, const std::string& command_line) {
+  using nlohmann::json;
+  json list = json::array();
+  for (std::size_t p = 0; p < probes.position.size(); ++p) {
+    std::array<RGB, kProbeDirections> measured;
+    std::copy_n(irradiance.begin() + static_cast<std::ptrdiff_t>(p * kProbeDirections), kProbeDirections,
+                measured.begin());
+    json coefficients = json::array();
+    for (const RGB& c : fit_probe(measured)) coefficients.push_back({c.r, c.g, c.b});
+    list.push_back(probes.is_inside[p] ? json() : coefficients);
+  }
+  const json out = {
+      {"command", command_line},
+      {"unit", "irradiance, W m^-2, linear RGB (Rec. 709)"},
+      {"basis", "real orthonormal spherical harmonics of the normal: 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2"},
+      {"origin", {probes.origin.x, probes.origin.y, probes.origin.z}},
+      {"spacing", probes.spacing},
+      {"counts", probes.counts},
+      {"order", "x runs fastest, then y, then z; null: inside of a solid object"},
+      {"probes", list}};
+  return out.dump() + "\n";
+}
+
+}  // namespace glowworm

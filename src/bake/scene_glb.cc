@@ -1,0 +1,333 @@
+#include "bake/scene_glb.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "bake/glb.h"
+#include "bake/source_texture.h"
+#include "image/image.h"
+#include "image/tone_map.h"
+#include "render/output.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kStrength = "KHR_materials_emissive_strength";
+constexpr const char* kSpecular = "KHR_materials_specular";
+constexpr const char* kUnlit = "KHR_materials_unlit";
+constexpr const char* kLightmap = "MOZ_lightmap";
+
+json triple(RGB c) { return {c.r, c.g, c.b}; }
+
+/// The vertices of one primitive, each once.
+class PrimitiveVertices {
+ public:
+  std::uint32_t add(Vec3 position, Vec3 normal, Vec2 uv, Vec2 light_uv) {
+    const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
+    const std::array<std::uint32_t, 10> key{bits(position.x), bits(position.y), bits(position.z), bits(normal.x),
+                                            bits(normal.y),   bits(normal.z),   bits(uv.x),       bits(uv.y),
+                                            bits(light_uv.x), bits(light_uv.y)};
+    const auto [found, is_new] = index_.emplace(key, static_cast<std::uint32_t>(positions.size()));
+    if (is_new) {
+      positions.push_back(position);
+      normals.push_back(normal);
+      uvs.push_back(uv);
+      light_uvs.push_back(light_uv);
+    }
+    return found->second;
+  }
+
+  std::vector<Vec3> positions, normals;
+  std::vector<Vec2> uvs, light_uvs;
+  std::vector<std::uint32_t> indices;
+
+ private:
+  std::map<std::array<std::uint32_t, 10>, std::uint32_t> index_;
+};
+
+/// A triangle of the file.
+struct OutputFace {
+  BakeFace face;
+  std::uint32_t chart = kNone, place = 0;  ///< its chart and its index there; kNone: not baked
+};
+
+/// What tells primitives apart: object, material, emission, atlas (-1: not baked), one side.
+using PrimitiveKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, int, bool>;
+
+class SceneWriter {
+ public:
+  SceneWriter(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
+              const BakeNotes& notes)
+      : scene_(scene),
+        layout_(layout),
+        light_(light),
+        format_(format),
+        notes_(notes),
+        gain_(std::exp2(notes.exposure)) {}
+
+  std::string write() {
+    file_.json["asset"]["generator"] = fmt::format("glowworm {}", version());
+    file_.json["asset"]["extras"] = {{"glowworm",
+                                      {{"command", notes_.command_line},
+                                       {"exposure_stops", notes_.exposure},
+                                       {"unit", is_irradiance() ? "W m^-2" : "W sr^-1 m^-2"}}}};
+    write_textures();
+    write_objects();
+    write_cameras();
+    for (int i = 0; i < static_cast<int>(file_.json["nodes"].size()); ++i) roots_.push_back(i);
+    file_.add("scenes", {{"name", scene_.name()}, {"nodes", roots_}});
+    file_.json["scene"] = 0;
+    return file_.content();
+  }
+
+ private:
+  bool is_irradiance() const { return format_ == BakeFormat::lightmap; }
+
+  void write_textures() {
+    const auto side = static_cast<std::size_t>(layout_.atlas.side);
+    for (int a = 0; a < layout_.atlas.count; ++a) {
+      const auto first =
+          light_.codes.begin() + static_cast<std::ptrdiff_t>(3 * side * side * static_cast<std::size_t>(a));
+      std::vector<std::uint8_t> codes(first, first + static_cast<std::ptrdiff_t>(3 * side * side));
+      textures_.push_back(file_.add_texture(encode_png(layout_.atlas.side, layout_.atlas.side, 3, std::move(codes), {}),
+                                            fmt::format("light {}", a)));
+    }
+  }
+
+  /// All faces of the scene: the baked sides, and the fronts of what was not baked.
+  std::map<PrimitiveKey, std::vector<OutputFace>> faces() const {
+    const Geometry& g = scene_.geometry();
+    std::map<PrimitiveKey, std::vector<OutputFace>> out;
+    std::vector<std::uint8_t> sides(g.triangle_count(), 0);
+    for (const BakeFace& face : layout_.faces) sides[face.triangle] |= face.back ? 2 : 1;
+    for (std::uint32_t c = 0; c < layout_.charts.size(); ++c)
+      for (std::uint32_t i = 0; i < layout_.charts[c].faces.size(); ++i) {
+        const BakeFace face = layout_.faces[layout_.charts[c].faces[i]];
+        const std::uint32_t t = face.triangle;
+        const bool one_sided = sides[t] == 3 || scene_.materials()[g.material[t]].single_sided;
+        out[{g.object_of(t), g.material[t], kNone, layout_.atlas.places[c].atlas, one_sided}].push_back({face, c, i});
+      }
+    for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
+      if (sides[t] != 0) continue;
+      const bool one_sided = g.emission[t] != kNone ? !scene_.emissions()[g.emission[t]].two_sided
+                                                    : scene_.materials()[g.material[t]].single_sided;
+      out[{g.object_of(t), g.material[t], g.emission[t], -1, one_sided}].push_back({{t, false}, kNone, 0});
+    }
+    return out;
+  }
+
+  void write_objects() {
+    std::map<std::uint32_t, json> meshes;
+    for (const auto& [key, faces] : faces()) meshes[std::get<0>(key)].push_back(primitive(key, faces));
+    for (auto& [object, primitives] : meshes) {
+      const std::string name = object != kNone ? scene_.geometry().objects[object].name : scene_.name();
+      const int mesh = file_.add("meshes", {{"name", name}, {"primitives", primitives}});
+      file_.add("nodes", {{"name", name}, {"mesh", mesh}});
+    }
+  }
+
+  json primitive(const PrimitiveKey& key, const std::vector<OutputFace>& faces) {
+    const Geometry& g = scene_.geometry();
+    PrimitiveVertices v;
+    for (const OutputFace& f : faces) {
+      const auto& corners = g.triangles[f.face.triangle];
+      const Vec3 flat = face_normal(g, f.face);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t c = f.face.back ? 2 - i : i;
+        const std::uint32_t vertex = corners[c];
+        const Vec3 own = g.normals[vertex];
+        const Vec3 n = length_squared(own) > 0 ? face_forward(normalize(own), flat) : flat;
+        v.indices.push_back(v.add(g.positions[vertex], n, g.uvs[vertex], light_uv(f, c)));
+      }
+    }
+    json attributes = {{"POSITION", file_.add_vectors(v.positions, true)},
+                       {"NORMAL", file_.add_vectors(v.normals, false)}};
+    for (Vec2& uv : v.uvs) uv.y = 1 - uv.y;
+    attributes["TEXCOORD_0"] = file_.add_pairs(v.uvs);
+    if (std::get<3>(key) >= 0) attributes["TEXCOORD_1"] = file_.add_pairs(v.light_uvs);
+    return {{"attributes", attributes}, {"indices", file_.add_indices(v.indices)}, {"material", material(key)}};
+  }
+
+  Vec2 light_uv(const OutputFace& f, std::size_t corner) const {
+    if (f.chart == kNone) return {0, 0};
+    const Vec2 texel = layout_.atlas.places[f.chart].texel(layout_.charts[f.chart].corners[f.place][corner]);
+    return texel * (1 / static_cast<float>(layout_.atlas.side));
+  }
+
+  int material(const PrimitiveKey& key) {
+    auto own = key;
+    std::get<0>(own) = 0;  // Objects share materials.
+    const auto found = materials_.find(own);
+    if (found != materials_.end()) return found->second;
+    const auto [object, source, emission, atlas, one_sided] = key;
+    const Material& m = scene_.materials()[source];
+    json out = emission != kNone ? lamp(emission) : atlas >= 0 ? baked(m, atlas) : plain(m);
+    if (!m.name.empty()) out["name"] = m.name;
+    if (!one_sided) out["doubleSided"] = true;
+    return materials_[own] = file_.add("materials", std::move(out));
+  }
+
+  /// Black, without reflections.
+  json black() {
+    file_.use_extension(kSpecular);
+    return {
+        {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}},
+        {"extensions", {{kSpecular, {{"specularFactor", 0}}}}}};
+  }
+
+  json glowing(RGB factor, float strength) {
+    json out = black();
+    out["emissiveFactor"] = triple(factor);
+    file_.use_extension(kStrength);
+    out["extensions"][kStrength] = {{"emissiveStrength", strength}};
+    return out;
+  }
+
+  json lamp(std::uint32_t emission) {
+    const RGB radiance = scene_.emissions()[emission].radiance.value * gain_;
+    const float most = max_component(radiance);
+    if (!(most > 0)) return black();
+    if (format_ != BakeFormat::unlit) return glowing(radiance / most, most);
+    file_.use_extension(kUnlit);
+    const RGB shown = clamp(radiance, 0, 1);
+    return {{"pbrMetallicRoughness", {{"baseColorFactor", {shown.r, shown.g, shown.b, 1}}}},
+            {"extensions", {{kUnlit, json::object()}}}};
+  }
+
+  json baked(const Material& m, int atlas) {
+    const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", 1}};
+    // Alpha needs the base colour's texture for itself.
+    if (format_ == BakeFormat::emissive || (format_ == BakeFormat::unlit && has_alpha(m))) {
+      json out = glowing(RGB(1.0f), light_.scale * gain_);
+      out["emissiveTexture"] = texture;
+      if (has_alpha(m)) add_source_texture(m, out);
+      return out;
+    }
+    if (format_ == BakeFormat::unlit) {
+      file_.use_extension(kUnlit);
+      return {{"pbrMetallicRoughness", {{"baseColorTexture", texture}}}, {"extensions", {{kUnlit, json::object()}}}};
+    }
+    file_.use_extension(kLightmap);
+    json out = plain(m);
+    out["extensions"][kLightmap] = texture;
+    out["extensions"][kLightmap]["intensity"] = light_.scale * gain_;
+    out["extras"]["lightmap"] = {{"texture", texture["index"]}, {"texCoord", 1}, {"intensity", light_.scale * gain_}};
+    return out;
+  }
+
+  /// A material that was not baked, or whose base colour is kept.
+  json plain(const Material& m) {
+    const RGB c = clamp(m.reflectance.value, 0, 1);
+    const float roughness = std::sqrt(std::clamp(std::max(m.roughness_u.value, m.roughness_v.value), 0.0f, 1.0f));
+    json pbr = {{"baseColorFactor", {c.r, c.g, c.b, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
+    json extensions = json::object();
+    switch (m.kind) {
+      case MaterialKind::conductor:
+      case MaterialKind::coated_conductor:
+        pbr["metallicFactor"] = 1;
+        pbr["roughnessFactor"] = roughness;
+        break;
+      case MaterialKind::dielectric:
+      case MaterialKind::thin_dielectric:
+        pbr["baseColorFactor"] = {1, 1, 1, 1};
+        pbr["roughnessFactor"] = roughness;
+        extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
+        extensions["KHR_materials_ior"] = {{"ior", m.ior}};
+        break;
+      case MaterialKind::metallic_roughness:
+        pbr["metallicFactor"] = std::clamp(m.metallic.value, 0.0f, 1.0f);
+        pbr["roughnessFactor"] = roughness;
+        if (m.transmission.value > 0)
+          extensions["KHR_materials_transmission"] = {{"transmissionFactor", std::min(m.transmission.value, 1.0f)}};
+        break;
+      default:
+        extensions[kSpecular] = {{"specularFactor", 0}};
+    }
+    for (const auto& [name, value] : extensions.items()) file_.use_extension(name);
+    json out = {{"pbrMetallicRoughness", pbr}};
+    if (!extensions.empty()) out["extensions"] = extensions;
+    add_source_texture(m, out);
+    return out;
+  }
+
+  static bool has_alpha(const Material& m) { return m.alpha.texture != kNone; }
+
+  /// Adds the texture of the base colour and alpha, where there is one.
+  void add_source_texture(const Material& m, json& out) {
+    const auto key = std::pair(m.reflectance.texture, m.alpha.texture);
+    if (!sources_.contains(key)) {
+      const std::optional<SourceTexture> source = source_texture(scene_, m);
+      json& info = sources_[key];
+      if (source) {
+        info["index"] = file_.add_texture(source->png, m.name, true);
+        if (source->is_transformed()) {
+          file_.use_extension("KHR_texture_transform");
+          info["extensions"]["KHR_texture_transform"] = {{"offset", {source->offset.x, source->offset.y}},
+                                                         {"scale", {source->scale.x, source->scale.y}}};
+        }
+      }
+    }
+    if (sources_[key].is_null()) return;
+    out["pbrMetallicRoughness"]["baseColorTexture"] = sources_[key];
+    if (!has_alpha(m)) return;
+    out["alphaMode"] = m.alpha_cutoff >= 0 ? "MASK" : "BLEND";
+    if (m.alpha_cutoff >= 0) out["alphaCutoff"] = m.alpha_cutoff;
+  }
+
+  void write_cameras() {
+    for (const Camera& camera : scene_.cameras()) {
+      const Transform& t = camera.to_world;
+      const int index = camera.kind == CameraKind::perspective
+                            ? file_.add("cameras", {{"type", "perspective"},
+                                                    {"name", camera.name},
+                                                    {"perspective",
+                                                     {{"yfov", 2 * std::atan(camera.half_extent)},
+                                                      {"znear", 0.001 * std::max(scene_.radius(), 1e-6f)}}}})
+                            : file_.add("cameras", {{"type", "orthographic"},
+                                                    {"name", camera.name},
+                                                    {"orthographic",
+                                                     {{"xmag", camera.half_extent},
+                                                      {"ymag", camera.half_extent},
+                                                      {"znear", 0},
+                                                      {"zfar", 100 * std::max(scene_.radius(), 1e-6f)}}}});
+      // glTF's cameras look along -z; a mirrored one has no place there.
+      const Vec3 x = normalize(cross(t.y, -t.z));
+      file_.add("nodes", {{"name", camera.name},
+                          {"camera", index},
+                          {"matrix",
+                           {x.x, x.y, x.z, 0, t.y.x, t.y.y, t.y.z, 0, -t.z.x, -t.z.y, -t.z.z, 0, t.translation.x,
+                            t.translation.y, t.translation.z, 1}}});
+    }
+  }
+
+  const Scene& scene_;
+  const BakeLayout& layout_;
+  const EncodedLight& light_;
+  BakeFormat format_;
+  const BakeNotes& notes_;
+  float gain_;
+  GlbFile file_;
+  std::vector<int> textures_, roots_;
+  std::map<PrimitiveKey, int> materials_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, json> sources_;  ///< textures by their nodes; null: none
+};
+
+}  // namespace
+
+std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
+                         const BakeNotes& notes) {
+  return SceneWriter(scene, layout, light, format, notes).write();
+}
+
+}  // namespace glowworm

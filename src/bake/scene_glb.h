@@ -1,0 +1,29 @@
+// A scene with its baked light as a GLB file.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bake/layout.h"
+#include "bake/light.h"
+
+namespace glowworm {
+
+/// How baked light is stored.
+enum class BakeFormat {
+  emissive,  ///< surfaces glow with their radiance: emissiveTexture and KHR_materials_emissive_strength
+  unlit,     ///< the same as base colour with KHR_materials_unlit; values end at 1
+  lightmap,  ///< base colours, and irradiance by the extension MOZ_lightmap
+};
+
+/// What else a file says of its light.
+struct BakeNotes {
+  float exposure = 0;        ///< stops: values of the file are radiance or irradiance times 2^exposure
+  std::string command_line;  ///< for the file's extras
+};
+
+/// The file: triangles of each object with TEXCOORD_1 for the light, their materials, and the cameras. What was not
+/// baked keeps its material as far as glTF has words for it, and lamps glow.
+std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
+                         const BakeNotes& notes);
+
+}  // namespace glowworm

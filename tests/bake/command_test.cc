@@ -1,0 +1,58 @@
+// glowworm bake, as a person runs it.
+#include "apps/program.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+class BakeCommand : public ProgramTest {
+ protected:
+  static std::vector<std::string> words(std::vector<std::string> more) {
+    std::vector<std::string> all{"bake", "builtin:cornell", "--atlas", "64", "--samples", "1", "--photons", "5k"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+};
+
+TEST_F(BakeCommand, WritesAFileInEveryFormat) {
+  for (const char* format : {"emissive", "unlit", "lightmap"}) {
+    const Outcome outcome = run(words({"--format", format, "-o", "lit.glb", "--atlas-picture", "light.png"}));
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("texels per metre"));
+    EXPECT_EQ(read(path("lit.glb")).substr(0, 4), "glTF");
+    EXPECT_EQ(read(path("light.png")).substr(1, 3), "PNG");
+    EXPECT_EQ(run({"info", "lit.glb"}).status, 0);
+  }
+  const Outcome probes = run(words({"--format", "probes", "--spacing", "0.2", "-o", "probes.json"}));
+  EXPECT_EQ(probes.status, 0) << probes.err;
+  EXPECT_EQ(read_json("probes.json")["probes"].size(), 8u);
+}
+
+TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {
+  const std::vector<std::string> line = words({"-o", "lit.glb", "--resume", "bake.checkpoint"});
+  EXPECT_EQ(run(line).status, 0);
+  const std::string once = read(path("lit.glb"));
+  EXPECT_EQ(run(line).status, 0);
+  EXPECT_EQ(read(path("lit.glb")), once);
+}
+
+TEST_F(BakeCommand, SaysWhatIsWrongWithACommandLine) {
+  const auto refuses = [&](const std::vector<std::string>& more, const char* text) {
+    const Outcome outcome = run(words(more));
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(text));
+  };
+  refuses({"-o", "lit.png"}, "does not end in .glb");
+  refuses({"-o", "lit.glb", "--format", "emisive"}, "Did you mean 'emissive'?");
+  refuses({"-o", "lit.glb", "--light", "direct"}, "--light 'direct' is not known");
+  refuses({"-o", "lit.glb", "--atlas", "64.5"}, "not a whole number");
+  refuses({"-o", "lit.glb", "--atlas", "1"}, "not a number from 16");
+  refuses({"-o", "lit.glb", "--texels-per-metre", "-1"}, "--texels-per-metre '-1'");
+  refuses({"-o", "probes.json", "--format", "probes"}, "Give --spacing");
+  refuses({"-o", "lit.glb", "--atlas-picture", "lit.glb"}, "lit.glb");
+  EXPECT_TRUE(names().empty());
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,267 @@
+// Baked light against the path tracer at the same points, and against pictures of the scene itself.
+#include "bake/light.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "bake/fill.h"
+#include "bake/scene_glb.h"
+#include "bake_testing.h"
+#include "builtin/builtin.h"
+#include "core/parallel.h"
+#include "image/tone_map.h"
+#include "import/import.h"
+#include "render/render_testing.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+/// A scene laid out, ready for bakes.
+struct BakeStage {
+  Stage stage;
+  BakeLayout layout;
+  std::shared_ptr<const PointGrid> grid;
+
+  explicit BakeStage(SceneDescription description, AtlasRequest request)
+      : stage(std::move(description)),
+        layout(lay_out(stage.scene, stage.tracer, request)),
+        grid(std::make_shared<const PointGrid>(texel_points(*stage.scene, *stage.tracer, layout))) {}
+
+  Film film(const RenderSettings& settings) const {
+    Job job(stage.scene, stage.tracer, settings, nullptr, 0, grid);
+    job.wait();
+    return job.snapshot();
+  }
+  std::vector<RGB> light(const RenderSettings& settings, TexelLight what) const {
+    return light_of_texels(*stage.scene, layout, *grid, film(settings), what, settings);
+  }
+};
+
+RenderSettings by_gathering(std::uint32_t samples, std::uint32_t gather, std::uint64_t photons = 50'000) {
+  RenderSettings s;
+  s.samples = samples;
+  s.gather = gather;
+  s.photons = photons;
+  return s;
+}
+
+RenderSettings by_paths(std::uint32_t samples) {
+  RenderSettings s;
+  s.integrator = Integrator::path;
+  s.samples = samples;
+  return s;
+}
+
+/// Root mean square of the difference over the root mean square of the reference, over texels with points.
+double relative_rmse(const PointGrid& grid, const std::vector<RGB>& light, const std::vector<RGB>& reference) {
+  double error = 0, square = 0;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    if (!grid.has(i)) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double d = static_cast<double>(light[i][c]) - reference[i][c];
+      error += d * d;
+      square += static_cast<double>(reference[i][c]) * reference[i][c];
+    }
+  }
+  return std::sqrt(error / square);
+}
+
+TEST(SlowBakedLight, AgreesWithThePathTracerAtTheSamePoints) {
+  const BakeStage cornell(builtin_scene("cornell"), {48, 0});
+  RenderSettings gathering = by_gathering(8, 32, 500'000);
+  gathering.filter = Filtering::off;  // With so few texels, the filter blurs the edges of shadows.
+  const std::vector<RGB> baked = cornell.light(gathering, TexelLight::irradiance);
+  RenderSettings paths = by_paths(512);
+  const std::vector<RGB> one = cornell.light(paths, TexelLight::irradiance);
+  paths.seed = 1;
+  const std::vector<RGB> two = cornell.light(paths, TexelLight::irradiance);
+  // Each of the references has noise of its own, which their difference tells.
+  const double first = relative_rmse(*cornell.grid, baked, one), noise = relative_rmse(*cornell.grid, two, one);
+  EXPECT_LT(noise, 0.1);
+  EXPECT_LT(first * first - noise * noise / 2, 0.03 * 0.03);
+  for (std::size_t i = 0; i < baked.size(); ++i)
+    if (cornell.layout.texels.face[i] != kNone) {
+      EXPECT_GT(luminance(baked[i]), 0) << "texel " << i;
+    }
+}
+
+TEST(BakedLight, IsAlbedoTimesIrradianceOverPi) {
+  const BakeStage cornell(builtin_scene("cornell"), {32, 0});
+  const RenderSettings settings = by_gathering(1, 4);
+  const std::vector<RGB> irradiance = cornell.light(settings, TexelLight::irradiance);
+  const std::vector<RGB> radiance = cornell.light(settings, TexelLight::radiance);
+  const Scene& scene = *cornell.stage.scene;
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    if (cornell.layout.texels.face[i] == kNone) continue;
+    const BakeFace face = cornell.layout.faces[cornell.layout.texels.face[i]];
+    const RGB albedo = scene.materials()[scene.geometry().material[face.triangle]].reflectance.value;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(radiance[i][c], irradiance[i][c] * albedo[c] / kPi, 1e-4f + 1e-3f * radiance[i][c]);
+  }
+}
+
+TEST(BakedLight, IsTheSameForAnyNumberOfThreads) {
+  const BakeStage cornell(builtin_scene("cornell"), {32, 0});
+  const RenderSettings settings = by_gathering(2, 4);
+  set_thread_count(3);
+  const std::vector<RGB> three = cornell.light(settings, TexelLight::radiance);
+  set_thread_count(1);
+  const std::vector<RGB> one = cornell.light(settings, TexelLight::radiance);
+  set_thread_count(0);
+  EXPECT_TRUE(three == one);
+}
+
+/// Two rooms of 2 x 2 x 2 m that share a floor and a ceiling, with a wall of 0.2 m between them; a lamp in one.
+SceneDescription two_rooms() {
+  SceneDescription d;
+  d.name = "two rooms";
+  d.materials.resize(1);
+  MeshBuilder builder(d.geometry);
+  builder.set_material(0);
+  builder.room({0, 0, 0}, {4.2f, 2, 2});
+  builder.box({2, 0, 0}, {2.2f, 2, 2});
+  add_quad(d, {0.5f, 1.9f, 0.5f}, {1, 0, 0}, {0, 0, 1}, 0, add_emission(d, RGB(5.0f)));
+  return d;
+}
+
+TEST(BakedLight, StaysInItsRoom) {
+  const BakeStage rooms(two_rooms(), {96, 0});
+  const std::vector<RGB> light = rooms.light(by_gathering(2, 16), TexelLight::irradiance);
+  const TexelMap& map = rooms.layout.texels;
+  std::size_t dark = 0, within = 0, lit_within = 0;
+  double mean = 0, lit = 0;
+  float brightest = 0;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    if (map.face[i] == kNone) continue;
+    const SurfacePoint p =
+        surface_point(*rooms.stage.scene, rooms.layout.faces[map.face[i]].triangle, map.barycentric[i]);
+    if (p.position.x < 1.99f) {
+      mean += luminance(light[i]);
+      ++lit;
+      EXPECT_GT(luminance(light[i]), 0);
+    }
+    if (p.position.x > 2.01f && p.position.x < 2.19f && rooms.layout.faces[map.face[i]].triangle < 12 &&
+        p.position.z > 0.1f && p.position.z < 1.9f) {
+      ++within;
+      lit_within += rooms.grid->has(i);
+    }
+    if (p.position.x > 2.21f) {
+      ++dark;
+      brightest = std::max(brightest, luminance(light[i]));
+    }
+  }
+  EXPECT_GT(dark, 1000u);
+  EXPECT_GT(within, 10u);
+  // Where rays cannot tell the end of the wall from the room's wall at the same place, a texel may be missed.
+  EXPECT_LT(lit_within, within / 20);
+  EXPECT_GT(mean / lit, 0.1);
+  EXPECT_LT(brightest, 1e-4 * mean / lit);
+}
+
+TEST(BakeLayout, BakesTheSidesThatLightCanReach) {
+  // The outside of a closed room and the inside of a solid get no texels.
+  const Stage rooms(two_rooms());
+  const BakeLayout layout = lay_out(rooms.scene, rooms.tracer, {64, 0});
+  for (const BakeFace& face : layout.faces) EXPECT_FALSE(face.back);
+  // Nor does the inside of a box without a bottom.
+  for (const BakeFace& face : BakeStage(builtin_scene("cornell"), {64, 0}).layout.faces) EXPECT_FALSE(face.back);
+  // A sheet in the middle of a room has two sides.
+  SceneDescription d = two_rooms();
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0});
+  const std::size_t triangles = d.geometry.triangle_count();
+  const Stage sheet(std::move(d));
+  std::size_t backs = 0;
+  for (const BakeFace& face : lay_out(sheet.scene, sheet.tracer, {64, 0}).faces) {
+    backs += face.back;
+    EXPECT_TRUE(!face.back || face.triangle >= triangles - 2);
+  }
+  EXPECT_EQ(backs, 2u);
+}
+
+TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(3);
+  d.materials[1].name = "pane";
+  d.materials[1].kind = MaterialKind::dielectric;
+  d.materials[2].name = "mirror";
+  d.materials[2].kind = MaterialKind::conductor;
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
+  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
+  const Stage stage(std::move(d));
+  const BakeLayout layout = lay_out(stage.scene, stage.tracer, {64, 0});
+  for (const BakeFace& face : layout.faces) {
+    EXPECT_EQ(stage.scene->geometry().material[face.triangle], 0u);
+    EXPECT_EQ(stage.scene->geometry().emission[face.triangle], kNone);
+  }
+  ASSERT_EQ(layout.notes.size(), 2u);
+  EXPECT_NE(layout.notes[0].find("'pane' (2 triangles) is left as it is"), std::string::npos) << layout.notes[0];
+  EXPECT_NE(layout.notes[1].find("'mirror'"), std::string::npos);
+}
+
+TEST(BakedLight, IsEncodedWithinHalfACode) {
+  const BakeStage cornell(builtin_scene("cornell"), {32, 0});
+  const std::vector<RGB> light = cornell.light(by_gathering(1, 4), TexelLight::radiance);
+  const EncodedLight encoded = encode_light(cornell.layout, light);
+  for (std::size_t i = 0; i < light.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const float shown = std::min(light[i][c] / encoded.scale, 1.0f);
+      EXPECT_NEAR(encoded.codes[3 * i + static_cast<std::size_t>(c)], 255 * srgb_encode(shown), 0.51f);
+    }
+  EXPECT_LT(encoded.clipped, 0.005);
+}
+
+/// The mean picture of a view of the scene, and of its bake as read from the file.
+class BakedFile : public testing::TestWithParam<BakeFormat> {};
+
+TEST_P(BakedFile, ShowsTheSceneAsItIs) {
+  const BakeStage cornell(builtin_scene("cornell"), {128, 0});
+  const TexelLight what = GetParam() == BakeFormat::lightmap ? TexelLight::irradiance : TexelLight::radiance;
+  const std::vector<RGB> light = cornell.light(by_gathering(4, 32), what);
+  const float scale = GetParam() == BakeFormat::unlit ? 1.0f : 0.0f;
+  const std::string glb =
+      glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, scale), GetParam(), {});
+  std::string folder = (std::filesystem::temp_directory_path() / "glowworm-bake-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  std::ofstream(folder + "/lit.glb", std::ios::binary) << glb;
+  ImportOptions options;
+  options.light_uvs = true;
+  const Stage baked(load_scene(folder + "/lit.glb", options));
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(baked.scene->geometry().triangle_count(), cornell.stage.scene->geometry().triangle_count());
+  EXPECT_EQ(baked.scene->camera("").name, "main");
+  if (GetParam() == BakeFormat::lightmap) {
+    // A lightmap is no light to us. A bake of the file uses its texture coordinates.
+    const BakeLayout again = lay_out(baked.scene, baked.tracer, {64, 0});
+    EXPECT_LT(again.charts.size(), baked.scene->geometry().objects.size());
+    EXPECT_THAT(again.notes, testing::IsEmpty());
+    return;
+  }
+  const std::vector<RGB> shown = pixels(baked.render(by_path(48, 4)));
+  const std::vector<RGB> seen = pixels(cornell.stage.render(by_path(48, 512)));
+  // A base colour ends at 1, below the lamp's radiance.
+  const float most = GetParam() == BakeFormat::unlit ? 0.4f : 1e9f;
+  std::vector<RGB> shown_below, seen_below;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (max_component(seen[i]) < most) {
+      shown_below.push_back(shown[i]);
+      seen_below.push_back(seen[i]);
+    }
+  EXPECT_GT(seen_below.size(), seen.size() * 9 / 10);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(mean(shown_below).value[c], mean(seen_below).value[c], 0.02 * mean(seen_below).value[c]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, BakedFile,
+                         testing::Values(BakeFormat::emissive, BakeFormat::unlit, BakeFormat::lightmap));
+
+}  // namespace
+}  // namespace glowworm
