@@ -212,6 +212,7 @@ def render(
     size: Union[Tuple[int, int], str, None] = None,
     crop: Optional[Sequence[float]] = None,
     pixel_bounds: Optional[Sequence[int]] = None,
+    part: Optional[str] = None,
     camera: Union[str, Camera, None] = None,
     aov: Union[str, Sequence[str], None] = None,
     integrator: Optional[str] = None,
