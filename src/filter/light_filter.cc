@@ -20,8 +20,9 @@ constexpr int kBorder = kReach + 1;
 constexpr int kTileWidth = 32, kTileHeight = 16;
 /// Side of the squares in which the spread of samples is set against differences of pixels.
 constexpr int kBlock = 32;
-/// Cosine between normals below which pixels show different surfaces.
-constexpr float kMinCosine = 0.9f;
+/// Squared difference of normals above which pixels show different surfaces. The mean normals of pixels at an edge are
+/// shorter than 1, and alike along the edge.
+constexpr float kNormalDifference = 0.2f;
 /// Depths may differ by this share, beside what the slope of the surface explains.
 constexpr float kDepthShare = 0.005f;
 /// Samples whose spread a pixel shares with its neighbours.
@@ -117,12 +118,15 @@ class LightFilter {
     }
   }
 
-  float cosine(const float* x, const float* y, const float* z, std::ptrdiff_t to) const {
-    return x[0] * x[to] + y[0] * y[to] + z[0] * z[to];
+  /// 1 for pixels of equal normals, 0 for different surfaces and where a normal is NaN.
+  float facing(const float* x, const float* y, const float* z, std::ptrdiff_t to) const {
+    const float difference = squared(x[to] - x[0]) + squared(y[to] - y[0]) + squared(z[to] - z[0]);
+    // In this order NaN gives 0.
+    return std::max(0.0f, 1 - difference / kNormalDifference);
   }
   bool same_surface(int x, int y, int dx, int dy) const {
     const std::ptrdiff_t to = level_.at(x + dx, y + dy) - level_.at(x, y);
-    return cosine(normal_x_.at(x, y), normal_y_.at(x, y), normal_z_.at(x, y), to) > kMinCosine;
+    return facing(normal_x_.at(x, y), normal_y_.at(x, y), normal_z_.at(x, y), to) > 0;
   }
 
   /// Change of depth from pixel to pixel: in each direction the smaller of both sides, so that no edge counts.
@@ -241,8 +245,7 @@ class LightFilter {
     float* const alike = pairs->alike.data() + row * Pairs::kStride;
     float* const differ = pairs->differ.data() + row * Pairs::kStride;
     for (int x = 0; x < width; ++x) {
-      const float facing =
-          std::min(std::max((cosine(nx + x, ny + x, nz + x, to) - kMinCosine) / (1 - kMinCosine), 0.0f), 1.0f);
+      const float facing = this->facing(nx + x, ny + x, nz + x, to);
       const float step = depth[x + to] - depth[x];
       const float expected = 1.5f * distance * std::max(slope[x], slope[x + to]) + kDepthShare * depth[x] + 1e-20f;
       const float near = std::max(1 - step * step / (expected * expected), 0.0f);

@@ -12,7 +12,8 @@ namespace glowworm {
 /// Surfaces in a picture; arrays of width * height entries, row by row.
 struct FilterGuides {
   int width = 0, height = 0;
-  std::vector<Vec3> normal;  ///< mean over the samples of a pixel, not of unit length at edges; (0, 0, 0) for nothing
+  std::vector<Vec3> normal;  ///< mean over the samples of a pixel, not of unit length at edges; (0, 0, 0) for nothing;
+                             ///< NaN: the pixel is like no other
   std::vector<float> depth;  ///< metres along the camera ray; infinity for nothing
 
   std::size_t size() const { return normal.size(); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.h"
 #include "filter/light_filter.h"
@@ -48,6 +49,10 @@ FilterGuides guides_of(const Film& film) {
   for_pixels(film, [&](std::size_t i) {
     const RGB n = film.mean(Layer::normal, i);
     guides.normal[i] = {n.r, n.g, n.b};
+    // A pixel that sees a light beside a surface has the albedo of both, which tells nothing of the light between them.
+    constexpr float kPure = 0.95f;
+    if (length_squared(guides.normal[i]) < kPure && !is_black(film.mean(Layer::emitted, i)))
+      guides.normal[i].x = std::numeric_limits<float>::quiet_NaN();
     guides.depth[i] = film.depth(i);
   });
   return guides;
