@@ -217,7 +217,7 @@ class BlockTracer {
       if (path.bounce_pdf > 0)
         weight = balance_heuristic(1, path.bounce_pdf, 1,
                                    environment_pdf(scene, path.bounce_position, {0, 0, 0}, direction));
-      radiance_.emitted[slot] += path.throughput * sky * weight;
+      radiance_.add(radiance_.emitted, slot, path.throughput * sky * weight, environment_source(scene));
       return false;
     }
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
@@ -252,7 +252,8 @@ class BlockTracer {
     if (path.bounce_pdf > 0)
       weight =
           balance_heuristic(1, path.bounce_pdf, 1, light_pdf(tracer_.scene(), path.bounce_position, {0, 0, 0}, point));
-    radiance_.emitted[path.slot] += path.throughput * emitted * weight;
+    radiance_.add(radiance_.emitted, path.slot, path.throughput * emitted * weight,
+                  tracer_.scene().emissive_index(point.triangle));
   }
 
   void add_point(const CameraPath& path, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB throughput) {
@@ -282,7 +283,7 @@ class BlockTracer {
     const UnoccludedLight light =
         sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, {1, 1});
     if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
-      radiance_.direct[path.slot] += path.throughput * light.radiance;
+      radiance_.add(radiance_.direct, path.slot, path.throughput * light.radiance, light.source);
     if (!s.valid) return false;
     RGB throughput = path.throughput * s.weight;
     if (bounce >= kRouletteAfter) {

@@ -44,6 +44,7 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
   if (!light.delta && counts.bsdf > 0)
     weight = balance_heuristic(counts.light, light.pdf, counts.bsdf, surface.pdf(wo, light.direction, lobes));
   out.radiance = scattered * light.radiance * (weight / light.pdf);
+  out.source = light.source;
   out.shadow_ray = shadow_ray(point, face_forward(point.geometric_normal, light.direction), light);
   return out;
 }
@@ -60,7 +61,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
     std::vector<Ray> rays;
     std::vector<RGB> light;
-    std::vector<std::uint32_t> slot;
+    std::vector<std::uint32_t> slot, source;
     for (std::size_t i = first; i < last; ++i) {
       SurfacePoint point;
       point.position = points.position[i];
@@ -77,12 +78,13 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));
         slot.push_back(points.slot[i]);
+        source.push_back(l.source);
       }
     }
     std::vector<std::uint8_t> hidden(rays.size());
     tracer.occluded(rays, hidden, RayOrder::incoherent);
     for (std::size_t i = 0; i < rays.size(); ++i)
-      if (!hidden[i]) radiance.direct[slot[i]] += light[i];
+      if (!hidden[i]) radiance.add(radiance.direct, slot[i], light[i], source[i]);
     statistics.add(Counter::occlusion_rays, rays.size());
   });
 }

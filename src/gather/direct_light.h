@@ -21,6 +21,7 @@ inline float balance_heuristic(float count, float pdf, float other_count, float 
 struct UnoccludedLight {
   RGB radiance{0.0f};  ///< f_r cos L / pdf; black if no test is needed
   Ray shadow_ray;
+  std::uint32_t source = kNone;  ///< light source, counted as in Scene::light_power()
 };
 
 /// Numbers of samples of a point that bring the same light: of lights, and of the BSDF (0: none).

@@ -134,7 +134,7 @@ class ChunkGatherer {
     const Vec3 wo = -rays_.rays[i].direction;
     if (hit.triangle == kNone) {
       if (!counts_light(i)) return false;
-      add_light(i, environment_radiance(scene_, rays_.rays[i].direction), [&](Vec3 from) {
+      add_light(i, environment_radiance(scene_, rays_.rays[i].direction), environment_source(scene_), [&](Vec3 from) {
         return environment_pdf(scene_, from, {0, 0, 0}, rays_.rays[i].direction);
       });
       return false;
@@ -146,7 +146,7 @@ class ChunkGatherer {
   bool advance_in_full(std::size_t i, const Hit& hit, Vec3 wo) {
     SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
     if (scene_.geometry().emission[hit.triangle] != kNone && counts_light(i))
-      add_light(i, emitted_radiance(scene_, point, wo), [&](Vec3 from) {
+      add_light(i, emitted_radiance(scene_, point, wo), scene_.emissive_index(hit.triangle), [&](Vec3 from) {
         return light_pdf(scene_, from, {0, 0, 0}, point);
       });
     Bsdf bsdf = resolve_bsdf(scene_, point);
@@ -182,19 +182,20 @@ class ChunkGatherer {
   }
 
   /// Adds the light that a ray meets. A ray straight from the gather point is a BSDF sample of direct light.
+  /// @param source light source, counted as in Scene::light_power()
   template <typename PdfFrom>
-  void add_light(std::size_t i, RGB emitted, PdfFrom&& light_density_from) {
+  void add_light(std::size_t i, RGB emitted, std::uint32_t source, PdfFrom&& light_density_from) {
     if (is_black(emitted)) return;
     const std::uint32_t p = rays_.point[i];
     if (rays_.segment[i] == Segment::first && settings_.light_samples > 0) {
       const float weight =
           balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
                             static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
-      radiance_.direct[points_.slot[p]] += rays_.weight[i] * emitted * weight;
+      radiance_.add(radiance_.direct, points_.slot[p], rays_.weight[i] * emitted * weight, source);
     } else if (rays_.segment[i] == Segment::secondary_chain) {
-      radiance_.indirect[points_.slot[p]] += rays_.weight[i] * emitted;
+      radiance_.add(radiance_.indirect, points_.slot[p], rays_.weight[i] * emitted, source);
     } else if (rays_.segment[i] == Segment::chain) {
-      radiance_.caustic[points_.slot[p]] += rays_.weight[i] * emitted;
+      radiance_.add(radiance_.caustic, points_.slot[p], rays_.weight[i] * emitted, source);
     }
   }
 
@@ -220,7 +221,8 @@ class ChunkGatherer {
         sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y});
     if (!is_black(light.radiance)) {
       ++shadow_rays;
-      if (!tracer_.occluded(light.shadow_ray)) radiance_.indirect[points_.slot[p]] += weight * light.radiance;
+      if (!tracer_.occluded(light.shadow_ray))
+        radiance_.add(radiance_.indirect, points_.slot[p], weight * light.radiance, light.source);
     }
     if (caustic_queries_)
       add_query(*caustic_queries_, point.position, face_forward(point.geometric_normal, wo), point.frame, wo, bsdf,

@@ -27,7 +27,8 @@ void add(FluxBalance& sum, const FluxBalance& part) {
 }
 
 /// Adds up a chunk's counts by light, and separates its caustic photons.
-void count(PhotonPass& pass, const PhotonChunk& chunk, bool demanded) {
+void count(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
+  const bool demanded = settings.demand != nullptr;
   for (const std::uint32_t light : chunk.emitted_light)
     if (light != kNone) ++pass.emitted_by_light[light];
   for (std::size_t i = 0; i < chunk.count; ++i) ++pass.stored_by_light[chunk.light[i]];
@@ -35,17 +36,22 @@ void count(PhotonPass& pass, const PhotonChunk& chunk, bool demanded) {
   for (std::size_t i = 0; demanded && i < chunk.count; ++i) pass.used_by_light[chunk.light[i]] += chunk.used[i];
   for (std::size_t i = 0; i < chunk.count; ++i)
     if (chunk.caustic[i]) pass.caustic.push_back(chunk.position[i], chunk.direction[i], chunk.flux[i], chunk.normal[i]);
+  if (settings.keep_sources) {
+    pass.global_source.insert(pass.global_source.end(), chunk.light.data(), chunk.light.data() + chunk.count);
+    for (std::size_t i = 0; i < chunk.count; ++i)
+      if (chunk.caustic[i]) pass.caustic_source.push_back(chunk.light[i]);
+  }
   add(pass.balance, chunk.balance);
 }
 
 /// Appends a chunk to the pass.
-void join(PhotonPass& pass, const PhotonChunk& chunk, bool demanded) {
+void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
   const auto append = [&](auto& to, const auto& from) { to.insert(to.end(), from.data(), from.data() + chunk.count); };
   append(pass.global.position, chunk.position);
   append(pass.global.direction, chunk.direction);
   append(pass.global.flux, chunk.flux);
   append(pass.global.normal, chunk.normal);
-  count(pass, chunk, demanded);
+  count(pass, chunk, settings);
 }
 
 void scale(PhotonPass& pass, std::uint64_t emitted) {
@@ -75,8 +81,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
   while (pass.global.size() < settings.photons && pass.emitted < limit) {
     // Chunks are joined in order while others are being traced.
-    PartQueue<PhotonChunk> queue(next_chunks,
-                                 [&](const PhotonChunk& chunk) { join(pass, chunk, settings.demand != nullptr); });
+    PartQueue<PhotonChunk> queue(next_chunks, [&](const PhotonChunk& chunk) { join(pass, chunk, settings); });
     parallel_for(0, next_chunks, 1, [&](std::size_t, std::size_t) {
       const std::size_t number = queue.take();
       std::unique_ptr<PhotonChunk> chunk = queue.borrow();

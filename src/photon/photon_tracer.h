@@ -27,6 +27,7 @@ struct PhotonPassSettings {
   int max_bounces = 1000;                ///< Russian roulette ends nearly all paths earlier
   const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
   const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
+  bool keep_sources = false;             ///< fill PhotonPass::global_source and caustic_source
 };
 
 /// Flux of a pass, in W. Emitted flux is counted by its fate: emitted + scattered = arrived + escaped + cut, and
@@ -40,6 +41,8 @@ struct FluxBalance {
 struct PhotonPass {
   PhotonBatch global;   ///< photons at every surface with a broad lobe, after any path
   PhotonBatch caustic;  ///< photons with at least one bounce and only sharp ones; also part of `global`
+  /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.
+  std::vector<std::uint32_t> global_source, caustic_source;
   std::uint64_t emitted = 0;
   FluxBalance balance;
   /// By light source, in the order of Scene::light_power(). `used`: stored photons at places that the image needs.

@@ -20,6 +20,7 @@ std::size_t drop_infinite_samples(SlotRadiance& radiance) {
         is_bounded(radiance.caustic[i]))
       continue;
     radiance.emitted[i] = radiance.direct[i] = radiance.indirect[i] = radiance.caustic[i] = RGB();
+    for (auto& group : radiance.groups) group[i] = RGB();
     ++dropped;
   }
   return dropped;

@@ -46,6 +46,7 @@ void SlotRadiance::resize(std::size_t slots) {
   direct.assign(slots, RGB());
   indirect.assign(slots, RGB());
   caustic.assign(slots, RGB());
+  for (auto& group : groups) group.assign(slots, RGB());
 }
 
 }  // namespace glowworm

@@ -1,6 +1,7 @@
 // Gather points: the first surfaces on camera paths for which light is gathered.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "bsdf/bsdf.h"
@@ -51,7 +52,17 @@ struct SlotRadiance {
   std::vector<RGB> direct;    ///< one broad bounce (or a rough sharp one) between light and viewer
   std::vector<RGB> indirect;  ///< all that is gathered from surfaces
   std::vector<RGB> caustic;   ///< light through sharp bounces only
+  /// Light of each group of light sources, all four parts together; empty without light groups.
+  std::vector<std::vector<RGB>> groups;
+  std::span<const std::uint32_t> group_of_source;  ///< index into `groups` of each light source
+
+  /// Sizes all parts, black.
   void resize(std::size_t slots);
+  /// Adds light of one source to a part, and to the source's group.
+  void add(std::vector<RGB>& part, std::size_t slot, RGB light, std::uint32_t source) {
+    part[slot] += light;
+    if (!groups.empty() && source < group_of_source.size()) groups[group_of_source[source]][slot] += light;
+  }
 };
 
 }  // namespace glowworm

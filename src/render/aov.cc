@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -199,6 +200,15 @@ PlaceLayers RenderSettings::place_layers() const {
 }
 
 void add_layer(Image& image, const LayerSource& source, const std::string& name) { row(name).write(image, source); }
+
+void add_light_group(Image& image, const Film& film, std::size_t group, const std::string& name) {
+  std::string layer = "light." + name;
+  for (std::size_t i = 6; i < layer.size(); ++i)
+    if (!std::isalnum(static_cast<unsigned char>(layer[i])) && layer[i] != '-') layer[i] = '_';
+  std::vector<RGB> pixels(film.pixel_count());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = film.light_of_group(group, i);
+  image.add_rgb(layer, pixels);
+}
 
 std::size_t layer_channels(const std::string& name) { return row(name).channels; }
 

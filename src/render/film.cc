@@ -74,10 +74,13 @@ float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMin
 
 }  // namespace
 
-Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLayers places, bool moments)
+Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLayers places, bool moments,
+           std::size_t light_groups)
     : bounds_(bounds), indirect_only_(indirect_only), layers_(layers), places_(places) {
   const std::size_t n = bounds.pixel_count();
   for (int layer = 0; layer < (layers ? 4 : 1); ++layer) light_[layer].resize(n);
+  groups_.resize(light_groups);
+  for (auto& group : groups_) group.resize(n);
   albedo_.resize(layers ? n : 0);
   normal_.resize(layers ? n : 0);
   position_.resize(places.position ? n : 0);
@@ -91,13 +94,14 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   for (auto& sums : moments_) sums.resize(moments ? n : 0);
 }
 
-std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers places, bool moments) {
+std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers places, bool moments,
+                          std::size_t light_groups) {
   constexpr std::uint64_t kLight = 3 * sizeof(LightSum), kAlways = sizeof(SquareSum) + sizeof(std::uint32_t);
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
       (places.position + places.uv) * kLight + (places.objects + places.materials) * sizeof(IdCounts);
-  return bounds.pixel_count() *
-         (kAlways + of_places + (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
+  return bounds.pixel_count() * (kAlways + of_places + light_groups * kLight +
+                                 (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
 }
 
 template <typename Sum>
@@ -153,6 +157,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     return;
   }
   for (int layer = 0; layer < 4; ++layer) add(light_[layer][pixel], light[layer]);
+  for (std::size_t group = 0; group < groups_.size(); ++group) add(groups_[group][pixel], radiance.groups[group][slot]);
   add(albedo_[pixel], first_hit.albedo[slot]);
   const Vec3 n = first_hit.normal[slot];
   add(normal_[pixel], RGB(n.x, n.y, n.z));
@@ -170,6 +175,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
 
 void Film::merge(const Film& other) {
   for (int layer = 0; layer < 4; ++layer) add_all(light_[layer], other.light_[layer]);
+  for (std::size_t group = 0; group < groups_.size(); ++group) add_all(groups_[group], other.groups_[group]);
   add_all(albedo_, other.albedo_);
   add_all(normal_, other.normal_);
   add_all(position_, other.position_);
@@ -208,6 +214,10 @@ RGB Film::mean(Layer layer, std::size_t pixel) const {
     return sums.empty() || depth_count_[pixel] == 0 ? RGB() : mean_of(sums[pixel], depth_count_[pixel]);
   }
   return mean_of(light_[static_cast<int>(layer)][pixel], count_[pixel]);
+}
+
+RGB Film::light_of_group(std::size_t group, std::size_t pixel) const {
+  return count_[pixel] == 0 ? RGB() : mean_of(groups_[group][pixel], count_[pixel]);
 }
 
 float Film::depth(std::size_t pixel) const {
@@ -249,6 +259,7 @@ void Film::for_arrays(Self& self, Work&& work) {
   work(self.count_);
   work(self.depth_count_);
   for (auto& layer : self.light_) work(layer);
+  for (auto& group : self.groups_) work(group);
   work(self.albedo_);
   work(self.normal_);
   work(self.position_);

@@ -27,8 +27,9 @@ class Film {
   /// not available, and radiance() returns the image for every part
   /// @param places        of first hits to keep, too; they need `layers`
   /// @param moments       keep second moments of direct and indirect light, for moments(); they need `layers`
+  /// @param light_groups  number of SlotRadiance::groups to keep, too; they need `layers`
   explicit Film(const PixelBounds& bounds, bool indirect_only = false, bool layers = true, PlaceLayers places = {},
-                bool moments = false);
+                bool moments = false, std::size_t light_groups = 0);
 
   /// The part of the picture that the film holds.
   const PixelBounds& bounds() const { return bounds_; }
@@ -54,6 +55,9 @@ class Film {
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
   enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal, position, uv };
   RGB mean(Layer layer, std::size_t pixel) const;
+  /// Mean light of a group of light sources over the samples so far. W sr^-1 m^-2.
+  RGB light_of_group(std::size_t group, std::size_t pixel) const;
+  std::size_t light_group_count() const { return groups_.size(); }
   /// Mean depth over the samples that hit something; infinity if none did.
   float depth(std::size_t pixel) const;
   /// Share of the samples that hit something.
@@ -89,7 +93,7 @@ class Film {
 
   /// Size in bytes of a film of these dimensions.
   static std::uint64_t bytes(const PixelBounds& bounds, bool layers = true, PlaceLayers places = {},
-                             bool moments = false);
+                             bool moments = false, std::size_t light_groups = 0);
 
   /// Counts camera samples that are black because their light was not finite (points/finite_light.h).
   void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
@@ -119,7 +123,7 @@ class Film {
   static void add(std::array<Sum, 3>& sums, RGB value);
   void add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot);
   void add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t slot, const Geometry& geometry);
-  std::uint64_t state_bytes() const { return bytes(bounds_, layers_, places_, has_moments()); }
+  std::uint64_t state_bytes() const { return bytes(bounds_, layers_, places_, has_moments(), groups_.size()); }
   /// Calls work(array) for each array of the state, in the order of save().
   template <typename Self, typename Work>
   static void for_arrays(Self& self, Work&& work);
@@ -132,6 +136,7 @@ class Film {
   bool indirect_only_, layers_;
   PlaceLayers places_;
   std::vector<std::array<LightSum, 3>> light_[4];  // without layers, the first holds all light of the image
+  std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
   std::vector<std::array<UnitSum, 3>> albedo_, normal_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
   std::vector<IdCounts> objects_, materials_;

@@ -43,17 +43,19 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   return estimate;
 }
 
-FilterGuides guides_of(const Film& film) {
+/// @param layer whose light is filtered
+FilterGuides guides_of(const Film& film, Layer layer) {
   FilterGuides guides{film.width(), film.height(), std::vector<Vec3>(film.pixel_count()),
                       std::vector<float>(film.pixel_count())};
   for_pixels(film, [&](std::size_t i) {
     const RGB n = film.mean(Layer::normal, i);
     guides.normal[i] = {n.r, n.g, n.b};
-    // A pixel that sees a light beside a surface has the albedo of both, which tells nothing of the light between them.
-    constexpr float kPure = 0.95f;
-    if (length_squared(guides.normal[i]) < kPure && !is_black(film.mean(Layer::emitted, i)))
-      guides.normal[i].x = std::numeric_limits<float>::quiet_NaN();
     guides.depth[i] = film.depth(i);
+    // A pixel that sees two surfaces has nearly all its noise in indirect light. Its direct light depends on the share
+    // of each surface, and beside a light its albedo is that of both.
+    constexpr float kPure = 0.95f;
+    if (length_squared(guides.normal[i]) < kPure && (layer == Layer::direct || !is_black(film.mean(Layer::emitted, i))))
+      guides.normal[i].x = std::numeric_limits<float>::quiet_NaN();
   });
   return guides;
 }
@@ -83,12 +85,11 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
 
 FilmPicture filtered_picture(const Film& film, bool indirect_only) {
   FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
-  const FilterGuides guides = guides_of(film);
   std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;
     const LightEstimate estimate = estimate_of(film, layer);
-    const FilteredLight filtered = filter_light(estimate, guides, film.whole_passes());
+    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), film.whole_passes());
     for_pixels(film, [&](std::size_t i) {
       const RGB albedo = shading_albedo(film, i);
       const float factor = luminance(albedo) * luminance(albedo);

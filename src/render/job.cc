@@ -47,9 +47,11 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       tracer_(std::move(tracer)),
       points_(std::move(points)),
       settings_(resolve(settings_for(asked, points_.get()), *scene_)),
+      light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))
+                                           : nullptr),
       budget_(settings_.memory_bytes),
       film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers(),
-            filters(settings_)),
+            filters(settings_), settings_.light_group_count),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()) {
   if (resume) this->resume(*resume);
@@ -180,6 +182,7 @@ PhotonMapSettings Job::map_settings(std::uint32_t pass) const {
   if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
     wanted.more_caustic_photons =
         affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
+  wanted.light_groups = light_groups_;
   wanted.kept = false;
   return wanted;
 }
@@ -197,6 +200,7 @@ PassSettings Job::pass_settings() const {
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;
+  pass.light_groups = light_groups_.get();
   return pass;
 }
 
@@ -263,6 +267,7 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
     if (should_stop(slot_seconds_ * static_cast<double>(task.slot_count()))) return false;
     const double start = seconds();
     PassResult result;
+    if (light_groups_) name_groups(*light_groups_, result.radiance);
     if (settings_.integrator == Integrator::path)
       trace_paths(*tracer_, view, task, settings_, result.radiance, result.first_hit, statistics_);
     else

@@ -78,6 +78,8 @@ class Job {
   const Scene& scene() const { return *scene_; }
   /// The points that are rendered; null: the camera's pixels.
   const PointGrid* points() const { return points_.get(); }
+  /// Groups of lights that the film keeps apart; null: none.
+  const LightGroups* light_groups() const { return light_groups_.get(); }
   /// Statistics of the caches of query point files, after the end of the render.
   const PagedCounts& paged_counts() const { return memory_.paged; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
@@ -106,12 +108,13 @@ class Job {
   std::shared_ptr<const Tracer> tracer_;
   std::shared_ptr<const PointGrid> points_;
   RenderSettings settings_;
+  std::shared_ptr<const LightGroups> light_groups_;  // null: not kept apart
   MemoryBudget budget_;
   // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is
   // never allocated.
-  Reservation film_memory_{
-      budget_, "film",
-      2 * Film::bytes(settings_.bounds, settings_.separate_layers, settings_.place_layers(), filters(settings_))};
+  Reservation film_memory_{budget_, "film",
+                           2 * Film::bytes(settings_.bounds, settings_.separate_layers, settings_.place_layers(),
+                                           filters(settings_), settings_.light_group_count)};
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;

@@ -318,6 +318,10 @@ std::vector<Option> method_flags() {
   return {
       flag({"--indirect-only", kMethod, "indirect_only", "", "", nullptr, "Only light gathered from surfaces", true},
            &S::indirect_only),
+      flag({"--light-groups", kPicture, "light_groups", "", "", nullptr,
+            "Add an EXR layer light.NAME for each named light, or lights of one name: its light alone, not filtered",
+            true},
+           &S::light_groups),
       flag({"--progressive", kMethod, "progressive", "", "", nullptr,
             "New photons and smaller radii in every pass: converges to the exact solution", true, without_photons},
            &S::progressive),

@@ -92,6 +92,7 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
   constexpr std::uint64_t kBytesPerChannel = 3 * sizeof(float);
   std::uint64_t channels = 3;
   for (const std::string& aov : settings.aovs) channels += layer_channels(aov);
+  channels += 3 * settings.light_group_count;
   // Renders that end by noise filter on their own, beside the readers of the film.
   const std::uint64_t filters_at_once = !filters(settings) ? 0 : settings.noise_target > 0 ? 2 : 1;
   return settings.bounds.pixel_count() * (kBytesPerChannel * channels + filters_at_once * kFilterBytes);
@@ -111,6 +112,7 @@ PictureInfo picture_info(const Job& job) {
     for (const ObjectStart& object : scene.geometry().objects) info.objects.push_back(object.name);
   if (settings.place_layers().materials)
     for (const Material& material : scene.materials()) info.materials.push_back(material.name);
+  if (job.light_groups()) info.light_groups = job.light_groups()->names;
   info.matrices = matrices_of(scene.camera(settings.camera), settings.width, settings.height);
   return info;
 }
@@ -125,6 +127,8 @@ Image make_image(const Film& film, const PictureInfo& info) {
   for (RGB& pixel : beauty) pixel *= info.scale;
   image.add_rgb("", beauty);
   for (const std::string& aov : settings.aovs) add_layer(image, {film, info, seen}, aov);
+  for (std::size_t group = 0; group < film.light_group_count(); ++group)
+    add_light_group(image, film, group, info.light_groups[group]);
   if (film.whole_passes() >= 2) image.metadata[kRelativeError] = fmt::format("{:.2g}", relative_error(seen));
   image.matrices = info.matrices;
   const std::time_t now = std::time(nullptr);

@@ -92,6 +92,7 @@ std::string header_text(const Part& part) {
                     {"seconds", p.seconds},
                     {"objects", as_characters(p.objects)},
                     {"materials", as_characters(p.materials)},
+                    {"light_groups", as_characters(p.light_groups)},
                     {"matrices", p.matrices}};
   return out.dump();
 }
@@ -106,8 +107,9 @@ bool is_possible(const Part& part) {
     if (range.first < end || range.end <= range.first || range.end > s.samples) return false;
     end = range.end;
   }
-  return !part.key.empty() && !part.ranges.empty() && s.samples <= Film::kMaxSamples &&
-         s.separate_layers >= (s.place_layers().any() || filters(s));
+  return s.light_groups == !part.picture.light_groups.empty() && !part.key.empty() && !part.ranges.empty() &&
+         s.samples <= Film::kMaxSamples &&
+         s.separate_layers >= (s.place_layers().any() || filters(s) || s.light_groups);
 }
 
 /// The part whose header this is; nothing if it is none.
@@ -126,6 +128,8 @@ std::optional<Part> parse_header(const std::string& text) {
     p.seconds = in.at("seconds").get<double>();
     p.objects = as_bytes(in.at("objects"));
     p.materials = as_bytes(in.at("materials"));
+    p.light_groups = as_bytes(in.at("light_groups"));
+    p.settings.light_group_count = static_cast<std::uint32_t>(p.light_groups.size());
     p.matrices = in.at("matrices").get<decltype(p.matrices)>();
   } catch (const json::exception&) {
     return std::nullopt;
@@ -201,7 +205,7 @@ Part read_part(const std::string& path) {
 
 Film film_for(const Part& part) {
   const RenderSettings& s = part.picture.settings;
-  return Film(s.bounds, s.indirect_only, s.separate_layers, s.place_layers(), filters(s));
+  return Film(s.bounds, s.indirect_only, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
 }
 
 std::uint64_t merge_bytes(const Part& part) {
@@ -209,7 +213,7 @@ std::uint64_t merge_bytes(const Part& part) {
   constexpr std::uint64_t kBuffers = std::uint64_t{128} << 20, kBytesPerPixel = 8;
   const RenderSettings& s = part.picture.settings;
   return kBuffers + kBytesPerPixel * s.bounds.pixel_count() +
-         Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s));
+         Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
 }
 
 void add_part(const std::string& path, const Part& part, Film& film) {

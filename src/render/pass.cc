@@ -30,11 +30,12 @@ class PassRenderer {
 
   PassResult render(const CameraTask& task) {
     check_cancelled();
+    if (settings_.light_groups) name_groups(*settings_.light_groups, out_.radiance);
     GatherPoints& points = memory_.points;
     if (view_.points) {
       point_pass(tracer_.scene(), *view_.points, task, out_.radiance, out_.first_hit, points, statistics_);
       if (settings_.kind == PassKind::photons)
-        look_up(gather_points_as_queries(points), maps_.engine(), out_.radiance.indirect);
+        look_up(gather_points_as_queries(points), maps_.engines(), out_.radiance.indirect);
       else
         gather_light(points);
       return std::move(out_);
@@ -47,7 +48,7 @@ class PassRenderer {
     if (settings_.kind == PassKind::photons) {
       camera_pass_queries(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
                           statistics_);
-      look_up(memory_.queries, maps_.engine(), out_.radiance.indirect);
+      look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
       return std::move(out_);
     }
     camera_pass(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
@@ -57,11 +58,14 @@ class PassRenderer {
   }
 
  private:
-  void look_up(const QueryPoints& queries, const DensityEngine& engine, std::vector<RGB>& target) {
-    memory_.found.assign(queries.size(), RGB());
+  void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, std::vector<RGB>& target) {
     count_held(queries);
-    engine.estimate(queries, memory_.found, statistics_);
-    complete(queries, memory_.found, target, statistics_);
+    for (std::size_t i = 0; i < engines.size(); ++i) {
+      memory_.found.assign(queries.size(), RGB());
+      engines[i]->estimate(queries, memory_.found, statistics_);
+      complete(queries, memory_.found, target, statistics_);
+      if (settings_.light_groups) complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
+    }
   }
 
   void count_held(const QueryPoints& queries) {
@@ -74,8 +78,8 @@ class PassRenderer {
     if (settings_.direct)
       add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, out_.radiance,
                        statistics_);
-    if (settings_.caustic && maps_.caustic_engine() && !is_apart())
-      look_up(gather_points_as_queries(points), *maps_.caustic_engine(), out_.radiance.caustic);
+    if (settings_.caustic && !is_apart())
+      look_up(gather_points_as_queries(points), maps_.caustic_engines(), out_.radiance.caustic);
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
   }
@@ -100,7 +104,7 @@ class PassRenderer {
     const FinalGatherSettings gather = gather_settings();
     const std::size_t rays_each = gather.rays + (gather.looks_at_patches() ? gather.patch_samples : 0);
     const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
-    const DensityEngine* caustics = settings_.secondary_gather && settings_.indirect ? maps_.caustic_engine() : nullptr;
+    const bool caustics = settings_.secondary_gather && settings_.indirect && !maps_.caustic_engines().empty();
     // The secondary gather looks up both maps.
     const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
     const auto queries_at_once =
@@ -110,7 +114,7 @@ class PassRenderer {
       check_cancelled();
       final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
                    {memory_.queries, caustics ? &memory_.secondary_queries : nullptr}, statistics_);
-      if (caustics) look_up(memory_.secondary_queries, *caustics, out_.radiance.indirect);
+      if (caustics) look_up(memory_.secondary_queries, maps_.caustic_engines(), out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
     if (!settings_.by_disk) {
@@ -119,7 +123,7 @@ class PassRenderer {
         if (settings_.kind == PassKind::count_gathered)
           count(memory_.queries);
         else if (settings_.indirect)
-          look_up(memory_.queries, maps_.engine(), out_.radiance.indirect);
+          look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
       }
       return;
     }
@@ -133,11 +137,18 @@ class PassRenderer {
       store.append(memory_.queries);
     }
     memory_.queries = QueryPoints();
-    const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
-      count_held(run);
-      maps_.engine().estimate(run, found, statistics_);
-    };
-    if (settings_.indirect) store.complete(queries_at_once, look_up_run, out_.radiance.indirect);
+    for (std::size_t i = 0; settings_.indirect && i < maps_.engines().size(); ++i) {
+      const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
+        count_held(run);
+        maps_.engines()[i]->estimate(run, found, statistics_);
+      };
+      std::vector<RGB> light(out_.radiance.indirect.size());
+      store.complete(queries_at_once, look_up_run, settings_.light_groups ? light : out_.radiance.indirect);
+      for (std::size_t slot = 0; settings_.light_groups && slot < light.size(); ++slot) {
+        out_.radiance.indirect[slot] += light[slot];
+        out_.radiance.groups[i][slot] += light[slot];
+      }
+    }
     memory_.paged += store.counts();
   }
 
@@ -156,7 +167,10 @@ class PassRenderer {
     std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
     std::fill(queries.weight.begin(), queries.weight.end(), RGB(1.0f));
     queries.bsdfs.clear();
-    look_up(queries, *maps_.diagnosis(), out_.diagnosis);
+    memory_.found.assign(queries.size(), RGB());
+    count_held(queries);
+    maps_.diagnosis()->estimate(queries, memory_.found, statistics_);
+    complete(queries, memory_.found, out_.diagnosis, statistics_);
   }
 
   const Tracer& tracer_;
@@ -170,6 +184,11 @@ class PassRenderer {
 };
 
 }  // namespace
+
+void name_groups(const LightGroups& groups, SlotRadiance& radiance) {
+  radiance.groups.resize(groups.names.size());
+  radiance.group_of_source = groups.of_source;
+}
 
 void PassMemory::clear() {
   points = GatherPoints();
@@ -193,7 +212,8 @@ void PassMemory::keep(MemoryBudget& budget) {
 PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, const CameraTask& task,
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
-  const Reservation reservation(budget, "camera samples", task.slot_count() * kBytesPerSlot);
+  const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
+  const Reservation reservation(budget, "camera samples", task.slot_count() * bytes_per_slot(groups));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(task);
 }
 

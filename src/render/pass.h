@@ -35,7 +35,8 @@ struct PassSettings {
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   bool patches = true;                                  ///< send some gather rays to bright patches
   std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, if the budget allows
-  bool by_disk = false;  ///< kind gather: query points go through a file (density/query_store.h)
+  const LightGroups* light_groups = nullptr;  ///< fill SlotRadiance::groups; null: none. As in PhotonMapSettings
+  bool by_disk = false;                       ///< kind gather: query points go through a file (density/query_store.h)
 };
 
 /// Results of a pass; one entry a slot.
@@ -62,6 +63,9 @@ struct PassMemory {
   void keep(MemoryBudget& budget);
   std::unique_ptr<Reservation> reservation;  ///< of what is kept
 };
+
+/// Makes room in `radiance` for the light of each group. `groups` must outlive it.
+void name_groups(const LightGroups& groups, SlotRadiance& radiance);
 
 /// Renders the task over pixels or points on all threads. The same bits for any number of threads. Throws Cancelled
 /// within a CancellationScope that is interrupted, and Error where the budget is too small.

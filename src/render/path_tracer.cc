@@ -33,10 +33,10 @@ struct History {
     else if (!delta)
       rough_sharp = true;
   }
-  RGB& destination(SlotRadiance& radiance, std::uint32_t slot) const {
-    if (!gathered) return rough_sharp ? radiance.direct[slot] : radiance.emitted[slot];
-    if (broad_after_gather) return radiance.indirect[slot];
-    return sharp_after_gather ? radiance.caustic[slot] : radiance.direct[slot];
+  std::vector<RGB>& destination(SlotRadiance& radiance) const {
+    if (!gathered) return rough_sharp ? radiance.direct : radiance.emitted;
+    if (broad_after_gather) return radiance.indirect;
+    return sharp_after_gather ? radiance.caustic : radiance.direct;
   }
 };
 
@@ -70,7 +70,7 @@ class Path {
       const Hit hit = tracer_.intersect(ray, bounce == 0 ? RayOrder::camera : RayOrder::incoherent);
       if (bounce == 0) see(hit);
       if (hit.triangle == kNone) {
-        add_light(environment_radiance(scene_, ray.direction),
+        add_light(environment_radiance(scene_, ray.direction), environment_source(scene_),
                   last_pdf_ > 0 ? environment_pdf(scene_, last_position_, {0, 0, 0}, ray.direction) : 0);
         return;
       }
@@ -79,7 +79,8 @@ class Path {
       throughput_ *= transmittance(absorption_, absorption(scene_, hit.triangle, wo), hit.distance);
       const RGB emitted = emitted_radiance(scene_, point, wo);
       if (!is_black(emitted))
-        add_light(emitted, last_pdf_ > 0 ? light_pdf(scene_, last_position_, {0, 0, 0}, point) : 0);
+        add_light(emitted, scene_.emissive_index(hit.triangle),
+                  last_pdf_ > 0 ? light_pdf(scene_, last_position_, {0, 0, 0}, point) : 0);
       Bsdf bsdf = resolve_bsdf(scene_, point);
       if (bsdf.dispersion > 0) throughput_ *= choose_wavelength(bsdf, throughput_, sampler_.next1());
       const ShadedSurface surface = shaded(point, bsdf);
@@ -103,9 +104,9 @@ class Path {
     first_hit_.barycentric[slot_] = hit.barycentric;
   }
 
-  void add_light(RGB light, float light_density) {
+  void add_light(RGB light, std::uint32_t source, float light_density) {
     const float weight = last_pdf_ > 0 ? balance_heuristic(1, last_pdf_, 1, light_density) : 1.0f;
-    history_.destination(radiance_, slot_) += throughput_ * light * weight;
+    radiance_.add(history_.destination(radiance_), slot_, throughput_ * light * weight, source);
   }
 
   /// Next-event estimation, separately for each kind of lobe, whose light belongs to different layers.
@@ -125,7 +126,7 @@ class Path {
                       : balance_heuristic(1, again.pdf, 1, shaded(point, bsdf).pdf(wo, again.direction, kAllLobes));
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
-      with.destination(radiance_, slot_) += throughput_ * light.radiance * weight;
+      radiance_.add(with.destination(radiance_), slot_, throughput_ * light.radiance * weight, light.source);
     }
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -96,7 +97,8 @@ void PhotonMaps::forget() {
 void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   const PhotonMapSettings& now = settings_;
   if (old.photons != now.photons || old.photons_traced != now.photons_traced || old.seed != now.seed ||
-      old.pass != now.pass || old.guide != now.guide || old.max_bounces != now.max_bounces)
+      old.pass != now.pass || old.guide != now.guide || old.max_bounces != now.max_bounces ||
+      old.light_groups != now.light_groups)
     forget();
   const bool other_radii = old.radius_scale != now.radius_scale || old.nearest != now.nearest;
   for (Map* map : {&global_, &caustic_}) {
@@ -136,6 +138,7 @@ PhotonPassSettings PhotonMaps::pass_settings() const {
   out.max_bounces = settings_.max_bounces;
   out.guide = settings_.guide.get();
   out.demand = settings_.demand.get();
+  out.keep_sources = settings_.light_groups != nullptr;
   return out;
 }
 
@@ -153,6 +156,8 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   }
   global_.photons = std::exchange(pass_.global, PhotonBatch());
   caustic_.photons = std::exchange(pass_.caustic, PhotonBatch());
+  global_.sources = std::exchange(pass_.global_source, {});
+  caustic_.sources = std::exchange(pass_.caustic_source, {});
   global_.count = global_.photons.size();
   caustic_.count = first_caustic_ = caustic_.photons.size();
   caustic_passes_ = 1;
@@ -203,16 +208,40 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
 }
 
 void PhotonMaps::index(Map& map, Statistics& statistics) const {
-  map.engine = make_engine(settings_.engine, {.reorder = settings_.reorder});
-  if (!map.corrected) {
-    map.engine->build(map.photons, policy_of(map), statistics);
-  } else {
+  map.engines.clear();
+  std::optional<BorrowedFlux> multiplied;
+  if (map.corrected) {
     LargeVector<RGB> flux = map.photons.flux;
     for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= map.factors[i];
-    const BorrowedFlux multiplied(map.photons, std::move(flux));
-    map.engine->build(map.photons, policy_of(map), statistics);
+    multiplied.emplace(map.photons, std::move(flux));
+  }
+  if (settings_.light_groups) {
+    index_groups(map, statistics);
+  } else {
+    map.engines.push_back(make_engine(settings_.engine, {.reorder = settings_.reorder}));
+    map.engines.front()->build(map.photons, policy_of(map), statistics);
   }
   map.indexed = true;
+}
+
+/// Indexes the photons of each group of lights, with the radii of the whole map.
+void PhotonMaps::index_groups(Map& map, Statistics& statistics) const {
+  const LightGroups& groups = *settings_.light_groups;
+  const RadiusPolicy whole = policy_of(map);
+  std::vector<std::vector<std::uint32_t>> members(groups.names.size());
+  for (std::size_t i = 0; i < map.count; ++i) {
+    const std::uint32_t photon = whole.order.empty() ? static_cast<std::uint32_t>(i) : whole.order[i];
+    members[groups.of_source[map.sources[photon]]].push_back(photon);
+  }
+  for (const std::vector<std::uint32_t>& group : members) {
+    RadiusPolicy policy = whole;
+    policy.order = {};
+    policy.radii.clear();
+    for (const std::uint32_t photon : group)
+      if (!whole.radii.empty()) policy.radii.push_back(whole.radii[photon]);
+    map.engines.push_back(make_engine(settings_.engine, {.reorder = settings_.reorder}));
+    map.engines.back()->build(map.photons.permuted(group), policy, statistics);
+  }
 }
 
 void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
@@ -261,7 +290,9 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   PhotonBatch more;
   for (std::uint64_t pass = caustic_passes_; pass < passes; ++pass) {
     wanted.pass = settings_.pass + static_cast<std::uint32_t>(pass);
-    more.append(trace_photons(tracer, wanted, not_of_the_global_map).caustic);
+    const PhotonPass traced = trace_photons(tracer, wanted, not_of_the_global_map);
+    more.append(traced.caustic);
+    caustic_.sources.insert(caustic_.sources.end(), traced.caustic_source.begin(), traced.caustic_source.end());
   }
   const float share = 1 / static_cast<float>(passes), first_share = share * static_cast<float>(caustic_passes_);
   for (RGB& flux : caustic_.photons.flux) flux *= first_share;
@@ -292,7 +323,7 @@ void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {
   }
   std::vector<RGB> found(queries.size());
   Statistics not_the_renders;
-  global_.engine->estimate(queries, found, not_the_renders);
+  for (const auto& engine : global_.engines) engine->estimate(queries, found, not_the_renders);
   for (const RGB& radiance : found) places.irradiance.push_back(kPi * luminance(radiance));
   patches_ = BrightPatches(tracer, places, radius_grid_);
 }
@@ -316,7 +347,7 @@ void PhotonMaps::diagnose(Statistics& statistics) {
 /// Reserves what remains after the maps are made.
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;
-  std::uint64_t bytes = global_.engine->plan(0, count, 0).bytes;
+  std::uint64_t bytes = global_.engines.front()->plan(0, count, 0).bytes;
   if (settings_.kept)
     bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
   else

@@ -12,6 +12,7 @@
 #include "gather/bright_patches.h"
 #include "gather/radius_grid.h"
 #include "photon/photon_tracer.h"
+#include "scene/light_groups.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -39,6 +40,9 @@ struct PhotonMapSettings {
   bool patches = false;           ///< make PhotonMaps::bright_patches()
   /// Photons that further passes may trace to reduce the noise of the caustic map; 0: no further passes.
   std::uint64_t more_caustic_photons = 0;
+
+  /// Groups of light sources that get an index each; null: one index. Two are equal if they are the same object.
+  std::shared_ptr<const LightGroups> light_groups;
 
   bool diagnosed = false;  ///< an index that counts photons, for false colours
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
@@ -82,9 +86,11 @@ class PhotonMaps {
   /// Photons in the global map, and in the caustic map.
   std::size_t global_count() const { return global_.count; }
   std::size_t caustic_count() const { return caustic_.count; }
-  const DensityEngine& engine() const { return *global_.engine; }
-  /// The engine over the caustic map; null if there are no caustics.
-  const DensityEngine* caustic_engine() const { return caustic_.engine.get(); }
+  /// Engines over the global map: one, or one for each group of lights, whose sums are the light of all.
+  using Engines = std::vector<std::unique_ptr<DensityEngine>>;
+  const Engines& engines() const { return global_.engines; }
+  /// The same over the caustic map; empty if there are no caustics.
+  const Engines& caustic_engines() const { return caustic_.engines; }
   /// The engine over counts instead of flux; null without PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_.get(); }
   /// Radii by place, for the secondary gather; empty without PhotonMapSettings::secondary_gather.
@@ -105,10 +111,11 @@ class PhotonMaps {
   struct Map {
     PhotonBatch photons;
     std::size_t count = 0;
-    std::uint32_t nearest = 0;   // of the radii
-    PhotonRadii radii;           // for a radius_scale of 1
-    std::vector<float> factors;  // of correction
-    std::unique_ptr<DensityEngine> engine;
+    std::uint32_t nearest = 0;           // of the radii
+    PhotonRadii radii;                   // for a radius_scale of 1
+    std::vector<float> factors;          // of correction
+    std::vector<std::uint32_t> sources;  // light source of each photon; with light groups
+    Engines engines;
     bool measured = false, corrected = false, indexed = false;
   };
 
@@ -121,6 +128,7 @@ class PhotonMaps {
   std::uint64_t caustic_passes() const;
   void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
   void index(Map& map, Statistics& statistics) const;
+  void index_groups(Map& map, Statistics& statistics) const;
   void find_patches(const Tracer& tracer, Statistics& statistics);
   void diagnose(Statistics& statistics);
   RadiusPolicy policy_of(const Map& map) const;

@@ -1,24 +1,15 @@
 #include "render/photon_report.h"
 
-#include <map>
-
-#include "scene/light_sampling.h"
+#include "scene/light_groups.h"
 
 namespace glowworm {
 
-namespace {
-constexpr std::size_t kMaxNames = 100;
-}  // namespace
-
 std::vector<LightPhotons> photons_by_light(const Scene& scene, const PhotonPass& pass) {
+  const LightGroups groups = light_groups(scene);
   std::vector<LightPhotons> lights;
-  std::map<std::string, std::size_t> places;
+  for (const std::string& name : groups.names) lights.push_back({name});
   for (std::uint32_t source = 0; source < pass.emitted_by_light.size(); ++source) {
-    std::string name = light_source_name(scene, source);
-    if (!places.contains(name) && places.size() >= kMaxNames) name = "others";
-    const auto [place, added] = places.try_emplace(name, lights.size());
-    if (added) lights.push_back({name});
-    LightPhotons& light = lights[place->second];
+    LightPhotons& light = lights[groups.of_source[source]];
     ++light.sources;
     light.emitted += pass.emitted_by_light[source];
     light.stored += pass.stored_by_light[source];

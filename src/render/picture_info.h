@@ -17,6 +17,7 @@ struct PictureInfo {
   double seconds = 0;       ///< wall time of the render
   /// Names of Geometry::objects and of the scene's materials; empty where no layer needs them.
   std::vector<std::string> objects, materials;
+  std::vector<std::string> light_groups;                  ///< names of the film's groups of lights
   std::map<std::string, std::array<float, 16>> matrices;  ///< Image::matrices
 };
 

@@ -80,8 +80,9 @@ int even_piece(int length, int most) {
 
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   Schedule schedule;
+  const std::uint64_t slot_bytes = bytes_per_slot(settings.light_group_count);
   const std::uint64_t rays = kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
-  const std::uint64_t smallest = rays + kMinQueries * kBytesPerQuery + kMinSlots * kBytesPerSlot;
+  const std::uint64_t smallest = rays + kMinQueries * kBytesPerQuery + kMinSlots * slot_bytes;
   if (room < smallest)
     throw Error(fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
                             static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
@@ -90,9 +91,9 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   const bool gathers = settings.integrator == Integrator::gather;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
   // A part stays free for the overhead of allocators.
-  const std::uint64_t for_queries = (left - kMinSlots * kBytesPerSlot) / 8 * 7;
+  const std::uint64_t for_queries = (left - kMinSlots * slot_bytes) / 8 * 7;
   schedule.queries_at_once = static_cast<std::size_t>(
-      std::clamp(for_queries / (kBytesPerQuery + kBytesPerSlot / per_slot), kMinQueries, kMaxQueries));
+      std::clamp(for_queries / (kBytesPerQuery + slot_bytes / per_slot), kMinQueries, kMaxQueries));
   // With a reverse engine, every portion visits all photons. Lookups in spatial order from a file visit only near ones.
   schedule.by_disk =
       gathers && (settings.disk == DiskUse::always ||
@@ -109,7 +110,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   // A task matches a portion of its query points, so that the picture grows in even steps.
   const std::uint64_t for_slots = schedule.by_disk ? left / 3 : left - schedule.queries_at_once * kBytesPerQuery;
   schedule.slots_at_once =
-      std::max<std::uint64_t>(std::min(for_slots / kBytesPerSlot, task_queries / per_slot), kMinSlots);
+      std::max<std::uint64_t>(std::min(for_slots / slot_bytes, task_queries / per_slot), kMinSlots);
   // Small pictures have few query points per sample. For engines whose photons search, later passes take several
   // samples at once. Progressive renders do not, because each sample has its own photons.
   if (!gathers || settings.progressive) return schedule;

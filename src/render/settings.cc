@@ -13,6 +13,7 @@
 #include "density/engine.h"
 #include "gather/direct_light.h"
 #include "render/options.h"
+#include "scene/light_groups.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -91,10 +92,24 @@ void resolve_photons(RenderSettings& s) {
   const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
   s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
   const double queries = pixel_count(s) * samples * s.gather;
-  if (!engine_traits(s.engine).goes_over_photons || s.photons_traced != 0) return;
+  // Thinning joins photons of several lights.
+  if (!engine_traits(s.engine).goes_over_photons || s.photons_traced != 0 || s.light_groups) return;
   if (queries < kQueriesThatPayControl * static_cast<double>(s.photons)) return;
   s.photons_traced = s.photons;
   s.photons /= kShareKept;
+}
+
+/// Throws Error for settings under which light cannot be kept apart.
+void check_light_groups(const RenderSettings& s) {
+  std::string reason;
+  if (s.integrator != Integrator::path && engine_traits(s.engine).takes_nearest)
+    reason = fmt::format("--engine {} looks for the nearest photons of all lights", s.engine);
+  else if (s.photons_traced > s.photons)
+    reason = "--traced joins photons of several lights";
+  else if (s.indirect_only)
+    reason = "--indirect-only shows a part of the light";
+  if (!reason.empty())
+    throw Error(fmt::format("--light-groups cannot keep lights apart: {}", reason), "Leave one of the two out.");
 }
 
 }  // namespace
@@ -143,8 +158,12 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   engine_traits(s.engine);  // throws if there is no such engine
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
+  if (s.light_groups) {
+    check_light_groups(s);
+    s.light_group_count = static_cast<std::uint32_t>(light_groups(scene).names.size());
+  }
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  if (!s.aovs.empty() || filters(s)) s.separate_layers = true;
+  if (!s.aovs.empty() || filters(s) || s.light_groups) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
     const std::uint32_t usual = scene.film().samples > 0 ? scene.film().samples : kDefaultPathSamples;

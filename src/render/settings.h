@@ -125,8 +125,10 @@ struct RenderSettings {
   int max_bounces = 1000;           ///< most bounces of a path (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
   Filtering filter = Filtering::automatic;
-  bool separate_layers = true;    ///< keep the film's layers apart; always true if there are AOVs or a filter
-  std::vector<std::string> aovs;  ///< layers in addition to the image; names of aov_names()
+  bool separate_layers = true;          ///< keep the film's layers apart; always true if there are AOVs or a filter
+  bool light_groups = false;            ///< keep the light of each name of light apart (scene/light_groups.h)
+  std::uint32_t light_group_count = 0;  ///< of the scene, if light_groups; set by resolve()
+  std::vector<std::string> aovs;        ///< layers in addition to the image; names of aov_names()
 
   /// What `aovs` need of the places that camera rays end at.
   PlaceLayers place_layers() const;

@@ -28,10 +28,6 @@ bool behind(Vec3 normal, Vec3 direction) {
   return !(normal.x == 0 && normal.y == 0 && normal.z == 0) && dot(normal, direction) <= 0;
 }
 
-std::uint32_t environment_source(const Scene& scene) {
-  return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
-}
-
 const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
@@ -188,6 +184,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
     out.distance = kInfinity;
   }
   out.pdf *= choice.probability;
+  out.source = choice.source;
   if (behind(normal, out.direction)) return {};
   return out;
 }
@@ -208,6 +205,10 @@ float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direc
   if (!scene.environment() || behind(normal, direction)) return 0;
   return scene.light_selector().probability(position, environment_source(scene)) *
          radiance_and_pdf(*scene.environment(), scene.environment_distribution(), direction).pdf;
+}
+
+std::uint32_t environment_source(const Scene& scene) {
+  return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
 }
 
 RGB environment_radiance(const Scene& scene, Vec3 direction) {

@@ -14,9 +14,10 @@ struct LightSample {
   RGB radiance;        ///< unoccluded radiance along it; for deltas, irradiance across it
   float pdf = 0;       ///< per steradian, including the choice of the light; for deltas, the probability of the choice
   bool delta = false;
-  Vec3 position;     ///< of the point on the light if `distance` is finite, metres
-  Vec3 normal;       ///< of the light there, unit, towards the point; (0,0,0) for a delta
-  float offset = 0;  ///< distance from the light at which rays end or start (offset_origin()), metres
+  Vec3 position;                 ///< of the point on the light if `distance` is finite, metres
+  Vec3 normal;                   ///< of the light there, unit, towards the point; (0,0,0) for a delta
+  float offset = 0;              ///< distance from the light at which rays end or start (offset_origin()), metres
+  std::uint32_t source = kNone;  ///< counted as in Scene::light_power()
 };
 
 /// Chooses a light for the point (position, and normal on the lit side; a zero normal: any side), and a direction to
@@ -32,6 +33,8 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
 /// The same for a direction towards the environment.
 float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction);
 
+/// The environment as a light source, counted as in Scene::light_power().
+std::uint32_t environment_source(const Scene& scene);
 /// Radiance of the environment from a direction (unit, world space, towards it); black without one.
 RGB environment_radiance(const Scene& scene, Vec3 direction);
 

@@ -325,7 +325,7 @@ ViewFrame Session::render(const ViewState& state, bool moving) {
   frame.moving = moving;
   frame.effort = effort;
   frame.photons = needs_photons(state.mode) ? maps.global_count() : 0;
-  if (needs_photons(state.mode)) frame.engine = maps.engine().name();
+  if (needs_photons(state.mode)) frame.engine = maps.engines().front()->name();
   return frame;
 }
 

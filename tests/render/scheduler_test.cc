@@ -63,8 +63,9 @@ TEST(Scheduler, TasksFitTheRoom) {
         settings.preference = preference;
         const Schedule schedule = make_schedule(settings, room);
         for (const CameraTask& task : tasks_of_pass(schedule, settings, 1, samples_of_pass(schedule, settings, 1)))
-          EXPECT_LE(task.slot_count() * kBytesPerSlot + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread,
-                    room);
+          EXPECT_LE(
+              task.slot_count() * bytes_per_slot(0) + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread,
+              room);
       }
   EXPECT_THROW(make_schedule(settings_for(100, 100, 1, 1), 1 << 20), Error);
 }
@@ -171,7 +172,7 @@ TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
     const Schedule schedule = make_schedule(settings, room);
     EXPECT_TRUE(schedule.by_disk);
     const std::uint64_t taken =
-        schedule.slots_at_once * kBytesPerSlot + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread;
+        schedule.slots_at_once * bytes_per_slot(0) + schedule.queries_at_once * kBytesPerQuery + 2 * kBytesPerThread;
     EXPECT_GE(room, taken + room / 32) << room;
   }
 }

@@ -1,0 +1,47 @@
+#include "scene/light_groups.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "scene/light_sampling.h"
+
+namespace glowworm {
+
+namespace {
+
+/// What sources of one group share: their name, or without one the emission or light that they are of.
+std::pair<std::string, std::size_t> key_of(const Scene& scene, std::uint32_t source) {
+  const std::size_t triangles = scene.emissive_triangles().size(), emissions = scene.emissions().size();
+  if (source < triangles) {
+    const std::uint32_t emission = scene.geometry().emission[scene.emissive_triangles()[source]];
+    const std::string& name = scene.emissions()[emission].name;
+    return {name, name.empty() ? emission : 0};
+  }
+  if (source < triangles + scene.lights().size()) {
+    const std::string& name = scene.lights()[source - triangles].name;
+    return {name, name.empty() ? emissions + source - triangles : 0};
+  }
+  return {scene.environment()->name, emissions + scene.lights().size()};
+}
+
+}  // namespace
+
+LightGroups light_groups(const Scene& scene) {
+  constexpr std::size_t kMaxGroups = 100;
+  LightGroups groups;
+  std::map<std::pair<std::string, std::size_t>, std::uint32_t> places;
+  std::map<std::string, int> uses;
+  for (std::uint32_t source = 0; source < scene.light_source_count(); ++source) {
+    const auto count = static_cast<std::uint32_t>(groups.names.size());
+    const auto [place, added] = places.try_emplace(key_of(scene, source), std::min<std::uint32_t>(count, kMaxGroups));
+    groups.of_source.push_back(place->second);
+    if (!added || count > kMaxGroups) continue;
+    std::string name = count == kMaxGroups ? "others" : light_source_name(scene, source);
+    if (const int number = ++uses[name]; number > 1) name += " " + std::to_string(number);
+    groups.names.push_back(name);
+  }
+  return groups;
+}
+
+}  // namespace glowworm

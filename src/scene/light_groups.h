@@ -1,0 +1,21 @@
+// Light sources by name: what one layer of light shows.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// Groups of light sources, in the order of the scene. Sources of one name are a group; a light without a name is one
+/// of its own, named by its kind and a number.
+struct LightGroups {
+  std::vector<std::string> names;        ///< "lamp", "area light", "area light 2"
+  std::vector<std::uint32_t> of_source;  ///< index into `names` of each source, counted as in Scene::light_power()
+};
+
+/// Groups the scene's light sources. The last group, "others", holds what is beyond the hundredth.
+LightGroups light_groups(const Scene& scene);
+
+}  // namespace glowworm
