@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "core/parallel.h"
@@ -106,7 +107,8 @@ class LightFilter {
     for (int x = 0; x < width_; ++x) {
       const std::size_t i = index(x, y);
       const bool nothing = !std::isfinite(guides_.depth[i]);
-      const Vec3 normal = nothing ? Vec3{0, 0, 0} : guides_.normal[i];
+      constexpr float kNoNormal = std::numeric_limits<float>::quiet_NaN();
+      const Vec3 normal = nothing ? Vec3{kNoNormal, kNoNormal, kNoNormal} : guides_.normal[i];
       *normal_x_.at(x, y) = normal.x;
       *normal_y_.at(x, y) = normal.y;
       *normal_z_.at(x, y) = normal.z;
@@ -118,7 +120,8 @@ class LightFilter {
     }
   }
 
-  /// 1 for pixels of equal normals, 0 for different surfaces and where a normal is NaN.
+  /// 1 for pixels of equal normals, 0 for different surfaces and where a normal is NaN: at no surface, or as the guides
+  /// say.
   float facing(const float* x, const float* y, const float* z, std::ptrdiff_t to) const {
     const float difference = squared(x[to] - x[0]) + squared(y[to] - y[0]) + squared(z[to] - z[0]);
     // In this order NaN gives 0.

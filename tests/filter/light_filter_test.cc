@@ -110,6 +110,22 @@ TEST(LightFilter, SkipsPixelsWithoutSurfaceOrVariance) {
   }
 }
 
+TEST(LightFilter, FiltersPixelsOfTwoSurfacesAlongTheirEdge) {
+  const LightEstimate estimate = noisy(0.1f, [](int, int) { return 1.0f; });
+  FilterGuides guides = flat_surface();
+  // A column of pixels that see half of another surface.
+  const int column = guides.width / 2;
+  const auto at = [&](int y) { return static_cast<std::size_t>(y * guides.width + column); };
+  for (int y = 0; y < guides.height; ++y) guides.normal[at(y)] = (guides.normal[at(y)] + Vec3{1, 0, 0}) * 0.5f;
+  const FilteredLight filtered = filter_light(estimate, guides, kSamples);
+  double before = 0, after = 0;
+  for (int y = 0; y < guides.height; ++y) {
+    before += std::pow(estimate.light[at(y)].g - 1, 2);
+    after += std::pow(filtered.light[at(y)].g - 1, 2);
+  }
+  EXPECT_LT(after, 0.5 * before);
+}
+
 TEST(LightFilter, GivesTheSameBitsForAnyNumberOfThreads) {
   const LightEstimate estimate = noisy(0.1f, [](int x, int) { return 1 + 0.01f * static_cast<float>(x); });
   set_thread_count(1);
