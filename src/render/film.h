@@ -135,7 +135,7 @@ class Film {
   PixelBounds bounds_;
   bool indirect_only_, layers_;
   PlaceLayers places_;
-  std::vector<std::array<LightSum, 3>> light_[4];  // without layers, the first holds all light of the image
+  std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
   std::vector<std::array<UnitSum, 3>> albedo_, normal_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
