@@ -95,7 +95,7 @@ struct PhotonMap::Implementation {
     if (maps.empty()) return out;
     std::vector<RGB> found(queries.size());
     Statistics statistics;
-    maps.engine().estimate(queries, found, statistics);
+    maps.engines().front()->estimate(queries, found, statistics);
     for (std::size_t i = 0; i < queries.size(); ++i) {
       Rgb& sum = out[queries.gather_point[i]];
       sum = {sum.r + found[i].r, sum.g + found[i].g, sum.b + found[i].b};
