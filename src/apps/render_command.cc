@@ -24,8 +24,10 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "dist/ranks.h"
 #include "kernels/simd.h"
 #include "render/checkpoint.h"
+#include "render/crew.h"
 #include "render/effects.h"
 #include "render/job.h"
 #include "render/output.h"
@@ -77,7 +79,7 @@ void name_outputs(RenderOptions& o, const FilmRequest& film) {
 void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
   s = o.table.settings;
-  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes() / static_cast<std::uint64_t>(launched_here());
   s.separate_layers = !s.aovs.empty();
   read_command_line([&] {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
@@ -234,14 +236,31 @@ void warn_of_unused_formats(const RenderOptions& o) {
   warn_of_unused_formats(o.picture, o.outputs);
 }
 
-int run_render(RenderOptions& o) {
-  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
-  set_thread_count(o.table.settings.threads);
-  read_command_line([&] { set_simd(o.simd); });
-  resolve_options(o);
+/// Computes for rank 0 until that needs no more.
+void help_rank_0(Job& job) {
+  while (!job.done()) {
+    if (caught_interrupt()) job.cancel();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  job.wait();
+}
+
+/// Sends the other ranks home. Those that do not answer end with this process.
+void dismiss_ranks(Job& job, Ranks& ranks, int status) {
+  constexpr double kSeconds = 60;
+  const bool all = job.crew()->dismiss(kSeconds);
+  for (const std::string& failure : job.crew()->failures()) warn(failure);
+  if (all) return;
+  warn("ranks that do not answer are ended");
+  ranks.abort(status);
+}
+
+/// Loads and renders the scene. @param ranks that share the work; null: this process alone
+int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
+  const bool helps = ranks && ranks->rank() > 0;
   OutputFiles files;
-  // If there is no -o, the scene may name its picture; everything else is known now.
-  if (!o.outputs.empty()) {
+  // A scene may name its picture; all else is known now.
+  if (!helps && !o.outputs.empty()) {
     name_outputs(o, {});
     prepare_outputs(o, files);
   }
@@ -249,23 +268,30 @@ int run_render(RenderOptions& o) {
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
   import_options.budget = loading_budget(o.settings.memory_bytes);
-  TevStream tev(o.tev);
+  TevStream tev(helps ? "" : o.tev);
   const std::shared_ptr<const Scene> scene = scene_of_view(
       open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, o.view, o.settings.camera);
   const Clock::time_point loaded = Clock::now();
-  tell_notes(*scene, o.scene);
-  if (o.outputs.empty()) {
+  if (!helps) tell_notes(*scene, o.scene);
+  if (!helps && o.outputs.empty()) {
     name_outputs(o, scene->film());
     prepare_outputs(o, files);
   }
-  warn_of_unused_formats(o);
+  if (!helps) warn_of_unused_formats(o);
+  if (ranks)
+    if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
   const auto tracer = std::make_shared<const Tracer>(*scene);
   const Clock::time_point built = Clock::now();
   catch_interrupts();
   std::optional<Checkpoint> checkpoint;
-  if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  if (checkpoint) inform(fmt::format("resuming from {}, which holds {} passes", o.resume, checkpoint->passes));
-  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, seconds_between(start, Clock::now()));
+  if (!helps && !o.resume.empty()) checkpoint = read_checkpoint(o.resume);
+  if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
+  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, seconds_between(start, Clock::now()), nullptr,
+          ranks);
+  if (helps) {
+    help_rank_0(job);
+    return 0;
+  }
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
   inform(describe(job.settings(), *scene));
@@ -277,7 +303,37 @@ int run_render(RenderOptions& o) {
                                              {0.25, [&] { tev.show(job); }}});
   const int status = finish(o, job, *tracer, files, start, failure);
   tev.show(job);
+  if (ranks) dismiss_ranks(job, *ranks, status);
   return status;
+}
+
+/// Renders as one rank of several. The others wait for a rank that fails, so all end with it.
+int render_with_others(RenderOptions& o) {
+  const std::shared_ptr<Ranks> ranks = join_ranks();
+  if (ranks->rank() > 0) set_log_level(LogLevel::quiet);
+  int status = 1;
+  std::string message;
+  try {
+    return render_scene(o, ranks);
+  } catch (const CommandLineError& error) {
+    status = 2;
+    message = error.what();
+  } catch (const std::exception& error) {
+    message = error.what();
+  }
+  // Where rank 0 fails alike, its message is enough.
+  if (ranks->rank() > 0) std::this_thread::sleep_for(std::chrono::seconds(1));
+  warn(fmt::format("rank {}: {}", ranks->rank(), message));
+  ranks->abort(status);
+  return status;
+}
+
+int run_render(RenderOptions& o) {
+  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
+  set_thread_count(o.table.settings.threads);
+  read_command_line([&] { set_simd(o.simd); });
+  resolve_options(o);
+  return launched_count() > 1 ? render_with_others(o) : render_scene(o, nullptr);
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {

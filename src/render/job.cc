@@ -13,10 +13,14 @@
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/scheduler.h"
+#include "render/task_queue.h"
 
 namespace glowworm {
 
 namespace {
+
+/// A task that a rank has had for so long is given to another one, too, where nothing else is left to do.
+constexpr std::chrono::seconds kLostAfter{60};
 
 /// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
 /// a filter that costs as much as a share of a pass runs after every eighth part more of them.
@@ -42,7 +46,8 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
 }  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-         const Checkpoint* resume, double spent_s, std::shared_ptr<const PointGrid> points)
+         const Checkpoint* resume, double spent_s, std::shared_ptr<const PointGrid> points,
+         std::shared_ptr<Ranks> ranks)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       points_(std::move(points)),
@@ -53,7 +58,9 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers(),
             filters(settings_), settings_.light_group_count),
       spent_s_(spent_s),
-      start_(std::chrono::steady_clock::now()) {
+      start_(std::chrono::steady_clock::now()),
+      ranks_(std::move(ranks)) {
+  if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (resume) this->resume(*resume);
   earlier_peak_ = peak_resident_bytes();
   return_free_memory();
@@ -129,7 +136,7 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 void Job::run() {
   try {
     const Reservation image(budget_, "image", image_bytes(settings_));
-    render_passes();
+    ranks_ && !crew_ ? work_for_rank_0() : render_passes();
   } catch (const Cancelled&) {
     ending_ = Ending::cancelled;
   } catch (...) {
@@ -231,6 +238,7 @@ void Job::shoot_photons(std::uint32_t sample) {
 
 void Job::render_passes() {
   pass_ = pass_settings();
+  if (crew_) crew_->check(key());
   const bool mapped = settings_.integrator != Integrator::path;
   const std::uint32_t first_pass = passes_;
   // The checkpoint may have been written after the last pass but before its noise test.
@@ -242,8 +250,10 @@ void Job::render_passes() {
     const Schedule schedule = make_schedule(settings_, budget_.available());
     pass_.queries_at_once = schedule.queries_at_once;
     pass_.by_disk = schedule.by_disk;
-    const std::uint32_t samples = samples_of_pass(schedule, settings_, done);
-    if (!render_tasks(tasks_of_pass(schedule, settings_, done, samples))) return;
+    std::uint32_t samples = samples_of_pass(schedule, settings_, done);
+    if (crew_ && !settings_.progressive && !(settings_.noise_target > 0)) samples = range.count() - done;
+    if (!(crew_ ? share_tasks(schedule, samples) : render_tasks(tasks_of_pass(schedule, settings_, done, samples))))
+      return;
     passes_ = done + samples;
     if (reached_noise_target()) return;
   }
@@ -251,7 +261,6 @@ void Job::render_passes() {
 }
 
 bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
-  const View view = this->view();
   std::size_t slots = 0, slots_done = 0;
   for (const CameraTask& task : tasks) slots += task.slot_count();
   const SampleRange range = settings_.sample_range();
@@ -260,29 +269,123 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
   std::vector<CameraTask> left(tasks.rbegin(), tasks.rend());
   while (!left.empty()) {
     const CameraTask place = next_task(left, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
-    CameraTask task = place;  // the film counts samples of the range, and random numbers belong to those of the whole
-    task.first_sample += range.first;
-    slots_done += task.slot_count();
+    slots_done += place.slot_count();
     if (film_.has(place)) continue;
-    if (should_stop(slot_seconds_ * static_cast<double>(task.slot_count()))) return false;
-    const double start = seconds();
-    PassResult result;
-    if (light_groups_) name_groups(*light_groups_, result.radiance);
-    if (settings_.integrator == Integrator::path)
-      trace_paths(*tracer_, view, task, settings_, result.radiance, result.first_hit, statistics_);
-    else
-      result = render_pass(*tracer_, maps_, view, task, pass_, budget_, memory_, statistics_);
-    const std::size_t not_finite = drop_infinite_samples(result.radiance);
-    query_point_bytes_ = memory_.most_query_bytes;
-    ++tasks_;
-    task_seconds_ = seconds() - start;
-    slot_seconds_ = task_seconds_ / static_cast<double>(task.slot_count());
-    const std::lock_guard lock(film_mutex_);
-    film_.add(place, result.radiance, result.first_hit, scene_->geometry());
-    film_.add_not_finite(not_finite);
+    if (should_stop(slot_seconds_ * static_cast<double>(place.slot_count()))) return false;
+    put(place, compute(place));
     work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
   }
   return true;
+}
+
+TaskResult Job::compute(const CameraTask& place) {
+  const double start = seconds();
+  // The film counts the samples of the range, and random numbers belong to those of the whole render.
+  CameraTask task = place;
+  task.first_sample += settings_.sample_range().first;
+  TaskResult out;
+  if (light_groups_) name_groups(*light_groups_, out.radiance);
+  if (settings_.integrator == Integrator::path) {
+    trace_paths(*tracer_, view(), task, settings_, out.radiance, out.first_hit, statistics_);
+  } else {
+    PassResult result = render_pass(*tracer_, maps_, view(), task, pass_, budget_, memory_, statistics_);
+    out.radiance = std::move(result.radiance);
+    out.first_hit = std::move(result.first_hit);
+  }
+  out.not_finite = drop_infinite_samples(out.radiance);
+  query_point_bytes_ = memory_.most_query_bytes;
+  task_seconds_ = seconds() - start;
+  slot_seconds_ = task_seconds_ / static_cast<double>(task.slot_count());
+  return out;
+}
+
+void Job::put(const CameraTask& place, const TaskResult& result) {
+  ++tasks_;
+  const std::lock_guard lock(film_mutex_);
+  if (film_.has(place)) return;  // Two ranks have computed it.
+  film_.add(place, result.radiance, result.first_hit, scene_->geometry());
+  film_.add_not_finite(result.not_finite);
+}
+
+bool Job::share_tasks(const Schedule& schedule, std::uint32_t samples) {
+  const std::uint32_t done = passes_, end = done + samples;
+  const SharedTasks shared = shared_tasks(schedule, settings_, crew_->count());
+  TaskQueue queue(tasks_of_pass(shared.schedule, settings_, done, 1), end, shared.samples_at_once);
+  std::mutex mutex;
+  std::atomic<bool> ended = false;
+  const auto take = [&]() -> std::optional<CameraTask> {
+    const std::lock_guard lock(mutex);
+    const TaskQueue::Clock::time_point now = TaskQueue::Clock::now();
+    std::optional<CameraTask> task;
+    while (!ended && (task = queue.take(now)) && film_.has(*task)) queue.finish(*task);
+    return task || ended ? task : queue.take_again(now - kLostAfter, now);
+  };
+  const auto take_result = [&](const CameraTask& task, const TaskResult& result) {
+    put(task, result);
+    const std::lock_guard lock(mutex);
+    queue.finish(task);
+    passes_ = queue.whole_samples();
+    const double done_here = static_cast<double>(queue.slots_done()) / static_cast<double>(queue.slots());
+    work_done_ = (done + samples * done_here) / settings_.sample_range().count();
+  };
+  const auto give_back = [&](const CameraTask& task) {
+    const std::lock_guard lock(mutex);
+    queue.give_back(task);
+  };
+  std::exception_ptr failure;
+  std::thread server([&] {
+    try {
+      crew_->serve({take, take_result, give_back, [&] { return ended.load(); }});
+    } catch (...) {
+      failure = std::current_exception();
+      ended = true;
+    }
+  });
+  const auto is_done = [&] {
+    const std::lock_guard lock(mutex);
+    return queue.done();
+  };
+  try {
+    const CancellationScope scope(interrupt_);
+    while (!ended && !is_done() && !should_stop(task_seconds_)) {
+      if (const std::optional<CameraTask> task = take())
+        take_result(*task, compute(*task));
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  ended = true;
+  server.join();
+  if (failure) std::rethrow_exception(failure);
+  return is_done();
+}
+
+void Job::work_for_rank_0() {
+  CrewMember member(ranks_);
+  member.introduce(key());
+  pass_ = pass_settings();
+  const SampleRange range = settings_.sample_range();
+  std::optional<std::uint32_t> mapped;
+  const auto prepare = [&](std::uint32_t sample) {
+    if (settings_.integrator == Integrator::path || mapped == sample || (mapped && !settings_.progressive)) return;
+    shoot_photons(range.first + sample);
+    mapped = sample;
+    const Schedule schedule = make_schedule(settings_, budget_.available());
+    pass_.queries_at_once = schedule.queries_at_once;
+    pass_.by_disk = schedule.by_disk;
+  };
+  const auto work = [&](const CameraTask& task) {
+    prepare(task.first_sample);
+    const CancellationScope scope(interrupt_);
+    return compute(task);
+  };
+  const auto begin = [&] {
+    if (!settings_.progressive) prepare(0);
+  };
+  member.work(begin, work, [&] { return interrupt_.requested(); });
+  ending_ = interrupt_.requested() ? Ending::cancelled : Ending::samples_done;
 }
 
 }  // namespace glowworm

@@ -12,12 +12,14 @@
 #include "core/statistics.h"
 #include "density/paged_array.h"
 #include "render/checkpoint.h"
+#include "render/crew.h"
 #include "render/film.h"
 #include "render/pass.h"
 #include "render/photon_guiding.h"
 #include "render/photon_maps.h"
 #include "render/photon_report.h"
 #include "render/render_key.h"
+#include "render/scheduler.h"
 #include "render/settings.h"
 #include "trace/tracer.h"
 
@@ -35,8 +37,10 @@ class Job {
   /// @param spent_s seconds of the time limit already used, for loading the scene
   /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
   /// settings' size is that of the grid
+  /// @param ranks   share the work: rank 0 has the picture, the others compute for it
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-      const Checkpoint* resume = nullptr, double spent_s = 0, std::shared_ptr<const PointGrid> points = nullptr);
+      const Checkpoint* resume = nullptr, double spent_s = 0, std::shared_ptr<const PointGrid> points = nullptr,
+      std::shared_ptr<Ranks> ranks = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
@@ -75,6 +79,8 @@ class Job {
   /// Fate of the photons so far, by light; at any time. Empty for the path tracer.
   std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
+  /// The other ranks, of rank 0; null if there are none.
+  Crew* crew() { return crew_.get(); }
   const Scene& scene() const { return *scene_; }
   /// The points that are rendered; null: the camera's pixels.
   const PointGrid* points() const { return points_.get(); }
@@ -95,6 +101,10 @@ class Job {
   void run();
   void render_passes();
   bool render_tasks(const std::vector<CameraTask>& tasks);
+  bool share_tasks(const Schedule& schedule, std::uint32_t samples);
+  void work_for_rank_0();
+  TaskResult compute(const CameraTask& place);
+  void put(const CameraTask& place, const TaskResult& result);
   PhotonMapSettings map_settings(std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
@@ -138,6 +148,8 @@ class Job {
   PhotonMaps maps_{budget_};
   PassMemory memory_;
   PassSettings pass_;
+  std::shared_ptr<Ranks> ranks_;
+  std::unique_ptr<Crew> crew_;  // of rank 0
   std::exception_ptr failure_;
   std::thread thread_;
 };

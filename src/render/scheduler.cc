@@ -124,6 +124,19 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   return schedule;
 }
 
+SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes) {
+  constexpr std::uint64_t kWantedSlots = std::uint64_t{1} << 15, kTilesEach = 8;
+  SharedTasks out{schedule, 1};
+  const std::uint64_t wanted = std::min(schedule.slots_at_once, kWantedSlots);
+  const std::uint64_t even = settings.bounds.pixel_count() / (kTilesEach * static_cast<std::uint64_t>(processes));
+  out.schedule.slots_at_once = std::max(std::min(wanted, even), kMinSlots);
+  // Where tiles are small, tasks of several samples save messages.
+  if (!settings.progressive)
+    out.samples_at_once = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+        wanted / out.schedule.slots_at_once, 1, std::max(settings.sample_range().count() / 4, 1u)));
+  return out;
+}
+
 TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std::uint32_t sample_count) {
   const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kMinSlots);
   const PixelBounds part = tiled_bounds(settings);

@@ -35,6 +35,13 @@ inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 /// @param settings resolved
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 
+/// How a render of several processes is divided: tasks of about a second, of which each process gets several.
+struct SharedTasks {
+  Schedule schedule;                  ///< with smaller tiles
+  std::uint32_t samples_at_once = 1;  ///< most samples of a task
+};
+SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes);
+
 /// Width and height of the tiles of a pass, in pixels; those at the right and bottom may be smaller.
 struct TileSize {
   int width, height;

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "scene/surface.h"
+#include "trace/instruction_set.h"
 
 namespace glowworm {
 
@@ -244,7 +245,7 @@ Tracer::Tracer(const Scene& scene) : Tracer(scene, {}) {}
 Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
     : implementation_(std::make_unique<Implementation>(scene)) {
   Implementation& self = *implementation_;
-  self.device = rtcNewDevice(nullptr);
+  self.device = rtcNewDevice(ray_device_configuration().c_str());
   // If the device was not made, the error belongs to the calling thread.
   if (!self.device) fail(rtcGetDeviceError(nullptr), "start");
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);

@@ -1,0 +1,310 @@
+#include "render/crew.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "kernels/simd.h"
+#include "render/task_queue.h"
+#include "trace/instruction_set.h"
+
+namespace glowworm {
+
+namespace {
+
+/// First byte of a message.
+enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, stop, bye };
+
+/// How long a rank may take to load the scene, or to take a message.
+constexpr double kPatience = 600, kSendSeconds = 120;
+/// Rank 0 looks at what the render does so often.
+constexpr double kTurn = 0.002;
+/// Tasks that a rank has at once: one under way, and one to go on with while its result travels.
+constexpr int kTasksAtOnce = 2;
+
+class Packer {
+ public:
+  explicit Packer(Kind kind) { put(kind); }
+  template <typename T>
+  void put(const T& value) {
+    put_bytes(&value, sizeof value);
+  }
+  void put_text(const std::string& text) { put_bytes(text.data(), text.size()); }
+  template <typename T>
+  void put_array(const std::vector<T>& values) {
+    put_bytes(values.data(), values.size() * sizeof(T));
+  }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  void put_bytes(const void* data, std::size_t size) {
+    const auto* from = static_cast<const std::byte*>(data);
+    bytes_.insert(bytes_.end(), from, from + size);
+  }
+  std::vector<std::byte> bytes_;
+};
+
+class Unpacker {
+ public:
+  explicit Unpacker(const Message& message) : message_(message) {}
+  template <typename T>
+  T take() {
+    T value{};
+    take_bytes(&value, sizeof value);
+    return value;
+  }
+  template <typename T>
+  void take_array(std::vector<T>& values, std::size_t count) {
+    values.resize(count);
+    take_bytes(values.data(), count * sizeof(T));
+  }
+  std::string rest() {
+    std::string text(message_.bytes.size() - at_, '\0');
+    take_bytes(text.data(), text.size());
+    return text;
+  }
+  std::size_t left() const { return message_.bytes.size() - at_; }
+
+ private:
+  void take_bytes(void* to, std::size_t size) {
+    if (size > left()) throw Error(fmt::format("rank {} sent a message that is too short", message_.from));
+    if (size > 0) std::memcpy(to, message_.bytes.data() + at_, size);
+    at_ += size;
+  }
+  const Message& message_;
+  std::size_t at_ = 0;
+};
+
+std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) {
+  Packer out(Kind::result);
+  out.put(task);
+  out.put(result.not_finite);
+  out.put<std::uint8_t>(!result.first_hit.triangle.empty());
+  out.put(static_cast<std::uint32_t>(result.radiance.groups.size()));
+  for (const auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
+                            &result.radiance.caustic, &result.first_hit.albedo})
+    out.put_array(*light);
+  for (const std::vector<RGB>& group : result.radiance.groups) out.put_array(group);
+  out.put_array(result.first_hit.normal);
+  out.put_array(result.first_hit.depth);
+  out.put_array(result.first_hit.triangle);
+  out.put_array(result.first_hit.barycentric);
+  return out.take();
+}
+
+TaskResult unpacked(Unpacker& in, const CameraTask& task) {
+  TaskResult result;
+  result.not_finite = in.take<std::uint64_t>();
+  const bool places = in.take<std::uint8_t>() != 0;
+  const std::size_t groups = in.take<std::uint32_t>();
+  const std::size_t slots = task.slot_count();
+  constexpr std::size_t kBytes = 5 * sizeof(RGB) + sizeof(Vec3) + sizeof(float);
+  constexpr std::size_t kOfPlaces = sizeof(std::uint32_t) + sizeof(Vec2);
+  if (in.left() != slots * (kBytes + groups * sizeof(RGB) + (places ? kOfPlaces : 0)))
+    throw Error("a rank sent the result of another task");
+  for (auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
+                      &result.radiance.caustic, &result.first_hit.albedo})
+    in.take_array(*light, slots);
+  result.radiance.groups.resize(groups);
+  for (std::vector<RGB>& group : result.radiance.groups) in.take_array(group, slots);
+  in.take_array(result.first_hit.normal, slots);
+  in.take_array(result.first_hit.depth, slots);
+  in.take_array(result.first_hit.triangle, places ? slots : 0);
+  in.take_array(result.first_hit.barycentric, places ? slots : 0);
+  return result;
+}
+
+/// One message of a kind from every other rank, by rank. Throws Error if a rank sends none in time.
+/// @param other takes messages of other kinds
+std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, const std::string& what,
+                                      const std::function<void(const Message&)>& other) {
+  std::vector<std::string> texts(static_cast<std::size_t>(ranks.count()));
+  for (int told = 1; told < ranks.count();) {
+    const std::optional<Message> message = ranks.receive(kPatience);
+    if (!message) throw Error(fmt::format("a rank has not told its {} within {} s", what, kPatience));
+    Unpacker in(*message);
+    if (in.take<Kind>() != kind) {
+      other(*message);
+      continue;
+    }
+    texts[static_cast<std::size_t>(message->from)] = in.rest();
+    ++told;
+  }
+  return texts;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
+/// Of a render that takes nothing now.
+const Crew::Work kNoWork{[] { return std::nullopt; }, [](const CameraTask&, const TaskResult&) {},
+                         [](const CameraTask&) {}, [] { return true; }};
+
+/// The names that this rank may compute by, best first, of kernels and of rays.
+std::string own_sets() {
+  const std::vector<std::string> all = simd_names();
+  const auto first = std::find(all.begin(), all.end(), simd_name());
+  return fmt::format("{}\n{}", fmt::join(first, all.end(), " "), fmt::join(ray_instruction_sets(), " "));
+}
+
+void use_sets(const std::string& chosen) {
+  const std::size_t cut = chosen.find('\n');
+  set_simd(chosen.substr(0, cut));
+  set_ray_instruction_set(chosen.substr(cut + 1));
+}
+
+/// The first of the words that all texts have.
+std::string best_of_all(const std::vector<std::string>& texts) {
+  for (const std::string& word : words_of(texts.front())) {
+    const auto has = [&](const std::string& text) {
+      const std::vector<std::string> words = words_of(text);
+      return std::find(words.begin(), words.end(), word) != words.end();
+    };
+    if (std::all_of(texts.begin(), texts.end(), has)) return word;
+  }
+  throw Error("the ranks have no instruction set in common", "Start ranks on machines of one kind.");
+}
+
+}  // namespace
+
+std::string agree_on_instruction_sets(Ranks& ranks) {
+  if (ranks.rank() > 0) {
+    Packer out(Kind::sets);
+    out.put_text(own_sets());
+    ranks.send(0, out.take(), kSendSeconds);
+    const std::optional<Message> message = ranks.receive(kPatience);
+    if (!message) throw Error("rank 0 does not answer");
+    Unpacker in(*message);
+    if (in.take<Kind>() != Kind::chosen) throw Error("rank 0 did not choose an instruction set");
+    use_sets(in.rest());
+    return "";
+  }
+  const auto no_other = [](const Message& message) {
+    throw Error(fmt::format("rank {} did not tell its instruction sets", message.from));
+  };
+  std::vector<std::string> texts = texts_of_all(ranks, Kind::sets, "instruction sets", no_other), kernels, rays;
+  texts.front() = own_sets();
+  for (const std::string& text : texts) {
+    const std::size_t cut = std::min(text.find('\n'), text.size());
+    kernels.push_back(text.substr(0, cut));
+    rays.push_back(text.substr(std::min(cut + 1, text.size())));
+  }
+  const std::string kernel = best_of_all(kernels), ray = best_of_all(rays);
+  for (int rank = 1; rank < ranks.count(); ++rank) {
+    Packer out(Kind::chosen);
+    out.put_text(kernel + "\n" + ray);
+    ranks.send(rank, out.take(), kSendSeconds);
+  }
+  use_sets(kernel + "\n" + ray);
+  return fmt::format("{} ranks, kernels by {}, rays by {}", ranks.count(), kernel, ray);
+}
+
+void Crew::check(const RenderKey& key) {
+  // Ranks that are ready ask for work while others still load the scene.
+  const std::vector<std::string> texts =
+      texts_of_all(*ranks_, Kind::key, "render", [&](const Message& message) { take_message(message, kNoWork); });
+  for (std::size_t rank = 1; rank < texts.size(); ++rank)
+    check_same_whole({"rank 0", key}, {fmt::format("rank {}", rank), parse_key(texts[rank])}, false);
+}
+
+void Crew::take_message(const Message& message, const Work& work) {
+  Unpacker in(message);
+  switch (in.take<Kind>()) {
+    case Kind::result: {
+      const auto task = in.take<CameraTask>();
+      const TaskResult result = unpacked(in, task);
+      std::erase(tasks_[message.from], task);
+      work.put(task, result);
+      waiting_.push_back(message.from);
+      return;
+    }
+    case Kind::ask:
+      waiting_.push_back(message.from);
+      return;
+    case Kind::failure:
+      failures_.push_back(fmt::format("rank {}: {}", message.from, in.rest()));
+      [[fallthrough]];
+    default:
+      lose(message.from, work);
+  }
+}
+
+void Crew::lose(int rank, const Work& work) {
+  gone_.insert(rank);
+  std::erase(waiting_, rank);
+  for (const CameraTask& task : tasks_[rank]) work.give_back(task);
+  tasks_.erase(rank);
+}
+
+void Crew::serve(const Work& work) {
+  while (!work.ended()) {
+    if (const std::optional<Message> message = ranks_->receive(kTurn)) take_message(*message, work);
+    while (!waiting_.empty()) {
+      const std::optional<CameraTask> task = work.take();
+      if (!task) break;
+      const int rank = waiting_.front();
+      waiting_.erase(waiting_.begin());
+      Packer out(Kind::task);
+      out.put(*task);
+      tasks_[rank].push_back(*task);
+      if (ranks_->send(rank, out.take(), kSendSeconds)) continue;
+      failures_.push_back(fmt::format("rank {} does not answer", rank));
+      lose(rank, work);
+    }
+  }
+}
+
+bool Crew::dismiss(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  for (int rank = 1; rank < count(); ++rank)
+    if (!gone_.contains(rank)) ranks_->send(rank, Packer(Kind::stop).take(), seconds);
+  // Results that are on their way come too late.
+  while (gone_.size() + 1 < static_cast<std::size_t>(count()) && Clock::now() < end)
+    if (const std::optional<Message> message = ranks_->receive(0.05)) take_message(*message, kNoWork);
+  return gone_.size() + 1 == static_cast<std::size_t>(count());
+}
+
+void CrewMember::introduce(const RenderKey& key) {
+  Packer out(Kind::key);
+  out.put_text(key_text(key));
+  ranks_->send(0, out.take(), kSendSeconds);
+}
+
+void CrewMember::work(const std::function<void()>& begin, const std::function<TaskResult(const CameraTask&)>& compute,
+                      const std::function<bool()>& ended) {
+  try {
+    begin();
+    for (int i = 0; i < kTasksAtOnce; ++i) ranks_->send(0, Packer(Kind::ask).take(), kSendSeconds);
+    while (!ended()) {
+      const std::optional<Message> message = ranks_->receive(0.1);
+      if (!message) continue;
+      Unpacker in(*message);
+      if (in.take<Kind>() != Kind::task) break;
+      const auto task = in.take<CameraTask>();
+      ranks_->send(0, packed(task, compute(task)), kSendSeconds);
+    }
+  } catch (const Cancelled&) {
+  } catch (const std::exception& error) {
+    Packer out(Kind::failure);
+    out.put_text(error.what());
+    ranks_->send(0, out.take(), kSendSeconds);
+    return;
+  }
+  ranks_->send(0, Packer(Kind::bye).take(), kSendSeconds);
+}
+
+}  // namespace glowworm

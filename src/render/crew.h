@@ -1,0 +1,79 @@
+// One render by several processes: rank 0 hands out tasks and collects their light in its film; the others compute.
+#pragma once
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "dist/ranks.h"
+#include "render/pass.h"
+#include "render/render_key.h"
+
+namespace glowworm {
+
+/// Light of a task, as a film takes it.
+struct TaskResult {
+  SlotRadiance radiance;
+  FirstHit first_hit;
+  std::uint64_t not_finite = 0;  ///< samples that are black because their light was not finite
+};
+
+/// Chooses the fastest instruction sets, of kernels and of rays, that all ranks have, so that bits do not depend on
+/// who computes what. To be called by all ranks before the first Tracer is made. Returns what was chosen, for a
+/// message. Throws Error if a rank has another version, or does not answer.
+std::string agree_on_instruction_sets(Ranks& ranks);
+
+/// Rank 0's side.
+class Crew {
+ public:
+  /// What Crew::serve() asks of the render. Called by the serving thread alone.
+  struct Work {
+    std::function<std::optional<CameraTask>()> take;                ///< the next task, if there is one now
+    std::function<void(const CameraTask&, const TaskResult&)> put;  ///< takes a result
+    std::function<void(const CameraTask&)> give_back;               ///< takes a task back whose rank is lost
+    std::function<bool()> ended;                                    ///< true: serve() shall return
+  };
+
+  explicit Crew(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
+
+  int count() const { return ranks_->count(); }
+  /// Tells all ranks the samples that the render begins with, and checks that theirs is the same render. Throws Error
+  /// that names the difference.
+  void check(const RenderKey& key);
+  /// Gives tasks to the other ranks and takes their results until work.ended().
+  void serve(const Work& work);
+  /// Sends all ranks home and waits for them, up to `seconds`. Returns whether all have answered.
+  bool dismiss(double seconds);
+  /// Ranks that have failed, with their errors.
+  const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  void take_message(const Message& message, const Work& work);
+  void lose(int rank, const Work& work);
+
+  std::shared_ptr<Ranks> ranks_;
+  std::set<int> gone_;                            // failed or dismissed
+  std::vector<int> waiting_;                      // once for each task that a rank wants
+  std::map<int, std::vector<CameraTask>> tasks_;  // that the ranks have
+  std::vector<std::string> failures_;
+};
+
+/// The side of all other ranks.
+class CrewMember {
+ public:
+  explicit CrewMember(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
+
+  /// Tells rank 0 which render this is, for Crew::check().
+  void introduce(const RenderKey& key);
+  /// Computes tasks until rank 0 sends no more, or `ended`. Rank 0 is told what `begin` and `compute` throw.
+  void work(const std::function<void()>& begin, const std::function<TaskResult(const CameraTask&)>& compute,
+            const std::function<bool()>& ended);
+
+ private:
+  std::shared_ptr<Ranks> ranks_;
+};
+
+}  // namespace glowworm

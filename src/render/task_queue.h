@@ -1,0 +1,67 @@
+// Tasks of a render for several workers.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "points/gather_points.h"
+
+namespace glowworm {
+
+inline bool operator==(const CameraTask& a, const CameraTask& b) {
+  return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1 && a.first_sample == b.first_sample &&
+         a.sample_count == b.sample_count;
+}
+
+/// Hands out the tasks of tiles. The samples of a tile are computed one task after another, as the film wants them;
+/// tiles are independent. Not thread-safe.
+class TaskQueue {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// @param tiles tasks of the first samples of every tile
+  /// @param end   one past the last sample of every tile
+  /// @param step  most samples of a task
+  TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t end, std::uint32_t step);
+
+  /// The next task; nothing while every tile is done or under way.
+  std::optional<CameraTask> take(Clock::time_point now);
+  /// The oldest task under way again, if it was handed out before `limit` and nothing else is left: its worker may be
+  /// lost. The results of both are the same.
+  std::optional<CameraTask> take_again(Clock::time_point limit, Clock::time_point now);
+  /// Ends a task. Returns false if it was ended before, or not handed out.
+  bool finish(const CameraTask& task);
+
+  /// Takes a task back whose worker is lost.
+  void give_back(const CameraTask& task);
+
+  bool done() const { return left_ == 0; }
+  /// Camera samples of finished tasks, and of all.
+  std::uint64_t slots_done() const { return slots_done_; }
+  std::uint64_t slots() const { return slots_; }
+  /// Samples that every tile has.
+  std::uint32_t whole_samples() const;
+
+ private:
+  struct Tile {
+    CameraTask task;        // the next, or the one under way
+    std::uint32_t samples;  // finished
+    Clock::time_point since;
+    bool under_way = false;
+  };
+  using Place = std::pair<int, int>;  // upper left corner
+
+  Tile* tile_of(const CameraTask& task);
+
+  std::uint32_t end_, step_;
+  std::map<Place, Tile> tiles_;
+  std::deque<Place> free_;
+  std::size_t left_ = 0;  // tiles with samples to do
+  std::uint64_t slots_ = 0, slots_done_ = 0;
+};
+
+}  // namespace glowworm

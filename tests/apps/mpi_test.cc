@@ -1,0 +1,107 @@
+// One picture by the ranks of mpirun.
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "image/image.h"
+#include "program.h"
+#include "render/checkpoint.h"
+
+namespace glowworm {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MpiTest : public ProgramTest {
+ protected:
+  static std::vector<std::string> arguments(const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"render",    "builtin:atrium", "--size", "48x40",  "--gather",    "4",
+                                    "--photons", "2000",           "--aov",  "direct", "--precision", "float"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  /// What turns a run of the program into a run by mpirun.
+  static std::function<void()> by_ranks(int count, const std::vector<std::string>& arguments) {
+    std::vector<std::string> words = {"mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none",
+                                      "-n",     std::to_string(count), GLOWWORM_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return [words]() mutable {
+      static std::vector<char*> pointers;
+      for (std::string& word : words) pointers.push_back(word.data());
+      pointers.push_back(nullptr);
+      execvp(pointers[0], pointers.data());
+    };
+  }
+
+  Outcome run_ranks(int count, const std::vector<std::string>& more) const {
+    const std::vector<std::string> all = arguments(more);
+    return run(all, by_ranks(count, all));
+  }
+
+  /// The process of a rank that runs in this test's folder; 0 where there is none.
+  pid_t process_of_rank(int rank) const {
+    const std::string wanted = "OMPI_COMM_WORLD_RANK=" + std::to_string(rank);
+    for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
+      const pid_t process = std::atoi(entry.path().filename().c_str());
+      std::error_code error;
+      if (process <= 0 || fs::read_symlink(entry.path() / "cwd", error) != folder_ || error) continue;
+      if (read(entry.path() / "environ").find(wanted + '\0') != std::string::npos) return process;
+    }
+    return 0;
+  }
+
+  void expect_same_pixels(const std::string& a, const std::string& b) const {
+    const Image one = read_image(path(a)), other = read_image(path(b));
+    ASSERT_EQ(one.channels().size(), 6u);
+    ASSERT_EQ(other.channels().size(), 6u);
+    for (std::size_t i = 0; i < one.channels().size(); ++i)
+      EXPECT_TRUE(one.channels()[i].samples == other.channels()[i].samples) << one.channels()[i].name;
+  }
+};
+
+TEST_F(MpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
+  ASSERT_EQ(run(arguments({"--samples", "4", "-o", "alone.exr"})).status, 0);
+  for (const char* threads : {"1", "2"})
+    for (const int count : {1, 2, 3, 5}) {
+      fs::remove(path("shared.exr"));
+      const Outcome outcome = run_ranks(count, {"--samples", "4", "--threads", threads, "-o", "shared.exr"});
+      ASSERT_EQ(outcome.status, 0) << outcome.err;
+      // Only rank 0 speaks.
+      EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
+      EXPECT_EQ(outcome.err.find(" ranks, kernels by") != std::string::npos, count > 1) << outcome.err;
+      expect_same_pixels("shared.exr", "alone.exr");
+    }
+}
+
+TEST_F(MpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
+  const std::vector<std::string> endless =
+      arguments({"--samples", "100k", "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
+  {
+    Running program(folder_, endless, by_ranks(3, endless));
+    ASSERT_TRUE(wait_for_file("a.checkpoint", 60));
+    ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("a.checkpoint"))->passes > 0; }, 60));
+    const pid_t rank = process_of_rank(1);
+    ASSERT_GT(rank, 0);
+    ASSERT_EQ(kill(rank, SIGKILL), 0);
+    EXPECT_NE(program.wait().status, 0);
+  }
+  // The other ranks have ended, too.
+  EXPECT_TRUE(wait_until([&] { return process_of_rank(0) == 0 && process_of_rank(2) == 0; }, 60));
+  const std::uint32_t passes = read_checkpoint(path("a.checkpoint"))->passes;
+  const std::string samples = std::to_string(passes + 20);
+  ASSERT_EQ(run_ranks(2, {"--samples", samples, "-o", "a.exr", "--resume=a.checkpoint"}).status, 0);
+  ASSERT_EQ(run(arguments({"--samples", samples, "-o", "alone.exr"})).status, 0);
+  expect_same_pixels("a.exr", "alone.exr");
+}
+
+TEST_F(MpiTest, AnErrorOfAllRanksIsToldOnceAndEndsThem) {
+  const Outcome outcome = run_ranks(2, {"--camera", "none", "-o", "a.exr"});
+  EXPECT_NE(outcome.status, 0);
+  EXPECT_THAT(outcome.err, testing::HasSubstr("none"));
+  EXPECT_EQ(outcome.err.find("rank 1:"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace glowworm

@@ -1,0 +1,210 @@
+// One render by several ranks, which are threads here.
+#include "render/crew.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "builtin/builtin.h"
+#include "core/error.h"
+#include "kernels/simd.h"
+#include "render/render_testing.h"
+#include "render/task_queue.h"
+#include "trace/instruction_set.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+/// The mail of ranks in one process.
+struct Mail {
+  explicit Mail(int count) : boxes(static_cast<std::size_t>(count)) {}
+  std::mutex mutex;
+  std::condition_variable arrived;
+  std::vector<std::deque<Message>> boxes;
+};
+
+class ThreadRanks final : public Ranks {
+ public:
+  ThreadRanks(std::shared_ptr<Mail> mail, int rank) : mail_(std::move(mail)), rank_(rank) {}
+  int rank() const override { return rank_; }
+  int count() const override { return static_cast<int>(mail_->boxes.size()); }
+  bool send(int to, std::vector<std::byte> bytes, double) override {
+    const std::lock_guard lock(mail_->mutex);
+    mail_->boxes[static_cast<std::size_t>(to)].push_back({rank_, std::move(bytes)});
+    mail_->arrived.notify_all();
+    return true;
+  }
+  std::optional<Message> receive(double seconds) override {
+    std::unique_lock lock(mail_->mutex);
+    std::deque<Message>& box = mail_->boxes[static_cast<std::size_t>(rank_)];
+    mail_->arrived.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return !box.empty(); });
+    if (box.empty()) return std::nullopt;
+    Message message = std::move(box.front());
+    box.pop_front();
+    return message;
+  }
+  void abort(int) override { std::abort(); }
+
+ private:
+  std::shared_ptr<Mail> mail_;
+  int rank_;
+};
+
+std::vector<std::shared_ptr<Ranks>> ranks_of(int count) {
+  const auto mail = std::make_shared<Mail>(count);
+  std::vector<std::shared_ptr<Ranks>> out;
+  for (int rank = 0; rank < count; ++rank) out.push_back(std::make_shared<ThreadRanks>(mail, rank));
+  return out;
+}
+
+std::unique_ptr<Job> job_of(const Stage& stage, const RenderSettings& settings, std::shared_ptr<Ranks> ranks,
+                            const Checkpoint* resume = nullptr) {
+  return std::make_unique<Job>(stage.scene, stage.tracer, settings, resume, 0, nullptr, std::move(ranks));
+}
+
+/// Renders by so many ranks.
+Film render(const Stage& stage, const RenderSettings& settings, int count, const Checkpoint* resume = nullptr) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(count);
+  std::vector<std::unique_ptr<Job>> jobs;
+  for (int rank = 0; rank < count; ++rank)
+    jobs.push_back(job_of(stage, settings, ranks[static_cast<std::size_t>(rank)], rank == 0 ? resume : nullptr));
+  jobs.front()->wait();
+  EXPECT_TRUE(jobs.front()->crew()->dismiss(60));
+  EXPECT_THAT(jobs.front()->crew()->failures(), testing::IsEmpty());
+  for (auto& job : jobs) job->wait();
+  return jobs.front()->snapshot();
+}
+
+RenderSettings small_picture() {
+  RenderSettings s = by_photons(40, 5, 4, 1000, "auto");
+  s.filter = Filtering::automatic;
+  s.aovs = aov_names();
+  return s;
+}
+
+TEST(SharedRender, HasTheBitsOfOneProcess) {
+  const Stage stage(builtin_scene("cornell"));
+  const RenderSettings settings = small_picture();
+  RenderSettings progressive = settings, path = settings, noise = settings, reverse = settings, part = settings;
+  progressive.progressive = true;
+  path.integrator = Integrator::path;
+  path.samples = 20;
+  noise.noise_target = 0.2;
+  reverse.engine = "reverse";
+  part.part = {2, 2};
+  for (const RenderSettings& s : {settings, progressive, path, noise, reverse, part}) {
+    const std::vector<std::uint32_t> alone = stage.render(s).save();
+    for (const int count : {1, 3}) EXPECT_TRUE(render(stage, s, count).save() == alone) << count;
+  }
+}
+
+TEST(SharedRender, GoesOnFromACheckpoint) {
+  const Stage stage(builtin_scene("cornell"));
+  const RenderSettings settings = small_picture();
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  const auto first = job_of(stage, settings, ranks[0]), second = job_of(stage, settings, ranks[1]);
+  while (first->tasks() < 3 && !first->done()) std::this_thread::yield();
+  first->cancel();
+  first->wait();
+  EXPECT_EQ(first->ending(), Ending::cancelled);
+  EXPECT_TRUE(first->crew()->dismiss(60));
+  const Checkpoint checkpoint = first->checkpoint();
+  EXPECT_TRUE(render(stage, settings, 3, &checkpoint).save() == stage.render(settings).save());
+}
+
+TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
+  const Stage stage(builtin_scene("cornell"));
+  const RenderSettings settings = small_picture();
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(3);
+  const auto first = job_of(stage, settings, ranks[0]), second = job_of(stage, settings, ranks[1]);
+  // A rank that takes a task and fails.
+  std::thread third([&] {
+    CrewMember member(ranks[2]);
+    member.introduce(render_key(*stage.scene, first->settings()));
+    member.work([] {}, [](const CameraTask&) -> TaskResult { throw Error("no more power"); }, [] { return false; });
+  });
+  first->wait();
+  third.join();
+  EXPECT_TRUE(first->crew()->dismiss(60));
+  ASSERT_EQ(first->crew()->failures().size(), 1u);
+  EXPECT_THAT(first->crew()->failures().front(), HasSubstr("rank 2: no more power"));
+  EXPECT_TRUE(first->snapshot().save() == stage.render(settings).save());
+}
+
+TEST(SharedRender, RanksWithAnotherSceneAreRefused) {
+  const Stage stage(builtin_scene("cornell")), other(builtin_scene("ajar"));
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  const auto first = job_of(stage, small_picture(), ranks[0]), second = job_of(other, small_picture(), ranks[1]);
+  try {
+    first->wait();
+    ADD_FAILURE() << "the other scene was taken";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("rank 0"), HasSubstr("rank 1"), HasSubstr("geometry")));
+  }
+  first->crew()->dismiss(60);
+}
+
+TEST(InstructionSets, AreTheBestThatAllRanksHave) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  // A machine that can do less.
+  std::thread other([&] {
+    std::vector<std::byte> bytes = {std::byte{0}};
+    for (const char c : std::string("sse4 ssse3 sse2 scalar\nsse")) bytes.push_back(static_cast<std::byte>(c));
+    ranks[1]->send(0, bytes, 1);
+  });
+  const std::string before = simd_name(), rays_before = ray_instruction_set();
+  const std::string chosen = agree_on_instruction_sets(*ranks[0]);
+  other.join();
+  EXPECT_EQ(simd_name(), "sse4");
+  EXPECT_THAT(ray_instruction_set(), HasSubstr(", sse"));
+  EXPECT_THAT(chosen, HasSubstr("kernels by sse4, rays by sse"));
+  const std::optional<Message> told = ranks[1]->receive(1);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->bytes.size(), 1 + std::string("sse4\nsse").size());
+  set_simd(before);
+  set_ray_instruction_set(ray_instruction_sets().front());
+  EXPECT_EQ(ray_instruction_set(), rays_before);
+}
+
+TEST(TaskQueue, GivesTheSamplesOfATileInOrder) {
+  const std::vector<CameraTask> tiles = {{0, 0, 16, 16, 1, 1}, {16, 0, 20, 16, 1, 1}};
+  TaskQueue queue(tiles, 6, 2);
+  const TaskQueue::Clock::time_point start;
+  const auto at = [&](int seconds) { return start + std::chrono::seconds(seconds); };
+  EXPECT_EQ(queue.slots(), 20u * 16 * 5);
+  const CameraTask a = *queue.take(at(1)), b = *queue.take(at(2));
+  EXPECT_EQ(a, (CameraTask{0, 0, 16, 16, 1, 2}));
+  EXPECT_FALSE(queue.take(at(3)));
+  // The oldest again, if it is old enough.
+  EXPECT_FALSE(queue.take_again(at(1), at(3)));
+  EXPECT_EQ(queue.take_again(at(2), at(4)), a);
+  EXPECT_EQ(queue.take_again(at(4), at(5)), b);
+  EXPECT_TRUE(queue.finish(a));
+  EXPECT_FALSE(queue.finish(a));
+  EXPECT_EQ(queue.take(at(6))->first_sample, 3u);
+  queue.give_back(b);
+  EXPECT_EQ(*queue.take(at(7)), b);
+  EXPECT_TRUE(queue.finish(b));
+  EXPECT_EQ(queue.whole_samples(), 3u);
+  EXPECT_EQ(queue.slots_done(), 20u * 16 * 2);
+  EXPECT_TRUE(queue.finish({0, 0, 16, 16, 3, 2}));
+  std::uint32_t last = 0;
+  while (!queue.done()) {
+    const CameraTask task = *queue.take(at(8));
+    EXPECT_LE(task.sample_count, 2u);
+    last = std::max(last, task.first_sample + task.sample_count);
+    EXPECT_TRUE(queue.finish(task));
+  }
+  EXPECT_EQ(last, 6u);
+  EXPECT_EQ(queue.slots_done(), queue.slots());
+  EXPECT_EQ(queue.whole_samples(), 6u);
+}
+
+}  // namespace
+}  // namespace glowworm
