@@ -76,10 +76,12 @@ TEST_F(MpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
 }
 
 TEST_F(MpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
-  const std::vector<std::string> endless =
-      arguments({"--samples", "100k", "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
+  // Tiles are at different samples where ranks end, so the number of all samples stays.
+  const std::string samples = "1000";
+  const std::vector<std::string> shared =
+      arguments({"--samples", samples, "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
   {
-    Running program(folder_, endless, by_ranks(3, endless));
+    Running program(folder_, shared, by_ranks(3, shared));
     ASSERT_TRUE(wait_for_file("a.checkpoint", 60));
     ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("a.checkpoint"))->passes > 0; }, 60));
     const pid_t rank = process_of_rank(1);
@@ -89,8 +91,7 @@ TEST_F(MpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   }
   // The other ranks have ended, too.
   EXPECT_TRUE(wait_until([&] { return process_of_rank(0) == 0 && process_of_rank(2) == 0; }, 60));
-  const std::uint32_t passes = read_checkpoint(path("a.checkpoint"))->passes;
-  const std::string samples = std::to_string(passes + 20);
+  EXPECT_LT(read_checkpoint(path("a.checkpoint"))->passes, 1000u);
   ASSERT_EQ(run_ranks(2, {"--samples", samples, "-o", "a.exr", "--resume=a.checkpoint"}).status, 0);
   ASSERT_EQ(run(arguments({"--samples", samples, "-o", "alone.exr"})).status, 0);
   expect_same_pixels("a.exr", "alone.exr");
