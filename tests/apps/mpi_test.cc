@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class MpiTest : public ProgramTest {
+class SlowMpiTest : public ProgramTest {
  protected:
   static std::vector<std::string> arguments(const std::vector<std::string>& more) {
     std::vector<std::string> all = {"render",    "builtin:atrium", "--size", "48x40",  "--gather",    "4",
@@ -61,7 +61,7 @@ class MpiTest : public ProgramTest {
   }
 };
 
-TEST_F(MpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
+TEST_F(SlowMpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
   ASSERT_EQ(run(arguments({"--samples", "4", "-o", "alone.exr"})).status, 0);
   for (const char* threads : {"1", "2"})
     for (const int count : {1, 2, 3, 5}) {
@@ -75,7 +75,7 @@ TEST_F(MpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
     }
 }
 
-TEST_F(MpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
+TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   // Tiles are at different samples where ranks end, so the number of all samples stays.
   const std::string samples = "1000";
   const std::vector<std::string> shared =
@@ -97,7 +97,7 @@ TEST_F(MpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   expect_same_pixels("a.exr", "alone.exr");
 }
 
-TEST_F(MpiTest, AnErrorOfAllRanksIsToldOnceAndEndsThem) {
+TEST_F(SlowMpiTest, AnErrorOfAllRanksIsToldOnceAndEndsThem) {
   const Outcome outcome = run_ranks(2, {"--camera", "none", "-o", "a.exr"});
   EXPECT_NE(outcome.status, 0);
   EXPECT_THAT(outcome.err, testing::HasSubstr("none"));
