@@ -112,7 +112,7 @@ TEST_F(CommandLineTest, EndingsMayBeCapitalAndStandardOutputTakesAnImageOrStatis
   EXPECT_EQ(render("builtin:cornell", {"-o", "png:-", "-q"}).out.substr(1, 3), "PNG");
   const Outcome statistics = render("builtin:cornell", {"-o", "c.exr", "--stats", "-"});
   EXPECT_EQ(nlohmann::json::parse(statistics.out).at("passes"), 1);
-  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "-", "--stats", "-"}), {"one file"}, 2));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "-", "--stats", "-"}), {"same file"}, 2));
   EXPECT_THAT(names(), UnorderedElementsAre("a.EXR", "b.PNG", "c.exr"));
 }
 

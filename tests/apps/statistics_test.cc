@@ -58,6 +58,7 @@ TEST_F(StatisticsTest, EveryKeyIsPresent) {
                                              "/settings/prefer",
                                              "/settings/time_limit_s",
                                              "/settings/noise_target",
+                                             "/settings/light_groups",
                                              "/settings/indirect_only",
                                              "/settings/progressive",
                                              "/settings/guiding",
