@@ -204,7 +204,8 @@ TEST(LightNames, AreThoseOfTheSceneOrTheKind) {
   EXPECT_EQ(light_source_name(scene, lights), "bulb");
   EXPECT_EQ(light_source_name(scene, lights + 1), "spot");
   EXPECT_EQ(light_source_name(scene, lights + 2), "directional light");
-  EXPECT_EQ(light_source_name(scene, lights + 3), "environment");
+  EXPECT_EQ(light_source_name(scene, lights + 3), "luminaire");
+  EXPECT_EQ(light_source_name(scene, lights + 4), "environment");
 }
 
 }  // namespace
