@@ -222,6 +222,7 @@ def render(
     reorder: Optional[int] = None,
     filter: Optional[str] = None,
     seed: Optional[int] = None,
+    light_groups: bool = False,
     indirect_only: bool = False,
     progressive: bool = False,
     no_gather_guiding: bool = False,
