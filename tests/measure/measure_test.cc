@@ -27,10 +27,10 @@ std::string error_of(const std::function<void()>& work) {
 TEST(Sensors, ReadsPointsAsRadianceHasThem) {
   const Sensors s = parse_points("# desks\n1 2 3 0 2 0\r\n\n  -1.5e0,\t0,+2,0,0,-1\n4 5 6 0 1 1", "a.pts");
   ASSERT_EQ(s.size(), 3u);
-  EXPECT_EQ(s.position[0], Vec3(1, 2, 3));
-  EXPECT_EQ(s.normal[0], Vec3(0, 1, 0));
-  EXPECT_EQ(s.position[1], Vec3(-1.5f, 0, 2));
-  EXPECT_EQ(s.normal[1], Vec3(0, 0, -1));
+  EXPECT_EQ(s.position[0], (Vec3{1, 2, 3}));
+  EXPECT_EQ(s.normal[0], (Vec3{0, 1, 0}));
+  EXPECT_EQ(s.position[1], (Vec3{-1.5f, 0, 2}));
+  EXPECT_EQ(s.normal[1], (Vec3{0, 0, -1}));
   EXPECT_NEAR(s.normal[2].y, std::sqrt(0.5f), 1e-6f);
 }
 
@@ -53,13 +53,13 @@ TEST(Sensors, CoverPlanesAndSurfaces) {
   const Scene scene(std::move(d));
   const Sensors plane = plane_sensors("-z=1,0.5", scene);
   ASSERT_EQ(plane.size(), 64u);
-  EXPECT_EQ(plane.position[0], Vec3(-1.75f, -1.75f, 1));
-  EXPECT_EQ(plane.position[9], Vec3(-1.25f, -1.25f, 1));
-  EXPECT_EQ(plane.normal[0], Vec3(0, 0, -1));
+  EXPECT_EQ(plane.position[0], (Vec3{-1.75f, -1.75f, 1}));
+  EXPECT_EQ(plane.position[9], (Vec3{-1.25f, -1.25f, 1}));
+  EXPECT_EQ(plane.normal[0], (Vec3{0, 0, -1}));
   const Sensors panel = surface_sensors("panel,0.5", scene);
   Vec3 middle{0, 0, 0};
   for (std::size_t i = 0; i < panel.size(); ++i) {
-    EXPECT_EQ(panel.normal[i], Vec3(0, 0, -1));
+    EXPECT_EQ(panel.normal[i], (Vec3{0, 0, -1}));
     middle += panel.position[i] / static_cast<float>(panel.size());
   }
   EXPECT_GE(panel.size(), 2u * 5 * 5) << "sides of the triangles are 2.24 m at most";
