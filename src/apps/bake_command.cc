@@ -1,9 +1,7 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <exception>
@@ -16,12 +14,12 @@
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
+#include "apps/picture_output.h"
 #include "apps/table_options.h"
 #include "bake/layout.h"
 #include "bake/light.h"
 #include "bake/probes.h"
 #include "bake/scene_glb.h"
-#include "builtin/builtin.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/input_file.h"
@@ -58,8 +56,7 @@ void resolve_options(BakeOptions& o) {
   if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
   o.settings.indirect_only = o.light == "indirect";
   const char* const expected = o.is_probes() ? ".json" : ".glb";
-  std::string ending = std::filesystem::path(o.output).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = ending_of(o.output);
   if (ending != expected)
     throw CommandLineError(fmt::format("'{}' does not end in {}", o.output, expected),
                            "Give -o a name with this ending.");
@@ -115,8 +112,8 @@ BakePlaces find_places(const BakeOptions& o, const std::shared_ptr<const Scene>&
 
 void write_probes(const BakeOptions& o, const Job& job, const ProbeGrid& probes, OutputFiles& files) {
   const std::vector<RGB> irradiance = unfiltered_picture(job.snapshot(), job.settings().indirect_only).radiance;
-  files.write(o.output, [&] { write_file(o.output, probes_json(probes, irradiance, o.command_line)); });
-  inform(fmt::format("wrote {}", o.output));
+  if (files.write(o.output, [&] { write_file(o.output, probes_json(probes, irradiance, o.command_line)); }))
+    inform(fmt::format("wrote {}", o.output));
 }
 
 void write_textures(const BakeOptions& o, const Job& job, const BakeLayout& layout, OutputFiles& files) {
@@ -128,13 +125,14 @@ void write_textures(const BakeOptions& o, const Job& job, const BakeLayout& layo
     if (layout.texels.face[i] != kNone) covered.push_back(light[i]);
   const float exposure = o.exposure ? *o.exposure : automatic_exposure(covered);
   const EncodedLight encoded = encode_light(layout, light, scale_of(o, std::exp2(exposure)));
-  files.write(o.output, [&] {
+  const bool written = files.write(o.output, [&] {
     write_file(o.output, glb_of_scene(job.scene(), layout, encoded, format_of(o.format), {exposure, o.command_line}));
   });
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
   if (encoded.clipped > 0.001)
     inform(fmt::format("note: {:.1f}% of the texels are brighter than the texture shows", 100 * encoded.clipped));
-  inform(fmt::format("wrote {}, exposure {:+.1f} stops{}", o.output, exposure, o.exposure ? "" : " (auto)"));
+  if (written)
+    inform(fmt::format("wrote {}, exposure {:+.1f} stops{}", o.output, exposure, o.exposure ? "" : " (auto)"));
 }
 
 std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& job) {
@@ -152,7 +150,7 @@ std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& 
                      atlas.texels_per_metre, effort);
 }
 
-/// Writes what there is, then throws what went wrong, or returns the exit status.
+/// Writes the results, then throws the error, if any, or returns the exit status.
 int finish(const BakeOptions& o, const Job& job, const BakePlaces& places, OutputFiles& files,
            const std::exception_ptr& failure) {
   if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
@@ -163,7 +161,7 @@ int finish(const BakeOptions& o, const Job& job, const BakePlaces& places, Outpu
     warn(any ? "interrupted: the file holds the light so far"
              : "interrupted before every point had light: no file was written");
   else if (!any)
-    warn("the time was up before every point had light: no file was written");
+    warn("the time limit ended the bake before every point had light: no file was written");
   files.throw_if_any_failed();
   inform(fmt::format("{} passes in {:.2f} s", job.passes(), job.seconds()));
   if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
@@ -212,7 +210,7 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
              "Density of texels, in as many atlases as that takes; by default what one atlas holds")
       ->option_text("N")
       ->group("Textures");
-  add_number(c, "--atlas", o.side, 16, kLargestAtlas, "Side of an atlas in texels")
+  add_number(c, "--atlas", o.side, 16, kMaxAtlasSide, "Side of an atlas in texels")
       ->option_text("N [1024 to 4096, by the scene]")
       ->group("Textures");
   add_number(c, "--spacing", o.spacing, 1e-6, 1e9, "Distance between probes in metres")
@@ -242,11 +240,7 @@ void add_bake_command(CLI::App& program, const std::string& command_line, int& e
   auto o = std::make_shared<BakeOptions>();
   o->command_line = command_line;
   CLI::App* c = program.add_subcommand("bake", "Writes a scene with its light in textures (GLB).");
-  c->add_option("scene", o->scene,
-                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
-                            fmt::join(builtin_scene_names(), ", builtin:")))
-      ->required()
-      ->option_text("SCENE");
+  add_scene_argument(*c, o->scene);
   add_texture_options(*c, *o);
   add_scene_options(*c, o->changes);
   add_table_options(*c, "Method", false, o->table);

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <map>
@@ -8,7 +7,6 @@
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
-#include "builtin/builtin.h"
 #include "render/effects.h"
 #include "scene/light_sampling.h"
 #include "scene/scene.h"
@@ -94,11 +92,7 @@ void add_info_command(CLI::App& program) {
   auto as_json = std::make_shared<bool>(false);
   auto changes = std::make_shared<SceneOptions>();
   CLI::App* c = program.add_subcommand("info", "Prints the contents of a scene and its unsupported features.");
-  c->add_option("scene", *path,
-                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
-                            fmt::join(builtin_scene_names(), ", builtin:")))
-      ->required()
-      ->option_text("SCENE");
+  add_scene_argument(*c, *path);
   c->add_flag("--json", *as_json, "Print a JSON object");
   add_scene_options(*c, *changes);
   c->footer(R"(

@@ -3,20 +3,19 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <exception>
 #include <filesystem>
 #include <memory>
-#include <thread>
 
+#include "apps/attend.h"
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
+#include "apps/picture_output.h"
 #include "apps/progress_bar.h"
 #include "apps/table_options.h"
-#include "builtin/builtin.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/input_file.h"
@@ -46,8 +45,7 @@ using Writer = std::string (*)(const Measurement&, const std::string&);
 /// What writes a file of this name. Throws CommandLineError for another ending.
 Writer writer_of(const std::string& name) {
   if (name == kStandardOutput) return measurement_csv;
-  std::string ending = std::filesystem::path(name).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = ending_of(name);
   if (ending == ".csv") return measurement_csv;
   if (ending == ".json") return measurement_json;
   if (ending == ".ply") return measurement_ply;
@@ -137,22 +135,6 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
   return o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene);
 }
 
-std::exception_ptr attend(Job& job, bool quiet) {
-  ProgressBar bar(!quiet);
-  while (!job.done()) {
-    if (caught_interrupt()) job.cancel();
-    bar.update(job.progress(), caught_interrupt() ? "stopping" : fmt::format("pass {}", job.passes() + 1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
-  }
-  bar.finish();
-  try {
-    job.wait();
-  } catch (...) {
-    return std::current_exception();
-  }
-  return nullptr;
-}
-
 /// Measures the light of each patch of the sky and writes the matrix.
 int run_matrix(const MeasureOptions& o, const Scene& scene, const Sensors& sensors, const RenderSettings& settings,
                OutputFiles& files) {
@@ -209,7 +191,7 @@ int run_measure(MeasureOptions& o) {
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-  const std::exception_ptr failure = attend(job, o.quiet);
+  const std::exception_ptr failure = attend(job, o.quiet, {});
   if (failure) std::rethrow_exception(failure);
   const Film film = job.snapshot();
   if (film.whole_passes() < 2) {
@@ -249,11 +231,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   auto o = std::make_shared<MeasureOptions>();
   o->command_line = command_line;
   CLI::App* c = program.add_subcommand("measure", "Measures irradiance and illuminance at points.");
-  c->add_option("scene", o->scene,
-                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
-                            fmt::join(builtin_scene_names(), ", builtin:")))
-      ->required()
-      ->option_text("SCENE");
+  add_scene_argument(*c, o->scene);
   const auto add = [&](const char* name, std::string& value, const char* values, const char* meaning) {
     c->add_option(name, value, meaning)->take_last()->option_text(values)->group("Sensors");
   };

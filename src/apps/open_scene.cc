@@ -1,6 +1,7 @@
 #include "apps/open_scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "apps/table_options.h"
+#include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
@@ -30,6 +32,15 @@ float parse_number(const char* name, const std::string& text, float least, float
 }
 
 }  // namespace
+
+void add_scene_argument(CLI::App& command, std::string& scene) {
+  command
+      .add_option("scene", scene,
+                  fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                              fmt::join(builtin_scene_names(), ", builtin:")))
+      ->required()
+      ->option_text("SCENE");
+}
 
 void add_scene_options(CLI::App& command, SceneOptions& o) {
   const auto add = [&](const char* name, const char* values, const char* meaning,

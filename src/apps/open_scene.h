@@ -21,6 +21,9 @@ struct SceneOptions {
   std::vector<std::string> given;  ///< the options with their values, in a form to repeat on another command line
 };
 
+/// Adds the scene as the first argument of a command.
+void add_scene_argument(CLI::App& command, std::string& scene);
+
 /// Adds the scene options to a command: --environment, --up, --scale, --fov, --look-at, ...
 void add_scene_options(CLI::App& command, SceneOptions& options);
 

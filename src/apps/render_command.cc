@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -17,7 +18,6 @@
 #include "apps/picture_output.h"
 #include "apps/table_options.h"
 #include "apps/tev_stream.h"
-#include "builtin/builtin.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/input_file.h"
@@ -307,7 +307,7 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   return status;
 }
 
-/// Renders as one rank of several. The others wait for a rank that fails, so all end with it.
+/// Renders as one rank of several. Only rank 0 prints: a rank that fails tells it why, and all ranks end with rank 0.
 int render_with_others(RenderOptions& o) {
   const std::shared_ptr<Ranks> ranks = join_ranks();
   if (ranks->rank() > 0) set_log_level(LogLevel::quiet);
@@ -321,9 +321,11 @@ int render_with_others(RenderOptions& o) {
   } catch (const std::exception& error) {
     message = error.what();
   }
-  // Where rank 0 fails alike, its message is enough.
-  if (ranks->rank() > 0) std::this_thread::sleep_for(std::chrono::seconds(1));
-  warn(fmt::format("rank {}: {}", ranks->rank(), message));
+  if (ranks->rank() > 0) {
+    report_failure(*ranks, message);
+    return 0;
+  }
+  std::fputs(fmt::format("glowworm: error: {}\n", message).c_str(), stderr);
   ranks->abort(status);
   return status;
 }
@@ -422,11 +424,7 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   auto options = std::make_shared<RenderOptions>();
   options->command_line = command_line;
   CLI::App* c = program.add_subcommand("render", "Renders a scene to an image.");
-  c->add_option("scene", options->scene,
-                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
-                            fmt::join(builtin_scene_names(), ", builtin:")))
-      ->required()
-      ->option_text("SCENE");
+  add_scene_argument(*c, options->scene);
   add_picture_options(*c, *options);
   add_scene_options(*c, options->changes);
   add_table_options(*c, "Method", false, options->table);

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/open_scene.h"
 #include "apps/table_options.h"
 #include "apps/view_options.h"
-#include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "kernels/simd.h"
@@ -121,11 +121,7 @@ SessionSettings session_settings(const ViewOptions& o, bool window) {
 void add_view_command(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<ViewOptions>();
   CLI::App* c = program.add_subcommand("view", "Opens a window on a scene: move the camera and the lights.");
-  c->add_option("scene", options->scene,
-                fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
-                            fmt::join(builtin_scene_names(), ", builtin:")))
-      ->required()
-      ->option_text("SCENE");
+  add_scene_argument(*c, options->scene);
   for (const char* group : {"Picture", "Method", "Effort", "Machine"})
     add_table_options(*c, group, true, options->table);
   add_scene_options(*c, options->changes);

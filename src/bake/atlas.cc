@@ -15,9 +15,9 @@ namespace glowworm {
 
 namespace {
 
-constexpr int kDefaultSide = 1024, kMostDefaultSide = 4096;
-constexpr int kSmallestRect = 2 + 2 * kGutter;  ///< side of a chart that covers next to nothing
-constexpr int kMostAtlases = 256;
+constexpr int kDefaultSide = 1024, kMaxDefaultSide = 4096;
+constexpr int kMinRect = 2 + 2 * kGutter;  ///< side of a chart that covers next to nothing
+constexpr int kMaxAtlases = 256;
 
 /// Intervals between texels along a side of a chart.
 int intervals(float metres, double density, int most) {
@@ -74,15 +74,15 @@ double best_density(std::span<const Chart> charts, int side) {
 double density_of_several(std::span<const Chart> charts, int side) {
   double area = 0;
   for (const Chart& chart : charts) area += static_cast<double>(chart.size.x) * chart.size.y;
-  const double gutters = static_cast<double>(charts.size()) * kSmallestRect * kSmallestRect;
+  const double gutters = static_cast<double>(charts.size()) * kMinRect * kMinRect;
   return area > 0 ? std::sqrt(std::max(gutters, static_cast<double>(side) * side) / area) : 1;
 }
 
 /// A side whose atlas is not filled by gutters alone.
 int default_side(std::size_t charts) {
-  const double needed = std::sqrt(4.0 * kSmallestRect * kSmallestRect * static_cast<double>(charts));
+  const double needed = std::sqrt(4.0 * kMinRect * kMinRect * static_cast<double>(charts));
   int side = kDefaultSide;
-  while (side < needed && side < kMostDefaultSide) side *= 2;
+  while (side < needed && side < kMaxDefaultSide) side *= 2;
   return side;
 }
 
@@ -117,9 +117,9 @@ Atlas pack(std::span<const Chart> charts, const AtlasRequest& request) {
     pack_one(pending, atlas.side);
     const auto unplaced =
         std::stable_partition(pending.begin(), pending.end(), [](const stbrp_rect& r) { return r.was_packed != 0; });
-    if (unplaced == pending.begin() || atlas.count == kMostAtlases)
+    if (unplaced == pending.begin() || atlas.count == kMaxAtlases)
       throw Error(fmt::format("{} charts of surface do not fit into {} atlases of {} texels a side", charts.size(),
-                              kMostAtlases, atlas.side),
+                              kMaxAtlases, atlas.side),
                   "Give a larger --atlas, or fewer --texels-per-metre.");
     for (auto r = pending.begin(); r != unplaced; ++r) {
       const auto i = static_cast<std::size_t>(r->id);

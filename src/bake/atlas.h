@@ -9,7 +9,7 @@
 namespace glowworm {
 
 /// Largest side of an atlas, in texels; what all graphics cards of the last ten years can show.
-inline constexpr int kLargestAtlas = 16384;
+inline constexpr int kMaxAtlasSide = 16384;
 
 /// What the user asks of atlases; 0 means automatic.
 struct AtlasRequest {

@@ -12,7 +12,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kLeastCosine = 0.70710678f;   ///< between a face of a chart and its direction: 45 degrees
+constexpr float kMinCosine = 0.70710678f;     ///< between a face of a chart and its direction: 45 degrees
 constexpr float kCreaseCosine = 0.81915204f;  ///< between neighbours: 35 degrees
 
 /// What growing charts looks up of each face.
@@ -44,7 +44,7 @@ std::vector<std::uint32_t> grow(const FaceTable& table, std::uint32_t seed, std:
       if (next == kNone || taken[next] || table.object[next] != table.object[seed] ||
           table.material[next] != table.material[seed])
         continue;
-      if (dot(table.normal[next], table.normal[seed]) < kLeastCosine ||
+      if (dot(table.normal[next], table.normal[seed]) < kMinCosine ||
           dot(table.normal[next], table.normal[out[i]]) < kCreaseCosine)
         continue;
       taken[next] = true;
@@ -89,11 +89,11 @@ Rectangle rectangle_along(const std::vector<Vec2>& points, Vec2 axis) {
 
 /// Direction of the rectangle of least area around the points: one of its sides lies along the hull.
 Vec2 best_axis(const std::vector<Vec2>& points) {
-  constexpr std::size_t kMostTried = 64;
+  constexpr std::size_t kMaxTries = 64;
   const std::vector<Vec2> hull = convex_hull(points);
   Vec2 best{1, 0};
   float least = std::numeric_limits<float>::max();
-  const std::size_t step = 1 + hull.size() / kMostTried;
+  const std::size_t step = 1 + hull.size() / kMaxTries;
   for (std::size_t i = 0; i < hull.size(); i += step) {
     const Vec2 d = hull[(i + 1) % hull.size()] - hull[i];
     const float l = std::sqrt(d.x * d.x + d.y * d.y);
@@ -150,7 +150,7 @@ Vec3 common_direction(const FaceTable& table, const std::vector<std::uint32_t>& 
   if (!(l > 0)) return table.normal[members[0]];
   sum = sum / l;
   for (const std::uint32_t f : members)
-    if (dot(table.normal[f], sum) < kLeastCosine) return table.normal[members[0]];
+    if (dot(table.normal[f], sum) < kMinCosine) return table.normal[members[0]];
   return sum;
 }
 

@@ -56,10 +56,10 @@ struct OpenSides {
 /// Looks around from a few dozen places of connected triangles. The inside of a solid meets only backs; the outside of
 /// a room meets nothing.
 OpenSides open_sides(const Scene& scene, const Tracer& tracer, const std::vector<std::uint32_t>& triangles) {
-  constexpr std::size_t kMostPlaces = 32;
+  constexpr std::size_t kMaxPlaces = 32;
   constexpr float kSolid = 0.98f, kSomething = 0.02f;
   Surroundings sum[2];
-  const std::size_t places = std::min(kMostPlaces, triangles.size());
+  const std::size_t places = std::min(kMaxPlaces, triangles.size());
   for (std::size_t i = 0; i < places; ++i) {
     const std::uint32_t triangle = triangles[i * triangles.size() / places];
     const SurfacePoint point = surface_point(scene, triangle, {1 / 3.0f, 1 / 3.0f});

@@ -12,8 +12,8 @@ namespace glowworm {
 
 namespace {
 
-constexpr double kMostOverlap = 0.005;  ///< share of the cells: rounding of coordinates in 16 bits makes some
-constexpr float kRounding = 1e-4f;      ///< by which coordinates may leave [0, 1]
+constexpr double kMaxOverlap = 0.005;  ///< share of the cells: rounding of coordinates in 16 bits makes some
+constexpr float kRounding = 1e-4f;     ///< by which coordinates may leave [0, 1]
 
 float uv_area(const std::array<Vec2, 3>& c) {
   return 0.5f * std::abs((c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x));
@@ -43,7 +43,7 @@ std::string lay_out(const Geometry& geometry, std::span<const BakeFace> faces, C
   }
   if (flat == chart.faces.size()) return "there are none";
   if (flat > 0) return fmt::format("{} of its triangles have no area in the texture", flat);
-  if (const double share = overlapping_share(chart); share > kMostOverlap)
+  if (const double share = overlapping_share(chart); share > kMaxOverlap)
     return fmt::format("{:.1f}% of their area overlaps", 100 * share);
   const auto metres = static_cast<float>(std::sqrt(in_space / in_texture));
   for (auto& corners : chart.corners)

@@ -58,7 +58,7 @@ class SeamSystem {
   const std::vector<std::uint32_t>& texels() const { return texels_; }
 
   std::vector<double> solve(const std::vector<double>& start) const {
-    constexpr int kMostSteps = 400;
+    constexpr int kMaxSteps = 400;
     std::vector<double> x = start, r(x.size());
     // With x = start, the gradient is that of the steps alone.
     const std::vector<double> product = times(x, 0);
@@ -66,7 +66,7 @@ class SeamSystem {
     std::vector<double> p = r;
     double square = dot_of(r, r);
     const double enough = 1e-14 * square;
-    for (int step = 0; step < kMostSteps && square > enough; ++step) {
+    for (int step = 0; step < kMaxSteps && square > enough; ++step) {
       const std::vector<double> ap = times(p, kStiffness);
       const double length = square / dot_of(p, ap);
       for (std::size_t i = 0; i < x.size(); ++i) {

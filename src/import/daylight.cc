@@ -18,7 +18,7 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 constexpr double kSolarConstant = 1367;   // W m^-2, that of the model's authors
 constexpr double kPrecipitableWater = 2;  // cm, where none is measured
-constexpr double kLeastBrightness = 0.01, kGreatestClearness = 11.9;
+constexpr double kMinBrightness = 0.01, kGreatestClearness = 11.9;
 
 /// Bins of the sky's clearness (Perez et al. 1990, table 1).
 constexpr std::array<double, 7> kClearness = {1.065, 1.230, 1.500, 1.950, 2.800, 4.500, 6.200};
@@ -102,7 +102,7 @@ Indices indices_of(const SkyMoment& moment, const SunPlace& sun, const SolarIrra
   const double day = 2 * M_PI * day_of_year(moment.month, moment.day) / 365;
   const double eccentricity = 1.00011 + 0.034221 * std::cos(day) + 0.00128 * std::sin(day) +
                               0.000719 * std::cos(2 * day) + 0.000077 * std::sin(2 * day);
-  out.brightness = std::max(e.diffuse_horizontal * mass / (kSolarConstant * eccentricity), kLeastBrightness);
+  out.brightness = std::max(e.diffuse_horizontal * mass / (kSolarConstant * eccentricity), kMinBrightness);
   out.bin = static_cast<std::size_t>(std::upper_bound(kClearness.begin(), kClearness.end(), out.clearness) -
                                      kClearness.begin());
   return out;

@@ -56,8 +56,8 @@ Spaced read_spaced(const char* option, const std::string& text, const char* form
 }
 
 void check_number(double count, const std::string& text) {
-  if (!(count <= static_cast<double>(kMostSensors)))
-    throw Error(fmt::format("'{}' makes {:.3g} sensors; {} are possible", text, count, kMostSensors),
+  if (!(count <= static_cast<double>(kMaxSensors)))
+    throw Error(fmt::format("'{}' makes {:.3g} sensors; {} are possible", text, count, kMaxSensors),
                 "Give a larger spacing.");
 }
 

@@ -29,14 +29,14 @@ Sensors parse_points(std::string_view text, const std::string& path);
 
 /// The middles of square cells of a plane within the scene's bounds. @param text "PLANE,SPACING", where PLANE is
 /// x=V, y=V or z=V (m), and -x=V, ... for sensors that face the other way. Throws Error for other texts, and where the
-/// plane misses the scene or has more than kMostSensors cells.
+/// plane misses the scene or has more than kMaxSensors cells.
 Sensors plane_sensors(const std::string& text, const Scene& scene);
 
 /// Points on the front of the triangles of an object, cut into parts no longer than the spacing. @param text
-/// "NAME,SPACING" (m). Throws Error, with the names, where there is no such object or it takes more than kMostSensors.
+/// "NAME,SPACING" (m). Throws Error, with the names, where there is no such object or it takes more than kMaxSensors.
 Sensors surface_sensors(const std::string& text, const Scene& scene);
 
-inline constexpr std::size_t kMostSensors = 20'000'000;
+inline constexpr std::size_t kMaxSensors = 20'000'000;
 
 /// For each sensor the index of the object of the scene that it is inside of, or kNone. A sensor is taken to be inside
 /// where rays in 14 directions all meet first the back of one object whose box is less than half as long as the

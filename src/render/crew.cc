@@ -119,7 +119,8 @@ TaskResult unpacked(Unpacker& in, const CameraTask& task) {
   return result;
 }
 
-/// One message of a kind from every other rank, by rank. Throws Error if a rank sends none in time.
+/// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. Throws Error if
+/// a rank sends none in time.
 /// @param other takes messages of other kinds
 std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, const std::string& what,
                                       const std::function<void(const Message&)>& other) {
@@ -128,12 +129,12 @@ std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, const std::string
     const std::optional<Message> message = ranks.receive(kPatience);
     if (!message) throw Error(fmt::format("a rank has not told its {} within {} s", what, kPatience));
     Unpacker in(*message);
-    if (in.take<Kind>() != kind) {
+    const auto got = in.take<Kind>();
+    if (got == kind)
+      texts[static_cast<std::size_t>(message->from)] = in.rest();
+    else
       other(*message);
-      continue;
-    }
-    texts[static_cast<std::size_t>(message->from)] = in.rest();
-    ++told;
+    told += got == kind || got == Kind::failure;
   }
   return texts;
 }
@@ -192,6 +193,8 @@ std::string agree_on_instruction_sets(Ranks& ranks) {
     return "";
   }
   const auto no_other = [](const Message& message) {
+    Unpacker in(message);
+    if (in.take<Kind>() == Kind::failure) throw Error(fmt::format("rank {}: {}", message.from, in.rest()));
     throw Error(fmt::format("rank {} did not tell its instruction sets", message.from));
   };
   std::vector<std::string> texts = texts_of_all(ranks, Kind::sets, "instruction sets", no_other), kernels, rays;
@@ -216,7 +219,8 @@ void Crew::check(const RenderKey& key) {
   const std::vector<std::string> texts =
       texts_of_all(*ranks_, Kind::key, "render", [&](const Message& message) { take_message(message, kNoWork); });
   for (std::size_t rank = 1; rank < texts.size(); ++rank)
-    check_same_whole({"rank 0", key}, {fmt::format("rank {}", rank), parse_key(texts[rank])}, false);
+    if (!gone_.contains(static_cast<int>(rank)))
+      check_same_whole({"rank 0", key}, {fmt::format("rank {}", rank), parse_key(texts[rank])}, false);
 }
 
 void Crew::take_message(const Message& message, const Work& work) {
@@ -278,6 +282,12 @@ bool Crew::dismiss(double seconds) {
   return gone_.size() + 1 == static_cast<std::size_t>(count());
 }
 
+void report_failure(Ranks& ranks, const std::string& message) {
+  Packer out(Kind::failure);
+  out.put_text(message);
+  ranks.send(0, out.take(), kSendSeconds);
+}
+
 void CrewMember::introduce(const RenderKey& key) {
   Packer out(Kind::key);
   out.put_text(key_text(key));
@@ -299,9 +309,7 @@ void CrewMember::work(const std::function<void()>& begin, const std::function<Ta
     }
   } catch (const Cancelled&) {
   } catch (const std::exception& error) {
-    Packer out(Kind::failure);
-    out.put_text(error.what());
-    ranks_->send(0, out.take(), kSendSeconds);
+    report_failure(*ranks_, error.what());
     return;
   }
   ranks_->send(0, Packer(Kind::bye).take(), kSendSeconds);

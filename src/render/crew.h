@@ -26,6 +26,9 @@ struct TaskResult {
 /// message. Throws Error if a rank has another version, or does not answer.
 std::string agree_on_instruction_sets(Ranks& ranks);
 
+/// Tells rank 0 why this rank cannot take part. The others go on without it, or rank 0 ends them all.
+void report_failure(Ranks& ranks, const std::string& message);
+
 /// Rank 0's side.
 class Crew {
  public:

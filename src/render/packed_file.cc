@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kBlock = std::size_t{1} << 20, kBlocksAtOnce = 32;
 /// Bytes of the largest numbers.
 constexpr std::size_t kNumber = 16;
-/// The fastest levels are as good as any on such numbers.
+/// Slower levels hardly compress sums of samples further.
 constexpr int kLevel = 1;
 
 struct BlockHeader {

@@ -11,7 +11,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr int kMostAngles = 10'000;
+constexpr int kMaxAngles = 10'000;
 /// Lines between the number of lamps' sets and the planes: six for each set, and ten direct ratios.
 constexpr std::size_t kDirectRatios = 10;
 
@@ -63,9 +63,9 @@ IntensityTable parse_eulumdat(std::string_view bytes, const std::string& path) {
   };
   count("the type of luminaire", 0, 3);
   const int symmetry = count("the symmetry", 0, 4);
-  const auto planes = static_cast<std::size_t>(count("the number of C planes", 1, kMostAngles));
+  const auto planes = static_cast<std::size_t>(count("the number of C planes", 1, kMaxAngles));
   text.number_line("the distance of C planes");
-  const auto angles = static_cast<std::size_t>(count("the number of angles of a plane", 2, kMostAngles));
+  const auto angles = static_cast<std::size_t>(count("the number of angles of a plane", 2, kMaxAngles));
   text.number_line("the distance of angles");
   if ((symmetry == 2 && planes % 2 != 0) || (symmetry > 2 && planes % 4 != 0))
     text.fail(fmt::format("{} C planes do not have symmetry {}", planes, symmetry));
