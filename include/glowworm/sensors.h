@@ -9,7 +9,7 @@
 
 namespace glowworm::api {
 
-/// What sensors measured; arrays of one length, index i of sensor i.
+/// Results of a measurement: arrays of one length, one entry for each sensor.
 struct Measurement {
   std::vector<Rgb> irradiance;  ///< W m^-2: the sum of the next three
   std::vector<Rgb> direct, indirect,

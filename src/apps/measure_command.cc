@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -14,7 +13,6 @@
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
 #include "apps/picture_output.h"
-#include "apps/progress_bar.h"
 #include "apps/table_options.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -42,7 +40,7 @@ struct MeasureOptions {
 
 using Writer = std::string (*)(const Measurement&, const std::string&);
 
-/// What writes a file of this name. Throws CommandLineError for another ending.
+/// The writer for a file of this name. Throws CommandLineError for an unknown ending.
 Writer writer_of(const std::string& name) {
   if (name == kStandardOutput) return measurement_csv;
   const std::string ending = ending_of(name);
@@ -54,7 +52,7 @@ Writer writer_of(const std::string& name) {
                          "Give -o a name with one of these endings, or - for CSV on standard output.");
 }
 
-/// Throws CommandLineError for files that do not fit what is measured.
+/// Throws CommandLineError if the format of a file does not suit the measurement.
 void check_outputs(const MeasureOptions& o) {
   for (const std::string& name : o.outputs) {
     const bool is_matrix = std::filesystem::path(name).extension() == ".mtx";
@@ -80,8 +78,8 @@ void check_options(MeasureOptions& o) {
   });
 }
 
-/// The settings of a measurement: by default light is as it is, not filtered, and photons are new for every sample, so
-/// that the spread of the samples holds their noise.
+/// The settings of a measurement. By default light is not filtered. Every sample has new photons, so that the spread of
+/// the samples includes the photons' noise.
 RenderSettings settings_of(const MeasureOptions& o) {
   RenderSettings s = o.table.settings;
   const auto given = [&](std::string_view name) {
@@ -90,11 +88,8 @@ RenderSettings settings_of(const MeasureOptions& o) {
   };
   if (!given("--filter")) s.filter = Filtering::off;
   s.progressive = s.integrator != Integrator::path;
-  // The sum over all patches has their noise together, so that each may have more.
-  if (o.sky_patches > 0 && s.samples == 0) s.samples = 8;
-  if (o.sky_patches > 0 && s.photons == 0) s.photons = 100'000;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  return s;
+  return o.sky_patches > 0 ? patch_settings(s) : s;
 }
 
 /// "12 and 4 more" of indices.
@@ -135,33 +130,17 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
   return o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene);
 }
 
-/// Measures the light of each patch of the sky and writes the matrix.
-int run_matrix(const MeasureOptions& o, const Scene& scene, const Sensors& sensors, const RenderSettings& settings,
-               OutputFiles& files) {
-  const SkyPatches patches(o.sky_patches);
-  inform(fmt::format("{}: {} sensors, {} patches of the sky and the ground; all other light is off", scene.name(),
-                     sensors.size(), o.sky_patches));
-  const auto start = std::chrono::steady_clock::now();
-  ProgressBar bar(!o.quiet);
-  const auto done = [&](std::size_t count) {
-    if (caught_interrupt()) throw Cancelled();
-    bar.update(static_cast<double>(count) / static_cast<double>(patches.size()), fmt::format("patch {}", count));
-  };
-  DaylightMatrix matrix;
-  try {
-    matrix = measure_sky_patches(scene, sensors, !o.surface.empty(), patches, settings, done);
-  } catch (const Cancelled&) {
-    bar.finish();
-    warn("interrupted: no matrix was written");
-    return kExitSignalled + caught_interrupt();
-  }
-  bar.finish();
+/// Writes the results of a job to all files.
+void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& job, OutputFiles& files) {
+  const Film film = job.snapshot();
   for (const std::string& name : o.outputs)
-    files.write(name, [&] { write_file(name, daylight_matrix_text(matrix, o.command_line)); });
+    files.write(name, [&] {
+      write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
+                                         : writer_of(name)(measurement_of(sensors, film), o.command_line));
+    });
   files.throw_if_any_failed();
-  inform(fmt::format("{} renders in {:.2f} s", patches.size(),
-                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
-  return 0;
+  inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
+                     relative_error(unfiltered_picture(film, false))));
 }
 
 int run_measure(MeasureOptions& o) {
@@ -178,32 +157,28 @@ int run_measure(MeasureOptions& o) {
   ImportOptions import_options;
   import_options.budget = loading_budget(asked.memory_bytes);
   std::string camera;
-  const std::shared_ptr<const Scene> scene =
+  std::shared_ptr<const Scene> scene =
       scene_of_view(open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, "", camera);
   tell_notes(*scene, o.scene);
+  if (o.sky_patches > 0) scene = std::make_shared<const Scene>(scene_under_patches(*scene, SkyPatches(o.sky_patches)));
   const auto tracer = std::make_shared<const Tracer>(*scene);
   Sensors sensors = make_sensors(o, *scene);
   check_inside(o, sensors, *tracer);
   catch_interrupts();
-  if (o.sky_patches > 0) return run_matrix(o, *scene, sensors, asked, files);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, !o.surface.empty()));
   Job job(scene, tracer, asked, nullptr, 0, grid);
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
+  if (o.sky_patches > 0)
+    inform(fmt::format("{} patches of the sky and the ground; other lights are off", o.sky_patches));
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
   const std::exception_ptr failure = attend(job, o.quiet, {});
   if (failure) std::rethrow_exception(failure);
-  const Film film = job.snapshot();
-  if (film.whole_passes() < 2) {
+  if (job.snapshot().whole_passes() < 2) {
     warn("the measurement ended before every sensor had two samples: no file was written");
     return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 1;
   }
-  const Measurement measured = measurement_of(sensors, film);
-  for (const std::string& name : o.outputs)
-    files.write(name, [&] { write_file(name, writer_of(name)(measured, o.command_line)); });
-  files.throw_if_any_failed();
-  inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
-                     relative_error(unfiltered_picture(film, false))));
+  write_results(o, sensors, job, files);
   return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 0;
 }
 
@@ -222,8 +197,8 @@ Examples:
   glowworm measure office.glb --points desks.pts --light lamp.ies@2,2.8,1 -o -
   glowworm measure office.glb --points desks.pts --sky-patches 145 -o daylight.mtx
 
-The matrix is a render for each patch, and the ground first: irradiance for a radiance
-of 1, as Radiance's rfluxmtx writes it and dctimestep reads it; y is up, -z is north.)";
+The matrix has the irradiance for a radiance of 1 from the ground and from each patch,
+as Radiance's rfluxmtx writes it and dctimestep reads it; y is up, -z is north.)";
 
 }  // namespace
 

@@ -217,7 +217,7 @@ class BlockTracer {
       if (path.bounce_pdf > 0)
         weight = balance_heuristic(1, path.bounce_pdf, 1,
                                    environment_pdf(scene, path.bounce_position, {0, 0, 0}, direction));
-      radiance_.add(radiance_.emitted, slot, path.throughput * sky * weight, environment_source(scene));
+      radiance_.add(radiance_.emitted, slot, path.throughput * sky * weight, environment_source(scene, direction));
       return false;
     }
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);

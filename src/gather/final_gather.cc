@@ -134,9 +134,10 @@ class ChunkGatherer {
     const Vec3 wo = -rays_.rays[i].direction;
     if (hit.triangle == kNone) {
       if (!counts_light(i)) return false;
-      add_light(i, environment_radiance(scene_, rays_.rays[i].direction), environment_source(scene_), [&](Vec3 from) {
-        return environment_pdf(scene_, from, {0, 0, 0}, rays_.rays[i].direction);
-      });
+      add_light(i, environment_radiance(scene_, rays_.rays[i].direction),
+                environment_source(scene_, rays_.rays[i].direction), [&](Vec3 from) {
+                  return environment_pdf(scene_, from, {0, 0, 0}, rays_.rays[i].direction);
+                });
       return false;
     }
     return !ends_on_diffuse(i) && advance_in_full(i, hit, wo);

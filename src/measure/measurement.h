@@ -1,4 +1,4 @@
-// What sensors measured, and its files.
+// Results of sensors, and their file formats.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,13 +1,11 @@
 // Daylight coefficients: what each patch of the sky contributes to sensors.
 #pragma once
 #include <cstddef>
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "measure/sensors.h"
-#include "render/settings.h"
+#include "render/job.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -22,9 +20,6 @@ class SkyPatches {
   std::size_t size() const { return size_; }
   /// The patch that a direction lies in.
   std::size_t patch_of(Vec3 direction) const;
-  /// Light of radiance 1 W sr^-1 m^-2 from a patch: a table of 0.5 degrees whose texels at edges hold their share, so
-  /// that all patches together are the same all around.
-  Environment light(std::size_t patch) const;
 
  private:
   std::vector<int> in_row_;  // patches of each row, from the horizon on
@@ -40,11 +35,15 @@ struct DaylightMatrix {
   RGB at(std::size_t sensor, std::size_t patch) const { return coefficient[sensor * patches + patch]; }
 };
 
-/// Measures all patches, one render for each: the scene's own lights are off.
-/// @param done called with the number of patches so far; it may throw Cancelled
-DaylightMatrix measure_sky_patches(const Scene& scene, const Sensors& sensors, bool on_surfaces,
-                                   const SkyPatches& patches, const RenderSettings& settings,
-                                   const std::function<void(std::size_t)>& done);
+/// The scene under a sky and ground of radiance 1 W sr^-1 m^-2, each patch a light source of its own
+/// (EnvironmentParts). The scene's own lights are off.
+Scene scene_under_patches(const Scene& scene, const SkyPatches& patches);
+
+/// The settings of a Job over scene_under_patches() that keeps the light of patches apart, in one pass for all of them.
+RenderSettings patch_settings(RenderSettings settings);
+
+/// The matrix of such a Job over sensor_grid(): means over its samples so far.
+DaylightMatrix daylight_matrix(const Job& job, std::size_t sensors);
 
 /// The matrix as rfluxmtx and rcontrib write it in ASCII: a row of R G B triples for each sensor, with the columns in
 /// the order of patches; dctimestep multiplies it by the vectors of gendaymtx.

@@ -61,6 +61,7 @@ EmissionBlock::Kind EmissionBlock::choose(const Scene& scene, std::size_t i) {
   }
   const EnvironmentDirection sample =
       sample_environment(*scene.environment(), scene.environment_distribution(), {square_[0][i], square_[1][i]});
+  light_[i] = environment_source(scene, sample.direction);
   const bool seen = sample.value.pdf != 0;
   set_distant(i, -sample.direction, seen ? sample.value.radiance / sample.value.pdf : RGB(0.0f));
   return kDistant;

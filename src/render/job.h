@@ -71,7 +71,7 @@ class Job {
   Checkpoint checkpoint() const;
   /// Film::not_finite() of the current film; at any time.
   std::uint64_t samples_not_finite() const;
-  /// What determines the bits of the samples. The first call hashes the scene.
+  /// Everything that determines the bits of the samples. The first call hashes the scene.
   const RenderKey& key() const;
   const RenderSettings& settings() const { return settings_; }
   const Statistics& statistics() const { return statistics_; }

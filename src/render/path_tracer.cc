@@ -70,7 +70,7 @@ class Path {
       const Hit hit = tracer_.intersect(ray, bounce == 0 ? RayOrder::camera : RayOrder::incoherent);
       if (bounce == 0) see(hit);
       if (hit.triangle == kNone) {
-        add_light(environment_radiance(scene_, ray.direction), environment_source(scene_),
+        add_light(environment_radiance(scene_, ray.direction), environment_source(scene_, ray.direction),
                   last_pdf_ > 0 ? environment_pdf(scene_, last_position_, {0, 0, 0}, ray.direction) : 0);
         return;
       }

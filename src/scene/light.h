@@ -1,6 +1,7 @@
 // Lights and the environment, as tables.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,6 +47,13 @@ enum class EnvironmentMapping : std::uint8_t {
 
 /// Light from infinitely far in all directions. Radiance is `scale` times the sky's or the image's, or
 /// `scale` without either.
+/// A division of the environment by direction into light sources of their own.
+struct EnvironmentParts {
+  std::uint32_t count = 1;
+  /// The part of a unit direction in world space, towards the environment; less than `count`.
+  std::function<std::uint32_t(Vec3)> part_of;
+};
+
 struct Environment {
   std::string name;
   RGB scale{1.0f};  ///< W sr^-1 m^-2
@@ -57,6 +65,7 @@ struct Environment {
   Transform to_world;
   /// A formula in the space of lat_long. The image is then only what directions are sampled by.
   std::optional<SkyModel> sky;
+  std::shared_ptr<const EnvironmentParts> parts;  ///< null: one light source
 };
 
 }  // namespace glowworm

@@ -10,7 +10,7 @@ namespace glowworm {
 
 namespace {
 
-/// What sources of one group share: their name, or without one the emission or light that they are of.
+/// Key of a source's group: its name, or the index of its emission or light if it has none.
 std::pair<std::string, std::size_t> key_of(const Scene& scene, std::uint32_t source) {
   const std::size_t triangles = scene.emissive_triangles().size(), emissions = scene.emissions().size();
   if (source < triangles) {
@@ -22,7 +22,7 @@ std::pair<std::string, std::size_t> key_of(const Scene& scene, std::uint32_t sou
     const std::string& name = scene.lights()[source - triangles].name;
     return {name, name.empty() ? emissions + source - triangles : 0};
   }
-  return {scene.environment()->name, emissions + scene.lights().size()};
+  return {scene.environment()->name, emissions + source - triangles};
 }
 
 }  // namespace
@@ -34,10 +34,12 @@ LightGroups light_groups(const Scene& scene) {
   std::map<std::string, int> uses;
   for (std::uint32_t source = 0; source < scene.light_source_count(); ++source) {
     const auto count = static_cast<std::uint32_t>(groups.names.size());
-    const auto [place, added] = places.try_emplace(key_of(scene, source), std::min<std::uint32_t>(count, kMaxGroups));
+    const bool limited = source < scene.emissive_triangles().size() + scene.lights().size();
+    const auto [place, added] =
+        places.try_emplace(key_of(scene, source), limited ? std::min<std::uint32_t>(count, kMaxGroups) : count);
     groups.of_source.push_back(place->second);
-    if (!added || count > kMaxGroups) continue;
-    std::string name = count == kMaxGroups ? "others" : light_source_name(scene, source);
+    if (!added || place->second < count) continue;
+    std::string name = limited && count == kMaxGroups ? "others" : light_source_name(scene, source);
     if (const int number = ++uses[name]; number > 1) name += " " + std::to_string(number);
     groups.names.push_back(name);
   }

@@ -28,6 +28,10 @@ bool behind(Vec3 normal, Vec3 direction) {
   return !(normal.x == 0 && normal.y == 0 && normal.z == 0) && dot(normal, direction) <= 0;
 }
 
+std::uint32_t first_environment_source(const Scene& scene) {
+  return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
+}
+
 const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
@@ -184,7 +188,8 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u
     out.distance = kInfinity;
   }
   out.pdf *= choice.probability;
-  out.source = choice.source;
+  out.source =
+      choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, out.direction);
   if (behind(normal, out.direction)) return {};
   return out;
 }
@@ -203,12 +208,13 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
 
 float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction) {
   if (!scene.environment() || behind(normal, direction)) return 0;
-  return scene.light_selector().probability(position, environment_source(scene)) *
+  return scene.light_selector().probability(position, first_environment_source(scene)) *
          radiance_and_pdf(*scene.environment(), scene.environment_distribution(), direction).pdf;
 }
 
-std::uint32_t environment_source(const Scene& scene) {
-  return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
+std::uint32_t environment_source(const Scene& scene, Vec3 direction) {
+  const EnvironmentParts* const parts = scene.environment() ? scene.environment()->parts.get() : nullptr;
+  return first_environment_source(scene) + (parts ? parts->part_of(direction) : 0);
 }
 
 RGB environment_radiance(const Scene& scene, Vec3 direction) {
@@ -227,11 +233,17 @@ EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position
   else
     out = emit_from_environment(scene, u_position, u_direction);
   out.flux *= 1 / choice.probability;
-  out.light = choice.source;
+  out.light =
+      choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, -out.direction);
   return out;
 }
 
-RGB light_source_power(const Scene& scene, std::uint32_t source) { return scene.source_powers()[source]; }
+RGB light_source_power(const Scene& scene, std::uint32_t source) {
+  const std::size_t last = scene.source_powers().size() - 1;
+  const auto parts = static_cast<float>(scene.light_source_count() - last);
+  // Parts of the environment count as equal.
+  return source < last ? scene.source_powers()[source] : scene.source_powers()[last] / parts;
+}
 
 std::string light_source_name(const Scene& scene, std::uint32_t source) {
   const std::size_t triangles = scene.emissive_triangles().size();

@@ -33,8 +33,9 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
 /// The same for a direction towards the environment.
 float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction);
 
-/// The environment as a light source, counted as in Scene::light_power().
-std::uint32_t environment_source(const Scene& scene);
+/// The light source of the environment in a direction (unit, world space, towards it), counted as in
+/// Scene::light_power(); the parts of an environment follow each other.
+std::uint32_t environment_source(const Scene& scene, Vec3 direction);
 /// Radiance of the environment from a direction (unit, world space, towards it); black without one.
 RGB environment_radiance(const Scene& scene, Vec3 direction);
 

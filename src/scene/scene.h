@@ -92,12 +92,15 @@ class Scene {
     return emissive_index_.empty() ? kNone : emissive_index_[triangle];
   }
   /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then the
-  /// environment. Its total is the power of all light, in W (luminance).
+  /// environment, of which all parts count as one here. Its total is the power of all light, in W (luminance).
   const Distribution1D& light_power() const { return light_power_; }
-  /// Power of each light source in W, counted as in light_power(); an estimate for textured emission.
+  /// Power of each light source in W, counted as in light_power(); an estimate for textured emission. The last may be
+  /// that of all parts of the environment.
   const std::vector<RGB>& source_powers() const { return source_powers_; }
+  /// Number of light sources, with each part of the environment.
   std::size_t light_source_count() const {
-    return emissive_triangles_.size() + d_.lights.size() + (d_.environment ? 1 : 0);
+    const std::size_t of_environment = !d_.environment ? 0 : d_.environment->parts ? d_.environment->parts->count : 1;
+    return emissive_triangles_.size() + d_.lights.size() + of_environment;
   }
   /// Chooses a light source for a point.
   const LightSelector& light_selector() const { return light_selector_; }
