@@ -27,7 +27,7 @@ void check_unit(std::span<const Vec3> vectors, const char* what) {
   constexpr double kTolerance = 1e-3;
   for (std::size_t i = 0; i < vectors.size(); ++i) {
     const double x = vectors[i].x, y = vectors[i].y, z = vectors[i].z;
-    // Also finds what is no number.
+    // NaN fails this test, too.
     if (const double length = std::sqrt(x * x + y * y + z * z); !(std::abs(length - 1) <= kTolerance))
       throw Error(numbered(what, i) + " has length " + std::to_string(length), "Give unit vectors.");
   }

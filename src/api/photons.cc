@@ -88,7 +88,7 @@ struct PhotonMap::Implementation {
 
   const glowworm::Tracer& tracer() const { return *scene.implementation().tracer; }
 
-  /// The estimates of the engine for query points, one of which may have several: QueryPoints::gather_point names it.
+  /// Sums of the engine's estimates. A point may have several query points; QueryPoints::gather_point is its index.
   std::vector<Rgb> estimate(const QueryPoints& queries, std::size_t points) const {
     std::vector<Rgb> out(points);
     // Without photons there is no light, and no engine.

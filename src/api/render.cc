@@ -40,7 +40,7 @@ RenderSettings settings_of(const RenderOptions& o) {
   if (!o.engine.empty()) s.engine = o.engine;
   if (!o.filter) s.filter = Filtering::off;
   if (const auto& c = o.crop) {
-    // Also refuses what is not a number.
+    // NaN is refused, too.
     if (!(c->x0 >= 0 && c->y0 >= 0 && c->x0 < c->x1 && c->y0 < c->y1 && c->x1 <= 1 && c->y1 <= 1))
       throw Error("the crop is not a part of the picture",
                   "Give fractions from 0 (left, top) to 1, for example 0.25, 0, 0.75, 0.5.");

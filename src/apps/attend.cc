@@ -22,7 +22,7 @@ void run_if_due(const Job& job, RepeatedWork& repeated) {
   repeated.next_s = end + std::max(repeated.interval_s, 20 * (end - start));
 }
 
-/// What the job is doing, for the progress bar.
+/// The current step of the job, for the progress bar.
 std::string work_of(const Job& job) {
   if (job.is_mapping()) return "photon map";
   return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));

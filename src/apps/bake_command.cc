@@ -78,7 +78,7 @@ void prepare_outputs(const BakeOptions& o, OutputFiles& files) {
   files.throw_if_any_failed();
 }
 
-/// Writes the light of all texels as a picture: .exr as it is, .png as the texture shows it.
+/// Writes the light of all texels as a picture: .exr linear, .png with the texture's scale.
 void write_atlas_picture(const BakeOptions& o, const BakeLayout& layout, const std::vector<RGB>& light,
                          const EncodedLight& encoded) {
   Image picture(layout.texels.width, layout.texels.height);
@@ -90,7 +90,7 @@ void write_atlas_picture(const BakeOptions& o, const BakeLayout& layout, const s
 /// Values above which a texture of 8 bits ends: unlit colours end at 1.
 float scale_of(const BakeOptions& o, float gain) { return o.format == "unlit" ? 1 / gain : 0; }
 
-/// What a bake computes the light of: texels, or probes.
+/// The points of a bake: texels or probes.
 struct BakePlaces {
   BakeLayout layout;
   ProbeGrid probes;

@@ -30,7 +30,7 @@ struct PictureOptions {
 /// The ending of a file's name in small letters.
 std::string ending_of(const std::string& name);
 
-/// What a name after -o asks for. Throws CommandLineError for an unknown ending.
+/// The output that a name after -o describes. Throws CommandLineError for an unknown ending.
 Output output_of(const std::string& name);
 
 /// Adds --precision, --tone and --exposure to a command.

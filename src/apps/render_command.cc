@@ -236,7 +236,7 @@ void warn_of_unused_formats(const RenderOptions& o) {
   warn_of_unused_formats(o.picture, o.outputs);
 }
 
-/// Computes for rank 0 until that needs no more.
+/// Computes tasks until rank 0 ends the render.
 void help_rank_0(Job& job) {
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
@@ -245,7 +245,7 @@ void help_rank_0(Job& job) {
   job.wait();
 }
 
-/// Sends the other ranks home. Those that do not answer end with this process.
+/// Ends the other ranks. Those that do not answer are aborted.
 void dismiss_ranks(Job& job, Ranks& ranks, int status) {
   constexpr double kSeconds = 60;
   const bool all = job.crew()->dismiss(kSeconds);

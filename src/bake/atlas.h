@@ -11,7 +11,7 @@ namespace glowworm {
 /// Largest side of an atlas, in texels; what all graphics cards of the last ten years can show.
 inline constexpr int kMaxAtlasSide = 16384;
 
-/// What the user asks of atlases; 0 means automatic.
+/// Wanted properties of atlases; 0 means automatic.
 struct AtlasRequest {
   int side = 0;                 ///< of an atlas, texels
   double texels_per_metre = 0;  ///< automatic: what one atlas holds

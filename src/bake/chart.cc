@@ -15,7 +15,7 @@ namespace {
 constexpr float kMinCosine = 0.70710678f;     ///< between a face of a chart and its direction: 45 degrees
 constexpr float kCreaseCosine = 0.81915204f;  ///< between neighbours: 35 degrees
 
-/// What growing charts looks up of each face.
+/// Data of each face for growing charts.
 struct FaceTable {
   std::vector<Vec3> normal;
   std::vector<float> area;

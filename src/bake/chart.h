@@ -1,4 +1,4 @@
-// Charts: pieces of surface laid flat.
+// Charts: connected faces, projected to a plane.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// Faces laid flat side by side, without overlaps.
+/// Faces projected to a plane, without overlaps.
 struct Chart {
   std::vector<std::uint32_t> faces;          ///< indices into the list of faces
   std::vector<std::array<Vec2, 3>> corners;  ///< of each face: metres from the lower corner of the chart's rectangle

@@ -1,4 +1,4 @@
-// Binary glTF 2.0 files in the making.
+// Builds binary glTF 2.0 files.
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>

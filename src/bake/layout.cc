@@ -121,7 +121,7 @@ std::vector<BakeFace> baked_fronts(const Scene& scene, std::vector<std::string>&
       ++left[g.material[t]];
   }
   for (const auto& [material, count] : left)
-    notes.push_back(fmt::format("material '{}' ({}) is left as it is: its look depends on where it is seen from",
+    notes.push_back(fmt::format("material '{}' ({}) is not baked: its appearance depends on the viewpoint",
                                 scene.materials()[material].name, plural(count, "triangle")));
   return out;
 }

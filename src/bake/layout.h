@@ -1,4 +1,4 @@
-// What of a scene is baked, and where its texels lie.
+// The baked surfaces of a scene, and the positions of their texels.
 #pragma once
 #include <memory>
 #include <string>
@@ -16,7 +16,7 @@ struct BakeLayout {
   std::vector<Chart> charts;
   Atlas atlas;
   TexelMap texels;
-  std::vector<std::string> notes;  ///< what is not baked or laid out anew, and why; one line each
+  std::vector<std::string> notes;  ///< surfaces that are not baked or have new charts, with reasons; one line each
 };
 
 /// Whether light on a material looks the same from everywhere, so that a texture can show it: no glass, no mirror.

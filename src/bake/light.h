@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// What a baked texture shows.
+/// Quantity of a baked texture.
 enum class TexelLight {
   irradiance,  ///< W m^-2
   radiance     ///< of a diffuse surface: albedo times irradiance over pi, W sr^-1 m^-2

@@ -62,7 +62,7 @@ struct OutputFace {
   std::uint32_t chart = kNone, place = 0;  ///< its chart and its index there; kNone: not baked
 };
 
-/// What tells primitives apart: object, material, emission, atlas (-1: not baked), one side.
+/// Key of a primitive: object, material, emission, atlas (-1: not baked), one side.
 using PrimitiveKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, int, bool>;
 
 class SceneWriter {

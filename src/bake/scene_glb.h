@@ -15,7 +15,7 @@ enum class BakeFormat {
   lightmap,  ///< base colours, and irradiance by the extension MOZ_lightmap
 };
 
-/// What else a file says of its light.
+/// Metadata of a baked file.
 struct BakeNotes {
   float exposure = 0;        ///< stops: values of the file are radiance or irradiance times 2^exposure
   std::string command_line;  ///< for the file's extras

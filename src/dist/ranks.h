@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// What one rank has sent to another.
+/// A message between ranks.
 struct Message {
   int from = 0;
   std::vector<std::byte> bytes;
@@ -37,8 +37,7 @@ class Ranks {
   Ranks() = default;
 };
 
-/// Number of processes that an MPI launcher says that it started, by OMPI_COMM_WORLD_SIZE or PMI_SIZE in the
-/// environment; 1 if none did.
+/// Number of processes of the MPI job, from OMPI_COMM_WORLD_SIZE or PMI_SIZE in the environment; 1 without a launcher.
 int launched_count();
 
 /// Number of them on this machine, by OMPI_COMM_WORLD_LOCAL_SIZE or MPI_LOCALNRANKS; 1 if it is unknown.

@@ -84,7 +84,7 @@ int day_of_year(int month, int day) {
   return kBefore[std::clamp(month, 1, 12) - 1] + day;
 }
 
-/// What the model makes of the measured irradiance.
+/// Parameters that the model derives from the measured irradiance.
 struct Indices {
   double zenith;  ///< of the sun, radians
   double clearness, brightness;

@@ -12,7 +12,7 @@ PYBIND11_MODULE(_glowworm, module) {
   module.doc() = "Bindings of Glowworm's C++ interface.";
   module.attr("__version__") = api::version();
   const py::exception<Error> error = py::register_exception<Error>(module, "Error", PyExc_RuntimeError);
-  error.attr("__doc__") = "What Glowworm cannot do: what is wrong, where, and what to do about it.";
+  error.attr("__doc__") = "An error of Glowworm. The text says what is wrong, where, and what to do.";
   error.attr("__module__") = "glowworm";
   module.def("set_threads", &api::set_threads, py::arg("threads"),
              "Sets the number of threads of all work; 0: one for each hardware thread.");

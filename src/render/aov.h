@@ -19,9 +19,8 @@ struct LayerSource {
 /// Throws Error where there is no such layer.
 void add_layer(Image& image, const LayerSource& source, const std::string& name);
 
-/// Adds the layer of a group of light sources: "light." and its name, in which what is not a letter, digit or '-'
-/// becomes
-/// '_'.
+/// Adds the layer of a group of light sources: "light." and its name, with '_' in place of every character other than
+/// letters, digits and '-'.
 void add_light_group(Image& image, const Film& film, std::size_t group, const std::string& name);
 
 /// Channels of a layer of aov_names().

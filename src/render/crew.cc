@@ -20,11 +20,11 @@ namespace {
 /// First byte of a message.
 enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, stop, bye };
 
-/// How long a rank may take to load the scene, or to take a message.
+/// Seconds that a rank may take to load the scene, or to accept a message.
 constexpr double kPatience = 600, kSendSeconds = 120;
-/// Rank 0 looks at what the render does so often.
+/// Rank 0 checks the state of the render at this interval, in seconds.
 constexpr double kTurn = 0.002;
-/// Tasks that a rank has at once: one under way, and one to go on with while its result travels.
+/// Tasks assigned to a rank: one that it computes, and the next, to hide the time of messages.
 constexpr int kTasksAtOnce = 2;
 
 class Packer {
@@ -149,11 +149,11 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-/// Of a render that takes nothing now.
+/// Callbacks of a render that takes no results.
 const Crew::Work kNoWork{[] { return std::nullopt; }, [](const CameraTask&, const TaskResult&) {},
                          [](const CameraTask&) {}, [] { return true; }};
 
-/// The names that this rank may compute by, best first, of kernels and of rays.
+/// The instruction sets that this rank supports, fastest first: kernels, then rays.
 std::string own_sets() {
   const std::vector<std::string> all = simd_names();
   const auto first = std::find(all.begin(), all.end(), simd_name());

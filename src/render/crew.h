@@ -32,12 +32,12 @@ void report_failure(Ranks& ranks, const std::string& message);
 /// Rank 0's side.
 class Crew {
  public:
-  /// What Crew::serve() asks of the render. Called by the serving thread alone.
+  /// Callbacks of Crew::serve(). Only the serving thread calls them.
   struct Work {
     std::function<std::optional<CameraTask>()> take;                ///< the next task, if there is one now
     std::function<void(const CameraTask&, const TaskResult&)> put;  ///< takes a result
     std::function<void(const CameraTask&)> give_back;               ///< takes a task back whose rank is lost
-    std::function<bool()> ended;                                    ///< true: serve() shall return
+    std::function<bool()> ended;                                    ///< true: serve() returns
   };
 
   explicit Crew(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
@@ -48,7 +48,7 @@ class Crew {
   void check(const RenderKey& key);
   /// Gives tasks to the other ranks and takes their results until work.ended().
   void serve(const Work& work);
-  /// Sends all ranks home and waits for them, up to `seconds`. Returns whether all have answered.
+  /// Ends all ranks and waits for them, up to `seconds`. Returns whether all have answered.
   bool dismiss(double seconds);
   /// Ranks that have failed, with their errors.
   const std::vector<std::string>& failures() const { return failures_; }

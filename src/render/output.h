@@ -21,7 +21,7 @@ inline constexpr const char* kRelativeError = "glowworm:relative_error";
 Image make_image(const Film& film, const PictureInfo& info);
 Image make_image(const Film& film, const Job& job);
 
-/// What make_image() needs of a render, at any time.
+/// The arguments of make_image() besides the film; at any time.
 PictureInfo picture_info(const Job& job);
 
 /// Bytes that make_image() and writing its picture need.

@@ -92,7 +92,7 @@ bool PackedReader::fill() {
     BlockHeader header;
     if (!file_.read(reinterpret_cast<char*>(&header), sizeof header)) return false;
     if (header.size == 0) {
-      // What ends the blocks stays to be read again.
+      // The caller reads the end mark again.
       file_.seekg(-static_cast<std::streamoff>(sizeof header), std::ios::cur);
       break;
     }

@@ -10,7 +10,7 @@
 
 namespace glowworm {
 
-/// What the file of a part says beside its film.
+/// The header of a part's file.
 struct Part {
   RenderKey key;                    ///< of the whole render
   std::vector<SampleRange> ranges;  ///< samples of every pixel in the film, in order and apart; a render that was

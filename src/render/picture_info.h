@@ -1,4 +1,4 @@
-// What a picture says of its render beside the film.
+// Metadata of a render that its picture needs besides the film.
 #pragma once
 #include <array>
 #include <map>

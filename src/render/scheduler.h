@@ -35,7 +35,7 @@ inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 /// @param settings resolved
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 
-/// How a render of several processes is divided: tasks of about a second, of which each process gets several.
+/// Division of a render by several processes: tasks of about a second, several for each process.
 struct SharedTasks {
   Schedule schedule;                  ///< with smaller tiles
   std::uint32_t samples_at_once = 1;  ///< most samples of a task

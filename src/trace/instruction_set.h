@@ -15,7 +15,7 @@ std::vector<std::string> ray_instruction_sets();
 /// Chooses the instruction set of every Tracer that is made from now on. Throws Error if the machine does not have it.
 void set_ray_instruction_set(const std::string& name);
 
-/// What rtcNewDevice() takes for the chosen instruction set; "" for the default.
+/// Argument of rtcNewDevice() for the chosen instruction set; "" for the default.
 const std::string& ray_device_configuration();
 
 }  // namespace glowworm

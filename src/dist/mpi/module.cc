@@ -1,4 +1,4 @@
-// The ranks of an MPI job. A module that is loaded in such jobs alone, so that the program runs without MPI.
+// The ranks of an MPI job. The program loads this module only in such jobs, so it runs where MPI is not installed.
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Messages are looked for so often. MPI's own waiting would take a whole core.
+/// Interval of polling for messages. MPI's blocking calls would occupy a whole core.
 constexpr std::chrono::microseconds kPause{200};
 
 class MpiRanks final : public Ranks {
