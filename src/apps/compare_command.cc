@@ -1,14 +1,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
 #include "apps/output_files.h"
+#include "apps/picture_output.h"
 #include "apps/table_options.h"
+#include "core/atomic_file.h"
 #include "core/error.h"
+#include "image/html_page.h"
 #include "image/image.h"
 #include "image/metrics.h"
 
@@ -17,7 +19,7 @@ namespace glowworm {
 namespace {
 
 struct CompareOptions {
-  std::string image, reference, difference, layer, region;
+  std::string command_line, image, reference, difference, page, layer, region;
   double leave_out = 0, limit = 0;
   bool json = false;
 };
@@ -57,21 +59,28 @@ void cut_both(const CompareOptions& o, Image& image, Image& reference) {
   reference = cut(reference, n[0], n[1], n[2], n[3]);
 }
 
+/// Checks before pictures are read that a file can be written.
+void prepare_output(const std::string& option, const std::string& path, const std::string& ending, OutputFiles& files) {
+  if (path.empty()) return;
+  if (ending_of(path) != ending)
+    throw CommandLineError(fmt::format("'{}' does not end in {}", path, ending),
+                           fmt::format("Give {} a name with this ending.", option));
+  files.add(option, path);
+  files.probe(path);
+}
+
 int run_compare(const CompareOptions& o) {
-  if (!o.difference.empty()) {
-    if (std::filesystem::path(o.difference).extension() != ".png")
-      throw CommandLineError(fmt::format("'{}' does not end in .png", o.difference),
-                             "Give --difference a name with this ending.");
-    OutputFiles files;
-    files.add_input("the image", o.image);
-    files.add_input("the reference", o.reference);
-    files.add("--difference", o.difference);
-    if (!files.probe(o.difference)) files.throw_if_any_failed();
-  }
+  OutputFiles files;
+  files.add_input("the image", o.image);
+  files.add_input("the reference", o.reference);
+  prepare_output("--difference", o.difference, ".png", files);
+  prepare_output("--html", o.page, ".html", files);
+  files.throw_if_any_failed();
   Image image = layer_of(read_image(o.image), o.layer), reference = layer_of(read_image(o.reference), o.layer);
   cut_both(o, image, reference);
   const ImageComparison c = compare_images(image, reference, o.leave_out);
   if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
+  if (!o.page.empty()) write_file(o.page, compare_page(image, reference, c, o.command_line));
   o.json ? print_json(c) : print_text(c);
   // Means exclude pixels that are not finite, but a picture with such pixels does not match its reference.
   return o.limit > 0 && !(c.relative_rmse <= o.limit && c.non_finite_pixels == 0) ? 1 : 0;
@@ -79,8 +88,9 @@ int run_compare(const CompareOptions& o) {
 
 }  // namespace
 
-void add_compare_command(CLI::App& program, int& exit_status) {
+void add_compare_command(CLI::App& program, const std::string& command_line, int& exit_status) {
   auto options = std::make_shared<CompareOptions>();
+  options->command_line = command_line;
   CLI::App* c = program.add_subcommand("compare", "Measures the difference between a picture and a reference.");
   c->add_option("image", options->image, "The picture: any file that OpenImageIO reads")
       ->required()
@@ -92,6 +102,10 @@ void add_compare_command(CLI::App& program, int& exit_status) {
                 "Write the signed relative difference in false colour: red where IMAGE is too bright, blue where dark")
       ->take_last()
       ->option_text("FILE.png");
+  c->add_option("--html", options->page,
+                "Write a page for a browser: slider, difference, exposure, zoom, histogram, and these measures")
+      ->take_last()
+      ->option_text("FILE.html");
   c->add_option("--layer", options->layer, "Compare this layer of EXR files instead of the image")
       ->take_last()
       ->option_text("NAME");
@@ -116,6 +130,7 @@ A part of a picture (--crop) is compared with the same part of the other.
 
 Examples:
   glowworm compare out.exr reference.exr -o difference.png --limit 0.05
+  glowworm compare out.exr reference.exr --html report.html
   glowworm compare out.exr reference.exr --layer indirect --region 0,0,64,64 --json)");
   c->callback([options, &exit_status] { exit_status = run_compare(*options); });
 }

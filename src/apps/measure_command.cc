@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 
 #include "apps/attend.h"
 #include "apps/commands.h"
@@ -20,6 +23,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "measure/measurement.h"
+#include "measure/plan.h"
 #include "measure/sky_patches.h"
 #include "render/filtered.h"
 #include "render/job.h"
@@ -32,31 +36,35 @@ namespace {
 struct MeasureOptions {
   std::string scene, command_line, points, grid, surface;
   std::vector<std::string> outputs, lights;
-  int sky_patches = 0;  ///< 0: no matrix
+  int sky_patches = 0;              ///< 0: no matrix
+  std::optional<ColorScale> scale;  ///< lx, of pictures
   bool verbose = false, quiet = false;
   TableOptions table;
   SceneOptions changes;
 };
 
-using Writer = std::string (*)(const Measurement&, const std::string&);
-
 /// The writer for a file of this name. Throws CommandLineError for an unknown ending.
-Writer writer_of(const std::string& name) {
-  if (name == kStandardOutput) return measurement_csv;
-  const std::string ending = ending_of(name);
-  if (ending == ".csv") return measurement_csv;
-  if (ending == ".json") return measurement_json;
-  if (ending == ".ply") return measurement_ply;
-  if (ending == ".vtk") return measurement_vtk;
-  throw CommandLineError(fmt::format("'{}' does not end in .csv, .json, .ply or .vtk", name),
-                         "Give -o a name with one of these endings, or - for CSV on standard output.");
+std::function<std::string(const Measurement&)> writer_of(const MeasureOptions& o, const std::string& name) {
+  using Writer = std::string (*)(const Measurement&, const std::string&);
+  const std::map<std::string, Writer> tables = {
+      {".csv", measurement_csv}, {".json", measurement_json}, {".ply", measurement_ply}, {".vtk", measurement_vtk}};
+  const std::string ending = name == kStandardOutput ? ".csv" : ending_of(name);
+  const ColorScale scale = o.scale.value_or(ColorScale());
+  if (ending == ".png") return [&o, scale](const Measurement& m) { return measurement_png(m, o.command_line, scale); };
+  if (ending == ".html")
+    return [&o, scale](const Measurement& m) { return measurement_page(m, o.command_line, scale); };
+  const auto table = tables.find(ending);
+  if (table == tables.end())
+    throw CommandLineError(fmt::format("'{}' does not end in .csv, .json, .ply, .vtk, .png or .html", name),
+                           "Give -o a name with one of these endings, or - for CSV on standard output.");
+  return [&o, write = table->second](const Measurement& m) { return write(m, o.command_line); };
 }
 
 /// Throws CommandLineError if the format of a file does not suit the measurement.
 void check_outputs(const MeasureOptions& o) {
   for (const std::string& name : o.outputs) {
     const bool is_matrix = std::filesystem::path(name).extension() == ".mtx";
-    if (o.sky_patches == 0 && !is_matrix) writer_of(name);
+    if (o.sky_patches == 0 && !is_matrix) writer_of(o, name);
     if (is_matrix != (o.sky_patches > 0))
       throw CommandLineError(is_matrix ? fmt::format("'{}' is a matrix, but --sky-patches is not given", name)
                                        : fmt::format("--sky-patches does not write '{}'", name),
@@ -136,7 +144,7 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
   for (const std::string& name : o.outputs)
     files.write(name, [&] {
       write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
-                                         : writer_of(name)(measurement_of(sensors, film), o.command_line));
+                                         : writer_of(o, name)(measurement_of(sensors, film)));
     });
   files.throw_if_any_failed();
   inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
@@ -193,6 +201,7 @@ refused. Photons are new for each sample, so that relative_error holds their noi
 Examples:
   glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv
   glowworm measure office.glb --points desks.pts --noise 1% -o lux.csv -o lux.vtk
+  glowworm measure office.glb --grid y=0.8,0.25 -o lux.html --false-color 50,2000
   glowworm measure office.glb --surface table,0.1 --sky cie:16 -o table.json
   glowworm measure office.glb --points desks.pts --light lamp.ies@2,2.8,1 -o -
   glowworm measure office.glb --points desks.pts --sky-patches 145 -o daylight.mtx
@@ -213,7 +222,9 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   add("--points", o->points, "FILE", "Places and normals: a line x y z nx ny nz (m) for each sensor");
   add("--grid", o->grid, "PLANE,SPACING", "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
   add("--surface", o->surface, "NAME,SPACING", "Sensors on the front of an object's surface");
-  c->add_option("-o,--output", o->outputs, "Table to write: .csv, .json, .ply or .vtk; - is CSV on standard output")
+  c->add_option("-o,--output", o->outputs,
+                "File to write: a table as .csv, .json, .ply or .vtk, a plan in false colour as .png, or a report as "
+                ".html; - is CSV on standard output")
       ->option_text("FILE")
       ->required()
       ->group("Sensors");
@@ -223,6 +234,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
       ->take_last()
       ->option_text("145|577")
       ->group("Sensors");
+  add_false_color_option(*c, "Sensors", "Scale of .png and .html from LOW to HIGH (lx)", o->scale);
   c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
       ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
       ->group("Scene");

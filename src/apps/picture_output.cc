@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "apps/commands.h"
@@ -32,10 +34,33 @@ Output output_of(const std::string& name) {
                          "for standard output.");
 }
 
+void add_false_color_option(CLI::App& command, const std::string& group, const std::string& meaning,
+                            std::optional<ColorScale>& scale) {
+  const auto read = [&scale](const std::string& text) {
+    ColorScale given;
+    const char* const end = text.data() + text.size();
+    const auto [comma, error] = std::from_chars(text.data(), end, given.low);
+    const auto [rest, error_high] = std::from_chars(comma == end ? end : comma + 1, end, given.high);
+    const bool good = error == std::errc() && error_high == std::errc() && *comma == ',' && rest == end &&
+                      given.low > 0 && given.high > given.low && std::isfinite(given.high);
+    if (!good && text != "auto")
+      throw CommandLineError(fmt::format("--false-color '{}' is not a scale", text),
+                             "Give 'auto' or two positive numbers LOW,HIGH.");
+    scale = good ? given : ColorScale();
+  };
+  command.add_option_function<std::string>("--false-color", read, meaning)
+      ->take_last()
+      ->option_text("auto|LOW,HIGH")
+      ->group(group);
+}
+
 void add_picture_options(CLI::App& command, const std::string& group, PictureOptions& options) {
   add_choice(command, "--precision", options.precision, {"half", "float"}, "Precision of the EXR file")->group(group);
   add_choice(command, "--tone", options.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group(group);
   add_exposure_option(command, group, options.exposure);
+  add_false_color_option(command, group,
+                         "PNG files show luminance in false colour from LOW to HIGH (cd/m^2), with legend and isolines",
+                         options.false_color);
 }
 
 void warn_of_unused_formats(const PictureOptions& options, const std::vector<Output>& outputs) {
@@ -46,13 +71,31 @@ void warn_of_unused_formats(const PictureOptions& options, const std::vector<Out
   if (any(OutputFormat::png)) return;
   if (options.exposure.has_value()) warn("--exposure has no effect: no -o is a PNG file");
   if (options.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
+  if (options.false_color) warn("--false-color has no effect: no -o is a PNG file");
 }
+
+namespace {
+
+/// Writes the luminance of a picture in false colour. Returns what to say of the scale.
+std::string write_luminance(const std::string& path, const Image& image, ColorScale scale) {
+  std::vector<float> values;
+  for (const RGB& pixel : image.rgb()) values.push_back(kLuminousEfficacy * luminance(pixel));
+  const bool chosen = scale.high == 0;
+  if (chosen) scale = fitting_scale(values);
+  Image plot = false_color_plot(values, image.width(), image.height(), scale, "cd/m^2");
+  plot.metadata = image.metadata;
+  write_png(path, plot, ToneCurve::srgb);
+  return chosen ? fmt::format(", {:.3g} to {:.3g} cd/m^2 (auto)", scale.low, scale.high) : "";
+}
+
+}  // namespace
 
 std::string write_picture(const Output& output, const Image& image, const PictureOptions& options) {
   if (output.format == OutputFormat::exr) {
     write_exr(output.path, image, options.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
     return "";
   }
+  if (options.false_color) return write_luminance(output.path, image, *options.false_color);
   const float exposure = options.exposure ? *options.exposure : automatic_exposure(image.rgb());
   write_png(output.path, image, options.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
   return options.exposure ? "" : fmt::format(", exposure {:+.1f} stops (auto)", exposure);

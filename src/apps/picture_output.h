@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "image/false_color.h"
 #include "image/image.h"
 
 namespace CLI {
@@ -24,7 +25,8 @@ struct Output {
 /// How pictures are written.
 struct PictureOptions {
   std::string tone = "filmic", precision = "half";
-  std::optional<float> exposure;  ///< stops; none: chosen by the picture
+  std::optional<float> exposure;          ///< stops; none: chosen by the picture
+  std::optional<ColorScale> false_color;  ///< cd/m^2, for PNG files that show luminance in false colour
 };
 
 /// The ending of a file's name in small letters.
@@ -33,7 +35,11 @@ std::string ending_of(const std::string& name);
 /// The output that a name after -o describes. Throws CommandLineError for an unknown ending.
 Output output_of(const std::string& name);
 
-/// Adds --precision, --tone and --exposure to a command.
+/// Adds --false-color to a command: "auto", which leaves the scale at 0, or "LOW,HIGH".
+void add_false_color_option(CLI::App& command, const std::string& group, const std::string& meaning,
+                            std::optional<ColorScale>& scale);
+
+/// Adds --precision, --tone, --exposure and --false-color to a command.
 void add_picture_options(CLI::App& command, const std::string& group, PictureOptions& options);
 
 /// Says which of these options have no effect on the formats of the outputs.

@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "density/engine.h"
+#include "image/false_color.h"
 #include "kernels/kernel_shape.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
-#include "session/false_color.h"
 
 namespace glowworm {
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "core/statistics.h"
+#include "image/false_color.h"
 #include "image/image.h"
-#include "session/false_color.h"
 #include "session/pace.h"
 #include "session/view_image.h"
 

@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "session/camera_control.h"
-#include "session/false_color.h"
 #include "session/history.h"
 #include "session/light_rig.h"
 #include "session/pace.h"
@@ -293,18 +292,6 @@ TEST(Pace, PlansFramesThatFit) {
   EXPECT_EQ(easy.scale, 1);
   EXPECT_EQ(easy.gather, 4u);
   EXPECT_EQ(easy.photons, 500'000u);
-}
-
-TEST(FalseColor, TellsValuesApart) {
-  std::vector<float> values;
-  for (int i = 1; i <= 1000; ++i) values.push_back(static_cast<float>(i));
-  const ColorScale scale = fitting_scale(values);
-  EXPECT_NEAR(scale.low, 20, 2);
-  EXPECT_NEAR(scale.high, 980, 3);
-  const std::vector<RGB> colors = false_colors(values, scale);
-  EXPECT_EQ(colors.back(), RGB(1, 1, 1));
-  EXPECT_EQ(false_colors(std::vector<float>{0}, scale)[0], RGB(0, 0, 0));
-  EXPECT_GT(fitting_scale({}).high, fitting_scale({}).low);
 }
 
 }  // namespace
