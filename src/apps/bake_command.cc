@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "apps/attend.h"
 #include "apps/commands.h"
@@ -35,7 +36,7 @@ namespace glowworm {
 namespace {
 
 struct BakeOptions {
-  std::string scene, command_line, output, atlas_picture, resume, format = "emissive", light = "all";
+  std::string scene, command_line, output, atlas_picture, resume, format = "emissive", light = "all", texture = "png";
   std::optional<float> exposure;  ///< stops; none: chosen by the light
   double texels_per_metre = 0, side = 0, spacing = 0;
   bool verbose = false, quiet = false;
@@ -48,6 +49,7 @@ struct BakeOptions {
 
 BakeFormat format_of(const std::string& name) {
   if (name == "unlit") return BakeFormat::unlit;
+  if (name == "vertex") return BakeFormat::vertex;
   return name == "lightmap" ? BakeFormat::lightmap : BakeFormat::emissive;
 }
 
@@ -62,6 +64,8 @@ void resolve_options(BakeOptions& o) {
                            "Give -o a name with this ending.");
   if (o.is_probes() && !(o.spacing > 0))
     throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
+  if (o.texture == "exr" && (o.is_probes() || o.format == "vertex"))
+    throw CommandLineError(fmt::format("--format {} has no textures", o.format), "Leave --texture out.");
   if (o.is_probes()) o.settings.filter = Filtering::off;
   if (o.side != std::floor(o.side))
     throw CommandLineError(fmt::format("--atlas '{}' is not a whole number of texels", o.side));
@@ -88,7 +92,29 @@ void write_atlas_picture(const BakeOptions& o, const BakeLayout& layout, const s
 }
 
 /// Values above which a texture of 8 bits ends: unlit colours end at 1.
-float scale_of(const BakeOptions& o, float gain) { return o.format == "unlit" ? 1 / gain : 0; }
+float scale_of(const BakeOptions& o, float gain) {
+  if (o.format == "vertex") return kPi / gain;
+  return o.format == "unlit" ? 1 / gain : 0;
+}
+
+/// Names of the files with the light of each atlas in full range: lit.0.exr beside lit.glb.
+std::vector<std::string> texture_files(const BakeOptions& o, const Atlas& atlas) {
+  std::vector<std::string> out;
+  for (int a = 0; o.texture == "exr" && a < atlas.count; ++a)
+    out.push_back(std::filesystem::path(o.output).replace_extension(fmt::format("{}.exr", a)));
+  return out;
+}
+
+void write_texture_files(const BakeOptions& o, const Atlas& atlas, std::span<const RGB> light, OutputFiles& files) {
+  const std::vector<std::string> names = texture_files(o, atlas);
+  const std::size_t texels = static_cast<std::size_t>(atlas.side) * static_cast<std::size_t>(atlas.side);
+  for (std::size_t a = 0; a < names.size(); ++a) {
+    Image picture(atlas.side, atlas.side);
+    picture.add_rgb("", light.subspan(a * texels, texels));
+    picture.metadata["comments"] = o.command_line;
+    if (files.write(names[a], [&] { write_exr(names[a], picture); })) inform(fmt::format("wrote {}", names[a]));
+  }
+}
 
 /// The points of a bake: texels or probes.
 struct BakePlaces {
@@ -117,7 +143,8 @@ void write_probes(const BakeOptions& o, const Job& job, const ProbeGrid& probes,
 }
 
 void write_textures(const BakeOptions& o, const Job& job, const BakeLayout& layout, OutputFiles& files) {
-  const TexelLight what = o.format == "lightmap" ? TexelLight::irradiance : TexelLight::radiance;
+  const bool irradiance = o.format == "lightmap" || o.format == "vertex";
+  const TexelLight what = irradiance ? TexelLight::irradiance : TexelLight::radiance;
   const std::vector<RGB> light =
       light_of_texels(job.scene(), layout, *job.points(), job.snapshot(), what, job.settings());
   std::vector<RGB> covered;
@@ -125,9 +152,12 @@ void write_textures(const BakeOptions& o, const Job& job, const BakeLayout& layo
     if (layout.texels.face[i] != kNone) covered.push_back(light[i]);
   const float exposure = o.exposure ? *o.exposure : automatic_exposure(covered);
   const EncodedLight encoded = encode_light(layout, light, scale_of(o, std::exp2(exposure)));
-  const bool written = files.write(o.output, [&] {
-    write_file(o.output, glb_of_scene(job.scene(), layout, encoded, format_of(o.format), {exposure, o.command_line}));
-  });
+  BakeNotes notes{exposure, o.command_line, {}};
+  for (const std::string& name : texture_files(o, layout.atlas))
+    notes.textures.push_back(std::filesystem::path(name).filename());
+  const bool written = files.write(
+      o.output, [&] { write_file(o.output, glb_of_scene(job.scene(), layout, encoded, format_of(o.format), notes)); });
+  write_texture_files(o, layout.atlas, light, files);
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
   if (encoded.clipped > 0.001)
     inform(fmt::format("note: {:.1f}% of the texels are brighter than the texture shows", 100 * encoded.clipped));
@@ -183,6 +213,11 @@ int run_bake(BakeOptions& o) {
   catch_interrupts();
   const BakePlaces places = find_places(o, scene, tracer);
   for (const std::string& note : places.layout.notes) inform("note: " + note);
+  for (const std::string& name : texture_files(o, places.layout.atlas)) {
+    files.add("--texture", name);
+    files.probe(name);
+  }
+  files.throw_if_any_failed();
   std::optional<Checkpoint> checkpoint;
   if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
   Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, 0, places.points);
@@ -200,9 +235,14 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
       ->required()
       ->option_text("FILE")
       ->group("Textures");
-  add_choice(c, "--format", o.format, {"emissive", "unlit", "lightmap", "probes"},
+  add_choice(c, "--format", o.format, {"emissive", "unlit", "lightmap", "vertex", "probes"},
              "emissive: surfaces glow, for every viewer; unlit: as base colour, for the smallest devices; lightmap: "
-             "irradiance beside the base colours (MOZ_lightmap); probes: irradiance in space, as JSON")
+             "irradiance beside the base colours (MOZ_lightmap); vertex: as colours of vertices, for finely divided "
+             "meshes; probes: irradiance in space, as JSON")
+      ->group("Textures");
+  add_choice(c, "--texture", o.texture, {"png", "exr"},
+             "png: 8 bits and a scale, in the file; exr: also half floats beside it, as OUTPUT.0.exr, named in the "
+             "materials' extras (no KTX2: no library of Debian writes it)")
       ->group("Textures");
   add_choice(c, "--light", o.light, {"all", "indirect"}, "Light to bake: indirect leaves direct light to the viewer")
       ->group("Textures");

@@ -69,13 +69,6 @@ int GlbFile::add_pairs(std::span<const Vec2> values) {
                            {"count", values.size()}});
 }
 
-int GlbFile::add_colors(std::span<const float> values) {
-  return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
-                           {"componentType", kFloat},
-                           {"type", "VEC4"},
-                           {"count", values.size() / 4}});
-}
-
 int GlbFile::add_indices(std::span<const std::uint32_t> values) {
   return add("accessors", {{"bufferView", add_view(bytes_of(values), kIndices)},
                            {"componentType", kUnsigned},

@@ -23,8 +23,6 @@ struct GlbFile {
   int add_view(std::string_view content, int target);
   int add_vectors(std::span<const Vec3> values, bool bounded);
   int add_pairs(std::span<const Vec2> values);
-  /// Colours of four floats.
-  int add_colors(std::span<const float> values);
   int add_indices(std::span<const std::uint32_t> values);
   /// A texture of a PNG file. @param repeats whether it goes on beyond its borders
   int add_texture(const std::string& png, const std::string& name, bool repeats = false);

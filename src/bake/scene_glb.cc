@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -82,7 +83,7 @@ class SceneWriter {
                                       {{"command", notes_.command_line},
                                        {"exposure_stops", notes_.exposure},
                                        {"unit", is_irradiance() ? "W m^-2" : "W sr^-1 m^-2"}}}};
-    write_textures();
+    if (format_ != BakeFormat::vertex) write_textures();
     write_objects();
     write_cameras();
     for (int i = 0; i < static_cast<int>(file_.json["nodes"].size()); ++i) roots_.push_back(i);
@@ -93,6 +94,7 @@ class SceneWriter {
 
  private:
   bool is_irradiance() const { return format_ == BakeFormat::lightmap; }
+  bool is_unlit() const { return format_ == BakeFormat::unlit || format_ == BakeFormat::vertex; }
 
   void write_textures() {
     const auto side = static_cast<std::size_t>(layout_.atlas.side);
@@ -155,7 +157,10 @@ class SceneWriter {
                        {"NORMAL", file_.add_vectors(v.normals, false)}};
     for (Vec2& uv : v.uvs) uv.y = 1 - uv.y;
     attributes["TEXCOORD_0"] = file_.add_pairs(v.uvs);
-    if (std::get<3>(key) >= 0) attributes["TEXCOORD_1"] = file_.add_pairs(v.light_uvs);
+    if (const int atlas = std::get<3>(key); atlas >= 0 && format_ == BakeFormat::vertex)
+      attributes["COLOR_0"] = file_.add_vectors(colors_at(v.light_uvs, atlas), false);
+    else if (atlas >= 0)
+      attributes["TEXCOORD_1"] = file_.add_pairs(v.light_uvs);
     return {{"attributes", attributes}, {"indices", file_.add_indices(v.indices)}, {"material", material(key)}};
   }
 
@@ -163,6 +168,28 @@ class SceneWriter {
     if (f.chart == kNone) return {0, 0};
     const Vec2 texel = layout_.atlas.places[f.chart].texel(layout_.charts[f.chart].corners[f.place][corner]);
     return texel * (1 / static_cast<float>(layout_.atlas.side));
+  }
+
+  /// The light of an atlas between texels, over the scale; linear.
+  std::vector<Vec3> colors_at(std::span<const Vec2> uvs, int atlas) const {
+    const int side = layout_.atlas.side;
+    const auto code = [&](int x, int y, int channel) {
+      const int row = std::clamp(y, 0, side - 1) + atlas * side;
+      const std::size_t texel = layout_.texels.index(std::clamp(x, 0, side - 1), row);
+      return srgb_decode(light_.codes[3 * texel + static_cast<std::size_t>(channel)]);
+    };
+    std::vector<Vec3> out;
+    for (const Vec2 uv : uvs) {
+      const float x = uv.x * static_cast<float>(side) - 0.5f, y = uv.y * static_cast<float>(side) - 0.5f;
+      const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
+      const float s = x - std::floor(x), t = y - std::floor(y);
+      Vec3 color;
+      for (int c = 0; c < 3; ++c)
+        color[c] = std::lerp(std::lerp(code(column, row, c), code(column + 1, row, c), s),
+                             std::lerp(code(column, row + 1, c), code(column + 1, row + 1, c), s), t);
+      out.push_back(color);
+    }
+    return out;
   }
 
   int material(const PrimitiveKey& key) {
@@ -198,14 +225,30 @@ class SceneWriter {
     const RGB radiance = scene_.emissions()[emission].radiance.value * gain_;
     const float most = max_component(radiance);
     if (!(most > 0)) return black();
-    if (format_ != BakeFormat::unlit) return glowing(radiance / most, most);
+    return is_unlit() ? unlit(radiance) : glowing(radiance / most, most);
+  }
+
+  json unlit(RGB color) {
     file_.use_extension(kUnlit);
-    const RGB shown = clamp(radiance, 0, 1);
+    const RGB shown = clamp(color, 0, 1);
     return {{"pbrMetallicRoughness", {{"baseColorFactor", {shown.r, shown.g, shown.b, 1}}}},
             {"extensions", {{kUnlit, json::object()}}}};
   }
 
   json baked(const Material& m, int atlas) {
+    if (format_ == BakeFormat::vertex) {
+      json out = unlit(m.reflectance.value);
+      add_source_texture(m, out);
+      return out;
+    }
+    json out = textured(m, atlas);
+    if (const auto at = static_cast<std::size_t>(atlas); at < notes_.textures.size())
+      out["extras"]["light"] = {{"file", notes_.textures[at]}, {"texCoord", 1}};
+    return out;
+  }
+
+  /// A material with the light of an atlas as its texture.
+  json textured(const Material& m, int atlas) {
     const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", 1}};
     // Alpha needs the base colour's texture for itself.
     if (format_ == BakeFormat::emissive || (format_ == BakeFormat::unlit && has_alpha(m))) {

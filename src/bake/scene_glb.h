@@ -13,12 +13,15 @@ enum class BakeFormat {
   emissive,  ///< surfaces glow with their radiance: emissiveTexture and KHR_materials_emissive_strength
   unlit,     ///< the same as base colour with KHR_materials_unlit; values end at 1
   lightmap,  ///< base colours, and irradiance by the extension MOZ_lightmap
+  vertex,    ///< base colours with KHR_materials_unlit, times irradiance over pi at vertices; values end at 1
 };
 
 /// Metadata of a baked file.
 struct BakeNotes {
   float exposure = 0;        ///< stops: values of the file are radiance or irradiance times 2^exposure
   std::string command_line;  ///< for the file's extras
+  /// Files beside this one with the light of each atlas in full range, for the extras of materials; may be empty.
+  std::vector<std::string> textures;
 };
 
 /// The file: triangles of each object with TEXCOORD_1 for the light, their materials, and the cameras. What was not

@@ -1,5 +1,6 @@
 // glowworm bake, as a person runs it.
 #include "apps/program.h"
+#include "image/image.h"
 
 namespace glowworm {
 namespace {
@@ -16,7 +17,7 @@ class BakeCommand : public ProgramTest {
 };
 
 TEST_F(BakeCommand, WritesAFileInEveryFormat) {
-  for (const char* format : {"emissive", "unlit", "lightmap"}) {
+  for (const char* format : {"emissive", "unlit", "lightmap", "vertex"}) {
     const Outcome outcome = run(words({"--format", format, "-o", "lit.glb", "--atlas-picture", "light.png"}));
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("texels per metre"));
@@ -27,6 +28,16 @@ TEST_F(BakeCommand, WritesAFileInEveryFormat) {
   const Outcome probes = run(words({"--format", "probes", "--spacing", "0.2", "-o", "probes.json"}));
   EXPECT_EQ(probes.status, 0) << probes.err;
   EXPECT_EQ(read_json("probes.json")["probes"].size(), 8u);
+}
+
+TEST_F(BakeCommand, WritesTexturesOfFullRangeBesideTheFile) {
+  const Outcome outcome = run(words({"--texture", "exr", "-o", "lit.glb", "--atlas-picture", "light.exr"}));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(read_image(path("lit.0.exr")).rgb(), read_image(path("light.exr")).rgb());
+  EXPECT_THAT(read(path("lit.glb")), HasSubstr(R"("light":{"file":"lit.0.exr","texCoord":1})"));
+  const Outcome same = run(words({"--texture", "exr", "-o", "a.glb", "--atlas-picture", "a.0.exr"}));
+  EXPECT_TRUE(refused(same, {"a.0.exr"}, 2));
+  EXPECT_TRUE(refused(run(words({"--texture", "exr", "--format", "vertex", "-o", "a.glb"})), {"no textures"}, 2));
 }
 
 TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {

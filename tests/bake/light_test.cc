@@ -6,9 +6,11 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
@@ -218,6 +220,43 @@ TEST(BakedLight, IsEncodedWithinHalfACode) {
       EXPECT_NEAR(encoded.codes[3 * i + static_cast<std::size_t>(c)], 255 * srgb_encode(shown), 0.51f);
     }
   EXPECT_LT(encoded.clipped, 0.005);
+}
+
+TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
+  const BakeStage cornell(builtin_scene("cornell"), {256, 0});
+  const auto level = [](Vec3 p) { return 0.2f + 0.3f * p.x + 0.2f * p.y; };
+  std::vector<RGB> light(cornell.layout.texels.face.size());
+  for (std::size_t i = 0; i < light.size(); ++i)
+    if (cornell.grid->has(i)) light[i] = RGB(level(cornell.grid->position[i]));
+  std::vector<std::uint8_t> known(light.size());
+  for (std::size_t i = 0; i < light.size(); ++i) known[i] = cornell.grid->has(i);
+  fill_gaps(cornell.layout.texels, known, light);
+  const std::string glb = glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, 1),
+                                       BakeFormat::vertex, {});
+  std::uint32_t json_size = 0;
+  std::memcpy(&json_size, glb.data() + 12, sizeof json_size);
+  const auto json = nlohmann::json::parse(glb.substr(20, json_size));
+  const auto vectors = [&](const nlohmann::json& accessor) {
+    const nlohmann::json& a = json.at("accessors").at(accessor.get<std::size_t>());
+    std::vector<Vec3> out(a.at("count").get<std::size_t>());
+    const auto offset =
+        json.at("bufferViews").at(a.at("bufferView").get<std::size_t>()).at("byteOffset").get<std::size_t>();
+    std::memcpy(out.data(), glb.data() + 28 + json_size + offset, out.size() * sizeof(Vec3));
+    return out;
+  };
+  std::size_t vertices = 0;
+  for (const auto& mesh : json.at("meshes"))
+    for (const auto& primitive : mesh.at("primitives")) {
+      const auto& attributes = primitive.at("attributes");
+      const bool lamp = !attributes.contains("COLOR_0");
+      EXPECT_EQ(lamp, mesh.at("name") == "lamp");
+      if (lamp) continue;
+      const std::vector<Vec3> places = vectors(attributes.at("POSITION")), colors = vectors(attributes.at("COLOR_0"));
+      ASSERT_EQ(places.size(), colors.size());
+      for (std::size_t i = 0; i < places.size(); ++i) EXPECT_NEAR(colors[i].y, level(places[i]), 0.01f) << places[i].x;
+      vertices += places.size();
+    }
+  EXPECT_GT(vertices, 50u);
 }
 
 /// The mean picture of a view of the scene, and of its bake as read from the file.
