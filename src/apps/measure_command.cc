@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -27,6 +28,7 @@
 #include "measure/sky_patches.h"
 #include "render/filtered.h"
 #include "render/job.h"
+#include "render/output.h"
 #include "session/command_text.h"
 
 namespace glowworm {
@@ -34,7 +36,7 @@ namespace glowworm {
 namespace {
 
 struct MeasureOptions {
-  std::string scene, command_line, points, grid, surface;
+  std::string scene, command_line, points, grid, surface, statistics;
   std::vector<std::string> outputs, lights;
   int sky_patches = 0;              ///< 0: no matrix
   std::optional<ColorScale> scale;  ///< lx, of pictures
@@ -139,13 +141,16 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
 }
 
 /// Writes the results of a job to all files.
-void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& job, OutputFiles& files) {
+void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& job, const Tracer& tracer,
+                   OutputFiles& files) {
   const Film film = job.snapshot();
   for (const std::string& name : o.outputs)
     files.write(name, [&] {
       write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
                                          : writer_of(o, name)(measurement_of(sensors, film)));
     });
+  if (!o.statistics.empty())
+    files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
   files.throw_if_any_failed();
   inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
                      relative_error(unfiltered_picture(film, false))));
@@ -160,8 +165,11 @@ int run_measure(MeasureOptions& o) {
   files.add_input("the scene", o.scene);
   if (!o.points.empty()) files.add_input("--points", o.points);
   for (const std::string& name : o.outputs) files.add("-o", name);
+  if (!o.statistics.empty()) files.add("--stats", o.statistics);
   for (const std::string& name : o.outputs) files.probe(name);
+  if (!o.statistics.empty()) files.probe(o.statistics);
   files.throw_if_any_failed();
+  const auto start = std::chrono::steady_clock::now();
   ImportOptions import_options;
   import_options.budget = loading_budget(asked.memory_bytes);
   std::string camera;
@@ -169,7 +177,9 @@ int run_measure(MeasureOptions& o) {
       scene_of_view(open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, "", camera);
   tell_notes(*scene, o.scene);
   if (o.sky_patches > 0) scene = std::make_shared<const Scene>(scene_under_patches(*scene, SkyPatches(o.sky_patches)));
+  const auto loaded = std::chrono::steady_clock::now();
   const auto tracer = std::make_shared<const Tracer>(*scene);
+  const auto built = std::chrono::steady_clock::now();
   Sensors sensors = make_sensors(o, *scene);
   check_inside(o, sensors, *tracer);
   catch_interrupts();
@@ -186,7 +196,10 @@ int run_measure(MeasureOptions& o) {
     warn("the measurement ended before every sensor had two samples: no file was written");
     return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 1;
   }
-  write_results(o, sensors, job, files);
+  job.statistics().add_time(Phase::load, std::chrono::duration<double>(loaded - start).count());
+  job.statistics().add_time(Phase::build_accel, std::chrono::duration<double>(built - loaded).count());
+  job.statistics().add_time(Phase::total, std::chrono::duration<double>(built - start).count());
+  write_results(o, sensors, job, *tracer, files);
   return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 0;
 }
 
@@ -242,6 +255,10 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   add_table_options(*c, "Method", false, o->table);
   add_table_options(*c, "Effort", false, o->table);
   add_table_options(*c, "Machine", false, o->table);
+  c->add_option("--stats", o->statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
+      ->take_last()
+      ->option_text("FILE")
+      ->group("Reports");
   c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
   c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
   c->footer(kFooter);

@@ -53,13 +53,17 @@ TEST_F(MeasureTest, MeasuresALuminaireByTheCosineLaw) {
 
 TEST_F(MeasureTest, StopsAtTheErrorAskedFor) {
   const Outcome outcome = run({"measure", "builtin:cornell", "--grid", "y=0.5,0.25", "--photons", "20k", "--gather",
-                               "16", "--noise", "5%", "-o", "-"});
+                               "16", "--noise", "5%", "-o", "-", "--stats", "s.json"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const std::vector<double> row = last_row(outcome.out);
   ASSERT_EQ(row.size(), 12u);
   EXPECT_GT(row[10], 0);
   EXPECT_GT(row[11], 0);
   EXPECT_LT(row[11], 0.5);
+  const nlohmann::json statistics = read_json("s.json");
+  EXPECT_EQ(statistics.at("ending"), "noise_reached");
+  EXPECT_EQ(statistics.at("settings").at("noise_target"), 0.05);
+  EXPECT_GT(statistics.at("time_s").at("total"), statistics.at("time_s").at("load"));
 }
 
 TEST_F(MeasureTest, LightsBySkies) {
