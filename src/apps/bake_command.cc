@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "apps/attend.h"
 #include "apps/commands.h"
@@ -17,6 +18,7 @@
 #include "apps/output_files.h"
 #include "apps/picture_output.h"
 #include "apps/table_options.h"
+#include "bake/bands.h"
 #include "bake/layout.h"
 #include "bake/light.h"
 #include "bake/probes.h"
@@ -25,6 +27,7 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
+#include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "image/image.h"
 #include "render/checkpoint.h"
@@ -34,6 +37,9 @@
 namespace glowworm {
 
 namespace {
+
+/// With a larger budget, in bytes, freed memory may stay in the heap, which is faster.
+constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
 
 struct BakeOptions {
   std::string scene, command_line, output, atlas_picture, resume, format = "emissive", light = "all", texture = "png";
@@ -67,6 +73,8 @@ void resolve_options(BakeOptions& o) {
   if (o.texture == "exr" && (o.is_probes() || o.format == "vertex"))
     throw CommandLineError(fmt::format("--format {} has no textures", o.format), "Leave --texture out.");
   if (o.is_probes()) o.settings.filter = Filtering::off;
+  o.settings.separate_layers = filters(o.settings);
+  if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
   if (o.side != std::floor(o.side))
     throw CommandLineError(fmt::format("--atlas '{}' is not a whole number of texels", o.side));
 }
@@ -136,27 +144,28 @@ BakePlaces find_places(const BakeOptions& o, const std::shared_ptr<const Scene>&
   return out;
 }
 
-void write_probes(const BakeOptions& o, const Job& job, const ProbeGrid& probes, OutputFiles& files) {
-  const std::vector<RGB> irradiance = unfiltered_picture(job.snapshot(), job.settings().indirect_only).radiance;
+void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, const ProbeGrid& probes,
+                  OutputFiles& files) {
   if (files.write(o.output, [&] { write_file(o.output, probes_json(probes, irradiance, o.command_line)); }))
     inform(fmt::format("wrote {}", o.output));
 }
 
-void write_textures(const BakeOptions& o, const Job& job, const BakeLayout& layout, OutputFiles& files) {
-  const bool irradiance = o.format == "lightmap" || o.format == "vertex";
-  const TexelLight what = irradiance ? TexelLight::irradiance : TexelLight::radiance;
-  const std::vector<RGB> light =
-      light_of_texels(job.scene(), layout, *job.points(), job.snapshot(), what, job.settings());
+void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance irradiance, const BakeLayout& layout,
+                    OutputFiles& files) {
+  const bool shows_irradiance = o.format == "lightmap" || o.format == "vertex";
+  const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance),
+                                                 shows_irradiance ? TexelLight::irradiance : TexelLight::radiance);
   std::vector<RGB> covered;
   for (std::size_t i = 0; i < light.size(); ++i)
     if (layout.texels.face[i] != kNone) covered.push_back(light[i]);
   const float exposure = o.exposure ? *o.exposure : automatic_exposure(covered);
+  covered = {};
   const EncodedLight encoded = encode_light(layout, light, scale_of(o, std::exp2(exposure)));
   BakeNotes notes{exposure, o.command_line, {}};
   for (const std::string& name : texture_files(o, layout.atlas))
     notes.textures.push_back(std::filesystem::path(name).filename());
   const bool written = files.write(
-      o.output, [&] { write_file(o.output, glb_of_scene(job.scene(), layout, encoded, format_of(o.format), notes)); });
+      o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format_of(o.format), notes)); });
   write_texture_files(o, layout.atlas, light, files);
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
   if (encoded.clipped > 0.001)
@@ -180,21 +189,82 @@ std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& 
                      atlas.texels_per_metre, effort);
 }
 
+/// What the Jobs of a bake computed.
+struct Baked {
+  TexelIrradiance irradiance{0};
+  std::uint32_t passes = 0;  ///< that every point has
+  double seconds = 0;
+  Ending ending = Ending::samples_done;
+  std::exception_ptr failure;  ///< of a Job, or null
+};
+
+/// The settings of the Jobs of a bake: the memory is what the tables of points leave.
+RenderSettings job_settings(const BakeOptions& o, const PointGrid& points) {
+  RenderSettings settings = o.settings;
+  const std::uint64_t tables = points.normal.size() * kTexelTableBytes;
+  if (tables >= settings.memory_bytes)
+    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
+                            static_cast<double>(tables) / 1e6, static_cast<double>(settings.memory_bytes) / 1e6),
+                "Give a larger --memory, or a smaller --atlas.");
+  settings.memory_bytes -= tables;
+  return settings;
+}
+
+/// Runs one Job for each band of points, until one does not end.
+Baked compute(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
+              const std::shared_ptr<const Tracer>& tracer, const BakePlaces& places, OutputFiles& files) {
+  Baked baked;
+  baked.irradiance = TexelIrradiance(places.points->normal.size());
+  RenderSettings settings = job_settings(o, *places.points);
+  const std::vector<BakeBand> bands = cut_into_bands(*places.points, settings, settings.memory_bytes);
+  if (bands.size() > 1 && !o.resume.empty())
+    throw Error("--resume keeps the light of all texels in memory, which --memory does not hold",
+                "Give a larger --memory, or a smaller --atlas.");
+  std::optional<Checkpoint> checkpoint;
+  if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    settings.bounds = bands[i].rendered;
+    if (o.settings.time_limit_s > 0)
+      settings.time_limit_s =
+          std::max((o.settings.time_limit_s - baked.seconds) / static_cast<double>(bands.size() - i), 1e-3);
+    Job job(scene, tracer, settings, checkpoint ? &*checkpoint : nullptr, 0, places.points);
+    if (i == 0) {
+      inform(describe(o, places, job));
+      for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
+    }
+    if (bands.size() > 1) inform(fmt::format("rows {} of {}, as --memory allows", bands[i].end, places.points->height));
+    const auto keep = [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); }); };
+    std::vector<RepeatedWork> repeated;
+    if (!o.resume.empty()) repeated.push_back({1, keep});
+    baked.failure = attend(job, o.quiet, std::move(repeated));
+    if (!o.resume.empty()) keep();
+    baked.seconds += job.seconds();
+    baked.ending = job.ending();
+    baked.passes = i == 0 ? job.passes() : std::min(baked.passes, job.passes());
+    if (job.passes() > 0)
+      baked.irradiance.take(job.snapshot(), *places.points, job.settings(), bands[i].first, bands[i].end);
+    const bool stops = baked.failure || baked.ending == Ending::cancelled || job.passes() == 0;
+    if (stops && i + 1 < bands.size()) baked.passes = 0;
+    if (stops) break;
+  }
+  return baked;
+}
+
 /// Writes the results, then throws the error, if any, or returns the exit status.
-int finish(const BakeOptions& o, const Job& job, const BakePlaces& places, OutputFiles& files,
-           const std::exception_ptr& failure) {
-  if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
-  const bool any = job.passes() > 0;
-  if (any) o.is_probes() ? write_probes(o, job, places.probes, files) : write_textures(o, job, places.layout, files);
-  if (failure) std::rethrow_exception(failure);
-  if (job.ending() == Ending::cancelled)
+int finish(const BakeOptions& o, const Scene& scene, Baked baked, BakePlaces places, OutputFiles& files) {
+  const bool any = baked.passes > 0;
+  places.points = nullptr;
+  if (any && o.is_probes()) write_probes(o, baked.irradiance.value, places.probes, files);
+  if (any && !o.is_probes()) write_textures(o, scene, std::move(baked.irradiance), places.layout, files);
+  if (baked.failure) std::rethrow_exception(baked.failure);
+  if (baked.ending == Ending::cancelled)
     warn(any ? "interrupted: the file holds the light so far"
              : "interrupted before every point had light: no file was written");
   else if (!any)
     warn("the time limit ended the bake before every point had light: no file was written");
   files.throw_if_any_failed();
-  inform(fmt::format("{} passes in {:.2f} s", job.passes(), job.seconds()));
-  if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
+  inform(fmt::format("{} passes in {:.2f} s", baked.passes, baked.seconds));
+  if (baked.ending == Ending::cancelled) return kExitSignalled + caught_interrupt();
   return any ? 0 : 1;
 }
 
@@ -211,23 +281,15 @@ int run_bake(BakeOptions& o) {
   tell_notes(*scene, o.scene);
   const auto tracer = std::make_shared<const Tracer>(*scene);
   catch_interrupts();
-  const BakePlaces places = find_places(o, scene, tracer);
+  BakePlaces places = find_places(o, scene, tracer);
   for (const std::string& note : places.layout.notes) inform("note: " + note);
   for (const std::string& name : texture_files(o, places.layout.atlas)) {
     files.add("--texture", name);
     files.probe(name);
   }
   files.throw_if_any_failed();
-  std::optional<Checkpoint> checkpoint;
-  if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, 0, places.points);
-  inform(describe(o, places, job));
-  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-  std::vector<RepeatedWork> repeated;
-  if (!o.resume.empty())
-    repeated.push_back({1, [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); }); }});
-  const std::exception_ptr failure = attend(job, o.quiet, std::move(repeated));
-  return finish(o, job, places, files, failure);
+  Baked baked = compute(o, scene, tracer, places, files);
+  return finish(o, *scene, std::move(baked), std::move(places), files);
 }
 
 void add_texture_options(CLI::App& c, BakeOptions& o) {

@@ -41,14 +41,24 @@ RGB texel_albedo(const Scene& scene, const BakeLayout& layout, std::size_t texel
 
 }  // namespace
 
-std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, const PointGrid& grid, const Film& film,
-                                 TexelLight what, const RenderSettings& settings) {
+void TexelIrradiance::take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row,
+                           int end_row) {
   const bool indirect_only = settings.indirect_only;
-  std::vector<RGB> light =
+  const std::vector<RGB> picture =
       (filters(settings) ? filtered_picture(film, indirect_only) : unfiltered_picture(film, indirect_only)).radiance;
-  std::vector<std::uint8_t> known(light.size(), 0);
-  for (std::size_t i = 0; i < light.size(); ++i) known[i] = grid.has(i) && film.sample_count(i) > 0;
-  fill_gaps(layout.texels, std::move(known), light);
+  const auto width = static_cast<std::size_t>(grid.width);
+  const std::size_t before = static_cast<std::size_t>(film.bounds().y0) * width;
+  for (std::size_t i = static_cast<std::size_t>(first_row) * width; i < static_cast<std::size_t>(end_row) * width;
+       ++i) {
+    value[i] = picture[i - before];
+    known[i] = grid.has(i) && film.sample_count(i - before) > 0;
+  }
+}
+
+std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, TexelIrradiance irradiance,
+                                 TexelLight what) {
+  std::vector<RGB> light = std::move(irradiance.value);
+  fill_gaps(layout.texels, std::move(irradiance.known), light);
   if (what == TexelLight::radiance)
     parallel_for(0, light.size(), 4096, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)

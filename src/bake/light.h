@@ -14,10 +14,20 @@ enum class TexelLight {
   radiance     ///< of a diffuse surface: albedo times irradiance over pi, W sr^-1 m^-2
 };
 
+/// Irradiance of texels as Jobs compute it, one entry for each of layout.texels.
+struct TexelIrradiance {
+  std::vector<RGB> value;           ///< W m^-2
+  std::vector<std::uint8_t> known;  ///< whether the texel has a value
+
+  explicit TexelIrradiance(std::size_t texels) : value(texels), known(texels, 0) {}
+  /// Takes rows of texels out of a film, filtered where the settings say so.
+  /// @param film of a Job of these settings over `grid`, whose points are those of texel_points()
+  void take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row, int end_row);
+};
+
 /// Light of all texels, one for each texel of layout.texels: gaps filled and seams closed.
-/// @param film of a Job of these settings over `grid`, whose points are those of texel_points()
-std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, const PointGrid& grid, const Film& film,
-                                 TexelLight what, const RenderSettings& settings);
+std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, TexelIrradiance irradiance,
+                                 TexelLight what);
 
 /// Share of the light that a surface reflects diffusely, seen along its normal; lobes that are not sharp count as
 /// diffuse.

@@ -30,13 +30,13 @@ bool looks_at_noise(std::uint32_t passes, bool filtered) {
   return passes >= kMinPasses && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
 }
 
-/// The settings with the size of the grid; as they are without points.
+/// The settings with the size of the grid, and all of it unless they have bounds; as they are without points.
 RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   if (!points) return settings;
   points->check();
   settings.width = points->width;
   settings.height = points->height;
-  settings.bounds = {0, 0, points->width, points->height};
+  if (settings.bounds.empty()) settings.bounds = {0, 0, points->width, points->height};
   if (settings.place_layers().any())
     throw Error("points have no layers of the places that a camera sees",
                 "Leave position, uv and ids out of the AOVs.");

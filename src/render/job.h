@@ -36,7 +36,7 @@ class Job {
   /// @param resume continues from this film; throws Error if the checkpoint belongs to another render
   /// @param spent_s seconds of the time limit already used, for loading the scene
   /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
-  /// settings' size is that of the grid
+  /// settings' size is that of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
       const Checkpoint* resume = nullptr, double spent_s = 0, std::shared_ptr<const PointGrid> points = nullptr,

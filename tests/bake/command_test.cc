@@ -48,6 +48,37 @@ TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {
   EXPECT_EQ(read(path("lit.glb")), once);
 }
 
+TEST_F(BakeCommand, GivesTheSameLightInLittleMemory) {
+  const auto bake = [&](const char* memory, const std::vector<std::string>& more) {
+    std::vector<std::string> line{"bake",
+                                  "builtin:cornell",
+                                  "--atlas",
+                                  "256",
+                                  "--samples",
+                                  "2",
+                                  "--gather",
+                                  "4",
+                                  "--photons",
+                                  "5k",
+                                  "-o",
+                                  "lit.glb",
+                                  "--atlas-picture",
+                                  "light.exr",
+                                  "--memory",
+                                  memory};
+    line.insert(line.end(), more.begin(), more.end());
+    return run(line);
+  };
+  ASSERT_EQ(bake("1G", {}).status, 0);
+  const std::vector<RGB> whole = read_image(path("light.exr")).rgb();
+  const Outcome bands = bake("64M", {});
+  ASSERT_EQ(bands.status, 0) << bands.err;
+  EXPECT_THAT(bands.err, HasSubstr("rows 256 of 256, as --memory allows"));
+  EXPECT_TRUE(read_image(path("light.exr")).rgb() == whole);
+  EXPECT_TRUE(refused(bake("64M", {"--resume", "bake.checkpoint"}), {"--resume", "--memory"}));
+  EXPECT_TRUE(refused(bake("2M", {}), {"--memory"}));
+}
+
 TEST_F(BakeCommand, SaysWhatIsWrongWithACommandLine) {
   const auto refuses = [&](const std::vector<std::string>& more, const char* text) {
     const Outcome outcome = run(words(more));

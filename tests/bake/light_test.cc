@@ -44,7 +44,9 @@ struct BakeStage {
     return job.snapshot();
   }
   std::vector<RGB> light(const RenderSettings& settings, TexelLight what) const {
-    return light_of_texels(*stage.scene, layout, *grid, film(settings), what, settings);
+    TexelIrradiance irradiance(layout.texels.face.size());
+    irradiance.take(film(settings), *grid, settings, 0, grid->height);
+    return light_of_texels(*stage.scene, layout, std::move(irradiance), what);
   }
 };
 
