@@ -153,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(Slow, SlowLitFloor, kLights, case_name);
 
 /// A floor between a lamp and the open sky, everything lit at once and by both sides of a lamp: the two integrators
 /// must agree where no plain answer is at hand.
-TEST(LightsTogether, LookTheSameInBothIntegrators) {
+TEST(SlowLightsTogether, LookTheSameInBothIntegrators) {
   SceneDescription d = lit_floor(LightCase::all);
   d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.4f, 2 * kHalf));
   const Stage stage(std::move(d));

@@ -57,7 +57,7 @@ TEST(PointGrid, HoldsTheIrradianceOfTheClosedForm) {
   }
 }
 
-TEST(PointGrid, AgreesWithThePathTracerOnSurfacesAndApart) {
+TEST(SlowPointGrid, AgreesWithThePathTracerOnSurfacesAndApart) {
   const Stage stage(builtin_scene("cornell"));
   const Box3 room = stage.scene->bounds();
   const Vec3 size = room.diagonal();

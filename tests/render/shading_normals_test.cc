@@ -121,10 +121,14 @@ constexpr Tessellation kCoarse{8, 2}, kMiddle{16, 9}, kFine{64, 33};
 std::string case_name(const testing::TestParamInfo<std::tuple<BallCase, Tessellation>>& info) {
   return std::get<0>(info.param).name + "_" + std::to_string(std::get<1>(info.param).triangles());
 }
+// One kind of scattering and one of refraction, which sanitizers see too.
 INSTANTIATE_TEST_SUITE_P(Coarse, LosslessSmoothBall,
-                         testing::Combine(testing::ValuesIn(lossless_cases()), testing::Values(kCoarse)), case_name);
+                         testing::Combine(testing::Values(lossless_cases().front(), lossless_cases().back()),
+                                          testing::Values(kCoarse)),
+                         case_name);
 INSTANTIATE_TEST_SUITE_P(Slow, LosslessSmoothBall,
-                         testing::Combine(testing::ValuesIn(lossless_cases()), testing::Values(kMiddle, kFine)),
+                         testing::Combine(testing::ValuesIn(lossless_cases()),
+                                          testing::Values(kCoarse, kMiddle, kFine)),
                          case_name);
 
 /// Materials that absorb some.
@@ -182,9 +186,11 @@ TEST_P(AbsorbingSmoothBall, ReflectsItsAlbedoByPhotonMapping) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Coarse, AbsorbingSmoothBall,
-                         testing::Combine(testing::ValuesIn(absorbing_cases()), testing::Values(kCoarse)), case_name);
+                         testing::Combine(testing::Values(absorbing_cases().front()), testing::Values(kCoarse)),
+                         case_name);
 INSTANTIATE_TEST_SUITE_P(Slow, AbsorbingSmoothBall,
-                         testing::Combine(testing::ValuesIn(absorbing_cases()), testing::Values(kMiddle, kFine)),
+                         testing::Combine(testing::ValuesIn(absorbing_cases()),
+                                          testing::Values(kCoarse, kMiddle, kFine)),
                          case_name);
 
 }  // namespace
