@@ -29,9 +29,9 @@ TEST_F(SlowMemoryTest, StaysWithinTheBudget) {
                         {"builtin:atrium", "blocked", "1G", "400x400", "1M", true}};
   for (const Case& c : cases) {
     std::vector<std::string> arguments = {"render",    c.scene,     "--engine", c.engine,    "--memory",
-                                          c.memory,    "--size",    c.size,     "--samples", c.progressive ? "3" : "1",
+                                          c.memory,    "--size",    c.size,     "--samples", c.progressive ? "2" : "1",
                                           "--stats",   "s.json",    "-o",       "a.exr",     "-q",
-                                          "--preview", "--photons", c.photons};
+                                          "--preview", "--photons", c.photons,  "--gather",  "16"};
     if (c.progressive) arguments.push_back("--progressive");
     // The filter needs layers of light: 0.8 kB a pixel, with the copy that is written.
     if (c.memory == std::string("64M")) arguments.insert(arguments.end(), {"--filter", "off"});

@@ -63,21 +63,21 @@ class SlowMpiTest : public ProgramTest {
 
 TEST_F(SlowMpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
   ASSERT_EQ(run(arguments({"--samples", "4", "-o", "alone.exr"})).status, 0);
-  for (const char* threads : {"1", "2"})
-    for (const int count : {1, 2, 3, 5}) {
-      fs::remove(path("shared.exr"));
-      const Outcome outcome = run_ranks(count, {"--samples", "4", "--threads", threads, "-o", "shared.exr"});
-      ASSERT_EQ(outcome.status, 0) << outcome.err;
-      // Only rank 0 speaks.
-      EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
-      EXPECT_EQ(outcome.err.find(" ranks, kernels by") != std::string::npos, count > 1) << outcome.err;
-      expect_same_pixels("shared.exr", "alone.exr");
-    }
+  const std::pair<int, const char*> runs[] = {{1, "1"}, {2, "2"}, {3, "1"}, {5, "1"}};
+  for (const auto& [count, threads] : runs) {
+    fs::remove(path("shared.exr"));
+    const Outcome outcome = run_ranks(count, {"--samples", "4", "--threads", threads, "-o", "shared.exr"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    // Only rank 0 speaks.
+    EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
+    EXPECT_EQ(outcome.err.find(" ranks, kernels by") != std::string::npos, count > 1) << outcome.err;
+    expect_same_pixels("shared.exr", "alone.exr");
+  }
 }
 
 TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   // Tiles are at different samples where ranks end, so the number of all samples stays.
-  const std::string samples = "1000";
+  const std::string samples = "300";
   const std::vector<std::string> shared =
       arguments({"--samples", samples, "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
   {
@@ -91,7 +91,7 @@ TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   }
   // The other ranks have ended, too.
   EXPECT_TRUE(wait_until([&] { return process_of_rank(0) == 0 && process_of_rank(2) == 0; }, 60));
-  EXPECT_LT(read_checkpoint(path("a.checkpoint"))->passes, 1000u);
+  EXPECT_LT(read_checkpoint(path("a.checkpoint"))->passes, 300u);
   ASSERT_EQ(run_ranks(2, {"--samples", samples, "-o", "a.exr", "--resume=a.checkpoint"}).status, 0);
   ASSERT_EQ(run(arguments({"--samples", samples, "-o", "alone.exr"})).status, 0);
   expect_same_pixels("a.exr", "alone.exr");

@@ -43,30 +43,33 @@ struct ChiSquaredResult {
   double integral = 0;  ///< of the density over the sphere
 };
 
-/// Integrates f over a rectangle by Gauss's 3 x 3 points, cutting it into four where halves disagree.
+/// Gauss's 3 x 3 points.
+template <class F>
+double gauss_rectangle(const F& f, double x0, double x1, double y0, double y1) {
+  static constexpr double kNodes[3] = {-0.774596669241483377, 0, 0.774596669241483377};
+  static constexpr double kWeights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+  double sum = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      sum += kWeights[i] * kWeights[j] *
+             f(0.5 * (x0 + x1) + 0.5 * (x1 - x0) * kNodes[i], 0.5 * (y0 + y1) + 0.5 * (y1 - y0) * kNodes[j]);
+  return sum * 0.25 * (x1 - x0) * (y1 - y0);
+}
+
+/// Integrates f over a rectangle, cutting it into four where the whole and the parts disagree.
+/// @param whole gauss_rectangle() of the rectangle
 template <class F>
 double integrate_rectangle(const F& f, double x0, double x1, double y0, double y1, double tolerance, int least_depth,
-                           int most_depth) {
-  const auto gauss = [&f](double ax, double bx, double ay, double by) {
-    static constexpr double kNodes[3] = {-0.774596669241483377, 0, 0.774596669241483377};
-    static constexpr double kWeights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
-    double sum = 0;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        sum += kWeights[i] * kWeights[j] *
-               f(0.5 * (ax + bx) + 0.5 * (bx - ax) * kNodes[i], 0.5 * (ay + by) + 0.5 * (by - ay) * kNodes[j]);
-    return sum * 0.25 * (bx - ax) * (by - ay);
-  };
+                           int most_depth, double whole) {
   const double mx = 0.5 * (x0 + x1), my = 0.5 * (y0 + y1);
-  if (least_depth <= 0) {
-    const double whole = gauss(x0, x1, y0, y1);
-    const double parts = gauss(x0, mx, y0, my) + gauss(mx, x1, y0, my) + gauss(x0, mx, my, y1) + gauss(mx, x1, my, y1);
-    if (most_depth <= 0 || std::abs(whole - parts) < tolerance) return parts;
-  }
-  const auto part = [&](double ax, double bx, double ay, double by) {
-    return integrate_rectangle(f, ax, bx, ay, by, tolerance, least_depth - 1, most_depth - 1);
+  const double a = gauss_rectangle(f, x0, mx, y0, my), b = gauss_rectangle(f, mx, x1, y0, my);
+  const double c = gauss_rectangle(f, x0, mx, my, y1), d = gauss_rectangle(f, mx, x1, my, y1);
+  const double parts = a + b + c + d;
+  if (least_depth <= 0 && (most_depth <= 0 || std::abs(whole - parts) < tolerance)) return parts;
+  const auto part = [&](double ax, double bx, double ay, double by, double value) {
+    return integrate_rectangle(f, ax, bx, ay, by, tolerance, least_depth - 1, most_depth - 1, value);
   };
-  return part(x0, mx, y0, my) + part(mx, x1, y0, my) + part(x0, mx, my, y1) + part(mx, x1, my, y1);
+  return part(x0, mx, y0, my, a) + part(mx, x1, y0, my, b) + part(x0, mx, my, y1, c) + part(mx, x1, my, y1, d);
 }
 
 /// @param sample_direction (index) -> std::optional<Vec3>: the sample of that index, or nothing where it was lost; a
@@ -90,6 +93,8 @@ ChiSquaredResult chi_squared_sphere(const SampleDirection& sample_direction, con
   }
   ChiSquaredResult result;
   const double pi = std::acos(-1.0);
+  // A twentieth of a sample, where ten are the fewest that are compared.
+  const double tolerance = 0.05 / samples;
   const auto in_cylinder = [&](double z, double phi) {
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
     return static_cast<double>(density(
@@ -97,9 +102,10 @@ ChiSquaredResult chi_squared_sphere(const SampleDirection& sample_direction, con
   };
   for (int i = 0; i < cosine_bins; ++i) {
     for (int j = 0; j < angle_bins; ++j) {
-      const double share =
-          integrate_rectangle(in_cylinder, 2.0 * i / cosine_bins - 1, 2.0 * (i + 1) / cosine_bins - 1,
-                              2 * pi * j / angle_bins - pi, 2 * pi * (j + 1) / angle_bins - pi, 3e-7, 2, 12);
+      const double z0 = 2.0 * i / cosine_bins - 1, z1 = 2.0 * (i + 1) / cosine_bins - 1;
+      const double phi0 = 2 * pi * j / angle_bins - pi, phi1 = 2 * pi * (j + 1) / angle_bins - pi;
+      const double share = integrate_rectangle(in_cylinder, z0, z1, phi0, phi1, tolerance, 1, 12,
+                                               gauss_rectangle(in_cylinder, z0, z1, phi0, phi1));
       expected[i * angle_bins + j] = share * samples;
       result.integral += share;
     }

@@ -68,8 +68,9 @@ ChiSquaredResult chi_squared_square(const Point& point, const Density& density, 
   };
   for (int y = 0; y < rows; ++y)
     for (int x = 0; x < columns; ++x) {
-      const double share = integrate_rectangle(at, x / static_cast<double>(columns), (x + 1.0) / columns,
-                                               y / static_cast<double>(rows), (y + 1.0) / rows, 1e-7, 0, 6);
+      const double x0 = x / static_cast<double>(columns), x1 = (x + 1.0) / columns;
+      const double y0 = y / static_cast<double>(rows), y1 = (y + 1.0) / rows;
+      const double share = integrate_rectangle(at, x0, x1, y0, y1, 1e-7, 0, 6, gauss_rectangle(at, x0, x1, y0, y1));
       expected[static_cast<std::size_t>(y) * columns + x] = share * samples;
       result.integral += share;
     }
