@@ -1,6 +1,7 @@
 // Glowworm's public interface. Names in glowworm::api, and glowworm::Error, are stable within a minor version. All
 // other names in the library are private.
 #pragma once
+#include "glowworm/bake.h"
 #include "glowworm/density.h"
 #include "glowworm/error.h"
 #include "glowworm/photons.h"

@@ -57,7 +57,11 @@ glowworm::Camera inner(const Camera& camera) {
 
 Scene::Scene(std::shared_ptr<const Implementation> implementation) : implementation_(std::move(implementation)) {}
 
-Scene Scene::load(const std::string& path) { return Scene(std::make_shared<const Implementation>(load_scene(path))); }
+Scene Scene::load(const std::string& path) {
+  ImportOptions options;
+  options.light_uvs = true;  // for bake()
+  return Scene(std::make_shared<const Implementation>(load_scene(path, options)));
+}
 
 const std::string& Scene::name() const { return implementation_->scene->name(); }
 std::size_t Scene::triangle_count() const { return implementation_->scene->geometry().triangle_count(); }

@@ -53,12 +53,6 @@ struct BakeOptions {
   bool is_probes() const { return format == "probes"; }
 };
 
-BakeFormat format_of(const std::string& name) {
-  if (name == "unlit") return BakeFormat::unlit;
-  if (name == "vertex") return BakeFormat::vertex;
-  return name == "lightmap" ? BakeFormat::lightmap : BakeFormat::emissive;
-}
-
 void resolve_options(BakeOptions& o) {
   o.settings = o.table.settings;
   if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
@@ -97,12 +91,6 @@ void write_atlas_picture(const BakeOptions& o, const BakeLayout& layout, const s
   picture.add_rgb("", light);
   picture.metadata["comments"] = o.command_line;
   write_image(o.atlas_picture, picture, ToneCurve::srgb, -std::log2(encoded.scale));
-}
-
-/// Values above which a texture of 8 bits ends: unlit colours end at 1.
-float scale_of(const BakeOptions& o, float gain) {
-  if (o.format == "vertex") return kPi / gain;
-  return o.format == "unlit" ? 1 / gain : 0;
 }
 
 /// Names of the files with the light of each atlas in full range: lit.0.exr beside lit.glb.
@@ -152,20 +140,15 @@ void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, cons
 
 void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance irradiance, const BakeLayout& layout,
                     OutputFiles& files) {
-  const bool shows_irradiance = o.format == "lightmap" || o.format == "vertex";
-  const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance),
-                                                 shows_irradiance ? TexelLight::irradiance : TexelLight::radiance);
-  std::vector<RGB> covered;
-  for (std::size_t i = 0; i < light.size(); ++i)
-    if (layout.texels.face[i] != kNone) covered.push_back(light[i]);
-  const float exposure = o.exposure ? *o.exposure : automatic_exposure(covered);
-  covered = {};
-  const EncodedLight encoded = encode_light(layout, light, scale_of(o, std::exp2(exposure)));
+  const BakeFormat format = format_of(o.format);
+  const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
+  const float exposure = o.exposure ? *o.exposure : automatic_exposure(layout, light);
+  const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
   BakeNotes notes{exposure, o.command_line, {}};
   for (const std::string& name : texture_files(o, layout.atlas))
     notes.textures.push_back(std::filesystem::path(name).filename());
-  const bool written = files.write(
-      o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format_of(o.format), notes)); });
+  const bool written =
+      files.write(o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format, notes)); });
   write_texture_files(o, layout.atlas, light, files);
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
   if (encoded.clipped > 0.001)
@@ -189,65 +172,28 @@ std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& 
                      atlas.texels_per_metre, effort);
 }
 
-/// What the Jobs of a bake computed.
-struct Baked {
-  TexelIrradiance irradiance{0};
-  std::uint32_t passes = 0;  ///< that every point has
-  double seconds = 0;
-  Ending ending = Ending::samples_done;
-  std::exception_ptr failure;  ///< of a Job, or null
-};
-
-/// The settings of the Jobs of a bake: the memory is what the tables of points leave.
-RenderSettings job_settings(const BakeOptions& o, const PointGrid& points) {
-  RenderSettings settings = o.settings;
-  const std::uint64_t tables = points.normal.size() * kTexelTableBytes;
-  if (tables >= settings.memory_bytes)
-    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
-                            static_cast<double>(tables) / 1e6, static_cast<double>(settings.memory_bytes) / 1e6),
-                "Give a larger --memory, or a smaller --atlas.");
-  settings.memory_bytes -= tables;
-  return settings;
-}
-
-/// Runs one Job for each band of points, until one does not end.
+/// Runs the Jobs of a bake, with progress and a checkpoint.
 Baked compute(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
               const std::shared_ptr<const Tracer>& tracer, const BakePlaces& places, OutputFiles& files) {
-  Baked baked;
-  baked.irradiance = TexelIrradiance(places.points->normal.size());
-  RenderSettings settings = job_settings(o, *places.points);
-  const std::vector<BakeBand> bands = cut_into_bands(*places.points, settings, settings.memory_bytes);
-  if (bands.size() > 1 && !o.resume.empty())
-    throw Error("--resume keeps the light of all texels in memory, which --memory does not hold",
-                "Give a larger --memory, or a smaller --atlas.");
   std::optional<Checkpoint> checkpoint;
   if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  for (std::size_t i = 0; i < bands.size(); ++i) {
-    settings.bounds = bands[i].rendered;
-    if (o.settings.time_limit_s > 0)
-      settings.time_limit_s =
-          std::max((o.settings.time_limit_s - baked.seconds) / static_cast<double>(bands.size() - i), 1e-3);
-    Job job(scene, tracer, settings, checkpoint ? &*checkpoint : nullptr, 0, places.points);
-    if (i == 0) {
+  const auto attend_band = [&](Job& job, const BakeBand& band, std::size_t bands) {
+    if (band.first == 0) {
       inform(describe(o, places, job));
       for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
     }
-    if (bands.size() > 1) inform(fmt::format("rows {} of {}, as --memory allows", bands[i].end, places.points->height));
+    if (bands > 1) inform(fmt::format("rows {} of {}, as --memory allows", band.end, places.points->height));
+    if (bands > 1 && !o.resume.empty())
+      throw Error("--resume keeps the light of all texels in memory, which --memory does not hold",
+                  "Give a larger --memory, or a smaller --atlas.");
     const auto keep = [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); }); };
     std::vector<RepeatedWork> repeated;
     if (!o.resume.empty()) repeated.push_back({1, keep});
-    baked.failure = attend(job, o.quiet, std::move(repeated));
+    const std::exception_ptr failure = attend(job, o.quiet, std::move(repeated));
     if (!o.resume.empty()) keep();
-    baked.seconds += job.seconds();
-    baked.ending = job.ending();
-    baked.passes = i == 0 ? job.passes() : std::min(baked.passes, job.passes());
-    if (job.passes() > 0)
-      baked.irradiance.take(job.snapshot(), *places.points, job.settings(), bands[i].first, bands[i].end);
-    const bool stops = baked.failure || baked.ending == Ending::cancelled || job.passes() == 0;
-    if (stops && i + 1 < bands.size()) baked.passes = 0;
-    if (stops) break;
-  }
-  return baked;
+    return failure;
+  };
+  return bake_points(scene, tracer, places.points, o.settings, checkpoint ? &*checkpoint : nullptr, attend_band);
 }
 
 /// Writes the results, then throws the error, if any, or returns the exit status.

@@ -1,7 +1,10 @@
 #include "bake/bands.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "core/error.h"
 #include "render/film.h"
 #include "render/filtered.h"
 
@@ -40,6 +43,37 @@ std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings
     out.push_back(band);
   }
   return out;
+}
+
+Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
+                  const std::shared_ptr<const PointGrid>& points, RenderSettings settings, const Checkpoint* resume,
+                  const AttendBand& attend) {
+  const std::uint64_t tables = points->normal.size() * kTexelTableBytes;
+  if (tables >= settings.memory_bytes)
+    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
+                            static_cast<double>(tables) / 1e6, static_cast<double>(settings.memory_bytes) / 1e6),
+                "Give a larger --memory, or a smaller --atlas.");
+  settings.memory_bytes -= tables;
+  settings.separate_layers = filters(settings);
+  const double time_limit_s = settings.time_limit_s;
+  const std::vector<BakeBand> bands = cut_into_bands(*points, settings, settings.memory_bytes);
+  Baked baked;
+  baked.irradiance = TexelIrradiance(points->normal.size());
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    settings.bounds = bands[i].rendered;
+    if (time_limit_s > 0)
+      settings.time_limit_s = std::max((time_limit_s - baked.seconds) / static_cast<double>(bands.size() - i), 1e-3);
+    Job job(scene, tracer, settings, resume, 0, points);
+    baked.failure = attend(job, bands[i], bands.size());
+    baked.seconds += job.seconds();
+    baked.ending = job.ending();
+    baked.passes = i == 0 ? job.passes() : std::min(baked.passes, job.passes());
+    if (job.passes() > 0) baked.irradiance.take(job.snapshot(), *points, job.settings(), bands[i].first, bands[i].end);
+    const bool stops = baked.failure || baked.ending == Ending::cancelled || job.passes() == 0;
+    if (stops && i + 1 < bands.size()) baked.passes = 0;
+    if (stops) break;
+  }
+  return baked;
 }
 
 }  // namespace glowworm

@@ -71,6 +71,13 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
   return light;
 }
 
+float automatic_exposure(const BakeLayout& layout, const std::vector<RGB>& light) {
+  std::vector<RGB> covered;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    if (layout.texels.face[i] != kNone) covered.push_back(light[i]);
+  return automatic_exposure(covered);
+}
+
 EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale) {
   constexpr double kBright = 0.995;
   constexpr float kHeadroom = 4;  // Above it, codes of dark places would be too coarse.

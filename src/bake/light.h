@@ -33,6 +33,9 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
 /// diffuse.
 RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
+/// The exposure in stops that maps the mean of the covered texels to grey.
+float automatic_exposure(const BakeLayout& layout, const std::vector<RGB>& light);
+
 /// Codes of a texture: each texel is code times scale, with codes in sRGB.
 struct EncodedLight {
   float scale = 1;

@@ -368,6 +368,23 @@ class SceneWriter {
 
 }  // namespace
 
+BakeFormat format_of(std::string_view name) {
+  if (name == "unlit") return BakeFormat::unlit;
+  if (name == "vertex") return BakeFormat::vertex;
+  return name == "lightmap" ? BakeFormat::lightmap : BakeFormat::emissive;
+}
+
+TexelLight quantity_of(BakeFormat format) {
+  const bool irradiance = format == BakeFormat::lightmap || format == BakeFormat::vertex;
+  return irradiance ? TexelLight::irradiance : TexelLight::radiance;
+}
+
+float scale_of(BakeFormat format, float exposure) {
+  const float gain = std::exp2(exposure);
+  if (format == BakeFormat::vertex) return kPi / gain;
+  return format == BakeFormat::unlit ? 1 / gain : 0;
+}
+
 std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
                          const BakeNotes& notes) {
   return SceneWriter(scene, layout, light, format, notes).write();

@@ -1,6 +1,7 @@
 // A scene with its baked light as a GLB file.
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bake/layout.h"
@@ -15,6 +16,16 @@ enum class BakeFormat {
   lightmap,  ///< base colours, and irradiance by the extension MOZ_lightmap
   vertex,    ///< base colours with KHR_materials_unlit, times irradiance over pi at vertices; values end at 1
 };
+
+/// The format of this name; emissive for others.
+BakeFormat format_of(std::string_view name);
+
+/// The quantity that textures of a format hold.
+TexelLight quantity_of(BakeFormat format);
+
+/// The value at which textures of a format end: unlit colours end at 1. 0: encode_light() chooses.
+/// @param exposure stops
+float scale_of(BakeFormat format, float exposure);
 
 /// Metadata of a baked file.
 struct BakeNotes {

@@ -16,6 +16,7 @@ void bind_render(pybind11::module_& module);
 void bind_photons(pybind11::module_& module);
 void bind_rays(pybind11::module_& module);
 void bind_sensors(pybind11::module_& module);
+void bind_bake(pybind11::module_& module);
 
 /// Runs work(const Interrupt&) in a thread, without the lock of the interpreter, and returns its result. A signal whose
 /// handler raises, such as Ctrl-C, interrupts the work, and the handler's exception is thrown.

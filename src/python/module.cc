@@ -22,4 +22,5 @@ PYBIND11_MODULE(_glowworm, module) {
   python::bind_photons(module);
   python::bind_rays(module);
   python::bind_sensors(module);
+  python::bind_bake(module);
 }

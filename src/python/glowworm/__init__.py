@@ -28,6 +28,7 @@ from ._glowworm import (
     SceneBuilder,
     Tracer,
     __version__,
+    _bake,
     _compare,
     _measure,
     _Render,
@@ -56,6 +57,7 @@ __all__ = [
     "Tracer",
     "__version__",
     "aov_names",
+    "bake",
     "builtin_scenes",
     "compare",
     "measure",
@@ -298,6 +300,42 @@ def measure(
         del options[name]
     with _shown(progress) as show:
         return _measure(scene, points, normals, _options(options), on_surfaces, show)
+
+
+def bake(
+    scene: Scene,
+    path: Union[str, "os.PathLike[str]"],
+    *,
+    format: str = "emissive",
+    light: str = "all",
+    atlas: int = 0,
+    texels_per_metre: float = 0.0,
+    exposure: Optional[float] = None,
+    progress: Progress = None,
+    samples: Union[int, str, None] = None,
+    gather: Union[int, str, None] = None,
+    photons: Union[int, str, None] = None,
+    nearest: Optional[int] = None,
+    integrator: Optional[str] = None,
+    engine: Optional[str] = None,
+    filter: Optional[str] = None,
+    seed: Optional[int] = None,
+    time: Union[float, str, None] = None,
+    noise: Union[float, str, None] = None,
+    memory: Union[int, str, None] = None,
+) -> None:
+    """Writes a scene with its light in textures as a GLB file, as `glowworm bake` does.
+
+    format: "emissive", "unlit", "lightmap" or "vertex". light: "all", or "indirect", which leaves direct light to the
+    viewer. atlas: side of an atlas in texels; texels_per_metre: their density; 0 leaves both to Glowworm. exposure:
+    stops, by which values are multiplied as 2^exposure; None maps their mean to grey. The other keywords are those of
+    render(); samples are those of each texel.
+    """
+    options = dict(locals())
+    for name in ("scene", "path", "format", "light", "atlas", "texels_per_metre", "exposure", "progress"):
+        del options[name]
+    with _shown(progress) as show:
+        _bake(scene, os.fspath(path), _options(options), format, light, atlas, texels_per_metre, exposure, show)
 
 
 def _picture(value: Any, layer: str) -> Picture:

@@ -25,6 +25,18 @@ def _measure(
     progress: Optional[Callable[[float], Any]],
 ) -> Dict[str, NDArray[np.float32]]: ...
 
+def _bake(
+    scene: Scene,
+    path: str,
+    options: List[Tuple[str, str]],
+    format: str,
+    light: str,
+    atlas: int,
+    texels_per_metre: float,
+    exposure: Optional[float],
+    progress: Optional[Callable[[float], Any]],
+) -> None: ...
+
 class Camera:
     eye: Any
     target: Any

@@ -1,0 +1,73 @@
+// The public header glowworm/bake.h.
+#include "glowworm/bake.h"
+
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <utility>
+
+#include "api/run_job.h"
+#include "api/scene_implementation.h"
+#include "bake/bands.h"
+#include "bake/layout.h"
+#include "bake/scene_glb.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/memory_budget.h"
+#include "render/options.h"
+
+namespace glowworm::api {
+
+namespace {
+
+/// The settings of `glowworm bake`.
+RenderSettings bake_settings(const BakeOptions& options) {
+  RenderOptions o = options.render;
+  o.width = o.height = 0;
+  o.crop.reset();
+  o.camera.clear();
+  o.aovs.clear();
+  RenderSettings s = settings_of(o);
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  s.indirect_only = name_index("light", options.light, {"all", "indirect"}) == 1;
+  return s;
+}
+
+AtlasRequest atlas_of(const BakeOptions& o) {
+  if (o.atlas != 0 && (o.atlas < 16 || o.atlas > kMaxAtlasSide))
+    throw Error("atlas is " + std::to_string(o.atlas), "Give from 16 to 16384 texels, or 0.");
+  if (!(o.texels_per_metre >= 0 && std::isfinite(o.texels_per_metre)))
+    throw Error("texels_per_metre is negative or not finite", "Give a positive number, or 0.");
+  return {o.atlas, o.texels_per_metre};
+}
+
+}  // namespace
+
+void bake(const Scene& scene, const std::string& path, const BakeOptions& options,
+          const std::function<void(double)>& progress) {
+  name_index("format", options.format, {"emissive", "unlit", "lightmap", "vertex"});
+  const BakeFormat format = format_of(options.format);
+  const RenderSettings settings = bake_settings(options);
+  const AtlasRequest request = atlas_of(options);
+  const Scene::Implementation& inner = scene.implementation();
+  const BakeLayout layout = lay_out(inner.scene, inner.tracer, request);
+  auto points = std::make_shared<const PointGrid>(texel_points(*inner.scene, *inner.tracer, layout));
+  const auto attend_band = [&](Job& job, const BakeBand& band, std::size_t) -> std::exception_ptr {
+    const double before = static_cast<double>(band.first) / points->height;
+    const double share = static_cast<double>(band.end - band.first) / points->height;
+    attend(job, [&](double done) {
+      if (progress) progress(before + done * share);
+    });
+    return nullptr;
+  };
+  Baked baked = bake_points(inner.scene, inner.tracer, points, settings, nullptr, attend_band);
+  points = nullptr;
+  if (baked.passes == 0) throw Error("the bake ended before every texel had light", "Give it more time.");
+  const std::vector<RGB> light =
+      light_of_texels(*inner.scene, layout, std::move(baked.irradiance), quantity_of(format));
+  const float exposure = options.exposure ? *options.exposure : automatic_exposure(layout, light);
+  const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
+  write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, {exposure, "", {}}));
+}
+
+}  // namespace glowworm::api
