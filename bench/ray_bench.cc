@@ -153,7 +153,7 @@ class SceneBench {
     GatherRayMaker maker;
     std::vector<std::uint32_t> order(points_.size());
     std::iota(order.begin(), order.end(), 0u);
-    maker.prepare(points_, order, kRaysEach, 0);
+    maker.prepare(points_, order, kRaysEach, 0, nullptr);
     maker.create(0, kRaysEach, rays);
     std::vector<std::uint32_t> by_point(rays.size());
     std::iota(by_point.begin(), by_point.end(), 0u);
@@ -170,7 +170,7 @@ class SceneBench {
     };
     for_chunks([&] {
       rays.clear();
-      maker.prepare(points_, order, kRaysEach, 0);
+      maker.prepare(points_, order, kRaysEach, 0, nullptr);
       maker.create(0, kRaysEach, rays);
       framed.insert(framed.end(), rays.rays.begin(), rays.rays.end());
     });

@@ -28,6 +28,7 @@ enum RandomStream : std::uint32_t {
   kCameraStream = 0x63616d65,       ///< camera rays
   kGatherStream = 0x67617468,       ///< gather rays
   kGatherAgainStream = 0x61676169,  ///< secondary gather rays
+  kGuideStream = 0x67756964,        ///< gather rays that the guide of gather rays learns from
   kLightStream = 0x6c696768,        ///< light samples at gather points
   kLobeStream = 0x6c6f6265,         ///< the lobe of a gather ray
   kPathStream = 0x70617468,         ///< the path tracer

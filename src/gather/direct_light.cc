@@ -50,7 +50,7 @@ UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& poin
 }
 
 std::uint32_t default_light_samples(std::uint32_t gather_rays) {
-  return std::clamp<std::uint32_t>(gather_rays / 8, 2, 16);
+  return std::clamp<std::uint32_t>(gather_rays / 3, 2, 16);
 }
 
 void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,

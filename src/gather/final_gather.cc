@@ -25,7 +25,10 @@ constexpr std::size_t kRaysPerChunk = 32768;
 constexpr std::size_t kRaysAtOnce = 2048;
 
 /// Gather points of each chunk except the last, which may have fewer.
-std::size_t points_of_chunk(std::uint32_t rays_each) { return std::max<std::size_t>(1, kRaysPerChunk / rays_each); }
+std::size_t points_of_chunk(std::uint32_t rays_each) {
+  constexpr std::size_t kMaxPoints = 2048;
+  return std::clamp<std::size_t>(kRaysPerChunk / rays_each, 1, kMaxPoints);
+}
 
 /// Strata of a chunk that are traced at a time. All chunks use the same number, whatever their size, so that the light
 /// of a point is summed in the same order in any task.
@@ -51,7 +54,7 @@ class ChunkGatherer {
     if (caustic_queries_) caustic_queries_->clear();
     std::vector<std::uint32_t> order;
     coherent_order(points_, first, last, order);
-    maker_.prepare(points_, order, settings_.rays, settings_.seed);
+    maker_.prepare(points_, order, settings_.rays, settings_.seed, settings_.guide);
     queries_.reserve(order.size() * settings_.rays);
     const std::uint32_t strata_at_once = strata_under_way(settings_.rays);
     for (std::uint32_t stratum = 0; stratum < settings_.rays; stratum += strata_at_once) {

@@ -118,15 +118,14 @@ void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t g
 
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last,
                     std::vector<std::uint32_t>& order) {
-  constexpr int kNormalBits = 3, kTangentBits = 2;
+  constexpr int kNormalBits = 5;
   std::vector<std::uint64_t> keys;
   keys.reserve(last - first);
   for (std::size_t i = first; i < last; ++i) {
     const Frame& frame = points.frame[i];
     // A stratum is a cell of directions around the normal on the viewer's side.
     const bool below = dot(points.normal[i], frame.n) < 0;
-    const std::uint64_t cell = octahedral_cell(below ? -frame.n : frame.n, kNormalBits) << (2 * kTangentBits) |
-                               octahedral_cell(frame.s, kTangentBits);
+    const std::uint64_t cell = octahedral_cell(below ? -frame.n : frame.n, kNormalBits);
     keys.push_back(cell << 32 | i);
   }
   std::sort(keys.begin(), keys.end());
@@ -135,8 +134,9 @@ void coherent_order(const GatherPoints& points, std::size_t first, std::size_t l
 }
 
 void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
-                             std::uint32_t seed) {
+                             std::uint32_t seed, const GatherGuide* guide) {
   points_ = &points;
+  guide_ = guide && !guide->empty() ? guide : nullptr;
   order_ = order;
   rays_each_ = rays_each;
   seed_ = seed;
@@ -147,6 +147,9 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
     for (std::vector<float>& array : *arrays) array.resize(padded);
   for (std::vector<float>& array : frame_) array.resize(padded);
   cosine_.resize(padded);
+  for (std::vector<float>& array : square_) array.resize(padded);
+  region_.assign(order.size(), kNone);
+  factor_.assign(order.size(), 1.0f);
   origin_.resize(order.size());
   weight_.resize(order.size());
   diffuse_.resize(order.size());
@@ -162,8 +165,8 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
 
 void GatherRayMaker::prepare_diffuse(std::size_t place) {
   const std::uint32_t i = order_[place];
-  const Frame& frame = points_->frame[i];
-  const Vec3 axes[3] = {frame.s, frame.t, face_forward(frame.n, points_->normal[i])};
+  const Frame frame = GatherGuide::frame(face_forward(points_->frame[i].n, points_->normal[i]));
+  const Vec3 axes[3] = {frame.s, frame.t, frame.n};
   const RGB reflectance = points_->bsdf[i].diffuse;
   // A black surface has no rays: if the normal is zero, no direction is on its side.
   const Vec3 normal = max_component(reflectance) > 0 ? points_->normal[i] : Vec3{0, 0, 0};
@@ -175,6 +178,18 @@ void GatherRayMaker::prepare_diffuse(std::size_t place) {
   }
   origin_[place] = offset_origin(points_->position[i], points_->normal[i], points_->offset[i]);
   weight_[place] = points_->throughput[i] * reflectance * (1.0f / static_cast<float>(rays_each_));
+  if (guide_) region_[place] = guide_->region(points_->position[i], frame.n);
+}
+
+/// Directions where the guide expects more light have a higher density, and weigh less.
+void GatherRayMaker::warp_squares() {
+  for (std::size_t place = 0; place < order_.size(); ++place) {
+    if (region_[place] == kNone) continue;
+    const GatherGuide::Warped warped = guide_->warp(region_[place], {square_[0][place], square_[1][place]});
+    square_[0][place] = warped.point.x;
+    square_[1][place] = warped.point.y;
+    factor_[place] = 1 / warped.density;
+  }
 }
 
 void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays& out) {
@@ -182,9 +197,14 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
   for (std::size_t i = 0; i < 9; ++i) points.frame[i] = frame_[i].data();
   for (std::size_t i = 0; i < 3; ++i) points.normal[i] = normal_[i].data();
   const DiffuseRays made{{direction_[0].data(), direction_[1].data(), direction_[2].data()}, cosine_.data()};
+  const DiffuseSquare square{square_[0].data(), square_[1].data()};
   out.reserve(out.size() + order_.size() * (last - first));
   for (std::uint32_t cell = first; cell < last; ++cell) {
-    if (any_diffuse_) diffuse_rays(points, numbers_of_cell(rays_each_, cell, seed_), made);
+    if (any_diffuse_) {
+      diffuse_squares(points, numbers_of_cell(rays_each_, cell, seed_), square);
+      if (guide_) warp_squares();
+      diffuse_rays(points, square, made);
+    }
     if (all_diffuse_) {
       add_diffuse(cell, out);
       continue;
@@ -193,7 +213,8 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
       if (!diffuse_[place])
         add_other(place, cell, out);
       else if (cosine_[place] > 0)
-        out.push_back(diffuse_ray(place), weight_[place], cosine_hemisphere_pdf(cosine_[place]), order_[place], cell);
+        out.push_back(diffuse_ray(place), weight_[place] * factor_[place], cosine_hemisphere_pdf(cosine_[place]),
+                      order_[place], cell);
     }
   }
 }
@@ -209,7 +230,7 @@ void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
   // The next sample overwrites one without a direction; a branch would mispredict often.
   for (std::size_t place = 0; place < order_.size(); ++place) {
     out.rays[at] = diffuse_ray(place);
-    out.weight[at] = weight_[place];
+    out.weight[at] = weight_[place] * factor_[place];
     out.pdf[at] = cosine_hemisphere_pdf(cosine_[place]);
     out.point[at] = order_[place];
     at += cosine_[place] > 0;
@@ -221,17 +242,22 @@ void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
 void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const {
   const GatherPoints& points = *points_;
   const std::uint32_t i = order_[place];
-  const DiffuseRayCell numbers = numbers_of_cell(rays_each_, cell, seed_);
-  Sampler sampler(SamplerKind::sobol, seed_, hash_combine(points.sequence[i], numbers.sequence_salt),
-                  points.sample[i] * numbers.sample_stride + numbers.sample_offset);
-  const Vec2 u = sampler.next2();
-  const Vec2 in_cell{u.x * numbers.side[0] + numbers.low[0], u.y * numbers.side[1] + numbers.low[1]};
+  const Vec2 in_cell = gather_square(points.sequence[i], points.sample[i], rays_each_, cell, seed_);
   const ShadedSurface surface(points.bsdf[i], points.frame[i], points.normal[i]);
   const ScatteredRay s =
       surface.sample(points.wo[i], gather_ray_number(points, i, cell, seed_, kLobeStream), in_cell, kBroad);
   if (!s.valid || is_black(s.weight)) return;
   const Ray ray = leave_surface(points.position[i], s.side, points.offset[i], s.direction);
   out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
+}
+
+Vec2 gather_square(std::uint32_t sequence, std::uint32_t sample, std::uint32_t rays_each, std::uint32_t cell,
+                   std::uint32_t seed) {
+  const DiffuseRayCell numbers = numbers_of_cell(rays_each, cell, seed);
+  Sampler sampler(SamplerKind::sobol, seed, hash_combine(sequence, numbers.sequence_salt),
+                  sample * numbers.sample_stride + numbers.sample_offset);
+  const Vec2 u = sampler.next2();
+  return {u.x * numbers.side[0] + numbers.low[0], u.y * numbers.side[1] + numbers.low[1]};
 }
 
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "gather/gather_guide.h"
 #include "points/gather_points.h"
 #include "trace/tracer.h"
 
@@ -43,8 +44,8 @@ struct GatherRays {
   void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell);
 };
 
-/// Sorts gather points [first, last) by the direction of their shading frames, stably, so that the rays of one stratum
-/// are coherent.
+/// Sorts gather points [first, last) by the direction of their normals, stably, so that the rays of one stratum are
+/// coherent.
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last, std::vector<std::uint32_t>& order);
 
 /// Makes the rays of some gather points stratum by stratum: `rays_each` for every point. Neighbours in `order` are
@@ -52,13 +53,15 @@ void coherent_order(const GatherPoints& points, std::size_t first, std::size_t l
 class GatherRayMaker {
  public:
   /// @param points must outlive the maker; @param order the points to use, and their order
+  /// @param guide of diffuse points; null: none
   void prepare(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
-               std::uint32_t seed);
+               std::uint32_t seed, const GatherGuide* guide);
   /// Appends the rays of strata [first, last), last <= rays_each. Samples without a direction make no ray.
   void create(std::uint32_t first, std::uint32_t last, GatherRays& out);
 
  private:
   void prepare_diffuse(std::size_t place);
+  void warp_squares();
   Ray diffuse_ray(std::size_t place) const;
   /// Appends the rays of a stratum if all points are diffuse.
   void add_diffuse(std::uint32_t cell, GatherRays& out) const;
@@ -67,16 +70,24 @@ class GatherRayMaker {
   const GatherPoints* points_ = nullptr;
   std::span<const std::uint32_t> order_;
   std::uint32_t rays_each_ = 0, seed_ = 0;
+  const GatherGuide* guide_ = nullptr;
   // For each position in the order: arrays for the kernel.
   std::vector<std::uint32_t> sequence_, sample_;
   std::array<std::vector<float>, 9> frame_;
   std::array<std::vector<float>, 3> normal_, direction_;
   std::vector<float> cosine_;
+  std::array<std::vector<float>, 2> square_;
+  std::vector<std::uint32_t> region_;  // of the guide
+  std::vector<float> factor_;          // on the weight, by the guide
   std::vector<Vec3> origin_;
   std::vector<RGB> weight_;  // weight of a diffuse ray
   std::vector<std::uint8_t> diffuse_;
   bool any_diffuse_ = false, all_diffuse_ = false;
 };
+
+/// The point of the unit square of ray `cell` of `rays_each`, before a guide warps it.
+Vec2 gather_square(std::uint32_t sequence, std::uint32_t sample, std::uint32_t rays_each, std::uint32_t cell,
+                   std::uint32_t seed);
 
 /// A random number in [0, 1) of one final gather ray, for the purpose `what`.
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,

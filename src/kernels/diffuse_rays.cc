@@ -16,21 +16,30 @@ namespace glowworm {
 namespace HWY_NAMESPACE {
 namespace {
 
-void rays(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out) {
+constexpr std::size_t kLanes = hn::MaxLanes(SobolTag());
+static_assert(kLanes <= kDiffuseRayPadding);
+
+void squares(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out) {
   const SobolTag f;
   const SobolBitsTag u;
-  constexpr std::size_t kLanes = hn::MaxLanes(SobolTag());
-  static_assert(kLanes <= kDiffuseRayPadding);
   const SobolBits seed = hn::Set(u, Sampler::seed_key(cell.seed)), salt = hn::Set(u, cell.sequence_salt);
   const SobolBits stride = hn::Set(u, cell.sample_stride), offset = hn::Set(u, cell.sample_offset);
-  const SobolNumbers zero = hn::Zero(f);
   for (std::size_t i = 0; i < points.count; i += kLanes) {
     const SobolBits sequence = combine_bits(hn::LoadU(u, points.sequence + i), salt);
     const SobolBits key = combine_bits(combine_bits(seed, sequence), hn::Zero(u));
-    SobolNumbers a, b, x, y;
+    SobolNumbers a, b;
     sobol_pair(key, hn::Add(hn::Mul(hn::LoadU(u, points.sample + i), stride), offset), a, b);
-    disk(multiply_add(a, hn::Set(f, cell.side[0]), hn::Set(f, cell.low[0])),
-         multiply_add(b, hn::Set(f, cell.side[1]), hn::Set(f, cell.low[1])), x, y);
+    hn::StoreU(multiply_add(a, hn::Set(f, cell.side[0]), hn::Set(f, cell.low[0])), f, out.x + i);
+    hn::StoreU(multiply_add(b, hn::Set(f, cell.side[1]), hn::Set(f, cell.low[1])), f, out.y + i);
+  }
+}
+
+void rays(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out) {
+  const SobolTag f;
+  const SobolNumbers zero = hn::Zero(f);
+  for (std::size_t i = 0; i < points.count; i += kLanes) {
+    SobolNumbers x, y;
+    disk(hn::LoadU(f, square.x + i), hn::LoadU(f, square.y + i), x, y);
     const SobolNumbers z = above_disk(x, y);
     SobolNumbers side = zero, normals = zero;
     const auto add_axis = [&](std::size_t axis) HWY_ATTR {
@@ -60,11 +69,16 @@ HWY_AFTER_NAMESPACE();
 namespace glowworm {
 
 namespace {
+HWY_EXPORT(squares);
 HWY_EXPORT(rays);
+}  // namespace
+
+void diffuse_squares(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out) {
+  HWY_DYNAMIC_DISPATCH(squares)(points, cell, out);
 }
 
-void diffuse_rays(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out) {
-  HWY_DYNAMIC_DISPATCH(rays)(points, cell, out);
+void diffuse_rays(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out) {
+  HWY_DYNAMIC_DISPATCH(rays)(points, square, out);
 }
 
 }  // namespace glowworm

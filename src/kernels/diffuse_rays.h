@@ -26,6 +26,12 @@ struct DiffuseRayCell {
   float side[2] = {1, 1};  ///< its size
 };
 
+/// Arrays of points of the unit square, one for each start point.
+struct DiffuseSquare {
+  float* x = nullptr;
+  float* y = nullptr;
+};
+
 /// One ray for each point.
 struct DiffuseRays {
   float* direction[3] = {};  ///< unit, world space
@@ -33,12 +39,16 @@ struct DiffuseRays {
                              ///< mirror image in the surface: the pdf is cosine / pi per steradian; 0: no ray
 };
 
-/// Samples a direction for each point in proportion to the cosine to the shading normal (Malley's method over the
-/// concentric map, as core/warp.h); mirrors it in the surface if it would pass through (bsdf/shaded_surface.h). Runs on
-/// the instruction set of set_simd().
-void diffuse_rays(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out);
+/// The points of the cell that its random numbers choose. Runs on the instruction set of set_simd().
+void diffuse_squares(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out);
 
-/// The same as plain loops over core/random.h and core/warp.h, bit for bit: the reference for tests of the kernel.
-void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out);
+/// The directions of points of the square, in proportion to the cosine to the shading normal (Malley's method over the
+/// concentric map, as core/warp.h); a direction that would pass through the surface is mirrored in it
+/// (bsdf/shaded_surface.h). Runs on the instruction set of set_simd().
+void diffuse_rays(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out);
+
+/// The same as plain loops over core/random.h and core/warp.h, bit for bit: the reference for tests of the kernels.
+void diffuse_squares_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out);
+void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out);
 
 }  // namespace glowworm

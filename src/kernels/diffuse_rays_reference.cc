@@ -6,13 +6,19 @@
 
 namespace glowworm {
 
-void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseRays& out) {
+void diffuse_squares_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out) {
   for (std::size_t i = 0; i < points.count; ++i) {
     Sampler sampler(SamplerKind::sobol, cell.seed, hash_combine(points.sequence[i], cell.sequence_salt),
                     points.sample[i] * cell.sample_stride + cell.sample_offset);
     const Vec2 u = sampler.next2();
-    const Vec3 local =
-        square_to_cosine_hemisphere({u.x * cell.side[0] + cell.low[0], u.y * cell.side[1] + cell.low[1]});
+    out.x[i] = u.x * cell.side[0] + cell.low[0];
+    out.y[i] = u.y * cell.side[1] + cell.low[1];
+  }
+}
+
+void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out) {
+  for (std::size_t i = 0; i < points.count; ++i) {
+    const Vec3 local = square_to_cosine_hemisphere({square.x[i], square.y[i]});
     float side = 0, normals = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const float d =

@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "points/finite_light.h"
 #include "render/filtered.h"
+#include "render/gather_guiding.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/scheduler.h"
@@ -207,6 +208,7 @@ PassSettings Job::pass_settings() const {
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;
+  pass.guide = &gather_guide_;
   pass.light_groups = light_groups_.get();
   return pass;
 }
@@ -229,6 +231,8 @@ void Job::shoot_photons(std::uint32_t sample) {
     demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
   }
   maps_.update(*tracer_, map_settings(sample), statistics_);
+  if (pass_.kind == PassKind::gather && settings_.gather_guiding)
+    gather_guide_ = learn_gather_guide(*tracer_, maps_, view(), pass_, budget_, statistics_);
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = maps_.bytes();
   is_mapping_ = false;

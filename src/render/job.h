@@ -144,6 +144,7 @@ class Job {
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
   std::shared_ptr<const EmissionGuide> guide_;
+  GatherGuide gather_guide_;
   std::shared_ptr<const PhotonDemand> demand_;
   PhotonMaps maps_{budget_};
   PassMemory memory_;

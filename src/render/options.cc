@@ -326,7 +326,7 @@ std::vector<Option> method_flags() {
             "New photons and smaller radii in every pass: converges to the exact solution", true, without_photons},
            &S::progressive),
       flag({"--no-gather-guiding", kMethod, "gather_guiding", "", "", nullptr,
-            "Do not aim gather rays at small bright places (for comparison)", true, without_gathering},
+            "Do not aim gather rays where earlier rays found light (for comparison)", true, without_gathering},
            &S::gather_guiding, false),
       flag({"--no-secondary-gather", kMethod, "secondary_gather", "", "", nullptr,
             "No secondary gather where gather rays are shorter than the photons' radius (for comparison)", true,

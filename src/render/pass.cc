@@ -75,10 +75,11 @@ class PassRenderer {
 
   void gather_light(const GatherPoints& points) {
     if (!(tracer_.scene().light_power().total() > 0)) return;
-    if (settings_.direct)
+    const bool rays_alone = settings_.kind == PassKind::gather_rays;
+    if (settings_.direct && !rays_alone)
       add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, out_.radiance,
                        statistics_);
-    if (settings_.caustic && !is_apart())
+    if (settings_.caustic && !rays_alone && !is_apart())
       look_up(gather_points_as_queries(points), maps_.caustic_engines(), out_.radiance.caustic);
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
@@ -90,6 +91,7 @@ class PassRenderer {
     out.seed = settings_.seed;
     out.light_samples = settings_.direct ? settings_.light_samples : 0;
     out.radii = settings_.secondary_gather ? &maps_.radii() : nullptr;
+    out.guide = settings_.guide;
     out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
     out.patch_samples = default_patch_samples(settings_.gather);
     out.adds_caustics = settings_.caustic && is_apart();

@@ -21,6 +21,7 @@ enum class PassKind : std::uint8_t {
   surfaces,        ///< FirstHit only
   count_seen,      ///< photons around the gather points: PhotonMaps::diagnosis()
   count_gathered,  ///< photons around the ends of gather rays
+  gather_rays,     ///< light that gather rays find, without light samples and the caustic map at gather points
 };
 
 /// Settings of a pass.
@@ -34,6 +35,7 @@ struct PassSettings {
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   bool patches = true;                                  ///< send some gather rays to bright patches
+  const GatherGuide* guide = nullptr;                   ///< of gather rays; null: none
   std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, if the budget allows
   const LightGroups* light_groups = nullptr;  ///< fill SlotRadiance::groups; null: none. As in PhotonMapSettings
   bool by_disk = false;                       ///< kind gather: query points go through a file (density/query_store.h)

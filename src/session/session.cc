@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "gather/direct_light.h"
 #include "points/finite_light.h"
+#include "render/gather_guiding.h"
 #include "render/photon_guiding.h"
 #include "render/scheduler.h"
 #include "session/preview_filter.h"
@@ -315,7 +316,12 @@ ViewFrame Session::render(const ViewState& state, bool moving) {
   // A view at rest starts again, with better maps.
   FrameSums own;
   FrameSums& sums = moving ? own : sums_;
-  const PassSettings pass = pass_settings(state, effort, moving);
+  PassSettings pass = pass_settings(state, effort, moving);
+  if (pass.patches) {
+    if (sums.count() % kPassesOfMaps == 0)
+      gather_guide_ = learn_gather_guide(*tracer_, maps, state.camera, pass, budget_, statistics_);
+    pass.guide = &gather_guide_;
+  }
   const CameraTask task{0, 0, pass.width, pass.height, first_sample_ + sums.count(), 1};
   const PassMemoryKeeper keeper(pass_memory_, budget_);
   PassResult result = render_pass(*tracer_, maps, state.camera, task, pass, budget_, pass_memory_, statistics_);

@@ -96,6 +96,7 @@ class Session {
   std::uint64_t map_photons_ = 0;
   std::shared_ptr<const EmissionGuide> map_guide_;                     // of maps_; null: by power alone
   std::shared_ptr<const EmissionGuide> guide_;                         // that maps_ shall have at rest
+  GatherGuide gather_guide_;                                           // of the view at rest
   bool guided_ = false;                                                // guide_ was asked for in this light
   std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
   PassMemory pass_memory_;

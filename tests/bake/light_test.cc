@@ -139,7 +139,7 @@ SceneDescription two_rooms() {
 
 TEST(BakedLight, StaysInItsRoom) {
   const BakeStage rooms(two_rooms(), {96, 0});
-  const std::vector<RGB> light = rooms.light(by_gathering(2, 16), TexelLight::irradiance);
+  const std::vector<RGB> light = rooms.light(by_gathering(8, 16), TexelLight::irradiance);
   const TexelMap& map = rooms.layout.texels;
   std::size_t dark = 0, within = 0, lit_within = 0;
   double mean = 0, lit = 0;

@@ -53,10 +53,11 @@ struct Points {
 };
 
 struct Rays {
-  std::array<std::vector<float>, 4> arrays;
+  std::array<std::vector<float>, 6> arrays;
   explicit Rays(std::size_t n) {
     for (auto& array : arrays) array.resize(n + kDiffuseRayPadding);
   }
+  DiffuseSquare square() { return {arrays[4].data(), arrays[5].data()}; }
   DiffuseRays view() { return {{arrays[0].data(), arrays[1].data(), arrays[2].data()}, arrays[3].data()}; }
 };
 
@@ -102,11 +103,13 @@ TEST(DiffuseRays, AreThoseOfPlainLoopsBitForBit) {
     const Points points(n);
     for (const DiffuseRayCell& cell : {whole, part}) {
       Rays expected(n);
-      diffuse_rays_reference(points.view(n), cell, expected.view());
+      diffuse_squares_reference(points.view(n), cell, expected.square());
+      diffuse_rays_reference(points.view(n), expected.square(), expected.view());
       on_every_instruction_set([&] {
         Rays made(n);
-        diffuse_rays(points.view(n), cell, made.view());
-        for (std::size_t array = 0; array < 4; ++array)
+        diffuse_squares(points.view(n), cell, made.square());
+        diffuse_rays(points.view(n), made.square(), made.view());
+        for (std::size_t array = 0; array < made.arrays.size(); ++array)
           ASSERT_EQ(std::memcmp(made.arrays[array].data(), expected.arrays[array].data(), n * sizeof(float)), 0)
               << n << " points, array " << array;
       });
@@ -118,7 +121,8 @@ TEST(DiffuseRays, LeaveOnTheSideOfTheSurfaceWithTheDensityOfTwoImages) {
   constexpr std::size_t kPoints = 4096;
   const Points points(kPoints);
   Rays rays(kPoints);
-  diffuse_rays(points.view(kPoints), {}, rays.view());
+  diffuse_squares(points.view(kPoints), {}, rays.square());
+  diffuse_rays(points.view(kPoints), rays.square(), rays.view());
   std::size_t mirrored = 0;
   for (std::size_t i = 0; i < kPoints; ++i) {
     const Vec3 d{rays.arrays[0][i], rays.arrays[1][i], rays.arrays[2][i]};

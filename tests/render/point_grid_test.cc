@@ -81,16 +81,27 @@ TEST(PointGrid, GetsCausticsApartFromSurfaces) {
   const Box3 room = stage.scene->bounds();
   // Below the sphere, above the floor.
   PointGrid grid = row_of(
-      std::vector<Vec3>(16, {room.center().x, room.min.y + 0.02f * room.diagonal().y, room.center().z}), {0, 1, 0});
-  const Film photons = render(stage, by_photons(1, 64, 256, 100'000, "blocked"), grid);
-  const Film paths = render(stage, by_path(1, 16384), grid);
-  double by_photons = 0, by_paths = 0;
-  for (std::size_t i = 0; i < 16; ++i) {
-    by_photons += luminance(photons.mean(Film::Layer::caustic, i));
-    by_paths += luminance(paths.mean(Film::Layer::caustic, i));
-  }
-  EXPECT_GT(by_paths, 0);
-  EXPECT_NEAR(by_photons / by_paths, 1, 0.1);
+      std::vector<Vec3>(32, {room.center().x, room.min.y + 0.02f * room.diagonal().y, room.center().z}), {0, 1, 0});
+  // The points differ in their random numbers alone: their spread tells the error of their mean.
+  struct Estimate {
+    double mean = 0, variance = 0;
+    explicit Estimate(const Film& film) {
+      const auto n = static_cast<double>(film.pixel_count());
+      double square = 0;
+      for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+        const double light = luminance(film.mean(Film::Layer::caustic, i));
+        mean += light / n;
+        square += light * light / n;
+      }
+      variance = (square - mean * mean) / (n - 1);
+    }
+  };
+  const Estimate photons(render(stage, by_photons(1, 64, 512, 100'000, "blocked"), grid));
+  const Estimate paths(render(stage, by_path(1, 16384), grid));
+  const double error = std::sqrt(photons.variance + paths.variance);
+  EXPECT_GT(paths.mean, 0);
+  EXPECT_NEAR(photons.mean, paths.mean, 4 * error) << "four standard errors";
+  EXPECT_LT(error, 0.25 * paths.mean);
 }
 
 TEST(PointGrid, LeavesCellsWithoutPointsBlackAndKeepsItsBits) {

@@ -1,0 +1,232 @@
+#include "gather/gather_guide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/box.h"
+#include "scene/geometry.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Regions have at least half as many points.
+constexpr std::size_t kRegionPoints = 128;
+/// Normals of a region whose components differ by more are divided, whatever their number.
+constexpr float kNormalSpread = 0.5f;
+constexpr std::size_t kMinPoints = 16;
+/// Rays of each cell that a region takes from the region around it.
+constexpr double kBorrowedRays = 4;
+/// A region is guided if that lowers the variance to this share.
+constexpr double kWorthwhile = 0.9;
+
+}  // namespace
+
+/// Divides the points, and makes the tables of leaves.
+class GatherGuide::Learner {
+ public:
+  Learner(const GuideRays& rays, GatherGuide& out) : rays_(rays), out_(out), order_(rays.position.size()) {
+    std::iota(order_.begin(), order_.end(), 0u);
+    Box3 box;
+    for (const Vec3& p : rays.position) box.grow(p);
+    scale_ = 1 / std::max(length(box.diagonal()), std::numeric_limits<float>::min());
+  }
+
+  void learn() {
+    Moments flat;
+    const double rays = static_cast<double>(rays_.light.size());
+    for (const float light : rays_.light) {
+      flat.mean[0] += light / rays;
+      flat.square[0] += static_cast<double>(light) * light / rays;
+    }
+    flat.mean.fill(flat.mean[0]);
+    flat.square.fill(flat.square[0]);
+    out_.nodes_.emplace_back();
+    divide(0, order_, flat);
+  }
+
+ private:
+  /// Of the light of rays in each cell.
+  struct Moments {
+    std::array<double, kCells> mean{}, square{};
+  };
+
+  float value(std::uint32_t point, int axis) const {
+    return axis < 3 ? rays_.position[point][axis] : rays_.normal[point][axis - 3];
+  }
+
+  Moments moments(std::span<const std::uint32_t> points, const Moments& around) const {
+    std::array<double, kCells> count{};
+    Moments m;
+    for (const std::uint32_t p : points)
+      for (std::size_t i = std::size_t{p} * rays_.rays_each, end = i + rays_.rays_each; i < end; ++i) {
+        const double light = rays_.light[i];
+        count[rays_.cell[i]] += 1;
+        m.mean[rays_.cell[i]] += light;
+        m.square[rays_.cell[i]] += light * light;
+      }
+    for (std::size_t i = 0; i < kCells; ++i) {
+      m.mean[i] = (m.mean[i] + kBorrowedRays * around.mean[i]) / (count[i] + kBorrowedRays);
+      m.square[i] = (m.square[i] + kBorrowedRays * around.square[i]) / (count[i] + kBorrowedRays);
+    }
+    return m;
+  }
+
+  void divide(std::uint32_t node, std::span<std::uint32_t> points, const Moments& around) {
+    const Moments own = moments(points, around);
+    int axis = -1;
+    float split = 0;
+    const auto middle = choose_split(points, axis, split);
+    if (axis < 0) {
+      out_.nodes_[node].first = add_table(own);
+      return;
+    }
+    const auto first = static_cast<std::uint32_t>(out_.nodes_.size());
+    out_.nodes_[node] = {axis, split, first, first + 1};
+    out_.nodes_.resize(out_.nodes_.size() + 2);
+    divide(first, points.first(middle), own);
+    divide(first + 1, points.subspan(middle), own);
+  }
+
+  /// Orders the points around a split; returns the number of those below it. Leaves `axis` negative for a leaf.
+  std::size_t choose_split(std::span<std::uint32_t> points, int& axis, float& split) const {
+    float widest = 0, low = 0, high = 0;
+    int along = -1;
+    for (int a = 0; a < 6; ++a) {
+      const auto less = [&](std::uint32_t x, std::uint32_t y) { return value(x, a) < value(y, a); };
+      const auto [least, most] = std::minmax_element(points.begin(), points.end(), less);
+      const float extent = (value(*most, a) - value(*least, a)) * (a < 3 ? scale_ : 1.0f);
+      const bool counts =
+          a < 3 ? points.size() >= kRegionPoints : extent > kNormalSpread && points.size() >= kMinPoints;
+      if (!counts || !(extent > widest)) continue;
+      widest = extent;
+      along = a;
+      low = value(*least, a);
+      high = value(*most, a);
+    }
+    if (along < 0) return 0;
+    if (along < 3) {
+      const auto half = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
+      std::nth_element(points.begin(), half, points.end(),
+                       [&](std::uint32_t x, std::uint32_t y) { return value(x, along) < value(y, along); });
+      split = value(*half, along);
+    } else {
+      split = (low + high) / 2;
+    }
+    const auto middle =
+        std::partition(points.begin(), points.end(), [&](std::uint32_t p) { return value(p, along) < split; });
+    const auto below = static_cast<std::size_t>(middle - points.begin());
+    // Points of one coordinate cannot be divided.
+    if (below > 0 && below < points.size()) axis = along;
+    return below;
+  }
+
+  /// Returns the index of the table, or kNone where it would not lower the variance enough. Rays are stratified, so the
+  /// variance is that within cells, to which the root mean square of the light adds robustness.
+  std::uint32_t add_table(const Moments& m) {
+    std::array<double, kCells> density;
+    double sum = 0, even = 0, guided = 0;
+    for (std::size_t i = 0; i < kCells; ++i) sum += density[i] = std::sqrt(m.square[i]);
+    if (!(sum > 0)) return kNone;
+    for (std::size_t i = 0; i < kCells; ++i) {
+      density[i] = kEvenShare + (1 - kEvenShare) * density[i] * kCells / sum;
+      const double variance = std::max(m.square[i] - m.mean[i] * m.mean[i], 0.0);
+      even += variance;
+      guided += variance / density[i];
+    }
+    if (!(guided < kWorthwhile * even)) return kNone;
+    out_.tables_.push_back(table_of(density));
+    return static_cast<std::uint32_t>(out_.tables_.size() - 1);
+  }
+
+  static Table table_of(const std::array<double, kCells>& cells) {
+    // A corner has the mean of the cells around it.
+    constexpr int kCorners = kSide + 1;
+    std::array<std::array<double, kCorners>, kCorners> density{}, columns{};
+    std::array<double, kCorners> rows{};
+    for (int r = 0; r < kCorners; ++r)
+      for (int c = 0; c < kCorners; ++c) {
+        for (const int row : {std::max(r - 1, 0), std::min(r, kSide - 1)})
+          for (const int column : {std::max(c - 1, 0), std::min(c, kSide - 1)})
+            density[r][c] += cells[static_cast<std::size_t>(row * kSide + column)] / 4;
+        if (c > 0) columns[r][c] = columns[r][c - 1] + (density[r][c - 1] + density[r][c]) / 2;
+      }
+    for (int r = 1; r < kCorners; ++r) rows[r] = rows[r - 1] + (columns[r - 1][kSide] + columns[r][kSide]) / 2;
+    const double scale = kCells / rows[kSide];
+    Table table;
+    for (int r = 0; r < kCorners; ++r) {
+      for (int c = 0; c < kCorners; ++c) {
+        table.density[r][c] = static_cast<float>(density[r][c] * scale);
+        table.columns[r][c] = static_cast<float>(columns[r][c] * scale);
+      }
+      table.rows[r] = static_cast<float>(rows[r] * scale);
+    }
+    return table;
+  }
+
+  const GuideRays& rays_;
+  GatherGuide& out_;
+  std::vector<std::uint32_t> order_;
+  float scale_ = 1;
+};
+
+GatherGuide::GatherGuide(const GuideRays& rays) {
+  if (!rays.position.empty()) Learner(rays, *this).learn();
+}
+
+std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
+  if (tables_.empty()) return kNone;
+  std::uint32_t at = 0;
+  while (nodes_[at].axis >= 0) {
+    const Node& node = nodes_[at];
+    const float value = node.axis < 3 ? position[node.axis] : normal[node.axis - 3];
+    at = value < node.split ? node.first : node.other;
+  }
+  return nodes_[at].first;
+}
+
+GatherGuide::Warped GatherGuide::warp(std::uint32_t region, Vec2 u) const {
+  const Table& table = tables_[region];
+  const auto cell_of = [](const std::array<float, kSide + 1>& sums, float sum) {
+    std::size_t cell = 0;
+    for (std::size_t i = 1; i < kSide; ++i) cell += sum >= sums[i];
+    return cell;
+  };
+  // Where the integral of a density that goes from a to b over [0, 1] reaches `sum`.
+  const auto reaches = [](float a, float b, float sum) {
+    const float root = std::sqrt(std::max(a * a + 2 * (b - a) * sum, 0.0f));
+    return std::clamp(2 * sum / (a + root), 0.0f, 1.0f);
+  };
+  const float row_sum = u.x * table.rows[kSide];
+  const std::size_t r = cell_of(table.rows, row_sum);
+  const float s = reaches(table.columns[r][kSide], table.columns[r + 1][kSide], row_sum - table.rows[r]);
+  std::array<float, kSide + 1> columns;
+  for (std::size_t i = 0; i <= kSide; ++i) columns[i] = std::lerp(table.columns[r][i], table.columns[r + 1][i], s);
+  const float column_sum = u.y * columns[kSide];
+  const std::size_t c = cell_of(columns, column_sum);
+  const float low = std::lerp(table.density[r][c], table.density[r + 1][c], s),
+              high = std::lerp(table.density[r][c + 1], table.density[r + 1][c + 1], s);
+  const float t = reaches(low, high, column_sum - columns[c]);
+  constexpr float kBelowOne = 1 - std::numeric_limits<float>::epsilon() / 2;
+  return {{std::min((static_cast<float>(r) + s) / kSide, kBelowOne),
+           std::min((static_cast<float>(c) + t) / kSide, kBelowOne)},
+          std::lerp(low, high, t)};
+}
+
+std::uint8_t GatherGuide::cell(Vec2 u) {
+  const auto along = [](float x) { return std::clamp(static_cast<int>(x * kSide), 0, kSide - 1); };
+  return static_cast<std::uint8_t>(along(u.x) * kSide + along(u.y));
+}
+
+Frame GatherGuide::frame(Vec3 normal) {
+  // No axis of the world, so that rounding of the normals of walls does not turn the frame.
+  constexpr Vec3 kAxis{0.48f, 0.6f, 0.64f};
+  const Vec3 s = cross(kAxis, normal);
+  const float size = length(s);
+  if (!(size > 1e-3f)) return Frame::from_normal(normal);
+  return {s / size, cross(normal, s / size), normal};
+}
+
+}  // namespace glowworm

@@ -1,0 +1,75 @@
+// The guide of gather rays: where around a point they find light.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// Gather rays that a guide learns from: `rays_each` for every point, those of the first point first.
+struct GuideRays {
+  std::uint32_t rays_each = 0;
+  std::vector<Vec3> position;      ///< of the points, metres
+  std::vector<Vec3> normal;        ///< of the points: unit, on the side of the rays
+  std::vector<std::uint8_t> cell;  ///< GatherGuide::cell() of each ray
+  std::vector<float> light;        ///< luminance that each ray contributes, of any scale
+};
+
+/// Diffuse gather rays map a point of the unit square to a direction. A guide warps the square first, so that more rays
+/// go where earlier rays found light that varies, and strata stay strata. Its density is bilinear between the corners
+/// of the cells of a grid, because jumps would cost more noise than they save where light is smooth. Each region of
+/// positions and normals has a table of its own. A part of the rays is always spread evenly, so that
+/// no weight exceeds 1 / kEvenShare. Regions where this would not lower the variance are not guided. Importance
+/// sampling from learned histograms is due to Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995;
+/// here rays learn from rays, whose ends look up the photon map.
+class GatherGuide {
+ public:
+  static constexpr int kSide = 8;  ///< cells of the grid along a side
+  static constexpr float kEvenShare = 0.25f;
+
+  /// A point of the warped square, and the density of such points: 1 without a guide.
+  struct Warped {
+    Vec2 point;
+    float density = 1;
+  };
+
+  GatherGuide() = default;  ///< guides nothing
+  explicit GatherGuide(const GuideRays& rays);
+
+  bool empty() const { return tables_.empty(); }
+  /// Number of regions that are guided.
+  std::size_t size() const { return tables_.size(); }
+  /// The region of a gather point, or kNone where rays are not guided. @param normal unit, on the side of the rays
+  std::uint32_t region(Vec3 position, Vec3 normal) const;
+  /// @param region one that is guided @param u in [0, 1)
+  Warped warp(std::uint32_t region, Vec2 u) const;
+
+  /// The cell of a point of the unit square.
+  static std::uint8_t cell(Vec2 u);
+  /// The frame to which the square's directions refer: it depends on the normal alone. @param normal unit
+  static Frame frame(Vec3 normal);
+
+ private:
+  static constexpr int kCells = kSide * kSide;
+  /// Node of a tree over positions and normals.
+  struct Node {
+    int axis = -1;                       // 0 to 2: position, 3 to 5: normal; -1: leaf
+    float split = 0;                     // values below lie in the first child
+    std::uint32_t first = 0, other = 0;  // children; first: table of a leaf, or kNone
+  };
+  /// The density at the corners of cells, its sums along each row of corners up to each corner, and those sums' sums.
+  struct Table {
+    std::array<std::array<float, kSide + 1>, kSide + 1> density, columns;
+    std::array<float, kSide + 1> rows;
+  };
+  class Learner;
+
+  std::vector<Node> nodes_;
+  std::vector<Table> tables_;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,16 @@
+// The pilot pass of gather rays, from which their guide learns.
+#pragma once
+#include "core/memory_budget.h"
+#include "gather/gather_guide.h"
+#include "render/pass.h"
+
+namespace glowworm {
+
+/// Traces gather rays from a coarse picture of the view, and learns where they find light. There are half as many as
+/// for one sample of the whole picture, and at most a million. The guide depends neither on the part of the picture
+/// that is rendered nor on the number of threads or the budget. Views of points have no guide.
+/// @param maps up to date @param settings of the passes that the guide is for
+GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, const View& view,
+                               const PassSettings& settings, MemoryBudget& budget, Statistics& statistics);
+
+}  // namespace glowworm
