@@ -21,7 +21,8 @@ struct BakeOptions {
   std::optional<float> exposure;    ///< stops, by which values are multiplied as 2^exposure; none: by the scene
 };
 
-/// Writes a scene with its light as a GLB file, as `glowworm bake` does; whole or not at all.
+/// Writes a scene with its light as a GLB file, as `glowworm bake` does; whole or not at all. A scene from a glTF file
+/// becomes that file with light, and everything else in it stays; the file is read once more for that.
 /// @param progress as of render()
 /// Throws Error for options that make no sense, for scenes without a surface to bake, and for files that cannot be
 /// written.

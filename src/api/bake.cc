@@ -67,7 +67,8 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
       light_of_texels(*inner.scene, layout, std::move(baked.irradiance), quantity_of(format));
   const float exposure = options.exposure ? *options.exposure : automatic_exposure(layout, light);
   const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
-  write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, {exposure, "", {}}));
+  const BakeNotes notes{exposure, "", {}, inner.gltf_parts, settings.indirect_only};
+  write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, notes));
 }
 
 }  // namespace glowworm::api

@@ -8,6 +8,7 @@
 #include "api/scene_implementation.h"
 #include "builtin/builtin.h"
 #include "core/error.h"
+#include "import/gltf/parts.h"
 #include "import/import.h"
 
 namespace glowworm::api {
@@ -59,8 +60,9 @@ Scene::Scene(std::shared_ptr<const Implementation> implementation) : implementat
 
 Scene Scene::load(const std::string& path) {
   ImportOptions options;
-  options.light_uvs = true;  // for bake()
-  return Scene(std::make_shared<const Implementation>(load_scene(path, options)));
+  options.light_uvs = true;  // this and the next for bake()
+  options.gltf_parts = std::make_shared<GltfParts>();
+  return Scene(std::make_shared<const Implementation>(load_scene(path, options), options.gltf_parts));
 }
 
 const std::string& Scene::name() const { return implementation_->scene->name(); }

@@ -4,22 +4,26 @@
 #include <utility>
 
 #include "glowworm/scene.h"
+#include "import/gltf/parts.h"
 #include "scene/scene.h"
 #include "trace/tracer.h"
 
 namespace glowworm::api {
 
 struct Scene::Implementation {
-  explicit Implementation(SceneDescription description)
-      : scene(std::make_shared<const glowworm::Scene>(std::move(description))),
+  explicit Implementation(SceneDescription description, std::shared_ptr<const GltfParts> parts = nullptr)
+      : gltf_parts(std::move(parts)),
+        scene(std::make_shared<const glowworm::Scene>(std::move(description))),
         traced(scene),
         tracer(std::make_shared<const glowworm::Tracer>(*traced)) {}
   /// The scene with more cameras, which the tracer does not know of.
   Implementation(const Implementation& other, SceneEdit edit)
-      : scene(std::make_shared<const glowworm::Scene>(*other.scene, std::move(edit))),
+      : gltf_parts(other.gltf_parts),
+        scene(std::make_shared<const glowworm::Scene>(*other.scene, std::move(edit))),
         traced(other.traced),
         tracer(other.tracer) {}
 
+  std::shared_ptr<const GltfParts> gltf_parts;           ///< of a glTF file; null for others
   std::shared_ptr<const glowworm::Scene> scene, traced;  ///< `traced` is the tracer's
   std::shared_ptr<const glowworm::Tracer> tracer;
 };

@@ -117,6 +117,7 @@ struct BakePlaces {
   BakeLayout layout;
   ProbeGrid probes;
   std::shared_ptr<const PointGrid> points;
+  std::shared_ptr<const GltfParts> gltf;
 };
 
 BakePlaces find_places(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
@@ -138,13 +139,14 @@ void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, cons
     inform(fmt::format("wrote {}", o.output));
 }
 
-void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance irradiance, const BakeLayout& layout,
+void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance irradiance, const BakePlaces& places,
                     OutputFiles& files) {
+  const BakeLayout& layout = places.layout;
   const BakeFormat format = format_of(o.format);
   const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
   const float exposure = o.exposure ? *o.exposure : automatic_exposure(layout, light);
   const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
-  BakeNotes notes{exposure, o.command_line, {}};
+  BakeNotes notes{exposure, o.command_line, {}, places.gltf, o.settings.indirect_only};
   for (const std::string& name : texture_files(o, layout.atlas))
     notes.textures.push_back(std::filesystem::path(name).filename());
   const bool written =
@@ -201,7 +203,7 @@ int finish(const BakeOptions& o, const Scene& scene, Baked baked, BakePlaces pla
   const bool any = baked.passes > 0;
   places.points = nullptr;
   if (any && o.is_probes()) write_probes(o, baked.irradiance.value, places.probes, files);
-  if (any && !o.is_probes()) write_textures(o, scene, std::move(baked.irradiance), places.layout, files);
+  if (any && !o.is_probes()) write_textures(o, scene, std::move(baked.irradiance), places, files);
   if (baked.failure) std::rethrow_exception(baked.failure);
   if (baked.ending == Ending::cancelled)
     warn(any ? "interrupted: the file holds the light so far"
@@ -223,11 +225,13 @@ int run_bake(BakeOptions& o) {
   ImportOptions import_options;
   import_options.budget = loading_budget(o.settings.memory_bytes);
   import_options.light_uvs = true;
+  import_options.gltf_parts = std::make_shared<GltfParts>();
   const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   tell_notes(*scene, o.scene);
   const auto tracer = std::make_shared<const Tracer>(*scene);
   catch_interrupts();
   BakePlaces places = find_places(o, scene, tracer);
+  places.gltf = import_options.gltf_parts;
   for (const std::string& note : places.layout.notes) inform("note: " + note);
   for (const std::string& name : texture_files(o, places.layout.atlas)) {
     files.add("--texture", name);
@@ -276,6 +280,10 @@ Each texel is a point of a surface, and its light is computed as that of a pixel
 Light is baked on surfaces whose look does not depend on the place of the viewer;
 lamps glow, and glass and mirrors are left as they are. The file's values are
 radiance in W sr^-1 m^-2 (lightmap: irradiance in W m^-2) times 2^exposure.
+Of a glTF file, everything else comes out as it was: animations, skins,
+extensions, names, extras. A mesh that several nodes show is copied for each,
+and meshes compressed by Draco come out plain. Its lamps and lights are scaled
+to the exposure; lights whose light is in a lightmap have intensity 0.
 
 Examples:
   glowworm bake builtin:cornell -o lit.glb

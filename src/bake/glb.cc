@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "core/error.h"
 
@@ -10,12 +11,22 @@ namespace glowworm {
 
 namespace {
 
-constexpr int kFloat = 5126, kUnsigned = 5125;
+constexpr int kFloat = 5126, kUnsigned = 5125, kUnsignedShort = 5123;
+constexpr std::uint32_t kMostOfShort = 65535;  ///< not an index itself (glTF 2.0, section 3.7.2.1)
 constexpr int kVertices = 34962, kIndices = 34963;
 
 template <typename T>
 std::string_view bytes_of(std::span<const T> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+void find_extensions(const nlohmann::json& json, std::set<std::string>& names) {
+  for (const auto& [key, value] : json.items()) {
+    if (key == "extras" || !value.is_structured()) continue;
+    if (key == "extensions" && value.is_object())
+      for (const auto& [name, extension] : value.items()) names.insert(name);
+    find_extensions(value, names);
+  }
 }
 
 void append_word(std::string& to, std::size_t value) {
@@ -28,11 +39,6 @@ void append_word(std::string& to, std::size_t value) {
 int GlbFile::add(const char* list, nlohmann::json object) {
   json[list].push_back(std::move(object));
   return static_cast<int>(json[list].size()) - 1;
-}
-
-void GlbFile::use_extension(const std::string& name) {
-  nlohmann::json& used = json["extensionsUsed"];
-  if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
 }
 
 int GlbFile::add_view(std::string_view content, int target) {
@@ -62,6 +68,14 @@ int GlbFile::add_vectors(std::span<const Vec3> values, bool bounded) {
   return add("accessors", accessor);
 }
 
+int GlbFile::add_floats(std::span<const float> values, std::size_t components) {
+  constexpr const char* kTypes[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
+  return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
+                           {"componentType", kFloat},
+                           {"type", kTypes[components - 1]},
+                           {"count", values.size() / components}});
+}
+
 int GlbFile::add_pairs(std::span<const Vec2> values) {
   return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
                            {"componentType", kFloat},
@@ -70,19 +84,35 @@ int GlbFile::add_pairs(std::span<const Vec2> values) {
 }
 
 int GlbFile::add_indices(std::span<const std::uint32_t> values) {
-  return add("accessors", {{"bufferView", add_view(bytes_of(values), kIndices)},
-                           {"componentType", kUnsigned},
+  const bool is_short = std::all_of(values.begin(), values.end(), [](std::uint32_t i) { return i < kMostOfShort; });
+  std::vector<std::uint16_t> narrow;
+  if (is_short)
+    for (const std::uint32_t i : values) narrow.push_back(static_cast<std::uint16_t>(i));
+  const std::string_view bytes_of_values =
+      is_short ? bytes_of(std::span<const std::uint16_t>(narrow)) : bytes_of(values);
+  return add("accessors", {{"bufferView", add_view(bytes_of_values, kIndices)},
+                           {"componentType", is_short ? kUnsignedShort : kUnsigned},
                            {"type", "SCALAR"},
                            {"count", values.size()}});
 }
 
 int GlbFile::add_texture(const std::string& png, const std::string& name, bool repeats) {
   constexpr int kLinear = 9729, kLinearMipmaps = 9987, kClamp = 33071, kRepeat = 10497;
-  if (!json.contains("samplers"))
-    for (const int wrap : {kClamp, kRepeat})
-      add("samplers", {{"magFilter", kLinear}, {"minFilter", kLinearMipmaps}, {"wrapS", wrap}, {"wrapT", wrap}});
+  const int wrap = repeats ? kRepeat : kClamp;
+  const nlohmann::json sampler = {
+      {"magFilter", kLinear}, {"minFilter", kLinearMipmaps}, {"wrapS", wrap}, {"wrapT", wrap}};
+  nlohmann::json& samplers = json["samplers"];
+  auto found = std::find(samplers.begin(), samplers.end(), sampler);
+  const auto index = found - samplers.begin();
+  if (found == samplers.end()) samplers.push_back(sampler);
   const int image = add("images", {{"bufferView", add_view(png, 0)}, {"mimeType", "image/png"}, {"name", name}});
-  return add("textures", {{"sampler", repeats ? 1 : 0}, {"source", image}});
+  return add("textures", {{"sampler", index}, {"source", image}});
+}
+
+std::vector<std::string> extensions_in(const nlohmann::json& json) {
+  std::set<std::string> names;
+  find_extensions(json, names);
+  return {names.begin(), names.end()};
 }
 
 std::string GlbFile::content() const {
@@ -90,7 +120,11 @@ std::string GlbFile::content() const {
   std::string binary = bytes;
   while (binary.size() % 4 != 0) binary.push_back('\0');
   nlohmann::json whole = json;
-  whole["buffers"] = {{{"byteLength", binary.size()}}};
+  if (!binary.empty()) whole["buffers"][0]["byteLength"] = binary.size();
+  nlohmann::json& used = whole["extensionsUsed"];
+  for (const std::string& name : extensions_in(whole))
+    if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+  if (used.empty()) whole.erase("extensionsUsed");
   std::string text = whole.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   while (text.size() % 4 != 0) text.push_back(' ');
   const std::size_t size = kHeader + 2 * kChunkHeader + text.size() + binary.size();

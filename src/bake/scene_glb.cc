@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "bake/glb.h"
+#include "bake/gltf_glb.h"
+#include "bake/light_writer.h"
 #include "bake/source_texture.h"
-#include "image/image.h"
-#include "image/tone_map.h"
 #include "render/output.h"
 
 namespace glowworm {
@@ -27,7 +27,6 @@ using nlohmann::json;
 constexpr const char* kStrength = "KHR_materials_emissive_strength";
 constexpr const char* kSpecular = "KHR_materials_specular";
 constexpr const char* kUnlit = "KHR_materials_unlit";
-constexpr const char* kLightmap = "MOZ_lightmap";
 
 json triple(RGB c) { return {c.r, c.g, c.b}; }
 
@@ -70,20 +69,12 @@ class SceneWriter {
  public:
   SceneWriter(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
               const BakeNotes& notes)
-      : scene_(scene),
-        layout_(layout),
-        light_(light),
-        format_(format),
-        notes_(notes),
-        gain_(std::exp2(notes.exposure)) {}
+      : scene_(scene), layout_(layout), format_(format), light_(layout, light, format, notes) {}
 
   std::string write() {
     file_.json["asset"]["generator"] = fmt::format("glowworm {}", version());
-    file_.json["asset"]["extras"] = {{"glowworm",
-                                      {{"command", notes_.command_line},
-                                       {"exposure_stops", notes_.exposure},
-                                       {"unit", is_irradiance() ? "W m^-2" : "W sr^-1 m^-2"}}}};
-    if (format_ != BakeFormat::vertex) write_textures();
+    file_.json["asset"]["extras"] = {{"glowworm", light_.description()}};
+    light_.add_textures(file_);
     write_objects();
     write_cameras();
     for (int i = 0; i < static_cast<int>(file_.json["nodes"].size()); ++i) roots_.push_back(i);
@@ -93,19 +84,7 @@ class SceneWriter {
   }
 
  private:
-  bool is_irradiance() const { return format_ == BakeFormat::lightmap; }
   bool is_unlit() const { return format_ == BakeFormat::unlit || format_ == BakeFormat::vertex; }
-
-  void write_textures() {
-    const auto side = static_cast<std::size_t>(layout_.atlas.side);
-    for (int a = 0; a < layout_.atlas.count; ++a) {
-      const auto first =
-          light_.codes.begin() + static_cast<std::ptrdiff_t>(3 * side * side * static_cast<std::size_t>(a));
-      std::vector<std::uint8_t> codes(first, first + static_cast<std::ptrdiff_t>(3 * side * side));
-      textures_.push_back(file_.add_texture(encode_png(layout_.atlas.side, layout_.atlas.side, 3, std::move(codes), {}),
-                                            fmt::format("light {}", a)));
-    }
-  }
 
   /// All faces of the scene: the baked sides, and the fronts of what was not baked.
   std::map<PrimitiveKey, std::vector<OutputFace>> faces() const {
@@ -165,30 +144,12 @@ class SceneWriter {
   }
 
   Vec2 light_uv(const OutputFace& f, std::size_t corner) const {
-    if (f.chart == kNone) return {0, 0};
-    const Vec2 texel = layout_.atlas.places[f.chart].texel(layout_.charts[f.chart].corners[f.place][corner]);
-    return texel * (1 / static_cast<float>(layout_.atlas.side));
+    return f.chart == kNone ? Vec2{0, 0} : light_.uv(f.chart, f.place, corner);
   }
 
-  /// The light of an atlas between texels, over the scale; linear.
   std::vector<Vec3> colors_at(std::span<const Vec2> uvs, int atlas) const {
-    const int side = layout_.atlas.side;
-    const auto code = [&](int x, int y, int channel) {
-      const int row = std::clamp(y, 0, side - 1) + atlas * side;
-      const std::size_t texel = layout_.texels.index(std::clamp(x, 0, side - 1), row);
-      return srgb_decode(light_.codes[3 * texel + static_cast<std::size_t>(channel)]);
-    };
     std::vector<Vec3> out;
-    for (const Vec2 uv : uvs) {
-      const float x = uv.x * static_cast<float>(side) - 0.5f, y = uv.y * static_cast<float>(side) - 0.5f;
-      const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
-      const float s = x - std::floor(x), t = y - std::floor(y);
-      Vec3 color;
-      for (int c = 0; c < 3; ++c)
-        color[c] = std::lerp(std::lerp(code(column, row, c), code(column + 1, row, c), s),
-                             std::lerp(code(column, row + 1, c), code(column + 1, row + 1, c), s), t);
-      out.push_back(color);
-    }
+    for (const Vec2 uv : uvs) out.push_back(light_.color_at(uv, atlas));
     return out;
   }
 
@@ -206,71 +167,41 @@ class SceneWriter {
   }
 
   /// Black, without reflections.
-  json black() {
-    file_.use_extension(kSpecular);
+  static json black() {
     return {
         {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}},
         {"extensions", {{kSpecular, {{"specularFactor", 0}}}}}};
   }
 
-  json glowing(RGB factor, float strength) {
+  static json glowing(RGB factor, float strength) {
     json out = black();
     out["emissiveFactor"] = triple(factor);
-    file_.use_extension(kStrength);
     out["extensions"][kStrength] = {{"emissiveStrength", strength}};
     return out;
   }
 
   json lamp(std::uint32_t emission) {
-    const RGB radiance = scene_.emissions()[emission].radiance.value * gain_;
+    const RGB radiance = scene_.emissions()[emission].radiance.value * light_.gain();
     const float most = max_component(radiance);
     if (!(most > 0)) return black();
     return is_unlit() ? unlit(radiance) : glowing(radiance / most, most);
   }
 
-  json unlit(RGB color) {
-    file_.use_extension(kUnlit);
+  static json unlit(RGB color) {
     const RGB shown = clamp(color, 0, 1);
     return {{"pbrMetallicRoughness", {{"baseColorFactor", {shown.r, shown.g, shown.b, 1}}}},
             {"extensions", {{kUnlit, json::object()}}}};
   }
 
   json baked(const Material& m, int atlas) {
-    if (format_ == BakeFormat::vertex) {
-      json out = unlit(m.reflectance.value);
-      add_source_texture(m, out);
-      return out;
-    }
-    json out = textured(m, atlas);
-    if (const auto at = static_cast<std::size_t>(atlas); at < notes_.textures.size())
-      out["extras"]["light"] = {{"file", notes_.textures[at]}, {"texCoord", 1}};
-    return out;
-  }
-
-  /// A material with the light of an atlas as its texture.
-  json textured(const Material& m, int atlas) {
-    const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", 1}};
-    // Alpha needs the base colour's texture for itself.
-    if (format_ == BakeFormat::emissive || (format_ == BakeFormat::unlit && has_alpha(m))) {
-      json out = glowing(RGB(1.0f), light_.scale * gain_);
-      out["emissiveTexture"] = texture;
-      if (has_alpha(m)) add_source_texture(m, out);
-      return out;
-    }
-    if (format_ == BakeFormat::unlit) {
-      file_.use_extension(kUnlit);
-      return {{"pbrMetallicRoughness", {{"baseColorTexture", texture}}}, {"extensions", {{kUnlit, json::object()}}}};
-    }
-    file_.use_extension(kLightmap);
-    json out = plain(m);
-    out["extensions"][kLightmap] = texture;
-    out["extensions"][kLightmap]["intensity"] = light_.scale * gain_;
-    out["extras"]["lightmap"] = {{"texture", texture["index"]}, {"texCoord", 1}, {"intensity", light_.scale * gain_}};
+    const bool shows_base = format_ == BakeFormat::lightmap || format_ == BakeFormat::vertex;
+    json out = plain(m, shows_base || m.alpha.texture != kNone);
+    light_.light_material(out, atlas, 1);
     return out;
   }
 
   /// A material that was not baked, or whose base colour is kept.
-  json plain(const Material& m) {
+  json plain(const Material& m, bool textured = true) {
     const RGB c = clamp(m.reflectance.value, 0, 1);
     const float roughness = std::sqrt(std::clamp(std::max(m.roughness_u.value, m.roughness_v.value), 0.0f, 1.0f));
     json pbr = {{"baseColorFactor", {c.r, c.g, c.b, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
@@ -297,14 +228,11 @@ class SceneWriter {
       default:
         extensions[kSpecular] = {{"specularFactor", 0}};
     }
-    for (const auto& [name, value] : extensions.items()) file_.use_extension(name);
     json out = {{"pbrMetallicRoughness", pbr}};
     if (!extensions.empty()) out["extensions"] = extensions;
-    add_source_texture(m, out);
+    if (textured) add_source_texture(m, out);
     return out;
   }
-
-  static bool has_alpha(const Material& m) { return m.alpha.texture != kNone; }
 
   /// Adds the texture of the base colour and alpha, where there is one.
   void add_source_texture(const Material& m, json& out) {
@@ -315,7 +243,6 @@ class SceneWriter {
       if (source) {
         info["index"] = file_.add_texture(source->png, m.name, true);
         if (source->is_transformed()) {
-          file_.use_extension("KHR_texture_transform");
           info["extensions"]["KHR_texture_transform"] = {{"offset", {source->offset.x, source->offset.y}},
                                                          {"scale", {source->scale.x, source->scale.y}}};
         }
@@ -323,7 +250,7 @@ class SceneWriter {
     }
     if (sources_[key].is_null()) return;
     out["pbrMetallicRoughness"]["baseColorTexture"] = sources_[key];
-    if (!has_alpha(m)) return;
+    if (m.alpha.texture == kNone) return;
     out["alphaMode"] = m.alpha_cutoff >= 0 ? "MASK" : "BLEND";
     if (m.alpha_cutoff >= 0) out["alphaCutoff"] = m.alpha_cutoff;
   }
@@ -356,12 +283,10 @@ class SceneWriter {
 
   const Scene& scene_;
   const BakeLayout& layout_;
-  const EncodedLight& light_;
   BakeFormat format_;
-  const BakeNotes& notes_;
-  float gain_;
+  LightWriter light_;
   GlbFile file_;
-  std::vector<int> textures_, roots_;
+  std::vector<int> roots_;
   std::map<PrimitiveKey, int> materials_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, json> sources_;  ///< textures by their nodes; null: none
 };
@@ -387,6 +312,7 @@ float scale_of(BakeFormat format, float exposure) {
 
 std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
                          const BakeNotes& notes) {
+  if (notes.gltf && !notes.gltf->path.empty()) return glb_of_gltf(layout, light, format, notes);
   return SceneWriter(scene, layout, light, format, notes).write();
 }
 

@@ -1,11 +1,13 @@
 // A scene with its baked light as a GLB file.
 #pragma once
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "bake/layout.h"
 #include "bake/light.h"
+#include "import/gltf/parts.h"
 
 namespace glowworm {
 
@@ -33,10 +35,15 @@ struct BakeNotes {
   std::string command_line;  ///< for the file's extras
   /// Files beside this one with the light of each atlas in full range, for the extras of materials; may be empty.
   std::vector<std::string> textures;
+  /// Origin of the scene's triangles: a glTF file that the bake changes. Null, or without a path: the file is new.
+  std::shared_ptr<const GltfParts> gltf = nullptr;
+  bool indirect_only = false;  ///< direct light is left to the viewer
 };
 
-/// The file: triangles of each object with TEXCOORD_1 for the light, their materials, and the cameras. What was not
-/// baked keeps its material as far as glTF has words for it, and lamps glow.
+/// The file. A scene that comes from a glTF file is that file with light: each baked mesh gets texture coordinates for
+/// light, and a copy where several nodes show it; everything else stays. Throws Error where the file cannot be read
+/// again. The file of another scene has the triangles of each object with TEXCOORD_1 for the light, their materials,
+/// and the cameras. What was not baked keeps its material as far as glTF has words for it, and lamps glow.
 std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
                          const BakeNotes& notes);
 

@@ -9,6 +9,8 @@
 
 namespace glowworm {
 
+struct GltfParts;
+
 /// A memory budget for loading a scene. @param bytes 0: half of the machine's memory
 std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes = 0);
 
@@ -22,6 +24,8 @@ struct ImportOptions {
   bool lazy_textures = false;
   /// Reads TEXCOORD_1 of glTF files as second texture coordinates where no texture needs another set.
   bool light_uvs = false;
+  /// Gets the origin of the triangles of a glTF file, unless it is null.
+  std::shared_ptr<GltfParts> gltf_parts = {};
   /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running
   /// program, or in ../libexec/glowworm relative to it.
   std::string assimp_program = {};

@@ -58,9 +58,9 @@ bool is_index_type(int type) {
          type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
-/// Substitutes the elements in the sparse part of an accessor.
-void apply_sparse(const GltfDocument& document, int index, int components, int element_components,
-                  std::size_t component_size, std::vector<float>& out) {
+/// Calls `visit` with the index and the bytes of each element in the sparse part of an accessor.
+template <typename Visit>
+void for_each_sparse(const GltfDocument& document, int index, std::size_t element_size, const Visit& visit) {
   const tinygltf::Accessor& accessor = document.model->accessors[static_cast<std::size_t>(index)];
   const auto& sparse = accessor.sparse;
   if (!is_index_type(sparse.indices.componentType)) {
@@ -70,7 +70,6 @@ void apply_sparse(const GltfDocument& document, int index, int components, int e
   const std::uint8_t* values = document.view(sparse.values.bufferView).data() + sparse.values.byteOffset;
   const std::size_t index_size = static_cast<std::size_t>(
       tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
-  const std::size_t element_size = component_size * static_cast<std::size_t>(element_components);
   for (std::size_t i = 0; i < static_cast<std::size_t>(sparse.count); ++i) {
     const std::size_t target = index_value(indices + i * index_size, sparse.indices.componentType);
     if (target >= accessor.count) {
@@ -79,11 +78,7 @@ void apply_sparse(const GltfDocument& document, int index, int components, int e
           fmt::format("accessors[{}].sparse replaces element {}, but there are {}", index, target, accessor.count),
           kRemedy);
     }
-    for (int c = 0; c < components; ++c) {
-      out[target * static_cast<std::size_t>(components) + static_cast<std::size_t>(c)] =
-          component(values + i * element_size + static_cast<std::size_t>(c) * component_size, accessor.componentType,
-                    accessor.normalized);
-    }
+    visit(target, values + i * element_size);
   }
 }
 
@@ -116,8 +111,38 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
     }
   }
   if (accessor.sparse.isSparse) {
-    apply_sparse(document, index, components, element_components, component_size, out);
+    const std::size_t size = component_size * static_cast<std::size_t>(element_components);
+    for_each_sparse(document, index, size, [&](std::size_t target, const std::uint8_t* bytes) {
+      for (std::size_t c = 0; c < static_cast<std::size_t>(components); ++c)
+        out[target * static_cast<std::size_t>(components) + c] =
+            component(bytes + c * component_size, accessor.componentType, accessor.normalized);
+    });
   }
+  return out;
+}
+
+GltfElements raw_elements(const GltfDocument& document, int index) {
+  const tinygltf::Accessor& accessor = document.model->accessors.at(static_cast<std::size_t>(index));
+  GltfElements out;
+  out.component_type = accessor.componentType;
+  out.components =
+      static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
+  out.size =
+      out.components *
+      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
+  if (accessor.bufferView < 0 && !accessor.sparse.isSparse) return out;
+  out.bytes.resize(accessor.count * out.size);
+  if (accessor.bufferView >= 0) {
+    const std::size_t given = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+    const std::size_t stride = std::max(out.size, given);
+    const std::uint8_t* const from = document.view(accessor.bufferView).data() + accessor.byteOffset;
+    for (std::size_t i = 0; i < accessor.count; ++i)
+      std::memcpy(out.bytes.data() + i * out.size, from + i * stride, out.size);
+  }
+  if (accessor.sparse.isSparse)
+    for_each_sparse(document, index, out.size, [&](std::size_t target, const std::uint8_t* bytes) {
+      std::memcpy(out.bytes.data() + target * out.size, bytes, out.size);
+    });
   return out;
 }
 

@@ -138,6 +138,13 @@ void decode_meshopt_views(GltfDocument& document) {
 
 bool is_draco(const tinygltf::Primitive& primitive) { return primitive.extensions.contains(kDraco); }
 
+std::optional<DracoPrimitive> draco_attributes(const GltfDocument& document, int mesh, std::size_t primitive) {
+  const tinygltf::Primitive& source =
+      document.model->meshes.at(static_cast<std::size_t>(mesh)).primitives.at(primitive);
+  if (!is_draco(source)) return std::nullopt;
+  return decode_draco(document, source, fmt::format("meshes[{}].primitives[{}]", mesh, primitive));
+}
+
 DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                             const std::string& where) {
   const tinygltf::Value& extension = primitive.extensions.at(kDraco);

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ struct DracoPrimitive {
 
 /// Whether a primitive is compressed by Draco.
 bool is_draco(const tinygltf::Primitive& primitive);
+
+/// The attributes of a primitive that is compressed by Draco; none if it is not. Throws Error as decode_draco() does.
+std::optional<DracoPrimitive> draco_attributes(const GltfDocument& document, int mesh, std::size_t primitive);
 
 /// Decodes a primitive compressed by Draco (KHR_draco_mesh_compression). Throws Error, which names `where`, if it is
 /// damaged.

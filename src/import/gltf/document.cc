@@ -187,13 +187,13 @@ std::span<const std::uint8_t> GltfDocument::view(int index) const {
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
-GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options) {
+GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options, json* whole) {
   Reservation held(*options.budget, "files", 0);
-  return read_gltf_document(read_input_bytes(path, held), path, options);
+  return read_gltf_document(read_input_bytes(path, held), path, options, whole);
 }
 
 GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,
-                                const ImportOptions& options) {
+                                const ImportOptions& options, json* whole) {
   GltfDocument document;
   document.budget = options.budget;
   document.held = std::make_unique<Reservation>(*options.budget, "buffers", 0);
@@ -204,6 +204,7 @@ GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::s
   const Chunks chunks = binary ? split_glb(file, path) : Chunks{file, {}};
   json root = parse_json(chunks.json, path);
   check_gltf_json(root, path);
+  if (whole) *whole = root;
   if (const auto buffers = root.find("buffers"); buffers != root.end()) {
     for (std::size_t i = 0; i < buffers->size(); ++i) {
       document.buffers.push_back(read_buffer((*buffers)[i], i, document, chunks.binary));

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,11 +46,12 @@ struct GltfDocument {
 
 /// Reads a .gltf or .glb file with its buffers, and checks that all indices and ranges are valid. Otherwise throws
 /// Error, which names the object ("accessors[3]"); also throws MemoryError.
-GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options);
+/// @param whole gets all of the file's JSON, unless it is null
+GltfDocument read_gltf_document(const std::string& path, const ImportOptions& options, nlohmann::json* whole = nullptr);
 
 /// Reads a file from memory. @param path name for messages; buffers are looked up in its folder
 GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::string& path,
-                                const ImportOptions& options);
+                                const ImportOptions& options, nlohmann::json* whole = nullptr);
 
 /// Whether an extension is supported. Unsupported ones are ignored, with a note.
 bool is_supported_extension(std::string_view name);

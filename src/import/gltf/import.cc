@@ -17,6 +17,7 @@
 #include "import/gltf/document.h"
 #include "import/gltf/material.h"
 #include "import/gltf/mesh.h"
+#include "import/gltf/parts.h"
 #include "import/gltf/pose.h"
 #include "import/gltf/value.h"
 #include "import/mesh_tools.h"
@@ -57,7 +58,8 @@ class GltfBuilder {
         textures_(options, notes_),
         materials_(document, textures_, notes_, description_),
         pose_(document),
-        light_uvs_(options.light_uvs) {}
+        light_uvs_(options.light_uvs),
+        parts_(options.gltf_parts) {}
 
   SceneDescription build() {
     description_.name = std::filesystem::path(document_.path).stem().string();
@@ -126,7 +128,7 @@ class GltfBuilder {
     const GltfDeformation deformation = pose_.deformation(index);
     const auto* instancing = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
     if (!instancing || !instancing->Has("attributes")) {
-      add_mesh(node.mesh, to_world, deformation);
+      add_mesh(index, -1, to_world, deformation);
       return;
     }
     const tinygltf::Value& attributes = instancing->Get("attributes");
@@ -148,7 +150,7 @@ class GltfBuilder {
       Transform instance =
           gltf_rotation_and_scale(q, scaled ? Vec3{s[3 * i], s[3 * i + 1], s[3 * i + 2]} : Vec3{1, 1, 1});
       if (3 * i + 2 < t.size()) instance.translation = {t[3 * i], t[3 * i + 1], t[3 * i + 2]};
-      add_mesh(node.mesh, to_world * instance, deformation);
+      add_mesh(index, static_cast<int>(i), to_world * instance, deformation);
     }
   }
 
@@ -187,8 +189,10 @@ class GltfBuilder {
                            static_cast<std::uint64_t>(std::min(bytes, 1e18)));
   }
 
-  void add_mesh(int index, const Transform& to_world, const GltfDeformation& deformation) {
+  /// Adds the mesh of a node. @param number of the instance, or -1
+  void add_mesh(int node, int number, const Transform& to_world, const GltfDeformation& deformation) {
     check_cancelled();
+    const int index = model_.nodes[static_cast<std::size_t>(node)].mesh;
     const std::string& name = model_.meshes[static_cast<std::size_t>(index)].name;
     description_.geometry.begin_object(name.empty() ? fmt::format("mesh {}", index) : name);
     for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive& source, std::size_t material,
@@ -199,8 +203,29 @@ class GltfBuilder {
       Geometry instance = mesh;
       deform_gltf_primitive(document_, source, deformation, where, instance);
       if (deformation.joints.empty()) transform_mesh(instance, to_world);
+      const std::size_t first = description_.geometry.triangle_count();
       append_counted(description_.geometry, instance, document_.path + ": " + where, info.index, info.emission, notes_);
+      if (parts_) add_part(node, number, source, mesh, instance, first);
     });
+  }
+
+  /// Records the origin of the triangles from `first` on. @param mesh before it was placed
+  void add_part(int node, int number, const tinygltf::Primitive& source, const Geometry& mesh, const Geometry& instance,
+                std::size_t first) {
+    GltfPart part;
+    part.node = node;
+    part.instance = number;
+    part.mesh = model_.nodes[static_cast<std::size_t>(node)].mesh;
+    const auto& primitives = model_.meshes[static_cast<std::size_t>(part.mesh)].primitives;
+    part.primitive = static_cast<std::size_t>(&source - primitives.data());
+    part.first_triangle = static_cast<std::uint32_t>(first);
+    part.count = static_cast<std::uint32_t>(description_.geometry.triangle_count() - first);
+    part.mirrored = instance.triangles != mesh.triangles;
+    for (std::uint32_t t = 0; part.count < instance.triangles.size() && t < instance.triangles.size(); ++t) {
+      const float area = instance.doubled_area(t);
+      if (!(area > 0 && std::isfinite(area))) part.dropped.push_back(t);
+    }
+    parts_->parts.push_back(std::move(part));
   }
 
   /// A material whose colour is multiplied by vertex colours.
@@ -297,7 +322,8 @@ class GltfBuilder {
   std::vector<GltfMaterialInfo> material_info_;  ///< for each material of the file, then the default material
   GltfPose pose_;
   bool light_uvs_;
-  std::vector<int> placed_;  ///< nodes, in the order of the file's tree
+  std::shared_ptr<GltfParts> parts_;  ///< null: not wanted
+  std::vector<int> placed_;           ///< nodes, in the order of the file's tree
   std::map<std::pair<int, std::size_t>, Geometry> primitives_;
   std::map<std::size_t, GltfMaterialInfo> tinted_;
   std::set<int> visited_;
@@ -310,6 +336,7 @@ SceneDescription load_gltf(const std::string& path, const ImportOptions& options
 }
 
 SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options) {
+  if (options.gltf_parts) *options.gltf_parts = {document.path, {}};
   SceneDescription description = GltfBuilder(document, options).build();
   if (description.geometry.triangles.empty()) {
     throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");

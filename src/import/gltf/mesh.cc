@@ -257,6 +257,13 @@ Geometry read_gltf_primitive(const GltfDocument& document, const tinygltf::Primi
   return mesh;
 }
 
+Geometry read_gltf_primitive(const GltfDocument& document, int mesh, std::size_t primitive) {
+  NoteCounter notes;
+  return read_gltf_primitive(document,
+                             document.model->meshes.at(static_cast<std::size_t>(mesh)).primitives.at(primitive),
+                             {-1, -1}, fmt::format("meshes[{}].primitives[{}]", mesh, primitive), notes);
+}
+
 void deform_gltf_primitive(const GltfDocument& document, const tinygltf::Primitive& primitive,
                            const GltfDeformation& deformation, const std::string& where, Geometry& mesh) {
   if (!deformation.weights.empty() && !primitive.targets.empty())

@@ -28,6 +28,9 @@ struct GltfUvSets {
 Geometry read_gltf_primitive(const GltfDocument& document, const tinygltf::Primitive& primitive, GltfUvSets uv_sets,
                              const std::string& where, NoteCounter& notes);
 
+/// The same for a primitive by its number, without texture coordinates.
+Geometry read_gltf_primitive(const GltfDocument& document, int mesh, std::size_t primitive);
+
 /// The deformation of a mesh by its node.
 struct GltfDeformation {
   std::vector<float> weights;     ///< of morph targets

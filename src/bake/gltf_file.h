@@ -1,0 +1,14 @@
+// glTF files as GLB files to change.
+#pragma once
+#include <nlohmann/json.hpp>
+
+#include "bake/glb.h"
+#include "import/gltf/document.h"
+
+namespace glowworm {
+
+/// The file of a document with all its buffers and image files inside. Images that are missing, or whose formats glTF
+/// does not have, stay names of files.
+GlbFile glb_of_document(const GltfDocument& document, nlohmann::json whole);
+
+}  // namespace glowworm

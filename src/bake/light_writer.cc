@@ -1,0 +1,127 @@
+#include "bake/light_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "image/image.h"
+#include "image/tone_map.h"
+
+namespace glowworm {
+
+namespace {
+
+using nlohmann::json;
+
+/// Extensions that change how a surface reflects the viewer's lights.
+constexpr const char* kReflection[] = {"KHR_materials_anisotropy",
+                                       "KHR_materials_clearcoat",
+                                       "KHR_materials_diffuse_transmission",
+                                       "KHR_materials_dispersion",
+                                       "KHR_materials_emissive_strength",
+                                       "KHR_materials_ior",
+                                       "KHR_materials_iridescence",
+                                       "KHR_materials_pbrSpecularGlossiness",
+                                       "KHR_materials_sheen",
+                                       "KHR_materials_specular",
+                                       "KHR_materials_transmission",
+                                       "KHR_materials_unlit",
+                                       "KHR_materials_volume"};
+
+/// Erases what is reflected. Textures without an effect stay, except that of the base colour.
+void make_black(json& material) {
+  json& pbr = material["pbrMetallicRoughness"];
+  if (!pbr.is_object()) pbr = json::object();
+  const json base = pbr.value("baseColorFactor", json({1, 1, 1, 1}));
+  pbr["baseColorFactor"] = {0, 0, 0, base.at(3)};
+  pbr["metallicFactor"] = 0;
+  pbr["roughnessFactor"] = 1;
+  if (!has_alpha(material)) pbr.erase("baseColorTexture");
+  material["extensions"]["KHR_materials_specular"] = {{"specularFactor", 0}};
+}
+
+}  // namespace
+
+bool has_alpha(const json& material) { return material.value("alphaMode", "OPAQUE") != "OPAQUE"; }
+
+LightWriter::LightWriter(const BakeLayout& layout, const EncodedLight& light, BakeFormat format, const BakeNotes& notes)
+    : layout_(layout), light_(light), format_(format), notes_(notes), gain_(std::exp2(notes.exposure)) {}
+
+void LightWriter::add_textures(GlbFile& file) {
+  if (format_ == BakeFormat::vertex) return;
+  const auto side = static_cast<std::size_t>(layout_.atlas.side);
+  for (int a = 0; a < layout_.atlas.count; ++a) {
+    const auto first =
+        light_.codes.begin() + static_cast<std::ptrdiff_t>(3 * side * side * static_cast<std::size_t>(a));
+    std::vector<std::uint8_t> codes(first, first + static_cast<std::ptrdiff_t>(3 * side * side));
+    textures_.push_back(file.add_texture(encode_png(layout_.atlas.side, layout_.atlas.side, 3, std::move(codes), {}),
+                                         fmt::format("light {}", a)));
+  }
+}
+
+json LightWriter::description() const {
+  return {{"command", notes_.command_line},
+          {"exposure_stops", notes_.exposure},
+          {"unit", format_ == BakeFormat::lightmap ? "W m^-2" : "W sr^-1 m^-2"}};
+}
+
+Vec2 LightWriter::uv(std::uint32_t chart, std::size_t face, std::size_t corner) const {
+  const Vec2 texel = layout_.atlas.places[chart].texel(layout_.charts[chart].corners[face][corner]);
+  return texel * (1 / static_cast<float>(layout_.atlas.side));
+}
+
+Vec3 LightWriter::color_at(Vec2 uv, int atlas) const {
+  const int side = layout_.atlas.side;
+  const auto code = [&](int x, int y, int channel) {
+    const int row = std::clamp(y, 0, side - 1) + atlas * side;
+    const std::size_t texel = layout_.texels.index(std::clamp(x, 0, side - 1), row);
+    return srgb_decode(light_.codes[3 * texel + static_cast<std::size_t>(channel)]);
+  };
+  const float x = uv.x * static_cast<float>(side) - 0.5f, y = uv.y * static_cast<float>(side) - 0.5f;
+  const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
+  const float s = x - std::floor(x), t = y - std::floor(y);
+  Vec3 color;
+  for (int c = 0; c < 3; ++c)
+    color[c] = std::lerp(std::lerp(code(column, row, c), code(column + 1, row, c), s),
+                         std::lerp(code(column, row + 1, c), code(column + 1, row + 1, c), s), t);
+  return color;
+}
+
+void LightWriter::light_material(json& material, int atlas, int uv_set) const {
+  json& extensions = material["extensions"];
+  if (!extensions.is_object()) extensions = json::object();
+  if (format_ == BakeFormat::lightmap) {
+    const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", uv_set}};
+    extensions["MOZ_lightmap"] = texture;
+    extensions["MOZ_lightmap"]["intensity"] = light_.scale * gain_;
+    if (!material.contains("extras") || material["extras"].is_object())
+      material["extras"]["lightmap"] = {
+          {"texture", texture["index"]}, {"texCoord", uv_set}, {"intensity", light_.scale * gain_}};
+  } else {
+    for (const char* name : kReflection) extensions.erase(name);
+    material.erase("emissiveFactor");
+    material.erase("emissiveTexture");
+  }
+  if (format_ == BakeFormat::vertex) {
+    extensions["KHR_materials_unlit"] = json::object();
+    return;
+  }
+  const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", uv_set}};
+  // Alpha needs the base colour's texture for itself.
+  if (format_ == BakeFormat::unlit && !has_alpha(material)) {
+    extensions["KHR_materials_unlit"] = json::object();
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
+    material["pbrMetallicRoughness"]["baseColorTexture"] = texture;
+  } else if (format_ != BakeFormat::lightmap) {
+    make_black(material);
+    extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", light_.scale * gain_}};
+    material["emissiveFactor"] = {1, 1, 1};
+    material["emissiveTexture"] = texture;
+  }
+  const auto at = static_cast<std::size_t>(atlas);
+  if (at < notes_.textures.size() && (!material.contains("extras") || material["extras"].is_object()))
+    material["extras"]["light"] = {{"file", notes_.textures[at]}, {"texCoord", uv_set}};
+}
+
+}  // namespace glowworm

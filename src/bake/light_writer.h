@@ -1,0 +1,45 @@
+// Baked light in the words of glTF: textures, coordinates, materials.
+#pragma once
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bake/glb.h"
+#include "bake/scene_glb.h"
+
+namespace glowworm {
+
+/// Whether alpha makes parts of a glTF material transparent.
+bool has_alpha(const nlohmann::json& material);
+
+/// Puts the light of a layout into glTF files.
+class LightWriter {
+ public:
+  LightWriter(const BakeLayout& layout, const EncodedLight& light, BakeFormat format, const BakeNotes& notes);
+
+  /// Adds the light of each atlas, unless vertices hold it.
+  void add_textures(GlbFile& file);
+  /// A description of the bake, for the file's extras.
+  nlohmann::json description() const;
+
+  /// Coordinates of a corner of a face, by its chart and its number there.
+  Vec2 uv(std::uint32_t chart, std::size_t face, std::size_t corner) const;
+  /// The light of an atlas between texels, over the scale; linear.
+  Vec3 color_at(Vec2 uv, int atlas) const;
+  /// Makes a glTF material show the light of an atlas.
+  /// @param uv_set of the coordinates for light
+  void light_material(nlohmann::json& material, int atlas, int uv_set) const;
+  /// The factor from radiance to the values of the file.
+  float gain() const { return gain_; }
+
+ private:
+  const BakeLayout& layout_;
+  const EncodedLight& light_;
+  BakeFormat format_;
+  const BakeNotes& notes_;
+  float gain_;
+  std::vector<int> textures_;
+};
+
+}  // namespace glowworm
