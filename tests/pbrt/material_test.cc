@@ -312,6 +312,7 @@ TEST(PbrtMaterial, MistakesAreErrorsWithPlaces) {
       {"MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]",
        "the mix \"m\" contains itself"},
       {"Material \"dielectric\" \"float eta\" 0", "scene.pbrt:1:23: an index of refraction must be positive"},
+      {"Material \"dielectric\" \"rgb eta\" [3 -1 3]", "scene.pbrt:1:23: an index of refraction must be positive"},
       {"Material \"dielectric\" \"spectrum eta\" \"no.spd\"",
        "scene.pbrt:1:23: \"no.spd\" is neither a known spectrum nor a readable file"},
       {"Material \"conductor\" \"rgb eta\" [1 -1 1]", "scene.pbrt:1:22: \"eta\" of a conductor is (1, -1, 1)"},

@@ -244,11 +244,11 @@ float read_index_of_refraction(PbrtContext& context, const PbrtParameters& param
   }
   const auto color = read_color(context, parameters, *parameter, PbrtColorUse::unbounded);
   if (!color) return otherwise;
-  if (parameter->type == PbrtType::spectrum) {
+  const bool differs = color->r != color->g || color->g != color->b;
+  if (parameter->type == PbrtType::spectrum || differs) {
     parameters.diagnostics().note(parameter->place, "not supported: dispersion; one index of refraction for all light");
   }
-  const float index = mean(*color);
-  if (index > 0) return index;
+  if (color->r > 0 && color->g > 0 && color->b > 0) return mean(*color);
   parameters.error(*parameter, "an index of refraction must be positive", "Give for example 1.5.");
   return otherwise;
 }
