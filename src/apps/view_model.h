@@ -45,8 +45,9 @@ struct ViewModel {
   double longest_latency = 0;    ///< seconds, of frames while the view moves
   bool picture_changed = false;  ///< tone curve or exposure changed
 
-  bool help = false;      ///< the panel shows help on mouse and keys
-  int panel_width = 340;  ///< width of the panel, pixels
+  bool help = false;        ///< the panel shows help on mouse and keys
+  bool screenshot = false;  ///< write the window to screenshot.png
+  int panel_width = 340;    ///< width of the panel, pixels
 
   /// Posts the state if it differs from the last one posted, or if the user is interacting.
   void post(bool interacting);

@@ -69,10 +69,14 @@ void draw_picture(ViewModel& model) {
   static const std::vector<std::string> photons = {"10000", "50000", "200000", "500000", "2000000"};
   std::size_t photon_count = std::find(photons.begin(), photons.end(), std::to_string(s.photons)) - photons.begin();
   if (choose("photons", photons, photon_count)) s.photons = std::stoull(photons[photon_count]);
+  hint("Photons in the map: more are sharper, and take longer where a light changes");
   ImGui::Checkbox("smooth noise", &s.filter);
+  hint("Average noise between edges");
   ImGui::SameLine();
   ImGui::Checkbox("reuse frames", &s.reuse);
+  hint("Reuse earlier frames where the same surface was visible");
   ImGui::Checkbox("secondary gather", &s.secondary_gather);
+  hint("Sharper light in corners: gather again where the photons' radii are too large");
   ImGui::SameLine();
   bool filmic = model.tone == ToneCurve::filmic;
   if (ImGui::Checkbox("filmic tone curve", &filmic)) {
@@ -135,6 +139,7 @@ bool draw_light(ViewModel& model, const RigLight& light, LightEdit& edit) {
   }
   busy = draw_turning(model, light, edit) || busy;
   if (ImGui::Button("as in the file")) edit = {};
+  hint("Undo all changes of this light");
   return busy || ImGui::IsAnyItemActive();
 }
 
@@ -176,6 +181,7 @@ void draw_files(ViewModel& model) {
     ImGui::SetClipboardText(render_command_text(model.scene->path, *model.scene->scene, model.scene->lights,
                                                 model.state, model.options.changes.given)
                                 .c_str());
+  hint("Copy the glowworm render command of this view to the clipboard");
 }
 
 /// The colour scale of false-colour frames from left to right, with its numbers; logarithmic.

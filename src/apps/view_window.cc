@@ -118,6 +118,15 @@ void Window::create(int width, int height) {
   glfwSetDropCallback(window_, [](GLFWwindow* handle, int count, const char** paths) {
     if (count > 0) static_cast<ViewModel*>(glfwGetWindowUserPointer(handle))->open(paths[0]);
   });
+  // Before ImGui's own callback, which calls it. ImGui would lose a key that is pressed and released between two
+  // frames.
+  glfwSetKeyCallback(window_, [](GLFWwindow* handle, int key, int, int action, int) {
+    if (action != GLFW_PRESS) return;
+    auto& model = *static_cast<ViewModel*>(glfwGetWindowUserPointer(handle));
+    const bool help = key == GLFW_KEY_F1 || (key == GLFW_KEY_H && !ImGui::GetIO().WantTextInput);
+    model.help = model.help != help;
+    model.screenshot = model.screenshot || key == GLFW_KEY_F12;
+  });
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;  // write no settings file
   ImGui::StyleColorsDark();
@@ -207,10 +216,7 @@ void Window::draw() {
   busy_ = input_.handle(model_, area_);
   input_.draw_gizmo(model_, area_);
   busy_ = draw_panel(model_, static_cast<float>(width), static_cast<float>(height)) || busy_;
-  const bool asks_for_help = ImGui::IsKeyPressed(GLFW_KEY_F1, false) ||
-                             (!ImGui::GetIO().WantTextInput && ImGui::IsKeyPressed(GLFW_KEY_H, false));
-  if (asks_for_help) model_.help = !model_.help;
-  if (ImGui::IsKeyPressed(GLFW_KEY_F12, false)) shot_ = "screenshot.png";
+  if (std::exchange(model_.screenshot, false)) shot_ = "screenshot.png";
   ImGui::Render();
   int pixels_x = 0, pixels_y = 0;
   glfwGetFramebufferSize(window_, &pixels_x, &pixels_y);

@@ -192,6 +192,53 @@ TEST_F(SlowWindowTest, FollowsMouseAndKeys) {
   EXPECT_EQ(program.wait().status, 130);
 }
 
+/// The panel lies right of the picture: its share of pixels that differ between two screenshots.
+double panel_change(const std::string& a, const std::string& b) {
+  const Image first = read_image(a), second = read_image(b);
+  EXPECT_EQ(first.pixel_count(), second.pixel_count());
+  const std::vector<RGB> x = first.rgb(), y = second.rgb();
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
+    changed += static_cast<int>(i) % first.width() >= kSide && x[i] != y[i];
+  return static_cast<double>(changed) / static_cast<double>(x.size());
+}
+
+TEST_F(SlowWindowTest, ThePanelHasALegendHelpAndTooltips) {
+  Running program(folder_, view({"--size", "128x600", "--mode", "density"}));
+  ASSERT_TRUE(input("search --sync --onlyvisible --name glowworm windowmove --sync 0 0")) << "is xdotool installed?";
+  ASSERT_TRUE(input("mousemove 20 300 sleep 1.5"));
+  ASSERT_TRUE(take_screenshot(program, "plain.png")) << program.errors_so_far();
+  // The legend below the first line runs from blue to red.
+  const Image plain = read_image(path("plain.png"));
+  const std::vector<RGB> pixels = plain.rgb();
+  int blue = 0, red = 0;
+  for (int x = kSide; x < plain.width(); ++x) {
+    const RGB p = pixels[static_cast<std::size_t>(31 * plain.width() + x)];
+    blue += p.b > p.r + 0.3f;
+    red += p.r > p.b + 0.3f;
+  }
+  EXPECT_GT(blue, 20);
+  EXPECT_GT(red, 20);
+  // Numbers in the panel change all the time, but few of its pixels.
+  ASSERT_TRUE(input("sleep 0.3"));
+  ASSERT_TRUE(take_screenshot(program, "later.png"));
+  const double change = panel_change(path("plain.png"), path("later.png"));
+  // A slow machine may draw the change a frame or two after the screenshot.
+  const auto shows = [&](double expected) {
+    for (int i = 0; i < 10; ++i)
+      if (take_screenshot(program, "now.png") && panel_change(path("plain.png"), path("now.png")) > expected)
+        return true;
+    return false;
+  };
+  // The choices of the picture begin here.
+  ASSERT_TRUE(input("mousemove 230 150"));
+  EXPECT_TRUE(shows(2 * change + 0.01)) << "there is no tooltip";
+  ASSERT_TRUE(input("mousemove 20 300 search --name glowworm windowfocus key F1"));
+  EXPECT_TRUE(shows(0.2)) << "there is no help";
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait().status, 130);
+}
+
 TEST_F(SlowWindowTest, SurvivesResizeMinimiseLostContextAndDrops) {
   write("script.json", R"({"size": [128, 128], "moves": [
     {"at": 2, "resize": [100, 90]}, {"at": 3, "orbit": [5, 0]}, {"at": 4, "window": "minimise"}, {"at": 5, "window": "restore"},
