@@ -24,7 +24,8 @@ void run_if_due(const Job& job, RepeatedWork& repeated) {
 
 /// The current step of the job, for the progress bar.
 std::string work_of(const Job& job) {
-  if (job.is_mapping()) return "photon map";
+  if (job.step() == Job::Step::photons) return "tracing photons";
+  if (job.step() == Job::Step::map) return "building photon map";
   return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));
 }
 

@@ -160,7 +160,7 @@ void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance ir
 }
 
 std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& job) {
-  const RenderSettings& s = job.settings();
+  const RenderSettings s = job.settings();
   std::size_t points = 0;
   for (std::size_t i = 0; i < places.points->normal.size(); ++i) points += places.points->has(i);
   const std::string effort = fmt::format("{} points, {} samples x {} rays", points, s.samples, s.gather);

@@ -221,6 +221,11 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
   const bool any = has_samples(job.snapshot());
   if (failure && !any) std::rethrow_exception(failure);
   write_outputs(o, job, tracer, files, start, any);
+  const RenderSettings settings = job.settings();
+  if (job.is_fitted())
+    inform(fmt::format(
+        "note: --time left room for {} photons{}", settings.photons_traced,
+        settings.integrator == Integrator::gather ? fmt::format(" and {} gather rays a sample", settings.gather) : ""));
   warn_of_ending(job.ending(), any);
   if (failure) std::rethrow_exception(failure);
   files.throw_if_any_failed();
@@ -232,7 +237,9 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
 void warn_of_unused_formats(const RenderOptions& o) {
   const bool all_png = std::all_of(o.outputs.begin(), o.outputs.end(),
                                    [](const Output& output) { return output.format == OutputFormat::png; });
-  if (all_png && !o.settings.aovs.empty() && o.tev.empty()) warn("--aov has no effect: no -o is an EXR file");
+  const bool no_layers = all_png && o.tev.empty();
+  if (no_layers && !o.settings.aovs.empty()) warn("--aov has no effect: no -o is an EXR file");
+  if (no_layers && o.settings.light_groups) warn("--light-groups has no effect: no -o is an EXR file");
   warn_of_unused_formats(o.picture, o.outputs);
 }
 

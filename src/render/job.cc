@@ -52,7 +52,9 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       points_(std::move(points)),
-      settings_(resolve(settings_for(asked, points_.get()), *scene_)),
+      settings_(resolve(settings_for(resume ? with_numbers_of(asked, parse_key(resume->key)) : asked, points_.get()),
+                        *scene_)),
+      automatic_(resume ? AutomaticNumbers() : automatic_numbers(asked)),
       light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))
                                            : nullptr),
       budget_(settings_.memory_bytes),
@@ -112,9 +114,15 @@ std::uint64_t Job::samples_not_finite() const {
   return film_.not_finite();
 }
 
-const RenderKey& Job::key() const {
-  std::call_once(key_made_, [this] { key_ = render_key(*scene_, settings_, points_.get()); });
-  return key_;
+RenderKey Job::key() const {
+  const std::lock_guard lock(key_mutex_);
+  if (!key_) key_ = render_key(*scene_, settings(), points_.get());
+  return *key_;
+}
+
+RenderSettings Job::settings() const {
+  const std::lock_guard lock(settings_mutex_);
+  return settings_;
 }
 
 void Job::resume(const Checkpoint& checkpoint) {
@@ -167,8 +175,7 @@ bool Job::reached_noise_target() {
   return true;
 }
 
-PhotonMapSettings Job::map_settings(std::uint32_t pass) const {
-  const RenderSettings& s = settings_;
+PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass) const {
   PhotonMapSettings wanted;
   wanted.photons = s.photons;
   wanted.photons_traced = s.photons_traced;
@@ -218,19 +225,23 @@ View Job::view() const {
   return scene_->camera(settings_.camera);
 }
 
-void Job::shoot_photons(std::uint32_t sample) {
-  const CancellationScope scope(interrupt_);
-  const double start = seconds();
+void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics) {
   // Photons may use all memory that tasks leave.
   memory_.clear();
-  is_mapping_ = true;
-  if (settings_.guiding && !guide_) {
-    const PhaseTimer timer(statistics_, Phase::trace_photons);
-    PhotonGuiding guiding = guide_photons(*tracer_, view(), settings_);
+  if (s.guiding && !guide_) {
+    const PhaseTimer timer(statistics, Phase::trace_photons);
+    PhotonGuiding guiding = guide_photons(*tracer_, view(), s);
     guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
     demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
   }
-  maps_.update(*tracer_, map_settings(sample), statistics_);
+  maps_.update(*tracer_, map_settings(s, sample), statistics);
+}
+
+void Job::shoot_photons(std::uint32_t sample) {
+  const CancellationScope scope(interrupt_);
+  const double start = seconds();
+  is_mapping_ = true;
+  make_maps(settings_, sample, statistics_);
   if (pass_.kind == PassKind::gather && settings_.gather_guiding)
     gather_guide_ = learn_gather_guide(*tracer_, maps_, view(), pass_, budget_, statistics_);
   photon_seconds_ = seconds() - start;
@@ -240,11 +251,56 @@ void Job::shoot_photons(std::uint32_t sample) {
   add(light_photons_, photons_by_light(*scene_, maps_.pass()));
 }
 
+double Job::measure_slot() {
+  const Schedule schedule = make_schedule(settings_, budget_.available());
+  PassSettings pass = pass_;
+  pass.queries_at_once = schedule.queries_at_once;
+  pass.by_disk = schedule.by_disk;
+  Statistics not_the_renders;
+  const double start = seconds();
+  std::uint64_t slots = 0;
+  for (const CameraTask& task : spread_tasks(settings_.bounds)) {
+    render_pass(*tracer_, maps_, view(), task, pass, budget_, memory_, not_the_renders);
+    slots += task.slot_count();
+  }
+  return (seconds() - start) / static_cast<double>(slots);
+}
+
+void Job::fit_to_time() {
+  const double room = settings_.time_limit_s - spent_s_ - seconds();
+  if (!may_need_fitting(settings_, automatic_, room)) return;
+  const CancellationScope scope(interrupt_);
+  const double start = seconds();
+  is_mapping_ = true;
+  Statistics not_the_renders;
+  Speed speed;
+  const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
+  make_maps(few, settings_.sample_range().first, not_the_renders);
+  speed.photon_s = (seconds() - start) / static_cast<double>(few.photons_traced);
+  if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
+  guide_.reset();
+  demand_.reset();
+  maps_.forget();
+  const RenderSettings fitted = fitted_settings(settings_, automatic_, speed, room - (seconds() - start));
+  statistics_.add_time(Phase::trace_photons, seconds() - start);
+  is_mapping_ = false;
+  if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
+  const std::scoped_lock lock(key_mutex_, settings_mutex_);
+  settings_.photons = fitted.photons;
+  settings_.photons_traced = fitted.photons_traced;
+  settings_.gather = fitted.gather;
+  settings_.light_samples = fitted.light_samples;
+  pass_ = pass_settings();
+  key_.reset();
+  fitted_ = true;
+}
+
 void Job::render_passes() {
   pass_ = pass_settings();
   if (crew_) crew_->check(key());
   const bool mapped = settings_.integrator != Integrator::path;
   const std::uint32_t first_pass = passes_;
+  if (mapped && first_pass == 0 && !points_ && !crew_ && settings_.part.is_all()) fit_to_time();
   // The checkpoint may have been written after the last pass but before its noise test.
   if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
   const SampleRange range = settings_.sample_range();

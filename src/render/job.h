@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -21,6 +22,7 @@
 #include "render/render_key.h"
 #include "render/scheduler.h"
 #include "render/settings.h"
+#include "render/time_fit.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -58,8 +60,9 @@ class Job {
   double progress() const;
   /// Passes (camera samples of every pixel) done so far, of those of settings().sample_range().
   std::uint32_t passes() const { return passes_; }
-  /// Whether photons are being traced, or their map is being built.
-  bool is_mapping() const { return is_mapping_; }
+  /// The work under way.
+  enum class Step { photons, map, picture };
+  Step step() const { return !is_mapping_ ? Step::picture : maps_.is_building() ? Step::map : Step::photons; }
   /// Finished tasks: parts of the picture that are computed from start to end at once.
   std::uint64_t tasks() const { return tasks_; }
   /// Wall seconds since the start, or up to the end.
@@ -72,8 +75,11 @@ class Job {
   /// Film::not_finite() of the current film; at any time.
   std::uint64_t samples_not_finite() const;
   /// Everything that determines the bits of the samples. The first call hashes the scene.
-  const RenderKey& key() const;
-  const RenderSettings& settings() const { return settings_; }
+  RenderKey key() const;
+  /// The settings as resolved. Until the first task, photons and gather rays may still become fewer: see is_fitted().
+  RenderSettings settings() const;
+  /// Whether photons or gather rays are fewer than resolve() chose, because the machine is too slow for the time limit.
+  bool is_fitted() const { return fitted_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
   /// Fate of the photons so far, by light; at any time. Empty for the path tracer.
@@ -105,10 +111,16 @@ class Job {
   void work_for_rank_0();
   TaskResult compute(const CameraTask& place);
   void put(const CameraTask& place, const TaskResult& result);
-  PhotonMapSettings map_settings(std::uint32_t pass) const;
+  PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
+  /// Makes guide_, demand_ and maps_ for these settings.
+  void make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics);
   void shoot_photons(std::uint32_t sample);
+  /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for.
+  void fit_to_time();
+  /// Wall seconds of a task like those of the picture, for each camera sample of a pixel, with the maps as they are.
+  double measure_slot();
   /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);
   void resume(const Checkpoint& checkpoint);
@@ -117,7 +129,9 @@ class Job {
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Tracer> tracer_;
   std::shared_ptr<const PointGrid> points_;
-  RenderSettings settings_;
+  RenderSettings settings_;  // only the render's thread writes, with the mutex
+  mutable std::mutex settings_mutex_;
+  AutomaticNumbers automatic_;                       // none of a render that continues from a checkpoint
   std::shared_ptr<const LightGroups> light_groups_;  // null: not kept apart
   MemoryBudget budget_;
   // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is
@@ -128,8 +142,8 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
-  mutable std::once_flag key_made_;
-  mutable RenderKey key_;
+  mutable std::mutex key_mutex_;
+  mutable std::optional<RenderKey> key_;
   std::vector<LightPhotons> light_photons_;
   double spent_s_;
   std::chrono::steady_clock::time_point start_;
@@ -137,7 +151,7 @@ class Job {
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
   double slot_seconds_ = 0;                       // wall time of a camera sample of the newest task; 0 before the first
   Interrupt interrupt_;
-  std::atomic<bool> done_{false}, is_mapping_{false};
+  std::atomic<bool> done_{false}, is_mapping_{false}, fitted_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};

@@ -101,7 +101,7 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
 const char* version() { return "0.1.0"; }
 
 PictureInfo picture_info(const Job& job) {
-  const RenderSettings& settings = job.settings();
+  const RenderSettings settings = job.settings();
   const Scene& scene = job.scene();
   PictureInfo info;
   info.settings = settings;
@@ -146,7 +146,7 @@ Image make_image(const Film& film, const Job& job) { return make_image(film, pic
 
 std::string statistics_json(const Job& job, const Tracer& tracer) {
   const Statistics& s = job.statistics();
-  const RenderSettings& settings = job.settings();
+  const RenderSettings settings = job.settings();
   json out;
   out["scene"] = {{"name", job.scene().name()},
                   {"triangles", job.scene().geometry().triangle_count()},

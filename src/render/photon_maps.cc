@@ -84,6 +84,7 @@ std::uint64_t affordable_caustic_photons(double gather_rays) {
 }
 
 void PhotonMaps::forget() {
+  *building_ = false;
   traced_ = gridded_ = patched_ = false;
   global_ = Map();
   caustic_ = Map();
@@ -147,6 +148,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   const PhotonPassSettings wanted = pass_settings();
   reservation_ = reserve_photons(wanted.photons, *budget_);
   pass_ = trace_photons(tracer, wanted, statistics);
+  *building_ = true;
   if (wanted.photons > settings_.photons) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     DensityControlSettings control;
@@ -284,6 +286,7 @@ std::uint64_t PhotonMaps::caustic_passes() const {
 
 void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::trace_photons);
+  *building_ = false;
   const std::uint64_t passes = caustic_passes();
   PhotonPassSettings wanted = pass_settings();
   Statistics not_of_the_global_map;
@@ -301,6 +304,7 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   caustic_.count = caustic_.photons.size();
   caustic_.measured = false;
   caustic_passes_ = passes;
+  *building_ = true;
 }
 
 void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {

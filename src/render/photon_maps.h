@@ -1,5 +1,6 @@
 // The photon maps of renders, sessions and measurements: traced, measured and indexed in steps.
 #pragma once
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -83,6 +84,8 @@ class PhotonMaps {
   void forget();
 
   bool empty() const { return global_.count == 0; }
+  /// Whether update() has traced the photons and builds the map; any thread may ask.
+  bool is_building() const { return *building_; }
   /// Photons in the global map, and in the caustic map.
   std::size_t global_count() const { return global_.count; }
   std::size_t caustic_count() const { return caustic_.count; }
@@ -139,6 +142,7 @@ class PhotonMaps {
   std::unique_ptr<Reservation> reservation_;
   PhotonMapSettings settings_;
   bool traced_ = false, gridded_ = false, patched_ = false;
+  std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
   Map global_, caustic_;
   std::size_t first_caustic_ = 0;     // photons of the caustic map from the first pass

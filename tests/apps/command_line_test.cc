@@ -92,6 +92,7 @@ TEST_F(CommandLineTest, NoiseIsAShareOrAPercentage) {
 TEST_F(CommandLineTest, OptionsWithoutEffectAreNamed) {
   const std::vector<std::pair<Words, std::string>> cases = {
       {{"--aov", "depth", "-o", "a.png"}, "--aov has no effect"},
+      {{"--light-groups", "-o", "a.png"}, "--light-groups has no effect"},
       {{"--precision", "float", "-o", "a.png"}, "--precision has no effect"},
       {{"--exposure", "1", "-o", "a.exr"}, "--exposure has no effect"},
       {{"--tone", "srgb", "-o", "a.exr"}, "--tone has no effect"},
@@ -100,8 +101,8 @@ TEST_F(CommandLineTest, OptionsWithoutEffectAreNamed) {
       {{"--crop", "0,0,1,0.5", "--pixel-bounds", "0,0,4,4", "-o", "a.exr"}, "--crop has no effect"},
   };
   for (const auto& [words, text] : cases) EXPECT_THAT(render("builtin:cornell", words).err, HasSubstr(text));
-  const Outcome all = render("builtin:cornell", {"--aov", "depth", "--precision", "float", "--exposure", "1", "--tone",
-                                                 "srgb", "-o", "a.exr", "-o", "b.png"});
+  const Outcome all = render("builtin:cornell", {"--aov", "depth", "--light-groups", "--precision", "float",
+                                                 "--exposure", "1", "--tone", "srgb", "-o", "a.exr", "-o", "b.png"});
   EXPECT_THAT(all.err, Not(HasSubstr("no effect")));
 }
 
@@ -227,7 +228,8 @@ TEST_F(CommandLineTest, ProgressNamesThePhotonMapAndFitsTheTerminal) {
       ++bars;
     }
     EXPECT_GT(bars, 0u);
-    EXPECT_THAT(shown, HasSubstr("photon map"));
+    EXPECT_THAT(shown, HasSubstr("tracing photons"));
+    EXPECT_THAT(shown, HasSubstr("building photon map"));
   }
 }
 
@@ -280,6 +282,28 @@ TEST_F(CommandLineTest, ACryptomatteIsDecoded) {
   }
   EXPECT_GT(whole, 50u);
   EXPECT_GT(partial, 5u);
+}
+
+TEST_F(CommandLineTest, OiiotoolReadsLayersAndMetadata) {
+  ASSERT_EQ(render("builtin:cornell", {"--size", "16x8", "--crop", "0,0,0.5,1", "--light-groups", "--aov",
+                                       "depth,normal,position,cryptomatte,object-id", "-o", "a.exr", "-q"})
+                .status,
+            0);
+  const auto told = [&](const std::string& words) {
+    EXPECT_EQ(std::system(("oiiotool " + words + " > " + path("told.txt")).c_str()), 0)
+        << "is openimageio-tools there?";
+    return read(path("told.txt"));
+  };
+  const std::string info = told("--info -v " + path("a.exr"));
+  for (const char* text :
+       {"8 x    8", "full/display size: 16 x 8", "depth.Z (float)", "normal.X (half)", "position.Z (float)",
+        "CryptoObject00.R (float)", "object-id.I (float)", "light.lamp.R (half)",
+        "chromaticities: 0.64, 0.33, 0.3, 0.6, 0.15, 0.06", "worldToCamera: ", "worldToNDC: ", "name: \"CryptoObject\"",
+        "Software: \"Glowworm", "glowworm render builtin:cornell"})
+    EXPECT_THAT(info, HasSubstr(text));
+  EXPECT_THAT(info, testing::ContainsRegex("DateTime: \"20[0-9][0-9]:"));
+  // The back wall is 1.36 m in front of the camera, and a little farther along slanted rays.
+  EXPECT_THAT(told(path("a.exr") + " --ch depth.Z --printstats"), HasSubstr("Stats Max: 1.3"));
 }
 
 TEST_F(CommandLineTest, PicturesRecordTheirCommandLine) {

@@ -197,6 +197,8 @@ TEST_F(SlowFaultsTest, AMissingImageModuleIsAnError) {
       run_refused({"render", scene, "-o", "c.exr"}, {{"REFUSE_LIBRARY", "libglowworm_openimageio.so"}});
   EXPECT_TRUE(refused(outcome, {"libglowworm_openimageio.so"}));
   EXPECT_FALSE(fs::exists(folder_ / "c.exr"));
+  EXPECT_TRUE(refused(run_refused({"info", scene}, {{"REFUSE_LIBRARY", "libglowworm_openimageio.so"}}),
+                      {"libglowworm_openimageio.so"}));
 }
 
 }  // namespace

@@ -1,0 +1,99 @@
+#include "render/time_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "gather/direct_light.h"
+#include "render/options.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::uint64_t kMinPhotons = 1000;
+/// Photons and gather rays that a machine makes in a second even where other programs take most of it.
+constexpr double kSlowPhotons = 5'000, kSlowRays = 50'000;
+/// Most of the time left that photons, and then a first image, may take.
+constexpr double kPhotonShare = 0.4, kImageShare = 0.8;
+/// The pilot pass of the gather guide traces this share of the rays of a first image.
+constexpr double kGuideShare = 0.5;
+/// Tasks that measure are squares of at most this side, in pixels, in so many rows and columns, and cover at most this
+/// share of the picture.
+constexpr int kTaskSide = 32, kTaskRows = 2;
+constexpr int kLeastShareInverse = 16;
+
+/// Two digits: the number is a choice, not a measurement.
+std::uint64_t two_digits(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(std::max(value, 1.0))) - 1);
+  return static_cast<std::uint64_t>(std::max(std::floor(value / unit) * unit, 1.0));
+}
+
+}  // namespace
+
+AutomaticNumbers automatic_numbers(const RenderSettings& asked) {
+  return {asked.photons == 0 && asked.photons_traced == 0, asked.gather == 0, asked.light_samples == 0};
+}
+
+RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept) {
+  if (asked.time_limit_s <= 0) return asked;
+  const AutomaticNumbers automatic = automatic_numbers(asked);
+  for (const Option& option : render_options()) {
+    const std::string name = option.name;
+    const bool taken = (automatic.photons && (name == "--photons" || name == "--traced")) ||
+                       (automatic.gather && name == "--gather") || (automatic.light_samples && name == "light samples");
+    const auto part = std::find_if(kept.begin(), kept.end(), [&](const KeyPart& p) { return p.name == name; });
+    if (taken && part != kept.end()) option.parse(asked, part->value);
+  }
+  return asked;
+}
+
+bool may_need_fitting(const RenderSettings& s, const AutomaticNumbers& automatic, double room_s) {
+  if (s.time_limit_s <= 0 || !(automatic.photons || automatic.gather)) return false;
+  const bool gathers = s.integrator == Integrator::gather;
+  const double rays = gathers ? static_cast<double>(s.bounds.pixel_count()) * s.gather : 0;
+  return static_cast<double>(s.photons_traced) / kSlowPhotons > kPhotonShare * room_s ||
+         rays / kSlowRays > (1 - kPhotonShare) * room_s;
+}
+
+RenderSettings with_fewer_photons(RenderSettings s, double share) {
+  const auto part = [share](std::uint64_t photons) {
+    return std::min(photons, std::max(two_digits(static_cast<double>(photons) * share), kMinPhotons));
+  };
+  s.photons = part(s.photons);
+  s.photons_traced = std::max(part(s.photons_traced), s.photons);
+  return s;
+}
+
+RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
+                               double room_s) {
+  RenderSettings s = settings;
+  const double photons_s = speed.photon_s * static_cast<double>(s.photons_traced);
+  double share = std::min(1.0, std::max(kPhotonShare * room_s, 0.0) / photons_s);
+  if (!automatic.photons) share = 1;
+  if (share < 1) s = with_fewer_photons(s, share);
+  if (!automatic.gather || speed.slot_s <= 0) return s;
+  const double image_s = speed.slot_s * static_cast<double>(s.bounds.pixel_count()) * (1 + kGuideShare);
+  const double image_room_s = std::max(kImageShare * (room_s - share * photons_s), 0.0);
+  if (image_s <= image_room_s) return s;
+  s.gather = static_cast<std::uint32_t>(std::max(s.gather * image_room_s / image_s, 1.0));
+  if (automatic.light_samples) s.light_samples = default_light_samples(s.gather);
+  return s;
+}
+
+std::vector<CameraTask> spread_tasks(const PixelBounds& bounds) {
+  const double largest = static_cast<double>(bounds.pixel_count()) / (kLeastShareInverse * kTaskRows * kTaskRows);
+  const int side = std::clamp(static_cast<int>(std::sqrt(largest)), 1, kTaskSide);
+  std::vector<CameraTask> tasks;
+  for (int row = 0; row < kTaskRows; ++row) {
+    for (int column = 0; column < kTaskRows; ++column) {
+      const auto begin = [&](int first, int length, int i) { return first + length * (2 * i + 1) / (2 * kTaskRows); };
+      const int x = std::max(begin(bounds.x0, bounds.width(), column) - side / 2, bounds.x0);
+      const int y = std::max(begin(bounds.y0, bounds.height(), row) - side / 2, bounds.y0);
+      tasks.push_back({x, y, std::min(x + side, bounds.x1), std::min(y + side, bounds.y1), 0, 1});
+    }
+  }
+  return tasks;
+}
+
+}  // namespace glowworm
