@@ -48,11 +48,14 @@ TEST(TimeFit, GivesPhotonsAndAFirstImageTheirShares) {
     // The time of a sample is in proportion to its gather rays.
     const double image_s = speed.slot_s * 64 * 64 * fitted.gather / s.gather;
     EXPECT_LE(photons_s + image_s, 20) << slowness;
-    EXPECT_EQ(fitted.light_samples, resolve([&] {
-                                      RenderSettings same = limited(20);
-                                      same.gather = fitted.gather;
-                                      return same;
-                                    }(), cornell()).light_samples);
+    EXPECT_EQ(fitted.light_samples, resolve(
+                                        [&] {
+                                          RenderSettings same = limited(20);
+                                          same.gather = fitted.gather;
+                                          return same;
+                                        }(),
+                                        cornell())
+                                        .light_samples);
   }
 }
 
