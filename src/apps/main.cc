@@ -1,3 +1,4 @@
+#include <execinfo.h>
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -5,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -87,10 +89,26 @@ int run_program(int argc, char** argv) {
   return exit_status;
 }
 
-/// Prints without allocating memory or throwing. Returns `status`.
-int fail(const char* message, int status) noexcept {
+/// Prints without allocating memory, and ends the program. Destructors of libraries do not run: some abort after memory
+/// was refused.
+[[noreturn]] void fail(const char* message, int status) noexcept {
+  std::fflush(stdout);
   std::fprintf(stderr, "glowworm: error: %s\n", message);
-  return status;
+  remove_temporary_files();
+  _exit(status);
+}
+
+constexpr const char* kOutOfMemory = "out of memory\n  Try a smaller --size, or a smaller --memory.";
+
+/// For libraries that let std::bad_alloc leave a thread or a function that may not throw.
+[[noreturn]] void terminated() {
+  try {
+    if (std::current_exception()) throw;
+  } catch (const std::bad_alloc&) {
+    fail(kOutOfMemory, 1);
+  } catch (...) {
+  }
+  std::abort();
 }
 
 }  // namespace
@@ -98,26 +116,30 @@ int fail(const char* message, int status) noexcept {
 }  // namespace glowworm
 
 int main(int argc, char** argv) {
+  // Loads what the C library needs to end threads; without memory left it would abort over that later.
+  void* frame = nullptr;
+  backtrace(&frame, 1);
+  std::set_terminate(glowworm::terminated);
   glowworm::open_standard_streams();
   glowworm::remove_temporary_files_at_signals();
   int status = 1;
   try {
     status = glowworm::run_program(argc, argv);
   } catch (const glowworm::CommandLineError& error) {
-    return glowworm::fail(error.what(), 2);
+    glowworm::fail(error.what(), 2);
   } catch (const std::bad_alloc&) {
-    return glowworm::fail("out of memory\n  Try a smaller --size, or a smaller --memory.", 1);
+    glowworm::fail(glowworm::kOutOfMemory, 1);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::broken_pipe) return 1;
-    if (error.code() != std::errc::resource_unavailable_try_again) return glowworm::fail(error.what(), 1);
-    return glowworm::fail("no thread can be started\n  Raise the limits of memory or threads (ulimit -v, ulimit -u).",
-                          1);
+    if (error.code() != std::errc::resource_unavailable_try_again) glowworm::fail(error.what(), 1);
+    glowworm::fail("no thread can be started\n  Raise the limits of memory or threads (ulimit -v, ulimit -u).", 1);
   } catch (const std::exception& error) {
-    return glowworm::fail(error.what(), 1);
+    glowworm::fail(error.what(), 1);
   }
   std::cout.flush();
   errno = 0;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return status;
   // A reader that closes early (head) causes no message.
-  return errno == EPIPE ? 1 : glowworm::fail("standard output cannot be written", 1);
+  if (errno != EPIPE) glowworm::fail("standard output cannot be written", 1);
+  return 1;
 }
