@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "gltf_file.h"
+#include "scene/light_power.h"
 
 namespace glowworm {
 namespace {
@@ -102,6 +103,36 @@ TEST_F(GltfSceneTest, LightsBecomeRadiometric) {
   EXPECT_FLOAT_EQ(d.lights[2].cos_inner, std::cos(0.2f));
   EXPECT_FLOAT_EQ(d.lights[2].cos_outer, std::cos(0.4f));
   EXPECT_THAT(d.notes, HasNote("range of a light"));
+}
+
+TEST_F(GltfSceneTest, LightsTakeIntensitiesFromPhotometricFiles) {
+  const char* const lamp = "IESNA91\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 1\n0 45 90\n0\n179 100 0\n";
+  write("lamp.ies", lamp);
+  GltfFile file;
+  file.add("nodes", {{"mesh", file.add_triangle()}});
+  const float h = std::sqrt(0.5f);  // a quarter turn about x: -z to y
+  file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}, {"rotation", {h, 0, 0, h}}});
+  file.add("nodes",
+           {{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}, {"extras", {{"luminaire", "lamp.ies"}}}});
+  file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}, {"name", "lamp.ies"}});
+  file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}, {"name", "other.ldt"}});
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}, {"color", {1, 0.5, 0}}, {"extras", {{"luminaire", "lamp.ies"}}}}, {{"type", "point"}}};
+  const auto d = load(file);
+  ASSERT_EQ(d.lights.size(), 4u);
+  for (int i = 0; i < 3; ++i) {
+    const Light& light = d.lights[static_cast<std::size_t>(i)];
+    ASSERT_EQ(light.kind, LightKind::luminaire) << i;
+    EXPECT_NEAR(light.intensity.r * table_intensity(light, light.direction), 1, 1e-4);  // 179 cd
+    expect_near(light.right, {1, 0, 0});
+  }
+  expect_near(d.lights[0].direction, {0, 1, 0});
+  EXPECT_FLOAT_EQ(d.lights[0].intensity.g, 0.5f * d.lights[0].intensity.r);
+  expect_near(d.lights[1].direction, {0, 0, -1});
+  EXPECT_EQ(d.lights[3].kind, LightKind::point);
+  EXPECT_THAT(d.notes, HasNote("'other.ldt' is named like a photometric file"));
+  file.json["nodes"][2]["extras"]["luminaire"] = "gone.ies";
+  EXPECT_THROW(load(file), Error);
 }
 
 TEST_F(GltfSceneTest, EmissionMayBeDecoration) {

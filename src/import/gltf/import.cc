@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/frame.h"
 #include "core/parallel.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/document.h"
@@ -20,6 +21,7 @@
 #include "import/gltf/parts.h"
 #include "import/gltf/pose.h"
 #include "import/gltf/value.h"
+#include "import/ies/luminaire.h"
 #include "import/mesh_tools.h"
 #include "import/notes.h"
 #include "import/texture_cache.h"
@@ -267,13 +269,20 @@ class GltfBuilder {
                   kRemedy);
     }
     const tinygltf::Light& source = model_.lights[static_cast<std::size_t>(index)];
+    const std::string file = photometric_file(node, source);
     Light light;
+    if (!file.empty()) light = read_luminaire(file);
     light.name = !node.name.empty() ? node.name : source.name;
-    const Vec3 color = vector_of(source.color, {1, 1, 1});
-    light.intensity = RGB(color.x, color.y, color.z) * (static_cast<float>(source.intensity) / kLumensPerWatt);
+    const Vec3 tint = vector_of(source.color, {1, 1, 1});
+    const RGB color(tint.x, tint.y, tint.z);
+    light.intensity =
+        file.empty() ? color * (static_cast<float>(source.intensity) / kLumensPerWatt) : light.intensity * color;
     light.position = to_world.translation;
     light.direction = -unit_or(to_world.z, {0, 0, 1});
-    if (source.type == "spot") {
+    if (!file.empty()) {
+      const Vec3 across = to_world.x - light.direction * dot(to_world.x, light.direction);
+      light.right = unit_or(across, Frame::from_normal(light.direction).s);
+    } else if (source.type == "spot") {
       light.kind = LightKind::spot;
       light.cos_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));
       light.cos_outer = std::min(static_cast<float>(std::cos(source.spot.outerConeAngle)), light.cos_inner);
@@ -291,6 +300,22 @@ class GltfBuilder {
     }
     if (source.range > 0) notes_.add("range of a light, not used: light falls off by the square of the distance");
     description_.lights.push_back(std::move(light));
+  }
+
+  /// The photometric file that gives a light its intensities, or nothing: "luminaire" in the extras of the light or its
+  /// node, or the name of either if that is a file beside the scene.
+  std::string photometric_file(const tinygltf::Node& node, const tinygltf::Light& light) {
+    const std::filesystem::path folder = document_.folder;
+    for (const tinygltf::Value* extras : {&light.extras, &node.extras})
+      if (extras->IsObject() && extras->Has("luminaire") && extras->Get("luminaire").IsString())
+        return (folder / extras->Get("luminaire").Get<std::string>()).string();
+    for (const std::string& name : {node.name, light.name}) {
+      if (!is_photometric_file(name)) continue;
+      const std::string file = (folder / name).string();
+      if (std::filesystem::is_regular_file(file)) return file;
+      notes_.add("light '" + name + "' is named like a photometric file, but there is none beside the scene");
+    }
+    return {};
   }
 
   /// Adds a note on the variants of KHR_materials_variants. The file's default variant is shown.
