@@ -21,6 +21,9 @@ struct PointGrid {
   /// Whether the points lie on surfaces of the scene, where photons are. Other points have no caustic map: gather rays
   /// that meet lights through sharp bounces add caustics instead, which is noisy and misses lights without area.
   bool on_surfaces = false;
+  /// Whether gather rays are guided by what rays from these points find. Irradiance then depends, within its noise, on
+  /// which points are in the grid.
+  bool learns = false;
 
   /// Whether the cell holds a point.
   bool has(std::size_t cell) const { return normal[cell].x != 0 || normal[cell].y != 0 || normal[cell].z != 0; }

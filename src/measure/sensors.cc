@@ -226,6 +226,7 @@ PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces) {
   grid.position.resize(columns * rows, sensors.position.back());
   grid.normal.resize(columns * rows, sensors.normal.back());
   grid.on_surfaces = on_surfaces;
+  grid.learns = true;
   return grid;
 }
 

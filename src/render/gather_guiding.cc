@@ -13,10 +13,12 @@ namespace {
 /// Rays of a point of the pilot pass, and most of all.
 constexpr std::uint32_t kRaysEach = 16;
 constexpr double kMaxRays = 1 << 20;
+/// Rays from a PointGrid at least: there may be few points, with many samples each.
+constexpr double kMinRaysFromPoints = 1 << 16;
 /// Rays of the pilot pass, as a share of those of a sample of all pixels.
 constexpr double kShare = 0.5;
 /// Points of the pilot pass that are worked on at a time.
-constexpr int kCellsAtOnce = 256;
+constexpr std::size_t kCellsAtOnce = 256;
 /// Memory of what is kept of each point.
 constexpr std::uint64_t kBytesEach = 2 * sizeof(Vec3) + kRaysEach * (sizeof(float) + 1);
 
@@ -33,35 +35,50 @@ class Pilot {
   }
 
   /// @param share of the pixels along a side of the picture
-  GuideRays run(const Camera& camera, double share) {
+  GuideRays look_from(const Camera& camera, double share) {
     const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * share))); };
     CameraPassSettings camera_settings;
     camera_settings.width = scaled(settings_.width);
     camera_settings.height = scaled(settings_.height);
     camera_settings.seed = hash_combine(settings_.seed, kGuideStream);
-    const int rows = std::max(1, kCellsAtOnce / camera_settings.width);
+    const int rows = std::max(1, static_cast<int>(kCellsAtOnce) / camera_settings.width);
     for (int y = 0; y < camera_settings.height; y += rows) {
       const CameraTask task{0, y, camera_settings.width, std::min(y + rows, camera_settings.height), 0, 1};
       SlotRadiance emitted;
       FirstHit first_hit;
       GatherPoints points;
       camera_pass(tracer_, camera, task, camera_settings, emitted, first_hit, points, statistics_);
-      for (std::size_t first = 0; first < points.size(); first += kCellsAtOnce) gather(points, first);
+      for (std::size_t i = 0; i < points.size(); ++i)
+        if (is_lambertian(points.bsdf[i])) add(points.position[i], points.normal[i]);
     }
+    gather();
+    return std::move(rays_);
+  }
+
+  /// @param count points in all, which repeat those of the grid or leave some out
+  GuideRays look_from(const PointGrid& grid, std::size_t count) {
+    const std::size_t cells = grid.normal.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t cell = count < cells ? i * cells / count : i % cells;
+      if (grid.has(cell)) add(grid.position[cell], grid.normal[cell]);
+    }
+    gather();
     return std::move(rays_);
   }
 
  private:
-  /// Gathers from the diffuse ones of the points from `first` on.
-  void gather(const GatherPoints& points, std::size_t first) {
-    PointGrid grid;
+  void add(Vec3 position, Vec3 normal) {
+    pending_.position.push_back(position);
+    pending_.normal.push_back(normal);
+    if (pending_.normal.size() == kCellsAtOnce) gather();
+  }
+
+  /// Gathers from the pending points.
+  void gather() {
+    PointGrid grid = std::move(pending_);
+    pending_ = {};
     grid.on_surfaces = true;
     grid.height = 1;
-    for (std::size_t i = first; i < std::min(first + kCellsAtOnce, points.size()); ++i) {
-      if (!is_lambertian(points.bsdf[i])) continue;
-      grid.position.push_back(points.position[i]);
-      grid.normal.push_back(points.normal[i]);
-    }
     grid.width = static_cast<int>(grid.normal.size());
     if (grid.width == 0) return;
     PassSettings settings = settings_;
@@ -90,6 +107,7 @@ class Pilot {
   PassMemory memory_;
   Statistics statistics_;  // The counts are not the render's.
   GuideRays rays_;
+  PointGrid pending_;
   std::uint32_t runs_ = 0;
 };
 
@@ -97,13 +115,15 @@ class Pilot {
 
 GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, const View& view,
                                const PassSettings& settings, MemoryBudget& budget, Statistics& statistics) {
-  if (!view.camera || maps.empty() || settings.gather == 0) return {};
+  if (settings.gather == 0 || (view.points ? !view.points->learns : maps.empty())) return {};
   const PhaseTimer timer(statistics, Phase::build_photon_map);
   const double pixels = static_cast<double>(settings.width) * settings.height;
-  const double points = std::min(pixels * settings.gather * kShare, kMaxRays) / kRaysEach;
+  const double rays = pixels * settings.gather * kShare;
+  const double points = std::clamp(rays, view.points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
   const Reservation reservation(budget, "guide of gather rays", static_cast<std::uint64_t>(points) * kBytesEach);
-  const double share = std::sqrt(std::min(points / pixels, 1.0));
-  return GatherGuide(Pilot(tracer, maps, settings, budget).run(*view.camera, share));
+  Pilot pilot(tracer, maps, settings, budget);
+  if (view.points) return GatherGuide(pilot.look_from(*view.points, static_cast<std::size_t>(points)));
+  return GatherGuide(pilot.look_from(*view.camera, std::sqrt(std::min(points / pixels, 1.0))));
 }
 
 }  // namespace glowworm

@@ -8,6 +8,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "measure/measurement.h"
+#include "render/job.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {
@@ -98,6 +99,37 @@ Measurement example() {
   m.irradiance = {RGB(1, 2, 3), RGB(0.0f)};
   m.relative_error = {0.0125f, 0};
   return m;
+}
+
+/// Light of window-room comes through a window: rays that are guided there find it more often.
+TEST(Sensors, GuideTheirRaysToTheLight) {
+  const auto scene = std::make_shared<const Scene>(builtin_scene("window-room"));
+  const auto tracer = std::make_shared<const Tracer>(*scene);
+  const Sensors sensors = plane_sensors("y=0.8,0.8", *scene);
+  std::vector<Measurement> found;
+  for (const bool learns : {true, false}) {
+    PointGrid grid = sensor_grid(sensors, false);
+    EXPECT_TRUE(grid.learns);
+    grid.learns = learns;
+    RenderSettings s;
+    s.samples = 16;
+    s.gather = 64;
+    s.photons = 100'000;
+    s.filter = Filtering::off;
+    Job job(scene, tracer, s, nullptr, 0, std::make_shared<const PointGrid>(grid));
+    job.wait();
+    found.push_back(measurement_of(sensors, job.snapshot()));
+  }
+  double mean[2] = {0, 0}, variance[2] = {0, 0};
+  for (int k = 0; k < 2; ++k)
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      const double light = luminance(found[k].irradiance[i]);
+      mean[k] += light;
+      variance[k] += std::pow(light * found[k].relative_error[i], 2);
+    }
+  EXPECT_NEAR(mean[0], mean[1], 3 * std::sqrt(variance[0] + variance[1]));
+  EXPECT_LT(variance[0], 0.8 * variance[1]);
+  printf("variance %g of %g over %zu sensors\n", variance[0], variance[1], sensors.size());
 }
 
 TEST(MeasurementFiles, HoldTheColumnsOfTheHeader) {
