@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Times measurements to a relative error, by photon maps and by path tracing: bench/results/measure.md.
+"""Times measurements to a relative error, by photon maps and by path tracing, a daylight matrix, and a render from
+Python: bench/results/measure.md.
 
 usage: tables_measure.py [PROGRAM]      scenes of ../shared are left out where there are none
 """
@@ -8,9 +9,11 @@ import os
 import pathlib
 import platform
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
@@ -25,23 +28,67 @@ SCENES = [
     ("veach-ajar", SHARED / "bitterli-veach-ajar-pbrt/veach-ajar-reference.pbrt", "y=0.8,0.374"),
 ]
 
+RENDER = {"size": "320x240", "samples": "8", "gather": "64"}  # a render of some 20 s of the atrium
+REPEATS = 5
+PYTHON = """
+import sys
+import glowworm
+glowworm.render(glowworm.Scene.load("builtin:atrium"), size=(320, 240), samples=8, gather=64, progress=False
+                ).write(sys.argv[1])
+"""
+
+
+def processor_seconds():
+    """Seconds of all cores that ended child processes have used."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def matrix():
+    """Returns wall seconds and processor seconds of a daylight matrix of some 1,000 sensors, and its sensors."""
+    with tempfile.TemporaryDirectory() as folder:
+        table, out = f"{folder}/t.json", f"{folder}/d.mtx"
+        where = ["builtin:window-room", "--grid", "y=0.8,0.2"]
+        subprocess.run([PROGRAM, "measure", *where, "--samples", "1", "--photons", "1000", "-o", table, "-q"],
+                       check=True)
+        sensors = len(json.loads(pathlib.Path(table).read_text(encoding="utf-8"))["points"])
+        start, before = time.monotonic(), processor_seconds()
+        subprocess.run([PROGRAM, "measure", *where, "--sky-patches", "145", "-o", out, "-q"], check=True)
+        return time.monotonic() - start, processor_seconds() - before, sensors
+
+
+def renders():
+    """Returns the medians of processor seconds of one render from the command line and from Python, in turn."""
+    seconds = [[], []]
+    module = {**os.environ, "PYTHONPATH": str(ROOT / "build/release/python")}
+    with tempfile.TemporaryDirectory() as folder:
+        out = f"{folder}/x.exr"
+        options = [text for name, value in RENDER.items() for text in (f"--{name}", value)]
+        commands = ([PROGRAM, "render", "builtin:atrium", *options, "-o", out, "-q"],
+                    ["/usr/bin/python3", "-c", PYTHON, out])
+        for _ in range(REPEATS):
+            for k, command in enumerate(commands):
+                before = processor_seconds()
+                subprocess.run(command, check=True, env=module)
+                seconds[k].append(processor_seconds() - before)
+    return statistics.median(seconds[0]), statistics.median(seconds[1])
+
 
 def measure(scene, grid, options):
     """Returns mean illuminance (lx), sensors, samples, seconds of all cores and relative error."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor_seconds()
     with tempfile.TemporaryDirectory() as folder:
         stats, table = f"{folder}/s.json", f"{folder}/t.json"
         subprocess.run([PROGRAM, "measure", scene, "--grid", grid, "--noise", NOISE, "--time", LIMIT, "--stats", stats,
                         "-o", table, "-q", *options], check=True)
-        statistics = json.loads(pathlib.Path(stats).read_text(encoding="utf-8"))
+        passes = json.loads(pathlib.Path(stats).read_text(encoding="utf-8"))["passes"]
         points = json.loads(pathlib.Path(table).read_text(encoding="utf-8"))["points"]
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    seconds = processor_seconds() - before
     levels = [p["E_lx"] for p in points]
     mean = sum(levels) / len(levels)
     # As --noise has it: the root of the mean of variance / (E^2 + 0.01 mean^2).
     errors = [(p["relative_error"] * p["E_lx"]) ** 2 / (p["E_lx"] ** 2 + 0.01 * mean**2) for p in points]
-    return mean, len(points), statistics["passes"], seconds, (sum(errors) / len(errors)) ** 0.5
+    return mean, len(points), passes, seconds, (sum(errors) / len(errors)) ** 0.5
 
 
 def main():
@@ -59,6 +106,13 @@ def main():
             lines.append(f"| {name} | {sensors} | {method} | {samples} | {100 * error:.2f}% | {mean:.4g} | {s:.3g} | "
                          f"{s / seconds[0]:.3g} |")
             print(lines[-1], flush=True)
+    wall, seconds, sensors = matrix()
+    lines += ["", "## Daylight matrix",
+              f"145 patches x {sensors} sensors of window-room: {wall:.3g} s, {seconds:.3g} s of processor time.", ""]
+    program, module = renders()
+    lines += ["## Python", f"The same render of the atrium, medians of {REPEATS}: command line {program:.3g} s of "
+              f"processor time, Python {module:.3g} s ({100 * (module / program - 1):+.1f}%)."]
+    print("\n".join(lines[-5:]))
     target = ROOT / "bench/results/measure.md"
     target.parent.mkdir(exist_ok=True)
     target.write_text("\n".join(lines) + "\n", encoding="utf-8")
