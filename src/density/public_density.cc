@@ -1,6 +1,7 @@
 // The public header glowworm/density.h.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "core/error.h"
@@ -58,6 +59,7 @@ struct DensityIndex::Implementation {
       : count(photons.position.size()), normals(!photons.normal.empty()) {
     for (const float radius : policy.radii)
       if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
+    static_assert(static_cast<std::size_t>(Kernel::gaussian) + 1 == std::size(kKernelShapes));
     policy.kernel = static_cast<KernelShape>(kernel);
     Statistics statistics;
     engine->build(batch_of(photons), policy, statistics);

@@ -15,9 +15,6 @@
 namespace glowworm {
 namespace {
 
-constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
-                                   KernelShape::gaussian};
-
 Vec3 on_sphere(Vec2 u) {
   const float z = 1 - 2 * u.x, r = std::sqrt(std::max(0.0f, 1 - z * z));
   return {r * std::cos(2 * kPi * u.y), r * std::sin(2 * kPi * u.y), z};
@@ -115,7 +112,7 @@ void expect_agreement(const PhotonBatch& photons, const RadiusPolicy& policy, co
 TEST(BlockedEngine, AgreesWithBruteForceForEveryKernel) {
   const PhotonBatch photons = make_photons(3001);
   const QueryPoints points = make_points(1003);
-  for (const KernelShape shape : kShapes) {
+  for (const KernelShape shape : kKernelShapes) {
     SCOPED_TRACE(static_cast<int>(shape));
     expect_agreement(photons, fixed(0.15f, shape), points);
     expect_agreement(photons, per_photon(photons, shape), points);
@@ -128,7 +125,7 @@ TEST(BlockedEngine, AgreesOnEveryInstructionSet) {
   for (const std::string& name : simd_names()) {
     SCOPED_TRACE(name);
     set_simd(name);
-    for (const KernelShape shape : kShapes) expect_agreement(photons, per_photon(photons, shape), points);
+    for (const KernelShape shape : kKernelShapes) expect_agreement(photons, per_photon(photons, shape), points);
   }
   set_simd("auto");
 }
@@ -145,7 +142,7 @@ TEST(BlockedEngine, AgreesForRadiiOfZeroAndOfTheWholeScene) {
   const PhotonBatch photons = make_photons(1500);
   const QueryPoints points = make_points(300);
   expect_agreement(photons, fixed(0), points);
-  for (const KernelShape shape : kShapes) expect_agreement(photons, fixed(4, shape), points);
+  for (const KernelShape shape : kKernelShapes) expect_agreement(photons, fixed(4, shape), points);
   EXPECT_EQ(ask("blocked", photons, fixed(1e-30f), points).operations, 0u);
   EXPECT_EQ(ask("blocked", photons, fixed(1e30f), points).operations,
             ask("brute", photons, fixed(9), points).operations);

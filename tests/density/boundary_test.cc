@@ -13,9 +13,6 @@
 namespace glowworm {
 namespace {
 
-constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
-                                   KernelShape::gaussian};
-
 /// So many copies of a scene stand in a grid, with one photon each: every mass is measured by lines of its own. All are
 /// near the origin, where floats resolve far less than the thickness of their parts.
 constexpr int kCopiesAlong = 32, kCopies = kCopiesAlong * kCopiesAlong;
@@ -81,13 +78,13 @@ void expect_mass(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
 TEST(BoundaryTest, FlatSurfaceLosesNothing) {
   const Scene scene = squares({0});
   const Tracer tracer(scene);
-  for (const KernelShape shape : kShapes) EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0}, shape, 0.3f).mean, 1.0);
+  for (const KernelShape shape : kKernelShapes) EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0}, shape, 0.3f).mean, 1.0);
 }
 
 TEST(BoundaryTest, HalfOfTheDiscIsLostAtAnEdgeAndThreeQuartersAtACorner) {
   const Scene scene = squares({0});
   const Tracer tracer(scene);
-  for (const KernelShape shape : kShapes) {
+  for (const KernelShape shape : kKernelShapes) {
     expect_mass(tracer, {0.5f, 1e-4f, 0}, shape, 0.3f, 0.5);
     expect_mass(tracer, {1e-4f, 1e-4f, 0}, shape, 0.3f, 0.25);
   }

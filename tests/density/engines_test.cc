@@ -15,9 +15,6 @@
 namespace glowworm::density_tests {
 namespace {
 
-constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
-                                   KernelShape::gaussian};
-
 class EveryEngine : public testing::TestWithParam<std::string> {
  protected:
   /// Largest relative difference of the engine from brute force.
@@ -50,14 +47,14 @@ TEST_P(EveryEngine, HasItsName) { EXPECT_EQ(make_engine(GetParam())->name(), Get
 TEST_P(EveryEngine, AgreesAtOneRadiusForEveryKernel) {
   const PhotonBatch photons = room_photons(5003);
   const QueryPoints points = room_queries(1009);
-  for (const KernelShape shape : kShapes)
+  for (const KernelShape shape : kKernelShapes)
     EXPECT_LT(difference(photons, fixed(0.1f, shape), points), 1e-5) << int(shape);
 }
 
 TEST_P(EveryEngine, AgreesAtRadiiPerPhotonForEveryKernel) {
   const PhotonBatch photons = room_photons(5003);
   const QueryPoints points = room_queries(1009);
-  for (const KernelShape shape : kShapes)
+  for (const KernelShape shape : kKernelShapes)
     EXPECT_LT(difference(photons, varied(photons, shape), points), 1e-5) << int(shape);
 }
 
@@ -75,7 +72,7 @@ TEST_P(EveryEngine, AgreesForOddCounts) {
 TEST_P(EveryEngine, AgreesOnEveryInstructionSetForEveryKernelAndOddCounts) {
   const PhotonBatch photons = room_photons(1237);
   const QueryPoints points = room_queries(331);
-  for (const KernelShape shape : kShapes) {
+  for (const KernelShape shape : kKernelShapes) {
     const RadiusPolicy one = fixed(0.13f, shape), own = varied(photons, shape);
     const std::vector<RGB> by_one = run("brute", photons, one, points), by_own = run("brute", photons, own, points);
     for (const std::string& name : simd_names()) {
@@ -93,7 +90,7 @@ TEST_P(EveryEngine, AgreesForOneQueryPointAndForOnePhoton) {
   add_photon(single, {0.5f, 0.5f, 0}, {0, 0, 1});
   QueryPoints point;
   add_query(point, {0.52f, 0.47f, 0}, {0, 0, 1});
-  for (const KernelShape shape : kShapes) {
+  for (const KernelShape shape : kKernelShapes) {
     EXPECT_LT(difference(photons, fixed(0.2f, shape), point), 1e-5) << int(shape);
     EXPECT_LT(difference(single, fixed(0.2f, shape), point), 1e-5) << int(shape);
     EXPECT_GT(run(GetParam(), single, fixed(0.2f, shape), point)[0].r, 0) << int(shape);

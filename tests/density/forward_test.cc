@@ -116,8 +116,7 @@ class EveryInstructionSet : public testing::TestWithParam<std::string> {
 
 TEST_P(EveryInstructionSet, GathersAsPlainCode) {
   const PhotonBatch photons = room_photons(3001);
-  for (const KernelShape kernel :
-       {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov, KernelShape::gaussian}) {
+  for (const KernelShape kernel : kKernelShapes) {
     const RadiusPolicy policy = per_photon(photons, kernel);
     const ForwardMap map = build_forward_map(photons, policy);
     for (const std::size_t count : {1, 3, 4, 15, 16, 17, 250}) {

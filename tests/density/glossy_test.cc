@@ -144,8 +144,7 @@ TEST_P(GlossyQueries, AgreeForMixedSurfacesOfChangingRoughnessAndEveryKernel) {
     if (i % 4 == 3) bsdfs.back().diffuse = bsdfs.back().transmission = {0.3f, 0.2f, 0.1f};
   }
   const QueryPoints points = points_of(bsdfs, 3000);
-  for (const KernelShape shape :
-       {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov, KernelShape::gaussian}) {
+  for (const KernelShape shape : kKernelShapes) {
     SCOPED_TRACE(static_cast<int>(shape));
     const RadiusPolicy policy = radius(0.1f, shape);
     const std::vector<RGB> expected = run("brute", photons, policy, points);

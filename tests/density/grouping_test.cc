@@ -15,9 +15,6 @@
 namespace glowworm::density_tests {
 namespace {
 
-constexpr KernelShape kShapes[] = {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov,
-                                   KernelShape::gaussian};
-
 /// A place on a bumpy floor, where normals of neighbours match or do not, by up to a right angle.
 std::pair<Vec3, Vec3> bumpy(Sampler& sampler) {
   const Vec2 p = sampler.next2(), tilt = sampler.next2();
@@ -137,7 +134,7 @@ TEST_P(Grouping, DoesNotChangeTheBits) {
     const PhotonBatch photons = bumpy_photons(photon_count);
     const QueryPoints points = bumpy_points(point_count);
     RadiusPolicy policy;
-    for (const KernelShape shape : kShapes) {
+    for (const KernelShape shape : kKernelShapes) {
       SCOPED_TRACE(static_cast<int>(shape));
       policy.kernel = shape;
       policy.kind = RadiusKind::per_photon;

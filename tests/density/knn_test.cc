@@ -88,8 +88,7 @@ RadiusPolicy nearest(std::uint32_t k, float max_radius = 0, KernelShape kernel =
 TEST(Knn, GivesTheRadianceOfBruteForce) {
   const PhotonBatch photons = room_photons(3001);
   const QueryPoints points = room_queries(211);
-  for (const KernelShape kernel :
-       {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov, KernelShape::gaussian}) {
+  for (const KernelShape kernel : kKernelShapes) {
     for (const std::uint32_t k : {1u, 5u, 50u, 9000u}) {
       // The one nearest photon lies at the rim, where all kernels but these two are zero.
       if (k == 1 && kernel != KernelShape::box && kernel != KernelShape::gaussian) continue;

@@ -322,8 +322,7 @@ TEST(ReverseKernels, AgreeWithPlainCodeOnEveryInstructionSet) {
   for (const std::size_t count : {1, 7, 8, 9, 31, 1013}) {
     const QueryPoints points = count == 1013 ? spread_points(count, 2) : room_queries(count);
     const ReverseTree tree(points, all(points));
-    for (const KernelShape kernel :
-         {KernelShape::box, KernelShape::cone, KernelShape::epanechnikov, KernelShape::gaussian}) {
+    for (const KernelShape kernel : kKernelShapes) {
       const ReversePhotonArray array(photons, varied(photons, kernel), 64);
       const Answer expected = ask(reverse_sum_reference, tree, array);
       const float largest = *std::max_element(expected.sums.begin(), expected.sums.end());
