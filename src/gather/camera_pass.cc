@@ -353,6 +353,7 @@ void FirstHit::resize(std::size_t slots, bool places) {
   depth.assign(slots, 0);
   triangle.assign(places ? slots : 0, kNone);
   barycentric.assign(places ? slots : 0, Vec2());
+  radius.clear();
 }
 
 void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,

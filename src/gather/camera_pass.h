@@ -25,6 +25,9 @@ struct FirstHit {
   // Filled on request.
   std::vector<std::uint32_t> triangle;  ///< first triangle hit; kNone if there is none
   std::vector<Vec2> barycentric;        ///< position on that triangle
+  /// Mean radius of the photons around the gather point, metres; 0 if there are none. Empty unless render_pass() is
+  /// asked for it.
+  std::vector<float> radius;
 
   /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates
   void resize(std::size_t slots, bool places);

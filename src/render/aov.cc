@@ -111,7 +111,7 @@ void add_cryptomatte(Image& image, const std::string& layer, const Film& film, c
 
 constexpr PlaceLayers kPosition{true, false, false, false}, kUv{false, true, false, false};
 constexpr PlaceLayers kObjects{false, false, true, false}, kMaterials{false, false, false, true};
-constexpr PlaceLayers kBoth{false, false, true, true};
+constexpr PlaceLayers kBoth{false, false, true, true}, kRadius{false, false, false, false, true};
 
 const std::vector<Aov>& table() {
   static const std::vector<Aov> rows = {
@@ -149,6 +149,10 @@ const std::vector<Aov>& table() {
        [](Image& image, const Source& from) {
          add_channel(image, "samples.Y", from.film,
                      [&](std::size_t i) { return static_cast<float>(from.film.sample_count(i)); });
+       }},
+      {"radius", 1, kRadius,
+       [](Image& image, const Source& from) {
+         add_channel(image, "radius.Y", from.film, [&](std::size_t i) { return from.film.radius(i); });
        }},
       {"alpha",
        1,
@@ -195,6 +199,7 @@ PlaceLayers RenderSettings::place_layers() const {
     out.uv |= needs.uv;
     out.objects |= needs.objects;
     out.materials |= needs.materials;
+    out.radius |= needs.radius;
   }
   return out;
 }

@@ -87,6 +87,8 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   uv_.resize(places.uv ? n : 0);
   objects_.resize(places.objects ? n : 0);
   materials_.resize(places.materials ? n : 0);
+  radius_sum_.resize(places.radius ? n : 0);
+  radius_count_.resize(places.radius ? n : 0);
   depth_sum_.resize(layers ? n : 0);
   depth_count_.resize(layers ? n : 0);
   count_.resize(n);
@@ -98,8 +100,9 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
                           std::size_t light_groups) {
   constexpr std::uint64_t kLight = 3 * sizeof(LightSum), kAlways = sizeof(SquareSum) + sizeof(std::uint32_t);
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
-  const std::uint64_t of_places =
-      (places.position + places.uv) * kLight + (places.objects + places.materials) * sizeof(IdCounts);
+  const std::uint64_t of_places = (places.position + places.uv) * kLight +
+                                  (places.objects + places.materials) * sizeof(IdCounts) +
+                                  places.radius * (sizeof(LightSum) + sizeof(std::uint32_t));
   return bounds.pixel_count() * (kAlways + of_places + light_groups * kLight +
                                  (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
 }
@@ -141,7 +144,7 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
       for (std::uint32_t sample = 0; sample < task.sample_count; ++sample) {
         if (count_[pixel] != task.first_sample + sample) continue;
         add(pixel, radiance, first_hit, sample * pixels + in_tile);
-        if (layers_ && places_.any()) add_place(pixel, first_hit, sample * pixels + in_tile, geometry);
+        if (layers_ && places_.of_triangles()) add_place(pixel, first_hit, sample * pixels + in_tile, geometry);
       }
     }
   });
@@ -165,6 +168,11 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     depth_sum_[pixel] += first_hit.depth[slot];
     ++depth_count_[pixel];
   }
+  // The path tracer has no photons.
+  if (places_.radius && !first_hit.radius.empty() && first_hit.radius[slot] > 0) {
+    radius_sum_[pixel] += first_hit.radius[slot];
+    ++radius_count_[pixel];
+  }
   if (!has_moments()) return;
   const float albedo = shading_albedo(first_hit.albedo[slot]);
   for (int i = 0; i < 2; ++i) {
@@ -183,6 +191,8 @@ void Film::merge(const Film& other) {
   add_all(objects_, other.objects_);
   add_all(materials_, other.materials_);
   add_all(depth_sum_, other.depth_sum_);
+  add_all(radius_sum_, other.radius_sum_);
+  add_all(radius_count_, other.radius_count_);
   add_all(square_sum_, other.square_sum_);
   for (int i = 0; i < 2; ++i) add_all(moments_[i], other.moments_[i]);
   add_all(depth_count_, other.depth_count_);
@@ -223,6 +233,11 @@ RGB Film::light_of_group(std::size_t group, std::size_t pixel) const {
 float Film::depth(std::size_t pixel) const {
   if (!layers_ || depth_count_[pixel] == 0) return std::numeric_limits<float>::infinity();
   return static_cast<float>(depth_sum_[pixel].value() / depth_count_[pixel]);
+}
+
+float Film::radius(std::size_t pixel) const {
+  if (!places_.radius || radius_count_[pixel] == 0) return 0;
+  return static_cast<float>(radius_sum_[pixel].value() / radius_count_[pixel]);
 }
 
 float Film::coverage(std::size_t pixel) const {
@@ -267,6 +282,8 @@ void Film::for_arrays(Self& self, Work&& work) {
   work(self.objects_);
   work(self.materials_);
   work(self.depth_sum_);
+  work(self.radius_sum_);
+  work(self.radius_count_);
   work(self.square_sum_);
   for (auto& sums : self.moments_) work(sums);
 }

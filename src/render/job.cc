@@ -40,7 +40,7 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   if (settings.bounds.empty()) settings.bounds = {0, 0, points->width, points->height};
   if (settings.place_layers().any())
     throw Error("points have no layers of the places that a camera sees",
-                "Leave position, uv and ids out of the AOVs.");
+                "Leave position, uv, radius and ids out of the AOVs.");
   return settings;
 }
 
@@ -198,6 +198,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
     wanted.more_caustic_photons =
         affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
   wanted.light_groups = light_groups_;
+  wanted.diagnosed = s.place_layers().radius;
   wanted.kept = false;
   return wanted;
 }
@@ -211,7 +212,8 @@ PassSettings Job::pass_settings() const {
   pass.gather = s.gather;
   pass.light_samples = s.light_samples;
   pass.seed = s.seed;
-  pass.places = s.place_layers().any();
+  pass.places = s.place_layers().of_triangles();
+  pass.radius = s.place_layers().radius;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;

@@ -49,10 +49,14 @@ class PassRenderer {
       camera_pass_queries(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
                           statistics_);
       look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
+      if (settings_.radius) find_radii(memory_.queries);
       return std::move(out_);
     }
     camera_pass(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
-    if (settings_.kind == PassKind::gather) gather_light(points);
+    if (settings_.kind == PassKind::gather) {
+      if (settings_.radius) find_radii(memory_.queries = gather_points_as_queries(points));
+      gather_light(points);
+    }
     if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
     return std::move(out_);
   }
@@ -123,7 +127,7 @@ class PassRenderer {
       for (std::size_t first = 0; first < points.size(); first += step) {
         trace(first);
         if (settings_.kind == PassKind::count_gathered)
-          count(memory_.queries);
+          count(memory_.queries, statistics_);
         else if (settings_.indirect)
           look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
       }
@@ -160,10 +164,22 @@ class PassRenderer {
     if (settings_.kind == PassKind::count_gathered)
       gather(points);
     else
-      count(memory_.queries = gather_points_as_queries(points));
+      count(memory_.queries = gather_points_as_queries(points), statistics_);
   }
 
-  void count(QueryPoints& queries) {
+  /// Fills FirstHit::radius. The counters of the render leave these lookups out. Changes `queries`.
+  void find_radii(QueryPoints& queries) {
+    const std::size_t slots = out_.first_hit.depth.size();
+    out_.first_hit.radius.assign(slots, 0);
+    if (maps_.empty()) return;
+    out_.diagnosis.assign(slots, RGB());
+    Statistics not_the_renders;
+    count(queries, not_the_renders);
+    for (std::size_t i = 0; i < slots; ++i) out_.first_hit.radius[i] = photon_diagnosis(out_.diagnosis[i]).mean_radius;
+    out_.diagnosis = {};
+  }
+
+  void count(QueryPoints& queries, Statistics& statistics) {
     // With a Lambertian reflectance of pi the result is the plain sum.
     std::fill(queries.reflectance.begin(), queries.reflectance.end(), RGB(kPi));
     std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
@@ -171,8 +187,8 @@ class PassRenderer {
     queries.bsdfs.clear();
     memory_.found.assign(queries.size(), RGB());
     count_held(queries);
-    maps_.diagnosis()->estimate(queries, memory_.found, statistics_);
-    complete(queries, memory_.found, out_.diagnosis, statistics_);
+    maps_.diagnosis()->estimate(queries, memory_.found, statistics);
+    complete(queries, memory_.found, out_.diagnosis, statistics);
   }
 
   const Tracer& tracer_;
@@ -215,7 +231,7 @@ PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View&
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
-  const Reservation reservation(budget, "camera samples", task.slot_count() * bytes_per_slot(groups));
+  const Reservation reservation(budget, "camera samples", task.slot_count() * bytes_per_slot(groups, settings.radius));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(task);
 }
 

@@ -170,7 +170,7 @@ void trace_paths(const Tracer& tracer, const View& view, const CameraTask& task,
                  SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
   const std::size_t slots = task.slot_count();
   radiance.resize(slots);
-  first_hit.resize(slots, settings.place_layers().any());
+  first_hit.resize(slots, settings.place_layers().of_triangles());
   const int width = task.x1 - task.x0;
   parallel_for(0, slots, kSamplesPerChunk, [&](std::size_t first, std::size_t last) {
     std::uint64_t shadow_rays = 0;

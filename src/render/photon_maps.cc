@@ -352,6 +352,7 @@ void PhotonMaps::diagnose(Statistics& statistics) {
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;
   std::uint64_t bytes = global_.engines.front()->plan(0, count, 0).bytes;
+  if (diagnosis_) bytes += diagnosis_->plan(0, global_.count, 0).bytes;
   if (settings_.kept)
     bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
   else

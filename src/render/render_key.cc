@@ -72,7 +72,8 @@ std::string names_of(const PlaceLayers& layers) {
   for (const auto& [kept, name] : {std::pair{layers.position, "position"},
                                    {layers.uv, "uv"},
                                    {layers.objects, "objects"},
-                                   {layers.materials, "materials"}})
+                                   {layers.materials, "materials"},
+                                   {layers.radius, "radius"}})
     if (kept) names += names.empty() ? name : std::string(",") + name;
   return names.empty() ? "none" : names;
 }

@@ -80,7 +80,7 @@ int even_piece(int length, int most) {
 
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   Schedule schedule;
-  const std::uint64_t slot_bytes = bytes_per_slot(settings.light_group_count);
+  const std::uint64_t slot_bytes = bytes_per_slot(settings.light_group_count, settings.place_layers().radius);
   const std::uint64_t rays = kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
   const std::uint64_t smallest = rays + kMinQueries * kBytesPerQuery + kMinSlots * slot_bytes;
   if (room < smallest)

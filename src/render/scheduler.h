@@ -19,8 +19,10 @@ struct Schedule {
 
 /// Bytes of a camera sample during its task: its gather point, twice while they are joined, and its light.
 /// @param light_groups whose light is kept apart
-constexpr std::uint64_t bytes_per_slot(std::size_t light_groups) {
-  return 3 * GatherPoints::kBytesEach + (4 + light_groups) * sizeof(RGB) + 28;
+/// @param radii        whether the photons around gather points are counted
+constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, bool radii = false) {
+  return 3 * GatherPoints::kBytesEach + (4 + light_groups) * sizeof(RGB) + 28 +
+         (radii ? sizeof(RGB) + sizeof(float) : 0);
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
 inline constexpr std::uint64_t kBytesPerQuery = 192;

@@ -86,8 +86,11 @@ struct SampleRange {
 /// What a film keeps of the places that camera rays end at.
 struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
+  bool radius = false;  ///< of the photons there
 
-  bool any() const { return position || uv || objects || materials; }
+  bool any() const { return of_triangles() || radius; }
+  /// Whether FirstHit::triangle and barycentric are needed.
+  bool of_triangles() const { return position || uv || objects || materials; }
   bool operator==(const PlaceLayers&) const = default;
 };
 

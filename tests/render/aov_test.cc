@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "builtin/builtin.h"
 #include "render/output.h"
 #include "render/render_testing.h"
@@ -74,6 +76,55 @@ TEST(Layers, OfPlacesComeBackFromACheckpointAndCostNothingWhereNotAsked) {
   const PixelBounds part{0, 0, 10, 10};
   EXPECT_EQ(Film(part).save().size() * sizeof(std::uint32_t), Film::bytes(part) + 8);
   EXPECT_LT(Film::bytes(part), Film::bytes(part, true, {true, false, false, false}));
+}
+
+TEST(Layers, RadiusIsThatOfThePhotonsAndNothingOfPaths) {
+  const Stage stage(builtin_scene("cornell"));
+  for (const Integrator integrator : {Integrator::gather, Integrator::photons, Integrator::path}) {
+    RenderSettings settings = by_photons(24, 4, 1, 4000);
+    settings.integrator = integrator;
+    settings.fixed_radius = true;
+    settings.aovs = {"radius"};
+    const auto radii = [&](std::uint32_t nearest) {
+      settings.nearest = nearest;
+      const Film film = stage.render(settings);
+      std::vector<float> out;
+      for (std::size_t i = 0; i < film.pixel_count(); ++i)
+        if (film.radius(i) > 0) out.push_back(film.radius(i));
+      return out;
+    };
+    const std::vector<float> few = radii(20), many = radii(80);
+    if (integrator == Integrator::path) {
+      EXPECT_TRUE(few.empty());
+      continue;
+    }
+    // One radius for all, which grows with the root of the photons that it catches.
+    ASSERT_GT(few.size(), 24 * 18 / 2);
+    for (const float radius : few) EXPECT_NEAR(radius, few.front(), 1e-5f * few.front());
+    EXPECT_NEAR(many.front(), 2 * few.front(), 0.3f * few.front());
+    // Radii of their own lie around it.
+    settings.fixed_radius = false;
+    double sum = 0;
+    const std::vector<float> own = radii(20);
+    for (const float radius : own) sum += radius;
+    EXPECT_NEAR(sum / static_cast<double>(own.size()), few.front(), 0.5 * few.front());
+    EXPECT_LT(*std::min_element(own.begin(), own.end()), *std::max_element(own.begin(), own.end()));
+  }
+}
+
+TEST(Layers, RadiusShrinksFromPassToPass) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = by_photons(24, 1, 1, 4000);
+  settings.aovs = {"radius"};
+  settings.progressive = true;
+  const auto mean = [&](std::uint32_t samples) {
+    settings.samples = samples;
+    const Film film = stage.render(settings);
+    double sum = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) sum += film.radius(i);
+    return sum;
+  };
+  EXPECT_LT(mean(8), 0.95 * mean(1));
 }
 
 TEST(Metadata, MatricesTakeAPointToItsPixel) {
