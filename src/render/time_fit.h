@@ -23,6 +23,7 @@ RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept);
 struct Speed {
   double photon_s = 0;  ///< wall seconds of a photon, for tracing it and for its part of the map
   double slot_s = 0;    ///< wall seconds of a camera sample of a pixel; 0: without gather rays
+  double filter_s = 0;  ///< wall seconds of a pixel in the filter
 };
 
 /// Share of the photons that measure the speed.
@@ -41,7 +42,7 @@ RenderSettings with_fewer_photons(RenderSettings settings, double share);
 RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
                                double room_s);
 
-/// Small tasks, evenly spread over the picture, to measure Speed::slot_s.
+/// Small tasks of two samples, evenly spread over the picture, to measure its speed.
 std::vector<CameraTask> spread_tasks(const PixelBounds& bounds);
 
 }  // namespace glowworm
