@@ -43,7 +43,7 @@ struct LitPrimitive {
   std::size_t mesh = 0, primitive = 0;
 };
 
-/// Key of a material: that of the source (-1: none), atlas, whether the back is hidden, set of coordinates.
+/// Key of a material: that of the source (-1: none), layer of light, whether the back is hidden, set of coordinates.
 using MaterialKey = std::tuple<int, int, bool, int>;
 
 /// A member that is an index; -1 where there is none.
@@ -194,7 +194,7 @@ class GltfWriter {
     file_.json["nodes"][n]["children"].push_back(index);
   }
 
-  /// Gives a primitive of a mesh the light of a part, as several primitives where its triangles lie in several atlases
+  /// Gives a primitive of a mesh the light of a part, as several primitives where its triangles lie in several layers
   /// or show two sides.
   void light_primitive(std::size_t mesh, const GltfPart& part) {
     const Geometry source = read_gltf_primitive(document_, part.mesh, part.primitive);
@@ -226,14 +226,14 @@ class GltfWriter {
   template <typename Groups>
   void add_face(FaceInChart face, const std::array<std::uint32_t, 3>& corners, bool mirrored, Shown shown,
                 LitVertices& vertices, Groups& groups) const {
-    const int atlas = layout_.atlas.places[face.chart].atlas;
+    const int layer = light_.layer_of(face.chart);
     std::array<std::uint32_t, 3> entries{};
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t in_chart = mirrored ? (3 - c) % 3 : c;
-      entries[c] = vertices.add(corners[c], light_.uv(face.chart, face.face, in_chart), atlas);
+      entries[c] = vertices.add(corners[c], light_.uv(face.chart, face.face, in_chart), layer);
     }
     if (shown == Shown::back) std::swap(entries[1], entries[2]);
-    groups[{atlas, shown}].push_back(entries);
+    groups[{layer, shown}].push_back(entries);
   }
 
   template <typename Groups>
@@ -333,7 +333,7 @@ class GltfWriter {
     std::vector<float> own, out;
     if (accessor >= 0) own = writer.floats("COLOR_0", accessor, components);
     for (const LitVertices::Entry& entry : vertices.arranged()) {
-      const Vec3 light = entry.atlas >= 0 ? light_.color_at(entry.uv, entry.atlas) : Vec3{0, 0, 0};
+      const Vec3 light = entry.layer >= 0 ? light_.color_at(entry.uv, entry.layer) : Vec3{0, 0, 0};
       for (std::size_t c = 0; c < components; ++c)
         out.push_back((c < 3 ? light[static_cast<int>(c)] : 1) *
                       (own.empty() ? 1 : own[entry.vertex * components + c]));
@@ -361,9 +361,9 @@ class GltfWriter {
     std::set<int> kept = materials_without_light();
     kept.insert(-1);
     for (const auto& [key, primitives] : lit_primitives_) {
-      const auto& [source, atlas, one_sided, set] = key;
+      const auto& [source, layer, one_sided, set] = key;
       json material = source >= 0 ? materials_[static_cast<std::size_t>(source)] : json::object();
-      light_.light_material(material, atlas, set);
+      light_.light_material(material, layer, set);
       if (one_sided) material.erase("doubleSided");
       int index = source;
       if (kept.insert(source).second)

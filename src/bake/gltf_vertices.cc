@@ -104,11 +104,11 @@ GltfElements elements_of(const DracoPrimitive::Attribute& attribute, bool are_jo
 
 LitVertices::LitVertices(std::size_t vertices) : first_(vertices, kNone) {}
 
-std::uint32_t LitVertices::add(std::uint32_t vertex, Vec2 uv, int atlas) {
+std::uint32_t LitVertices::add(std::uint32_t vertex, Vec2 uv, int layer) {
   for (std::uint32_t e = first_[vertex]; e != kNone; e = entries_[e].next)
-    if (entries_[e].uv.x == uv.x && entries_[e].uv.y == uv.y && entries_[e].atlas == atlas) return e;
+    if (entries_[e].uv.x == uv.x && entries_[e].uv.y == uv.y && entries_[e].layer == layer) return e;
   const auto number = static_cast<std::uint32_t>(entries_.size());
-  entries_.push_back({vertex, std::exchange(first_[vertex], number), uv, atlas});
+  entries_.push_back({vertex, std::exchange(first_[vertex], number), uv, layer});
   return number;
 }
 

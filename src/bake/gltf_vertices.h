@@ -22,13 +22,13 @@ class LitVertices {
   struct Entry {
     std::uint32_t vertex = 0;  ///< of the primitive
     std::uint32_t next = 0;    ///< another entry of this vertex; kNone: there is none
-    Vec2 uv;                   ///< in the atlas
-    int atlas = -1;            ///< -1: none
+    Vec2 uv;                   ///< in its atlas
+    int layer = -1;            ///< of light; -1: none
   };
 
   explicit LitVertices(std::size_t vertices);
-  /// The entry of a vertex at a place of an atlas.
-  std::uint32_t add(std::uint32_t vertex, Vec2 uv, int atlas);
+  /// The entry of a vertex at a place of a layer of light.
+  std::uint32_t add(std::uint32_t vertex, Vec2 uv, int layer);
   /// Any entry of a vertex.
   std::uint32_t add(std::uint32_t vertex);
 
@@ -37,7 +37,7 @@ class LitVertices {
   void arrange(bool anew);
   /// Whether the vertices are the primitive's own.
   bool unchanged() const { return unchanged_; }
-  /// After arrange(): the index of an entry; the entries in this order, where uv and atlas are 0 and -1 for vertices
+  /// After arrange(): the index of an entry; the entries in this order, where uv and layer are 0 and -1 for vertices
   /// without an entry.
   std::uint32_t index(std::uint32_t entry) const { return index_[entry]; }
   const std::vector<Entry>& arranged() const { return arranged_; }

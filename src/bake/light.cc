@@ -95,9 +95,23 @@ EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& ligh
   if (!(out.scale > 0)) out.scale = 1;
   const auto clipped = std::count_if(peaks.begin(), peaks.end(), [&](float p) { return p > out.scale * 1.0001f; });
   out.clipped = peaks.empty() ? 0 : static_cast<double>(clipped) / static_cast<double>(peaks.size());
+  std::vector<float> chart_peak(layout.charts.size(), 0);
+  for (std::size_t i = 0; i < light.size(); ++i)
+    if (layout.texels.face[i] != kNone) {
+      float& peak = chart_peak[layout.texels.chart[i]];
+      peak = std::max(peak, max_component(light[i]));
+    }
+  for (const float peak : chart_peak) {
+    int level = 0;
+    while (level + 1 < kLightLevels && peak <= out.scale_of_level(level + 1)) ++level;
+    out.level.push_back(static_cast<std::uint8_t>(level));
+  }
   out.codes.reserve(3 * light.size());
-  for (const RGB& texel : light)
-    for (int c = 0; c < 3; ++c) out.codes.push_back(to_byte(srgb_encode(std::clamp(texel[c] / out.scale, 0.0f, 1.0f))));
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const std::uint32_t chart = layout.texels.chart[i];
+    const float whole = out.scale_of_level(chart != kNone ? out.level[chart] : 0);
+    for (int c = 0; c < 3; ++c) out.codes.push_back(to_byte(srgb_encode(std::clamp(light[i][c] / whole, 0.0f, 1.0f))));
+  }
   return out;
 }
 

@@ -1,5 +1,7 @@
 // From the film of a bake to the numbers of textures.
 #pragma once
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "bake/layout.h"
@@ -36,14 +38,21 @@ RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 /// The exposure in stops that maps the mean of the covered texels to grey.
 float automatic_exposure(const BakeLayout& layout, const std::vector<RGB>& light);
 
-/// Codes of a texture: each texel is code times scale, with codes in sRGB.
+/// Levels of brightness of charts; each is a quarter of the one before.
+inline constexpr int kLightLevels = 6;
+
+/// Codes of textures, in sRGB. A texel is its code times the scale of its chart, so that dark rooms have fine steps.
 struct EncodedLight {
-  float scale = 1;
+  float scale = 1;                  ///< of charts of level 0
+  std::vector<std::uint8_t> level;  ///< one a chart
   std::vector<std::uint8_t> codes;  ///< three a texel, of all atlases
   double clipped = 0;               ///< share of covered texels brighter than the scale
+
+  float scale_of_level(int l) const { return std::ldexp(scale, -2 * l); }
 };
 
-/// Chooses a scale that keeps nearly all texels below it, and rounds to codes.
+/// Chooses a scale that keeps nearly all texels below it, and for each chart the last level that holds all its texels;
+/// then rounds to codes.
 /// @param scale 0: chosen
 EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale = 0);
 

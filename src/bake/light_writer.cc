@@ -66,13 +66,18 @@ json LightWriter::description() const {
           {"unit", format_ == BakeFormat::lightmap ? "W m^-2" : "W sr^-1 m^-2"}};
 }
 
+int LightWriter::layer_of(std::uint32_t chart) const {
+  return layout_.atlas.places[chart].atlas * kLightLevels + light_.level[chart];
+}
+
 Vec2 LightWriter::uv(std::uint32_t chart, std::size_t face, std::size_t corner) const {
   const Vec2 texel = layout_.atlas.places[chart].texel(layout_.charts[chart].corners[face][corner]);
   return texel * (1 / static_cast<float>(layout_.atlas.side));
 }
 
-Vec3 LightWriter::color_at(Vec2 uv, int atlas) const {
-  const int side = layout_.atlas.side;
+Vec3 LightWriter::color_at(Vec2 uv, int layer) const {
+  const int side = layout_.atlas.side, atlas = layer / kLightLevels;
+  const float factor = light_.scale_of_level(layer % kLightLevels) / light_.scale;
   const auto code = [&](int x, int y, int channel) {
     const int row = std::clamp(y, 0, side - 1) + atlas * side;
     const std::size_t texel = layout_.texels.index(std::clamp(x, 0, side - 1), row);
@@ -84,20 +89,22 @@ Vec3 LightWriter::color_at(Vec2 uv, int atlas) const {
   Vec3 color;
   for (int c = 0; c < 3; ++c)
     color[c] = std::lerp(std::lerp(code(column, row, c), code(column + 1, row, c), s),
-                         std::lerp(code(column, row + 1, c), code(column + 1, row + 1, c), s), t);
+                         std::lerp(code(column, row + 1, c), code(column + 1, row + 1, c), s), t) *
+               factor;
   return color;
 }
 
-void LightWriter::light_material(json& material, int atlas, int uv_set) const {
+void LightWriter::light_material(json& material, int layer, int uv_set) const {
+  const auto atlas = static_cast<std::size_t>(layer / kLightLevels);
+  const float scale = light_.scale_of_level(layer % kLightLevels) * gain_;
   json& extensions = material["extensions"];
   if (!extensions.is_object()) extensions = json::object();
   if (format_ == BakeFormat::lightmap) {
-    const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", uv_set}};
+    const json texture = {{"index", textures_[atlas]}, {"texCoord", uv_set}};
     extensions["MOZ_lightmap"] = texture;
-    extensions["MOZ_lightmap"]["intensity"] = light_.scale * gain_;
+    extensions["MOZ_lightmap"]["intensity"] = scale;
     if (!material.contains("extras") || material["extras"].is_object())
-      material["extras"]["lightmap"] = {
-          {"texture", texture["index"]}, {"texCoord", uv_set}, {"intensity", light_.scale * gain_}};
+      material["extras"]["lightmap"] = {{"texture", texture["index"]}, {"texCoord", uv_set}, {"intensity", scale}};
   } else {
     for (const char* name : kReflection) extensions.erase(name);
     material.erase("emissiveFactor");
@@ -107,21 +114,20 @@ void LightWriter::light_material(json& material, int atlas, int uv_set) const {
     extensions["KHR_materials_unlit"] = json::object();
     return;
   }
-  const json texture = {{"index", textures_[static_cast<std::size_t>(atlas)]}, {"texCoord", uv_set}};
+  const json texture = {{"index", textures_[atlas]}, {"texCoord", uv_set}};
   // Alpha needs the base colour's texture for itself.
   if (format_ == BakeFormat::unlit && !has_alpha(material)) {
     extensions["KHR_materials_unlit"] = json::object();
-    material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {scale, scale, scale, 1};
     material["pbrMetallicRoughness"]["baseColorTexture"] = texture;
   } else if (format_ != BakeFormat::lightmap) {
     make_black(material);
-    extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", light_.scale * gain_}};
+    extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", scale}};
     material["emissiveFactor"] = {1, 1, 1};
     material["emissiveTexture"] = texture;
   }
-  const auto at = static_cast<std::size_t>(atlas);
-  if (at < notes_.textures.size() && (!material.contains("extras") || material["extras"].is_object()))
-    material["extras"]["light"] = {{"file", notes_.textures[at]}, {"texCoord", uv_set}};
+  if (atlas < notes_.textures.size() && (!material.contains("extras") || material["extras"].is_object()))
+    material["extras"]["light"] = {{"file", notes_.textures[atlas]}, {"texCoord", uv_set}};
 }
 
 }  // namespace glowworm

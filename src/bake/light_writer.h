@@ -23,13 +23,15 @@ class LightWriter {
   /// A description of the bake, for the file's extras.
   nlohmann::json description() const;
 
+  /// The layer of a chart: an atlas, and a scale of its codes. Each layer needs a material of its own.
+  int layer_of(std::uint32_t chart) const;
   /// Coordinates of a corner of a face, by its chart and its number there.
   Vec2 uv(std::uint32_t chart, std::size_t face, std::size_t corner) const;
-  /// The light of an atlas between texels, over the scale; linear.
-  Vec3 color_at(Vec2 uv, int atlas) const;
-  /// Makes a glTF material show the light of an atlas.
+  /// The light of a layer between texels, over the scale of level 0; linear.
+  Vec3 color_at(Vec2 uv, int layer) const;
+  /// Makes a glTF material show the light of a layer.
   /// @param uv_set of the coordinates for light
-  void light_material(nlohmann::json& material, int atlas, int uv_set) const;
+  void light_material(nlohmann::json& material, int layer, int uv_set) const;
   /// The factor from radiance to the values of the file.
   float gain() const { return gain_; }
 

@@ -62,7 +62,7 @@ struct OutputFace {
   std::uint32_t chart = kNone, place = 0;  ///< its chart and its index there; kNone: not baked
 };
 
-/// Key of a primitive: object, material, emission, atlas (-1: not baked), one side.
+/// Key of a primitive: object, material, emission, layer of light (-1: not baked), one side.
 using PrimitiveKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, int, bool>;
 
 class SceneWriter {
@@ -97,7 +97,7 @@ class SceneWriter {
         const BakeFace face = layout_.faces[layout_.charts[c].faces[i]];
         const std::uint32_t t = face.triangle;
         const bool one_sided = sides[t] == 3 || scene_.materials()[g.material[t]].single_sided;
-        out[{g.object_of(t), g.material[t], kNone, layout_.atlas.places[c].atlas, one_sided}].push_back({face, c, i});
+        out[{g.object_of(t), g.material[t], kNone, light_.layer_of(c), one_sided}].push_back({face, c, i});
       }
     for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
       if (sides[t] != 0) continue;
@@ -136,9 +136,9 @@ class SceneWriter {
                        {"NORMAL", file_.add_vectors(v.normals, false)}};
     for (Vec2& uv : v.uvs) uv.y = 1 - uv.y;
     attributes["TEXCOORD_0"] = file_.add_pairs(v.uvs);
-    if (const int atlas = std::get<3>(key); atlas >= 0 && format_ == BakeFormat::vertex)
-      attributes["COLOR_0"] = file_.add_vectors(colors_at(v.light_uvs, atlas), false);
-    else if (atlas >= 0)
+    if (const int layer = std::get<3>(key); layer >= 0 && format_ == BakeFormat::vertex)
+      attributes["COLOR_0"] = file_.add_vectors(colors_at(v.light_uvs, layer), false);
+    else if (layer >= 0)
       attributes["TEXCOORD_1"] = file_.add_pairs(v.light_uvs);
     return {{"attributes", attributes}, {"indices", file_.add_indices(v.indices)}, {"material", material(key)}};
   }
@@ -147,9 +147,9 @@ class SceneWriter {
     return f.chart == kNone ? Vec2{0, 0} : light_.uv(f.chart, f.place, corner);
   }
 
-  std::vector<Vec3> colors_at(std::span<const Vec2> uvs, int atlas) const {
+  std::vector<Vec3> colors_at(std::span<const Vec2> uvs, int layer) const {
     std::vector<Vec3> out;
-    for (const Vec2 uv : uvs) out.push_back(light_.color_at(uv, atlas));
+    for (const Vec2 uv : uvs) out.push_back(light_.color_at(uv, layer));
     return out;
   }
 
@@ -158,9 +158,9 @@ class SceneWriter {
     std::get<0>(own) = 0;  // Objects share materials.
     const auto found = materials_.find(own);
     if (found != materials_.end()) return found->second;
-    const auto [object, source, emission, atlas, one_sided] = key;
+    const auto [object, source, emission, layer, one_sided] = key;
     const Material& m = scene_.materials()[source];
-    json out = emission != kNone ? lamp(emission) : atlas >= 0 ? baked(m, atlas) : plain(m);
+    json out = emission != kNone ? lamp(emission) : layer >= 0 ? baked(m, layer) : plain(m);
     if (!m.name.empty()) out["name"] = m.name;
     if (!one_sided) out["doubleSided"] = true;
     return materials_[own] = file_.add("materials", std::move(out));
@@ -193,10 +193,10 @@ class SceneWriter {
             {"extensions", {{kUnlit, json::object()}}}};
   }
 
-  json baked(const Material& m, int atlas) {
+  json baked(const Material& m, int layer) {
     const bool shows_base = format_ == BakeFormat::lightmap || format_ == BakeFormat::vertex;
     json out = plain(m, shows_base || m.alpha.texture != kNone);
-    light_.light_material(out, atlas, 1);
+    light_.light_material(out, layer, 1);
     return out;
   }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -216,11 +217,19 @@ TEST(BakedLight, IsEncodedWithinHalfACode) {
   const BakeStage cornell(builtin_scene("cornell"), {32, 0});
   const std::vector<RGB> light = cornell.light(by_gathering(1, 4), TexelLight::radiance);
   const EncodedLight encoded = encode_light(cornell.layout, light);
+  const TexelMap& map = cornell.layout.texels;
+  std::vector<int> peak(cornell.layout.charts.size(), 0);
   for (std::size_t i = 0; i < light.size(); ++i)
     for (int c = 0; c < 3; ++c) {
-      const float shown = std::min(light[i][c] / encoded.scale, 1.0f);
-      EXPECT_NEAR(encoded.codes[3 * i + static_cast<std::size_t>(c)], 255 * srgb_encode(shown), 0.51f);
+      const int level = map.chart[i] != kNone ? encoded.level[map.chart[i]] : 0;
+      const float shown = std::min(light[i][c] / encoded.scale_of_level(level), 1.0f);
+      const int code = encoded.codes[3 * i + static_cast<std::size_t>(c)];
+      EXPECT_NEAR(code, 255 * srgb_encode(shown), 0.51f);
+      if (map.face[i] != kNone) peak[map.chart[i]] = std::max(peak[map.chart[i]], code);
     }
+  // A quarter of the scale is code 137, so each chart uses half of the codes.
+  EXPECT_GE(*std::min_element(peak.begin(), peak.end()), 137);
+  EXPECT_GT(*std::max_element(encoded.level.begin(), encoded.level.end()), 0);
   EXPECT_LT(encoded.clipped, 0.005);
 }
 
