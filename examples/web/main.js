@@ -1,8 +1,9 @@
 // Shows a GLB file of `glowworm bake`: orbit by mouse, compare with plain light, see texels and the atlas.
-// Query: ?scene=NAME  &view=WIDTHxHEIGHT (one picture by the file's first camera, without the bar)  &texels  &atlas  &split=0..1
+// Query: ?scene=NAME  &view=WIDTHxHEIGHT (one picture by the file's first camera, without the bar)  &texels  &atlas  &split=0..1  &picture=NAME (sends it to serve.js)
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { sendPicture } from "./picture.js";
 
 const query = new URLSearchParams(location.search);
 const element = (id) => document.getElementById(id);
@@ -145,6 +146,7 @@ async function start() {
   await load(element("scene").value);
   if (query.has("view")) {
     draw();
+    await sendPicture(renderer.domElement);
     return;
   }
   renderer.setAnimationLoop(() => {
