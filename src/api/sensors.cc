@@ -49,7 +49,7 @@ RenderSettings measure_settings(const RenderOptions& options) {
   const bool filter_given =
       std::any_of(o.more.begin(), o.more.end(), [](const auto& option) { return option.first == "filter"; });
   if (!filter_given) s.filter = Filtering::off;
-  s.progressive = s.integrator != Integrator::path;
+  s = sensor_settings(s);
   if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
   s.separate_layers = true;
   return s;

@@ -97,7 +97,7 @@ RenderSettings settings_of(const MeasureOptions& o) {
                        [&](const Option* option) { return option->name == name; });
   };
   if (!given("--filter")) s.filter = Filtering::off;
-  s.progressive = s.integrator != Integrator::path;
+  s = sensor_settings(s);
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   return o.sky_patches > 0 ? patch_settings(s) : s;
 }

@@ -19,6 +19,12 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
+RenderSettings sensor_settings(RenderSettings settings) {
+  settings.progressive = settings.integrator != Integrator::path;
+  if (settings.gather == 0) settings.gather = 256;
+  return settings;
+}
+
 Measurement measurement_of(const Sensors& sensors, const Film& film) {
   Measurement out;
   out.sensors = sensors;

@@ -15,6 +15,10 @@ struct Measurement {
   std::vector<float> relative_error;  ///< standard error of the luminance over itself; 0 where no light is
 };
 
+/// The settings of a Job over sensor_grid(): photon passes converge, and each has 256 gather rays a sensor where their
+/// number is automatic, because sensors are few and a pass of photons costs as much as many rays.
+RenderSettings sensor_settings(RenderSettings settings);
+
 /// Takes the sensors' cells out of a film that was rendered over sensor_grid().
 Measurement measurement_of(const Sensors& sensors, const Film& film);
 

@@ -59,8 +59,6 @@ RenderSettings patch_settings(RenderSettings settings) {
   settings.light_groups = true;
   // Light comes from everywhere, and bright patches would be looked for in the photons of each sky patch.
   settings.gather_guiding = false;
-  // A patch of the zenith gets one gather ray in a hundred.
-  if (settings.gather == 0) settings.gather = 256;
   return settings;
 }
 

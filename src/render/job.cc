@@ -244,9 +244,14 @@ void Job::shoot_photons(std::uint32_t sample) {
   const CancellationScope scope(interrupt_);
   const double start = seconds();
   is_mapping_ = true;
-  make_maps(settings_, sample, statistics_);
-  if (pass_.kind == PassKind::gather && settings_.gather_guiding)
+  if (pass_.kind == PassKind::gather && settings_.gather_guiding && !has_gather_guide_) {
+    // From the first map alone, whichever pass comes first here: all passes of all parts have the same guide.
+    Statistics not_the_renders;
+    make_maps(settings_, 0, sample == 0 ? statistics_ : not_the_renders);
     gather_guide_ = learn_gather_guide(*tracer_, maps_, view(), pass_, budget_, statistics_);
+    has_gather_guide_ = true;
+  }
+  make_maps(settings_, sample, statistics_);
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = maps_.bytes();
   is_mapping_ = false;

@@ -160,6 +160,7 @@ class Job {
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
   std::shared_ptr<const EmissionGuide> guide_;
   GatherGuide gather_guide_;
+  bool has_gather_guide_ = false;
   std::shared_ptr<const PhotonDemand> demand_;
   PhotonMaps maps_{budget_};
   PassMemory memory_;

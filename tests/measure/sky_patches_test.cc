@@ -47,6 +47,7 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
   sensors.add({0, 0.5f, -1.5f}, {0, 0, 1});
   RenderSettings s;
   s.samples = 32;
+  s.gather = 256;
   s.photons = 50'000;
   s.guiding = false;
   s.filter = Filtering::off;
@@ -56,7 +57,6 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
   of_patches.wait();
   const DaylightMatrix m = daylight_matrix(of_patches, sensors.size());
   s.samples = 64;
-  s.gather = 256;
   s.photons = 200'000;
   const auto shared = std::make_shared<const Scene>(d);
   Job job(shared, std::make_shared<const Tracer>(*shared), s, nullptr, 0, grid);
