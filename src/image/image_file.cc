@@ -95,7 +95,13 @@ const ImageFormat& format_of(const std::string& path) {
   if (!in) throw Error({path}, "cannot be opened", "Check that you may read it.");
   in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
   const std::span<const std::uint8_t> begin = std::span(bytes).first(static_cast<std::size_t>(in.gcount()));
-  if (const ImageFormat* format = find_image_format(begin, path)) return *format;
+  if (const ImageFormat* format = find_image_format(begin, path)) {
+    // OpenImageIO does not check indices into the palette.
+    if (format->name == std::string_view("TGA") && !has_whole_palette(begin))
+      throw Error({path}, "is a TGA file whose palette has fewer colours than its pixels may name",
+                  "Save it without a palette, or as PNG.");
+    return *format;
+  }
   const std::string other = unread_format(begin);
   throw Error({path},
               other.empty() ? "is not a picture of a format that is read"

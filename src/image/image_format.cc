@@ -91,6 +91,12 @@ const ImageFormat* find_image_format(std::span<const std::uint8_t> bytes, const 
   return is_tga(text, name) ? by_name("TGA") : nullptr;
 }
 
+bool has_whole_palette(std::span<const std::uint8_t> bytes) {
+  const bool has_palette = (bytes[2] & ~8) == 1;
+  const unsigned first = bytes[3] | bytes[4] << 8, length = bytes[5] | bytes[6] << 8, index_bits = bytes[16];
+  return !has_palette || (bytes[1] == 1 && first == 0 && index_bits <= 16 && length >= 1u << index_bits);
+}
+
 std::string unread_format(std::span<const std::uint8_t> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (const Mark& mark : kUnreadMarks) {

@@ -22,6 +22,9 @@ struct ImageFormat {
 const ImageFormat* find_image_format(std::span<const std::uint8_t> bytes, const std::string& name);
 inline constexpr std::size_t kFormatBytes = 18;
 
+/// Whether a TGA file that begins with these kFormatBytes has no palette, or a colour for every index.
+bool has_whole_palette(std::span<const std::uint8_t> bytes);
+
 /// The name of an unsupported format ("a DDS"), by the first bytes of the file; empty if unknown.
 std::string unread_format(std::span<const std::uint8_t> bytes);
 

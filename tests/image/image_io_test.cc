@@ -362,6 +362,14 @@ TEST_F(ImageIo, OtherFormatsAreNamedAndNotRead) {
   EXPECT_THAT(message_of([&] { read_image(path("a.png")); }), AllOf(HasSubstr("an IFF picture"), HasSubstr(read)));
   EXPECT_THAT(message_of([&] { read_image(path("b.png")); }), HasSubstr("not a picture of a format that is read"));
   write_foreign("c.png", 1, 1, 3, {255, 0, 0});
+  // Four colours, of which eight bits name more; with 256 colours it is read.
+  std::string tga{"\0\1\1\0\0\4\0\x18\0\0\0\0\2\0\1\0\x8\0", 18};
+  write_bytes("p.tga", tga + std::string(12, '\x10') + "\xc8\xc8");
+  EXPECT_THAT(message_of([&] { read_image(path("p.tga")); }), HasSubstr("palette has fewer colours"));
+  tga[5] = 0;
+  tga[6] = 1;
+  write_bytes("p.tga", tga + std::string(768, '\xff') + "\xc8\xc8");
+  EXPECT_EQ(read_image(path("p.tga")).rgb()[1], RGB(1, 1, 1));
   write_bytes("c.tga", read_bytes("c.png"));
   EXPECT_EQ(read_image(path("c.tga")).rgb()[0], RGB(1, 0, 0));
 }
