@@ -161,8 +161,7 @@ bool Job::should_stop(double next_s) {
   // Passes the limit if that comes closer to it than stopping before.
   if (interrupt_.requested())
     ending_ = Ending::cancelled;
-  else if (settings_.time_limit_s > 0 && passes_ > 0 &&
-           spent_s_ + seconds() + finishing_s_ + next_s / 2 >= settings_.time_limit_s)
+  else if (settings_.time_limit_s > 0 && passes_ > 0 && spent_s_ + seconds() + next_s / 2 >= settings_.time_limit_s)
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
 }
@@ -259,30 +258,19 @@ void Job::shoot_photons(std::uint32_t sample) {
   add(light_photons_, photons_by_light(*scene_, maps_.pass()));
 }
 
-void Job::measure_picture(Speed& speed) {
+double Job::measure_slot() {
   const Schedule schedule = make_schedule(settings_, budget_.available());
   PassSettings pass = pass_;
   pass.queries_at_once = schedule.queries_at_once;
   pass.by_disk = schedule.by_disk;
-  pass.places = false;
   Statistics not_the_renders;
-  std::uint64_t slots = 0, pixels = 0;
-  double gathering_s = 0, filtering_s = 0;
+  const double start = seconds();
+  std::uint64_t slots = 0;
   for (const CameraTask& task : spread_tasks(settings_.bounds)) {
-    const double start = seconds();
-    const PassResult result = render_pass(*tracer_, maps_, view(), task, pass, budget_, memory_, not_the_renders);
-    const double gathered = seconds();
-    gathering_s += gathered - start;
+    render_pass(*tracer_, maps_, view(), task, pass, budget_, memory_, not_the_renders);
     slots += task.slot_count();
-    pixels += task.slot_count() / task.sample_count;
-    if (!filters(settings_)) continue;
-    Film film({task.x0, task.y0, task.x1, task.y1}, settings_.indirect_only, true, {}, true);
-    film.add(task, result.radiance, result.first_hit, scene_->geometry());
-    filtered_picture(film, settings_.indirect_only);
-    filtering_s += seconds() - gathered;
   }
-  speed.slot_s = gathering_s / static_cast<double>(slots);
-  speed.filter_s = filtering_s / static_cast<double>(pixels);
+  return (seconds() - start) / static_cast<double>(slots);
 }
 
 void Job::fit_to_time() {
@@ -296,13 +284,11 @@ void Job::fit_to_time() {
   const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
   make_maps(few, settings_.sample_range().first, not_the_renders);
   speed.photon_s = (seconds() - start) / static_cast<double>(few.photons_traced);
-  if (pass_.kind == PassKind::gather) measure_picture(speed);
+  if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
   guide_.reset();
   demand_.reset();
   maps_.forget();
-  finishing_s_ = speed.filter_s * static_cast<double>(settings_.bounds.pixel_count());
-  const RenderSettings fitted =
-      fitted_settings(settings_, automatic_, speed, room - (seconds() - start) - finishing_s_);
+  const RenderSettings fitted = fitted_settings(settings_, automatic_, speed, room - (seconds() - start));
   statistics_.add_time(Phase::trace_photons, seconds() - start);
   is_mapping_ = false;
   if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
@@ -349,8 +335,7 @@ bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
   const double share_done = static_cast<double>(passes_) / range.count();
   std::vector<CameraTask> left(tasks.rbegin(), tasks.rend());
   while (!left.empty()) {
-    const CameraTask place =
-        next_task(left, settings_.time_limit_s, spent_s_ + seconds() + finishing_s_, slot_seconds_);
+    const CameraTask place = next_task(left, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
     slots_done += place.slot_count();
     if (film_.has(place)) continue;
     if (should_stop(slot_seconds_ * static_cast<double>(place.slot_count()))) return false;

@@ -119,8 +119,8 @@ class Job {
   void shoot_photons(std::uint32_t sample);
   /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for.
   void fit_to_time();
-  /// Measures samples and filter in small parts of the picture, with the maps as they are.
-  void measure_picture(Speed& speed);
+  /// Wall seconds of a task like those of the picture, for each camera sample of a pixel, with the maps as they are.
+  double measure_slot();
   /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);
   void resume(const Checkpoint& checkpoint);
@@ -149,7 +149,6 @@ class Job {
   std::chrono::steady_clock::time_point start_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
-  double finishing_s_ = 0;                        // predicted wall time of the filter, after the last task
   double slot_seconds_ = 0;                       // wall time of a camera sample of the newest task; 0 before the first
   Interrupt interrupt_;
   std::atomic<bool> done_{false}, is_mapping_{false}, fitted_{false};

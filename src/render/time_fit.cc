@@ -21,8 +21,7 @@ constexpr double kGuideShare = 0.5;
 /// Tasks that measure are squares of at most this side, in pixels, in so many rows and columns, and cover at most this
 /// share of the picture.
 constexpr int kTaskSide = 32, kTaskRows = 2;
-constexpr int kLeastShareInverse = 32;
-constexpr std::uint32_t kTaskSamples = 2;
+constexpr int kLeastShareInverse = 16;
 
 /// Two digits: the number is a choice, not a measurement.
 std::uint64_t two_digits(double value) {
@@ -91,7 +90,7 @@ std::vector<CameraTask> spread_tasks(const PixelBounds& bounds) {
       const auto begin = [&](int first, int length, int i) { return first + length * (2 * i + 1) / (2 * kTaskRows); };
       const int x = std::max(begin(bounds.x0, bounds.width(), column) - side / 2, bounds.x0);
       const int y = std::max(begin(bounds.y0, bounds.height(), row) - side / 2, bounds.y0);
-      tasks.push_back({x, y, std::min(x + side, bounds.x1), std::min(y + side, bounds.y1), 0, kTaskSamples});
+      tasks.push_back({x, y, std::min(x + side, bounds.x1), std::min(y + side, bounds.y1), 0, 1});
     }
   }
   return tasks;

@@ -23,7 +23,6 @@ RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept);
 struct Speed {
   double photon_s = 0;  ///< wall seconds of a photon, for tracing it and for its part of the map
   double slot_s = 0;    ///< wall seconds of a camera sample of a pixel; 0: without gather rays
-  double filter_s = 0;  ///< wall seconds of a pixel in the filter
 };
 
 /// Share of the photons that measure the speed.
@@ -42,7 +41,7 @@ RenderSettings with_fewer_photons(RenderSettings settings, double share);
 RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
                                double room_s);
 
-/// Small tasks of two samples, evenly spread over the picture, to measure its speed.
+/// Small tasks, evenly spread over the picture, to measure Speed::slot_s.
 std::vector<CameraTask> spread_tasks(const PixelBounds& bounds);
 
 }  // namespace glowworm
