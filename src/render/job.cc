@@ -282,13 +282,20 @@ void Job::fit_to_time() {
   Statistics not_the_renders;
   Speed speed;
   const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
+  // Of its own, because guiding takes nearly as long for few photons as for many.
+  if (few.guiding) {
+    PhotonGuiding guiding = guide_photons(*tracer_, view(), few);
+    guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
+    demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+  }
+  const double guiding_s = seconds() - start;
   make_maps(few, settings_.sample_range().first, not_the_renders);
-  speed.photon_s = (seconds() - start) / static_cast<double>(few.photons_traced);
+  speed.photon_s = (seconds() - start - guiding_s) / static_cast<double>(few.photons_traced);
   if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
   guide_.reset();
   demand_.reset();
   maps_.forget();
-  const RenderSettings fitted = fitted_settings(settings_, automatic_, speed, room - (seconds() - start));
+  const RenderSettings fitted = fitted_settings(settings_, automatic_, speed, room - (seconds() - start) - guiding_s);
   statistics_.add_time(Phase::trace_photons, seconds() - start);
   is_mapping_ = false;
   if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
