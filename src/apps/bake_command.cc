@@ -280,10 +280,10 @@ Each texel is a point of a surface, and its light is computed as that of a pixel
 Light is baked on surfaces whose look does not depend on the place of the viewer;
 lamps glow, and glass and mirrors are left as they are. The file's values are
 radiance in W sr^-1 m^-2 (lightmap: irradiance in W m^-2) times 2^exposure.
-Of a glTF file, everything else comes out as it was: animations, skins,
-extensions, names, extras. A mesh that several nodes show is copied for each,
-and meshes compressed by Draco come out plain. Its lamps and lights are scaled
-to the exposure; lights whose light is in a lightmap have intensity 0.
+Everything else in a glTF file stays as it is: animations, skins, extensions,
+names, extras. A mesh that several nodes share is copied for each node, and
+meshes compressed by Draco are written without compression. Lamps and lights
+are multiplied by the exposure; lights that a lightmap holds get intensity 0.
 
 Examples:
   glowworm bake builtin:cornell -o lit.glb

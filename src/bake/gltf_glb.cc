@@ -38,7 +38,7 @@ struct FaceInChart {
 /// What triangles of a primitive show: both sides alike, or one side of two.
 enum class Shown { both, front, back };
 
-/// A primitive of the file that shows light: it needs a material.
+/// A primitive of the file that shows light, and needs a material for it.
 struct LitPrimitive {
   std::size_t mesh = 0, primitive = 0;
 };
@@ -375,7 +375,7 @@ class GltfWriter {
     }
   }
 
-  /// Brings lamps to the exposure of the file, and lights too, unless their light is in a lightmap.
+  /// Multiplies lamps and lights by the exposure. Lights whose light is in a lightmap get intensity 0.
   void scale_lights() {
     for (std::size_t m = 0; m < materials_.size(); ++m) {
       json& material = file_.json["materials"][m];

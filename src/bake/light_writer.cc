@@ -14,22 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Extensions that change how a surface reflects the viewer's lights.
-constexpr const char* kReflection[] = {"KHR_materials_anisotropy",
-                                       "KHR_materials_clearcoat",
-                                       "KHR_materials_diffuse_transmission",
-                                       "KHR_materials_dispersion",
-                                       "KHR_materials_emissive_strength",
-                                       "KHR_materials_ior",
-                                       "KHR_materials_iridescence",
-                                       "KHR_materials_pbrSpecularGlossiness",
-                                       "KHR_materials_sheen",
-                                       "KHR_materials_specular",
-                                       "KHR_materials_transmission",
-                                       "KHR_materials_unlit",
-                                       "KHR_materials_volume"};
-
-/// Erases what is reflected. Textures without an effect stay, except that of the base colour.
+/// Removes all reflection. Textures that then have no effect stay, except that of the base colour.
 void make_black(json& material) {
   json& pbr = material["pbrMetallicRoughness"];
   if (!pbr.is_object()) pbr = json::object();
@@ -106,7 +91,8 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     if (!material.contains("extras") || material["extras"].is_object())
       material["extras"]["lightmap"] = {{"texture", texture["index"]}, {"texCoord", uv_set}, {"intensity", scale}};
   } else {
-    for (const char* name : kReflection) extensions.erase(name);
+    for (auto i = extensions.begin(); i != extensions.end();)
+      i = i.key().starts_with("KHR_materials_") ? extensions.erase(i) : std::next(i);
     material.erase("emissiveFactor");
     material.erase("emissiveTexture");
   }

@@ -1,4 +1,4 @@
-// Baked light in the words of glTF: textures, coordinates, materials.
+// Writes baked light as glTF textures, texture coordinates and materials.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <span>

@@ -21,8 +21,8 @@ struct PointGrid {
   /// Whether the points lie on surfaces of the scene, where photons are. Other points have no caustic map: gather rays
   /// that meet lights through sharp bounces add caustics instead, which is noisy and misses lights without area.
   bool on_surfaces = false;
-  /// Whether gather rays are guided by what rays from these points find. Irradiance then depends, within its noise, on
-  /// which points are in the grid.
+  /// Whether a guide of gather rays learns from these points. The noise of a point then depends on the other points of
+  /// the grid.
   bool learns = false;
 
   /// Whether the cell holds a point.

@@ -227,15 +227,18 @@ View Job::view() const {
   return scene_->camera(settings_.camera);
 }
 
+void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
+  if (!s.guiding || guide_) return;
+  const PhaseTimer timer(statistics, Phase::trace_photons);
+  PhotonGuiding guiding = guide_photons(*tracer_, view(), s);
+  guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
+  demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+}
+
 void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics) {
   // Photons may use all memory that tasks leave.
   memory_.clear();
-  if (s.guiding && !guide_) {
-    const PhaseTimer timer(statistics, Phase::trace_photons);
-    PhotonGuiding guiding = guide_photons(*tracer_, view(), s);
-    guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
-    demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
-  }
+  guide_emission(s, statistics);
   maps_.update(*tracer_, map_settings(s, sample), statistics);
 }
 
@@ -246,7 +249,8 @@ void Job::shoot_photons(std::uint32_t sample) {
   if (pass_.kind == PassKind::gather && settings_.gather_guiding && !has_gather_guide_) {
     // From the first map alone, whichever pass comes first here: all passes of all parts have the same guide.
     Statistics not_the_renders;
-    make_maps(settings_, 0, sample == 0 ? statistics_ : not_the_renders);
+    const bool is_own = sample == 0 || !settings_.progressive;
+    make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
     gather_guide_ = learn_gather_guide(*tracer_, maps_, view(), pass_, budget_, statistics_);
     has_gather_guide_ = true;
   }
@@ -282,12 +286,8 @@ void Job::fit_to_time() {
   Statistics not_the_renders;
   Speed speed;
   const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
-  // Of its own, because guiding takes nearly as long for few photons as for many.
-  if (few.guiding) {
-    PhotonGuiding guiding = guide_photons(*tracer_, view(), few);
-    guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
-    demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
-  }
+  // Timed apart, because guiding takes nearly as long for few photons as for many.
+  guide_emission(few, not_the_renders);
   const double guiding_s = seconds() - start;
   make_maps(few, settings_.sample_range().first, not_the_renders);
   speed.photon_s = (seconds() - start - guiding_s) / static_cast<double>(few.photons_traced);

@@ -114,7 +114,9 @@ class Job {
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
-  /// Makes guide_, demand_ and maps_ for these settings.
+  /// Makes guide_ and demand_ for these settings, unless they are there or not wanted.
+  void guide_emission(const RenderSettings& s, Statistics& statistics);
+  /// Makes maps_ for these settings, and what guide_emission() makes.
   void make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics);
   void shoot_photons(std::uint32_t sample);
   /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for.

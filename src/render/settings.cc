@@ -197,10 +197,12 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                                       : fmt::format("{} samples: enough for edges{}", chosen.samples,
                                                     by_photons ? ", while gather rays see to the rest" : " and light"));
   if (!by_photons) return notes;
-  note(asked.gather == 0 && chosen.integrator == Integrator::gather,
-       fmt::format("{} gather rays a sample: {}", chosen.gather,
-                   chosen.gather < kDefaultGather ? "as many as give a first image within a quarter of the time"
-                                                  : "the usual number, 400 a pixel with 16 samples"));
+  note(
+      asked.gather == 0 && chosen.integrator == Integrator::gather,
+      fmt::format("{} gather rays a sample: {}", chosen.gather,
+                  chosen.gather < kDefaultGather   ? "as many as give a first image within a quarter of the time"
+                  : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
+                                                   : "the usual number, 400 a pixel with 16 samples"));
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel up to {}, and at "
                    "most {}{}",

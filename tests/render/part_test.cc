@@ -120,6 +120,24 @@ TEST_F(PartTest, PathsAndProgressivePhotonsAreCutToTheSameBits) {
   }
 }
 
+TEST_F(PartTest, EachPartCountsThePhotonsOfItsMapsOnce) {
+  for (const bool progressive : {false, true}) {
+    std::vector<std::uint64_t> photons;
+    for (const SampleShare share : {SampleShare{1, 1}, SampleShare{2, 2}}) {
+      RenderSettings settings = small_picture(2);
+      settings.progressive = progressive;
+      settings.part = share;
+      Job job(stage.scene, stage.tracer, settings);
+      job.wait();
+      photons.push_back(job.statistics().count(Counter::photons_stored));
+    }
+    // Progressive parts have half of the passes; other parts make the same map again.
+    const double expected = static_cast<double>(photons[0]) / (progressive ? 2 : 1);
+    EXPECT_GT(expected, 0);
+    EXPECT_NEAR(static_cast<double>(photons[1]), expected, 0.3 * expected) << progressive;
+  }
+}
+
 TEST_F(PartTest, SomePartsAreAPictureOfFewerSamples) {
   const RenderSettings settings = small_picture(8);
   const std::vector<PartFile> parts = {render(settings, {2, 4}, "2"), render(settings, {1, 4}, "1")};

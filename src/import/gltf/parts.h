@@ -1,4 +1,4 @@
-// Where the triangles of a scene come from in a glTF file.
+// Which primitives of a glTF file the triangles of a scene come from.
 #pragma once
 #include <cstddef>
 #include <cstdint>
