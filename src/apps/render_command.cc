@@ -200,7 +200,7 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
     files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} camera samples are black, because their light was not finite", job.samples_not_finite()));
-  inform(fmt::format("{} passes in {:.2f} s{}", job.passes(), statistics.seconds(Phase::total),
+  inform(fmt::format("{:.4g} samples a pixel in {:.2f} s{}", job.mean_samples(), statistics.seconds(Phase::total),
                      error.empty() ? "" : fmt::format(", estimated relative error {}", error)));
 }
 

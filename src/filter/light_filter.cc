@@ -56,12 +56,8 @@ float squared(float x) { return x * x; }
 
 class LightFilter {
  public:
-  LightFilter(const LightEstimate& estimate, const FilterGuides& guides, std::uint32_t samples)
-      : estimate_(estimate),
-        guides_(guides),
-        samples_(static_cast<float>(samples)),
-        width_(guides.width),
-        height_(guides.height) {}
+  LightFilter(const LightEstimate& estimate, const FilterGuides& guides)
+      : estimate_(estimate), guides_(guides), width_(guides.width), height_(guides.height) {}
 
   FilteredLight run() {
     for_rows([&](int y) { load_surfaces(y); });
@@ -141,6 +137,10 @@ class LightFilter {
     }
   }
 
+  float of_one_sample(std::size_t pixel) const {
+    return estimate_.variance[pixel] * static_cast<float>(estimate_.samples[pixel]);
+  }
+
   /// The variance of few samples is itself uncertain, so neighbours on the same surface contribute.
   void share_variance(int y) {
     for (int x = 0; x < width_; ++x) {
@@ -149,12 +149,14 @@ class LightFilter {
         for (int dx = -1; dx <= 1; ++dx) {
           if (x + dx < 0 || y + dy < 0 || x + dx >= width_ || y + dy >= height_ || !same_surface(x, y, dx, dy))
             continue;
-          sum += estimate_.variance[index(x + dx, y + dy)];
+          sum += of_one_sample(index(x + dx, y + dy));
           count += 1;
         }
-      const float own = estimate_.variance[index(x, y)];
+      const std::size_t i = index(x, y);
+      const auto samples = static_cast<float>(estimate_.samples[i]);
+      const float own = of_one_sample(i);
       *variance_.at(x, y) =
-          count > 0 ? (samples_ * own + kSharedSamples * sum / count) / (samples_ + kSharedSamples) : own;
+          (count > 0 ? (samples * own + kSharedSamples * sum / count) / (samples + kSharedSamples) : own) / samples;
     }
   }
 
@@ -296,7 +298,6 @@ class LightFilter {
 
   const LightEstimate& estimate_;
   const FilterGuides& guides_;
-  float samples_;
   int width_, height_;
   Plane normal_x_{width_, height_}, normal_y_{width_, height_}, normal_z_{width_, height_};
   Plane depth_{width_, height_}, slope_{width_, height_};
@@ -307,9 +308,10 @@ class LightFilter {
 
 }  // namespace
 
-FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, std::uint32_t samples) {
-  if (samples < 2) return {estimate.light, estimate.variance, estimate.variance};
-  return LightFilter(estimate, guides, samples).run();
+FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides) {
+  if (std::any_of(estimate.samples.begin(), estimate.samples.end(), [](std::uint32_t n) { return n < 2; }))
+    return {estimate.light, estimate.variance, estimate.variance};
+  return LightFilter(estimate, guides).run();
 }
 
 }  // namespace glowworm

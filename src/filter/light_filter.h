@@ -24,6 +24,7 @@ struct LightEstimate {
   std::vector<RGB> light;       ///< mean over samples; W sr^-1 m^-2
   std::vector<float> level;     ///< its luminance, of which the variance is known
   std::vector<float> variance;  ///< of `level`, from the spread of the samples
+  std::vector<std::uint32_t> samples;
 };
 
 /// Result of filter_light().
@@ -43,10 +44,10 @@ struct FilteredLight {
 /// neighbouring pixels measure by how much.
 ///
 /// The same bits for any number of threads; linear in pixels.
-/// @param samples of each pixel at least; with fewer than two, light comes back as it is
-FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, std::uint32_t samples);
+/// Light comes back as it is where a pixel has fewer than two samples.
+FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides);
 
 /// Bytes that filter_light() takes for each pixel, with its arguments and its result.
-inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB));
+inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 4;
 
 }  // namespace glowworm

@@ -22,10 +22,10 @@ namespace {
 
 /// Pixels are traced in square blocks of this side, so that packets of rays are compact. Blocks are aligned to the
 /// whole picture, not to the task, because a hit's last bits depend on the ray's packet.
-constexpr int kBlock = 16;
+constexpr int kBlock = CameraTask::kBlock;
 /// Within a block, pixels are grouped in squares of this side, which fill a packet.
-constexpr int kSquare = 4;
-/// Slot of a camera ray that only fills a packet; its pixel is outside the task.
+constexpr int kSquare = CameraTask::kSquare;
+/// Slot of a camera ray that only fills a packet; its pixel is not of the task.
 constexpr std::uint32_t kNoSlot = 0xffffffffu;
 /// Russian roulette begins after this many sharp bounces.
 constexpr int kRouletteAfter = 4;
@@ -56,12 +56,15 @@ struct BlockMemory {
 
 class BlockTracer {
  public:
+  /// @param first_slot of the task
   /// @param as_queries make query points instead of gather points
-  BlockTracer(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
-              bool as_queries, SlotRadiance& radiance, FirstHit& first_hit, BlockMemory& memory)
+  BlockTracer(const Tracer& tracer, const Camera& camera, const CameraTask& task, std::size_t first_slot,
+              const CameraPassSettings& settings, bool as_queries, SlotRadiance& radiance, FirstHit& first_hit,
+              BlockMemory& memory)
       : tracer_(tracer),
         camera_(camera),
         task_(task),
+        first_slot_(first_slot),
         settings_(settings),
         as_queries_(as_queries),
         radiance_(radiance),
@@ -118,9 +121,9 @@ class BlockTracer {
     const int width = task_.x1 - task_.x0;
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
-        const bool inside = x >= task_.x0 && x < task_.x1 && y >= task_.y0 && y < task_.y1;
+        const bool inside = x >= task_.x0 && x < task_.x1 && y >= task_.y0 && y < task_.y1 && task_.has(x, y);
         const auto in_tile = static_cast<std::size_t>((y - task_.y0) * width + (x - task_.x0));
-        slot_.push_back(inside ? static_cast<std::uint32_t>(s * task_.pixel_count() + in_tile) : kNoSlot);
+        slot_.push_back(inside ? static_cast<std::uint32_t>(first_slot_ + s * task_.pixel_count() + in_tile) : kNoSlot);
         pixel_.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) +
                          static_cast<std::uint32_t>(x));
       }
@@ -303,6 +306,7 @@ class BlockTracer {
   const Tracer& tracer_;
   const Camera& camera_;
   const CameraTask& task_;
+  const std::size_t first_slot_;
   const CameraPassSettings& settings_;
   const bool as_queries_;
   SlotRadiance& radiance_;
@@ -324,24 +328,41 @@ struct PassOutput {
   Statistics& statistics;
 };
 
-/// Traces the blocks of a task, and joins their results in the order of the blocks.
+/// A block of pixels that a task covers, by its upper left corner.
+struct Block {
+  const CameraTask* task;
+  std::size_t first_slot;  ///< of the task
+  int x, y;
+};
+
+std::vector<Block> blocks_of(CameraTasks tasks) {
+  std::vector<Block> blocks;
+  std::size_t first_slot = 0;
+  for (const CameraTask& task : tasks) {
+    for (int y = task.y0 / kBlock * kBlock; y < task.y1; y += kBlock)
+      for (int x = task.x0 / kBlock * kBlock; x < task.x1; x += kBlock) blocks.push_back({&task, first_slot, x, y});
+    first_slot += task.slot_count();
+  }
+  return blocks;
+}
+
+/// Traces the blocks of the tasks, and joins their results in the order of the blocks.
 template <typename Join>
-void trace_blocks(const Tracer& tracer, const Camera& camera, const CameraTask& task,
-                  const CameraPassSettings& settings, bool as_queries, const PassOutput& output, Join&& join) {
-  output.radiance.resize(task.slot_count());
-  output.first_hit.resize(task.slot_count(), settings.places);
-  const int x0 = task.x0 / kBlock * kBlock, y0 = task.y0 / kBlock * kBlock;
-  const int columns = (task.x1 - x0 + kBlock - 1) / kBlock, rows = (task.y1 - y0 + kBlock - 1) / kBlock;
-  const auto blocks = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-  PartQueue<BlockMemory> queue(blocks, join);
-  parallel_for(0, blocks, 1, [&](std::size_t, std::size_t) {
-    const std::size_t block = queue.take();
+void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,
+                  bool as_queries, const PassOutput& output, Join&& join) {
+  output.radiance.resize(tasks.slot_count());
+  output.first_hit.resize(tasks.slot_count(), settings.places);
+  const std::vector<Block> blocks = blocks_of(tasks);
+  PartQueue<BlockMemory> queue(blocks.size(), join);
+  parallel_for(0, blocks.size(), 1, [&](std::size_t, std::size_t) {
+    const std::size_t next = queue.take();
+    const Block& block = blocks[next];
     std::unique_ptr<BlockMemory> memory = queue.borrow();
-    BlockTracer block_tracer(tracer, camera, task, settings, as_queries, output.radiance, output.first_hit, *memory);
-    block_tracer.trace(x0 + static_cast<int>(block) % columns * kBlock,
-                       y0 + static_cast<int>(block) / columns * kBlock);
+    BlockTracer block_tracer(tracer, camera, *block.task, block.first_slot, settings, as_queries, output.radiance,
+                             output.first_hit, *memory);
+    block_tracer.trace(block.x, block.y);
     output.statistics.add(Counter::camera_rays, block_tracer.rays_traced());
-    queue.put(block, std::move(memory));
+    queue.put(next, std::move(memory));
   });
 }
 
@@ -356,31 +377,31 @@ void FirstHit::resize(std::size_t slots, bool places) {
   radius.clear();
 }
 
-void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
+void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::camera_pass);
   points.clear();
-  points.reserve(task.slot_count());
-  trace_blocks(tracer, camera, task, settings, false, {radiance, first_hit, statistics},
+  points.reserve(tasks.slot_count());
+  trace_blocks(tracer, camera, tasks, settings, false, {radiance, first_hit, statistics},
                [&](const BlockMemory& block) { points.append(block.points); });
   statistics.add(Counter::gather_points, points.size());
 }
 
-GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          Statistics& statistics) {
   GatherPoints points;
-  camera_pass(tracer, camera, task, settings, radiance, first_hit, points, statistics);
+  camera_pass(tracer, camera, tasks, settings, radiance, first_hit, points, statistics);
   return points;
 }
 
-void camera_pass_queries(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+void camera_pass_queries(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          QueryPoints& queries, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::camera_pass);
   queries.clear();
-  queries.reserve(task.slot_count());
-  trace_blocks(tracer, camera, task, settings, true, {radiance, first_hit, statistics},
+  queries.reserve(tasks.slot_count());
+  trace_blocks(tracer, camera, tasks, settings, true, {radiance, first_hit, statistics},
                [&](const BlockMemory& block) { queries.append(block.queries); });
 }
 

@@ -33,20 +33,20 @@ struct FirstHit {
   void resize(std::size_t slots, bool places);
 };
 
-/// Traces the task's camera samples on all threads. Fills `radiance.emitted`, and adds to `radiance.direct` the lights
-/// reflected by rough sharp lobes; both are resized. Neighbours in the order of gather points are close together in
-/// space. The result is the same for any number of threads.
-GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+/// Traces the camera samples of the tasks on all threads. Fills `radiance.emitted`, and adds to `radiance.direct` the
+/// lights reflected by rough sharp lobes; both are resized. Neighbours in the order of gather points are close together
+/// in space. The result is the same for any number of threads.
+GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          Statistics& statistics);
 
 /// The same, into `points`, which keeps its allocated memory.
-void camera_pass(const Tracer& tracer, const Camera& camera, const CameraTask& task, const CameraPassSettings& settings,
+void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
 
 /// For direct display of a photon map: fills `queries` with what gather_points_as_queries() would make of the gather
 /// points, without making those. `queries` keeps its allocated memory. Does not count gather points.
-void camera_pass_queries(const Tracer& tracer, const Camera& camera, const CameraTask& task,
+void camera_pass_queries(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          QueryPoints& queries, Statistics& statistics);
 

@@ -65,34 +65,36 @@ void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, st
       grid.surface.empty() ? 1.0f : std::ldexp(1.0f, static_cast<int>(grid.surface[cell] % kDepths));
 }
 
-void point_pass(const Scene& scene, const PointGrid& grid, const CameraTask& task, SlotRadiance& radiance,
+void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
                 FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::camera_pass);
-  radiance.resize(task.slot_count());
-  first_hit.resize(task.slot_count(), false);
+  radiance.resize(tasks.slot_count());
+  first_hit.resize(tasks.slot_count(), false);
   std::fill(first_hit.depth.begin(), first_hit.depth.end(), std::numeric_limits<float>::infinity());
   points.clear();
-  points.reserve(task.slot_count());
+  points.reserve(tasks.slot_count());
   std::size_t slot = 0;
-  for (std::uint32_t s = 0; s < task.sample_count; ++s)
-    for (int y = task.y0; y < task.y1; ++y)
-      for (int x = task.x0; x < task.x1; ++x, ++slot) {
-        const auto cell =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
-        if (!grid.has(cell)) continue;
-        const SurfacePoint point = white_point(scene, grid, cell);
-        mark_point(grid, cell, first_hit, slot);
-        points.slot.push_back(static_cast<std::uint32_t>(slot));
-        points.sequence.push_back(static_cast<std::uint32_t>(cell));
-        points.sample.push_back(task.first_sample + s);
-        points.position.push_back(point.position);
-        points.normal.push_back(point.geometric_normal);
-        points.offset.push_back(point.offset);
-        points.frame.push_back(point.frame);
-        points.wo.push_back(point.geometric_normal);
-        points.bsdf.push_back(white_bsdf());
-        points.throughput.push_back(RGB(kPi));
-      }
+  const auto add = [&](int x, int y, std::uint32_t sample) {
+    const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
+    if (!grid.has(cell)) return;
+    const SurfacePoint point = white_point(scene, grid, cell);
+    mark_point(grid, cell, first_hit, slot);
+    points.slot.push_back(static_cast<std::uint32_t>(slot));
+    points.sequence.push_back(static_cast<std::uint32_t>(cell));
+    points.sample.push_back(sample);
+    points.position.push_back(point.position);
+    points.normal.push_back(point.geometric_normal);
+    points.offset.push_back(point.offset);
+    points.frame.push_back(point.frame);
+    points.wo.push_back(point.geometric_normal);
+    points.bsdf.push_back(white_bsdf());
+    points.throughput.push_back(RGB(kPi));
+  };
+  for (const CameraTask& task : tasks)
+    for (std::uint32_t s = 0; s < task.sample_count; ++s)
+      for (int y = task.y0; y < task.y1; ++y)
+        for (int x = task.x0; x < task.x1; ++x, ++slot)
+          if (task.has(x, y)) add(x, y, task.first_sample + s);
   statistics.add(Counter::gather_points, points.size());
 }
 

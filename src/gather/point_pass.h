@@ -48,8 +48,8 @@ Bsdf white_bsdf();
 /// Marks the cell as hit in `first_hit`, with albedo 1 and a depth that only serves to distinguish surfaces.
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot);
 
-/// Makes the gather points of a task over the grid, in place of the camera pass. Resizes `radiance` and `first_hit`.
-void point_pass(const Scene& scene, const PointGrid& grid, const CameraTask& task, SlotRadiance& radiance,
+/// Makes the gather points of tasks over the grid, in place of the camera pass. Resizes `radiance` and `first_hit`.
+void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
                 FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
 
 }  // namespace glowworm

@@ -17,9 +17,32 @@ namespace glowworm {
 struct CameraTask {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1) x [y0, y1) of the picture
   std::uint32_t first_sample = 0, sample_count = 1;
+  /// Squares of pixels that get samples, of a task within one block: bit = 4 row + column. The slots of others stay
+  /// empty.
+  std::uint32_t squares = kAllSquares;
 
+  static constexpr std::uint32_t kAllSquares = 0xffff;
+  /// Sides of squares and blocks of pixels, which are aligned to the picture.
+  static constexpr int kSquare = 4, kBlock = 16;
+
+  /// Whether a pixel of the rectangle gets samples.
+  bool has(int x, int y) const {
+    return (squares >> ((y % kBlock) / kSquare * (kBlock / kSquare) + (x % kBlock) / kSquare) & 1) != 0;
+  }
   std::size_t pixel_count() const { return static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0); }
   std::size_t slot_count() const { return pixel_count() * sample_count; }
+};
+
+/// Tasks of one pass. Their slots follow one another.
+class CameraTasks : public std::span<const CameraTask> {
+ public:
+  CameraTasks(const CameraTask& task) : span(&task, 1) {}
+  CameraTasks(const std::vector<CameraTask>& tasks) : span(tasks) {}
+  std::size_t slot_count() const {
+    std::size_t slots = 0;
+    for (const CameraTask& task : *this) slots += task.slot_count();
+    return slots;
+  }
 };
 
 /// First hits of camera paths on surfaces with a broad lobe, after any chain of sharp bounces; at most one a slot.

@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '5'};
+constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '6'};
 
 /// Writes bytes and computes their fingerprint.
 class Writer {
@@ -69,13 +69,17 @@ class Reader {
 };
 
 bool parse(Reader& reader, Checkpoint& out) {
-  std::uint64_t key_size = 0, film_size = 0;
+  std::uint64_t key_size = 0;
   if (!reader.take_magic() || !reader.take_count(key_size, 1)) return false;
   out.key.resize(key_size);
   if (!reader.take(out.key.data(), key_size) || !reader.take(&out.passes, sizeof out.passes)) return false;
-  if (!reader.take_count(film_size, sizeof(std::uint32_t))) return false;
-  out.film.resize(film_size);
-  return reader.take(out.film.data(), film_size * sizeof(std::uint32_t)) && reader.ends_with_fingerprint();
+  for (auto* numbers : {&out.film, &out.round}) {
+    std::uint64_t size = 0;
+    if (!reader.take_count(size, sizeof(std::uint32_t))) return false;
+    numbers->resize(size);
+    if (!reader.take(numbers->data(), size * sizeof(std::uint32_t))) return false;
+  }
+  return reader.ends_with_fingerprint();
 }
 
 }  // namespace
@@ -85,8 +89,10 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   writer.put_count(checkpoint.key.size());
   writer.put(checkpoint.key.data(), checkpoint.key.size());
   writer.put(&checkpoint.passes, sizeof checkpoint.passes);
-  writer.put_count(checkpoint.film.size());
-  writer.put(checkpoint.film.data(), checkpoint.film.size() * sizeof(std::uint32_t));
+  for (const auto* numbers : {&checkpoint.film, &checkpoint.round}) {
+    writer.put_count(numbers->size());
+    writer.put(numbers->data(), numbers->size() * sizeof(std::uint32_t));
+  }
   writer.commit();
 }
 

@@ -11,8 +11,9 @@ namespace glowworm {
 /// of pass, pixel and photon.
 struct Checkpoint {
   std::string key;  ///< identifies scene, settings and version; a render continues only from its own checkpoint
-  std::uint32_t passes = 0;         ///< complete passes in the film, which may hold a part of the next
-  std::vector<std::uint32_t> film;  ///< Film::save()
+  std::uint32_t passes = 0;          ///< complete passes in the film, which may hold a part of the next
+  std::vector<std::uint32_t> film;   ///< Film::save()
+  std::vector<std::uint32_t> round;  ///< of adaptive sampling (render/adaptive.h); empty: none is under way
 };
 
 /// Writes a checkpoint, whole or not at all. Throws Error if it cannot be written.

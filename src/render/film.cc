@@ -133,18 +133,21 @@ void Film::add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t s
 }
 
 void Film::add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit,
-               const Geometry& geometry) {
+               const Geometry& geometry, std::size_t first_slot) {
   const std::size_t pixels = task.pixel_count();
   const int tile_width = task.x1 - task.x0;
   parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
     for (std::size_t in_tile = first; in_tile < last; ++in_tile) {
-      const int y = static_cast<int>(in_tile) / tile_width, x = static_cast<int>(in_tile) % tile_width;
-      const std::size_t pixel = static_cast<std::size_t>(task.y0 - bounds_.y0 + y) * static_cast<std::size_t>(width()) +
-                                static_cast<std::size_t>(task.x0 - bounds_.x0 + x);
+      const int y = task.y0 + static_cast<int>(in_tile) / tile_width;
+      const int x = task.x0 + static_cast<int>(in_tile) % tile_width;
+      if (!task.has(x, y)) continue;
+      const std::size_t pixel = static_cast<std::size_t>(y - bounds_.y0) * static_cast<std::size_t>(width()) +
+                                static_cast<std::size_t>(x - bounds_.x0);
       for (std::uint32_t sample = 0; sample < task.sample_count; ++sample) {
         if (count_[pixel] != task.first_sample + sample) continue;
-        add(pixel, radiance, first_hit, sample * pixels + in_tile);
-        if (layers_ && places_.of_triangles()) add_place(pixel, first_hit, sample * pixels + in_tile, geometry);
+        const std::size_t slot = first_slot + sample * pixels + in_tile;
+        add(pixel, radiance, first_hit, slot);
+        if (layers_ && places_.of_triangles()) add_place(pixel, first_hit, slot, geometry);
       }
     }
   });
@@ -204,12 +207,18 @@ bool Film::has(const CameraTask& task) const {
   for (int y = task.y0; y < task.y1; ++y) {
     const auto row = count_.begin() + static_cast<std::ptrdiff_t>(y - bounds_.y0) * width();
     for (int x = task.x0; x < task.x1; ++x)
-      if (row[x - bounds_.x0] < task.first_sample + task.sample_count) return false;
+      if (task.has(x, y) && row[x - bounds_.x0] < task.first_sample + task.sample_count) return false;
   }
   return true;
 }
 
 std::uint32_t Film::whole_passes() const { return *std::min_element(count_.begin(), count_.end()); }
+
+double Film::mean_samples() const {
+  std::uint64_t sum = 0;
+  for (const std::uint32_t count : count_) sum += count;
+  return static_cast<double>(sum) / static_cast<double>(count_.size());
+}
 
 bool Film::is_even() const {
   return std::all_of(count_.begin(), count_.end(), [&](std::uint32_t count) { return count == count_.front(); });

@@ -39,8 +39,10 @@ class Film {
 
   /// Adds the samples of a task within bounds(), on all threads. Skips pixels that have their samples already, as after
   /// a checkpoint within a pass.
-  /// @param geometry that the triangles of first_hit are of
-  void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit, const Geometry& geometry);
+  /// @param geometry   that the triangles of first_hit are of
+  /// @param first_slot of the task in `radiance` and `first_hit`
+  void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit, const Geometry& geometry,
+           std::size_t first_slot = 0);
   /// Adds the samples of another film of the same size and kind: the same bits as if all had been added to one film,
   /// but for the order of ids. No two films may hold the same samples.
   void merge(const Film& other);
@@ -48,6 +50,8 @@ class Film {
   bool has(const CameraTask& task) const;
   /// Number of samples that every pixel has.
   std::uint32_t whole_passes() const;
+  /// Mean number of samples of a pixel.
+  double mean_samples() const;
   /// Whether all pixels have the same number of samples.
   bool is_even() const;
 

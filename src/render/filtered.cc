@@ -34,11 +34,13 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   estimate.light.resize(film.pixel_count());
   estimate.level.resize(film.pixel_count());
   estimate.variance.resize(film.pixel_count());
+  estimate.samples.resize(film.pixel_count());
   for_pixels(film, [&](std::size_t i) {
     const Film::Moments moments = film.moments(layer, i);
     estimate.light[i] = film.mean(layer, i) / shading_albedo(film, i);
     estimate.level[i] = moments.mean;
     estimate.variance[i] = moments.variance;
+    estimate.samples[i] = film.sample_count(i);
   });
   return estimate;
 }
@@ -62,16 +64,22 @@ FilterGuides guides_of(const Film& film, Layer layer) {
 
 }  // namespace
 
+double mean_luminance(const FilmPicture& picture) {
+  double sum = 0;
+  for (const RGB& pixel : picture.radiance) sum += luminance(pixel);
+  return sum / static_cast<double>(picture.radiance.size());
+}
+
+double relative_variance(const FilmPicture& picture, std::size_t pixel, double mean_luminance) {
+  const double m = luminance(picture.radiance[pixel]), scale = m * m + 0.01 * mean_luminance * mean_luminance;
+  return scale > 0 ? picture.variance[pixel] / scale : 0;
+}
+
 double relative_error(const FilmPicture& picture) {
-  const std::size_t pixels = picture.radiance.size();
-  double level = 0, sum = 0;
-  for (const RGB& pixel : picture.radiance) level += luminance(pixel);
-  level /= static_cast<double>(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const double m = luminance(picture.radiance[i]), scale = m * m + 0.01 * level * level;
-    if (scale > 0) sum += picture.variance[i] / scale;
-  }
-  return std::sqrt(sum / static_cast<double>(pixels));
+  const double mean = mean_luminance(picture);
+  double sum = 0;
+  for (std::size_t i = 0; i < picture.radiance.size(); ++i) sum += relative_variance(picture, i, mean);
+  return std::sqrt(sum / static_cast<double>(picture.radiance.size()));
 }
 
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
@@ -89,7 +97,7 @@ FilmPicture filtered_picture(const Film& film, bool indirect_only) {
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;
     const LightEstimate estimate = estimate_of(film, layer);
-    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), film.whole_passes());
+    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer));
     for_pixels(film, [&](std::size_t i) {
       const RGB albedo = shading_albedo(film, i);
       const float factor = luminance(albedo) * luminance(albedo);

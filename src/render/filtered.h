@@ -27,6 +27,10 @@ FilmPicture filtered_picture(const Film& film, bool indirect_only);
 /// luminance of the pixel and M that of the picture. What photons that all samples share add to it is not in it.
 double relative_error(const FilmPicture& picture);
 
+/// M, and a pixel's part of that mean.
+double mean_luminance(const FilmPicture& picture);
+double relative_variance(const FilmPicture& picture, std::size_t pixel, double mean_luminance);
+
 /// Bytes that filtered_picture() takes for each pixel.
 inline constexpr std::uint64_t kFilterBytes = kFilterBytesEach;
 

@@ -26,9 +26,8 @@ constexpr std::chrono::seconds kLostAfter{60};
 /// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
 /// a filter that costs as much as a share of a pass runs after every eighth part more of them.
 bool looks_at_noise(std::uint32_t passes, bool filtered) {
-  constexpr std::uint32_t kMinPasses = 4;
   if (!filtered) return passes >= 2;
-  return passes >= kMinPasses && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
+  return passes >= kEvenSamples && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
 }
 
 /// The settings with the size of the grid, and all of it unless they have bounds; as they are without points.
@@ -101,12 +100,17 @@ Film Job::snapshot() const {
 Checkpoint Job::checkpoint() const {
   std::string key = key_text(this->key());
   const std::lock_guard lock(film_mutex_);
-  return {std::move(key), film_.whole_passes(), film_.save()};
+  return {std::move(key), film_.whole_passes(), film_.save(), round_};
 }
 
 std::vector<LightPhotons> Job::light_photons() const {
   const std::lock_guard lock(film_mutex_);
   return light_photons_;
+}
+
+double Job::mean_samples() const {
+  const std::lock_guard lock(film_mutex_);
+  return film_.mean_samples();
 }
 
 std::uint64_t Job::samples_not_finite() const {
@@ -132,7 +136,10 @@ void Job::resume(const Checkpoint& checkpoint) {
   if (!settings_.part.is_all() && checkpoint.passes > settings_.sample_range().count())
     throw Error("the checkpoint holds samples beyond those of the part",
                 "Give the --part that it is of, or remove the file to start anew.");
+  if (!checkpoint.round.empty() && !is_round_of(settings_.bounds, checkpoint.round))
+    throw Error("the checkpoint holds numbers of samples that no render can give", "Remove the file to start anew.");
   passes_ = checkpoint.passes;
+  round_ = checkpoint.round;
 }
 
 std::uint64_t Job::peak_beside_scene_bytes() const {
@@ -166,11 +173,14 @@ bool Job::should_stop(double next_s) {
   return ending_ != Ending::running;
 }
 
+FilmPicture Job::picture() const {
+  return filters(settings_) ? filtered_picture(film_, settings_.indirect_only)
+                            : unfiltered_picture(film_, settings_.indirect_only);
+}
+
 bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_))) return false;
-  const FilmPicture picture = filters(settings_) ? filtered_picture(film_, settings_.indirect_only)
-                                                 : unfiltered_picture(film_, settings_.indirect_only);
-  if (relative_error(picture) > settings_.noise_target) return false;
+  if (relative_error(picture()) > settings_.noise_target) return false;
   ending_ = Ending::noise_reached;
   return true;
 }
@@ -309,82 +319,134 @@ void Job::fit_to_time() {
   fitted_ = true;
 }
 
+void Job::prepare(std::uint32_t done) {
+  if (mapped_ && (!settings_.progressive || mapped_ == done)) return;
+  if (settings_.integrator != Integrator::path) shoot_photons(settings_.sample_range().first + done);
+  mapped_ = done;
+  schedule_ = make_schedule(settings_, budget_.available());
+  pass_.queries_at_once = schedule_.queries_at_once;
+  pass_.by_disk = schedule_.by_disk;
+}
+
 void Job::render_passes() {
   pass_ = pass_settings();
   if (crew_) crew_->check(key());
-  const bool mapped = settings_.integrator != Integrator::path;
   const std::uint32_t first_pass = passes_;
-  if (mapped && first_pass == 0 && !points_ && !crew_ && settings_.part.is_all()) fit_to_time();
+  if (settings_.integrator != Integrator::path && first_pass == 0 && !points_ && !crew_ && settings_.part.is_all())
+    fit_to_time();
+  const bool adaptive = is_adaptive(settings_);
   // The checkpoint may have been written after the last pass but before its noise test.
-  if (first_pass > 0 && film_.is_even() && reached_noise_target()) return;
-  const SampleRange range = settings_.sample_range();
-  for (std::uint32_t done = first_pass; done < range.count(); done = passes_) {
+  if (first_pass > 0 && !adaptive && film_.is_even() && reached_noise_target()) return;
+  const std::uint32_t all = settings_.sample_range().count(), end = adaptive ? std::min(kEvenSamples, all) : all;
+  for (std::uint32_t done = first_pass; done < end; done = passes_) {
     if (should_stop(settings_.progressive ? photon_seconds_ + task_seconds_ : task_seconds_)) return;
-    if (mapped && (done == first_pass || settings_.progressive)) shoot_photons(range.first + done);
-    const Schedule schedule = make_schedule(settings_, budget_.available());
-    pass_.queries_at_once = schedule.queries_at_once;
-    pass_.by_disk = schedule.by_disk;
-    std::uint32_t samples = samples_of_pass(schedule, settings_, done);
-    if (crew_ && !settings_.progressive && !(settings_.noise_target > 0)) samples = range.count() - done;
-    if (!(crew_ ? share_tasks(schedule, samples) : render_tasks(tasks_of_pass(schedule, settings_, done, samples))))
+    prepare(done);
+    std::uint32_t samples = std::min(samples_of_pass(schedule_, settings_, done), end - done);
+    if (crew_ && !settings_.progressive && !(settings_.noise_target > 0)) samples = end - done;
+    const WorkShare share{double{1} * done / all, (double{1} * done + samples) / all};
+    if (!(crew_ ? share_pass(done, samples, share)
+                : render_tasks(tasks_of_pass(schedule_, settings_, done, samples), share)))
       return;
     passes_ = done + samples;
-    if (reached_noise_target()) return;
+    if (!adaptive && reached_noise_target()) return;
   }
-  ending_ = Ending::samples_done;
+  if (adaptive)
+    render_rounds();
+  else
+    ending_ = Ending::samples_done;
 }
 
-bool Job::render_tasks(const std::vector<CameraTask>& tasks) {
-  std::size_t slots = 0, slots_done = 0;
-  for (const CameraTask& task : tasks) slots += task.slot_count();
-  const SampleRange range = settings_.sample_range();
-  const double share = static_cast<double>(tasks.front().sample_count) / range.count();
-  const double share_done = static_cast<double>(passes_) / range.count();
-  std::vector<CameraTask> left(tasks.rbegin(), tasks.rend());
-  while (!left.empty()) {
-    const CameraTask place = next_task(left, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
-    slots_done += place.slot_count();
-    if (film_.has(place)) continue;
-    if (should_stop(slot_seconds_ * static_cast<double>(place.slot_count()))) return false;
-    put(place, compute(place));
-    work_done_ = share_done + share * static_cast<double>(slots_done) / static_cast<double>(slots);
+void Job::render_rounds() {
+  const double target = settings_.noise_target;
+  WorkShare share{0, 0};
+  in_rounds_ = true;
+  while (!should_stop(0)) {
+    if (round_.empty()) {
+      const FilmPicture seen = picture();
+      const double error = relative_error(seen);
+      if (target > 0 && error <= target) {
+        ending_ = Ending::noise_reached;
+        return;
+      }
+      SquareSamples next = next_round(film_, seen, target, settings_.sample_range().count());
+      if (next.empty()) {
+        ending_ = Ending::samples_done;
+        return;
+      }
+      // The square of the error falls in proportion to the work.
+      share.begin = target > 0 ? target * target / (error * error) : 0;
+      share.end = std::min(share.begin * (1 + kRoundGrowth), 1.0);
+      const std::lock_guard lock(film_mutex_);
+      round_ = std::move(next);
+    }
+    prepare(passes_);
+    std::vector<CameraTask> tasks = tasks_of_round(film_, round_);
+    const std::uint32_t most_at_once = kSharedSlots / (CameraTask::kBlock * CameraTask::kBlock);
+    if (!(crew_ ? share_tasks(tasks, most_at_once, share) : render_tasks(std::move(tasks), share))) return;
+    const std::lock_guard lock(film_mutex_);
+    round_.clear();
+  }
+}
+
+bool Job::render_tasks(std::vector<CameraTask> tasks, WorkShare share) {
+  const double slots = static_cast<double>(CameraTasks(tasks).slot_count());
+  std::erase_if(tasks, [&](const CameraTask& task) { return film_.has(task); });
+  double slots_left = static_cast<double>(CameraTasks(tasks).slot_count());
+  std::reverse(tasks.begin(), tasks.end());
+  while (!tasks.empty()) {
+    const std::vector<CameraTask> places =
+        next_tasks(tasks, schedule_.slots_at_once, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
+    const auto slots_here = static_cast<double>(CameraTasks(places).slot_count());
+    if (should_stop(slot_seconds_ * slots_here)) return false;
+    put(places, compute(places));
+    slots_left -= slots_here;
+    work_done_ = std::lerp(share.end, share.begin, slots_left / slots);
   }
   return true;
 }
 
-TaskResult Job::compute(const CameraTask& place) {
+TaskResult Job::compute(CameraTasks places) {
   const double start = seconds();
   // The film counts the samples of the range, and random numbers belong to those of the whole render.
-  CameraTask task = place;
-  task.first_sample += settings_.sample_range().first;
+  std::vector<CameraTask> tasks(places.begin(), places.end());
+  for (CameraTask& task : tasks) task.first_sample += settings_.sample_range().first;
   TaskResult out;
   if (light_groups_) name_groups(*light_groups_, out.radiance);
   if (settings_.integrator == Integrator::path) {
-    trace_paths(*tracer_, view(), task, settings_, out.radiance, out.first_hit, statistics_);
+    trace_paths(*tracer_, view(), tasks, settings_, out.radiance, out.first_hit, statistics_);
   } else {
-    PassResult result = render_pass(*tracer_, maps_, view(), task, pass_, budget_, memory_, statistics_);
+    PassResult result = render_pass(*tracer_, maps_, view(), tasks, pass_, budget_, memory_, statistics_);
     out.radiance = std::move(result.radiance);
     out.first_hit = std::move(result.first_hit);
   }
   out.not_finite = drop_infinite_samples(out.radiance);
   query_point_bytes_ = memory_.most_query_bytes;
   task_seconds_ = seconds() - start;
-  slot_seconds_ = task_seconds_ / static_cast<double>(task.slot_count());
+  slot_seconds_ = task_seconds_ / static_cast<double>(places.slot_count());
   return out;
 }
 
-void Job::put(const CameraTask& place, const TaskResult& result) {
+void Job::put(CameraTasks places, const TaskResult& result) {
   ++tasks_;
   const std::lock_guard lock(film_mutex_);
-  if (film_.has(place)) return;  // Two ranks have computed it.
-  film_.add(place, result.radiance, result.first_hit, scene_->geometry());
+  if (film_.has(places.front())) return;  // Two ranks have computed it.
+  std::size_t first_slot = 0;
+  for (const CameraTask& place : places) {
+    film_.add(place, result.radiance, result.first_hit, scene_->geometry(), first_slot);
+    first_slot += place.slot_count();
+  }
   film_.add_not_finite(result.not_finite);
 }
 
-bool Job::share_tasks(const Schedule& schedule, std::uint32_t samples) {
-  const std::uint32_t done = passes_, end = done + samples;
-  const SharedTasks shared = shared_tasks(schedule, settings_, crew_->count());
-  TaskQueue queue(tasks_of_pass(shared.schedule, settings_, done, 1), end, shared.samples_at_once);
+bool Job::share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShare share) {
+  const SharedTasks shared = shared_tasks(schedule_, settings_, crew_->count());
+  std::vector<CameraTask> tiles = tasks_of_pass(shared.schedule, settings_, first_sample, 1);
+  for (CameraTask& tile : tiles) tile.sample_count = samples;
+  return share_tasks(tiles, shared.samples_at_once, share);
+}
+
+bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t samples_at_once, WorkShare share) {
+  TaskQueue queue(tiles, samples_at_once);
   std::mutex mutex;
   std::atomic<bool> ended = false;
   const auto take = [&]() -> std::optional<CameraTask> {
@@ -398,9 +460,9 @@ bool Job::share_tasks(const Schedule& schedule, std::uint32_t samples) {
     put(task, result);
     const std::lock_guard lock(mutex);
     queue.finish(task);
-    passes_ = queue.whole_samples();
-    const double done_here = static_cast<double>(queue.slots_done()) / static_cast<double>(queue.slots());
-    work_done_ = (done + samples * done_here) / settings_.sample_range().count();
+    if (round_.empty()) passes_ = queue.whole_samples();
+    work_done_ =
+        std::lerp(share.begin, share.end, static_cast<double>(queue.slots_done()) / static_cast<double>(queue.slots()));
   };
   const auto give_back = [&](const CameraTask& task) {
     const std::lock_guard lock(mutex);
@@ -440,16 +502,6 @@ void Job::work_for_rank_0() {
   CrewMember member(ranks_);
   member.introduce(key());
   pass_ = pass_settings();
-  const SampleRange range = settings_.sample_range();
-  std::optional<std::uint32_t> mapped;
-  const auto prepare = [&](std::uint32_t sample) {
-    if (settings_.integrator == Integrator::path || mapped == sample || (mapped && !settings_.progressive)) return;
-    shoot_photons(range.first + sample);
-    mapped = sample;
-    const Schedule schedule = make_schedule(settings_, budget_.available());
-    pass_.queries_at_once = schedule.queries_at_once;
-    pass_.by_disk = schedule.by_disk;
-  };
   const auto work = [&](const CameraTask& task) {
     prepare(task.first_sample);
     const CancellationScope scope(interrupt_);

@@ -12,6 +12,7 @@
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "density/paged_array.h"
+#include "render/adaptive.h"
 #include "render/checkpoint.h"
 #include "render/crew.h"
 #include "render/film.h"
@@ -61,8 +62,13 @@ class Job {
   /// Passes (camera samples of every pixel) done so far, of those of settings().sample_range().
   std::uint32_t passes() const { return passes_; }
   /// The work under way.
-  enum class Step { photons, map, picture };
-  Step step() const { return !is_mapping_ ? Step::picture : maps_.is_building() ? Step::map : Step::photons; }
+  enum class Step { photons, map, picture, rounds };
+  Step step() const {
+    if (is_mapping_) return maps_.is_building() ? Step::map : Step::photons;
+    return in_rounds_ ? Step::rounds : Step::picture;
+  }
+  /// Mean number of samples of a pixel, at any time.
+  double mean_samples() const;
   /// Finished tasks: parts of the picture that are computed from start to end at once.
   std::uint64_t tasks() const { return tasks_; }
   /// Wall seconds since the start, or up to the end.
@@ -106,11 +112,18 @@ class Job {
  private:
   void run();
   void render_passes();
-  bool render_tasks(const std::vector<CameraTask>& tasks);
-  bool share_tasks(const Schedule& schedule, std::uint32_t samples);
+  /// Adaptive sampling after the passes.
+  void render_rounds();
+  /// A share of the whole render's work, in [0, 1].
+  struct WorkShare {
+    double begin, end;
+  };
+  bool render_tasks(std::vector<CameraTask> tasks, WorkShare share);
+  bool share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShare share);
+  bool share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t samples_at_once, WorkShare share);
   void work_for_rank_0();
-  TaskResult compute(const CameraTask& place);
-  void put(const CameraTask& place, const TaskResult& result);
+  TaskResult compute(CameraTasks places);
+  void put(CameraTasks places, const TaskResult& result);
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
@@ -119,6 +132,8 @@ class Job {
   /// Makes maps_ for these settings, and what guide_emission() makes.
   void make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics);
   void shoot_photons(std::uint32_t sample);
+  /// Makes the photon map and the schedule of a pass, unless they are there.
+  void prepare(std::uint32_t done);
   /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for.
   void fit_to_time();
   /// Wall seconds of a task like those of the picture, for each camera sample of a pixel, with the maps as they are.
@@ -126,6 +141,7 @@ class Job {
   /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);
   void resume(const Checkpoint& checkpoint);
+  FilmPicture picture() const;
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
@@ -144,6 +160,7 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  SquareSamples round_;  // under way; empty: none
   mutable std::mutex key_mutex_;
   mutable std::optional<RenderKey> key_;
   std::vector<LightPhotons> light_photons_;
@@ -153,7 +170,7 @@ class Job {
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
   double slot_seconds_ = 0;                       // wall time of a camera sample of the newest task; 0 before the first
   Interrupt interrupt_;
-  std::atomic<bool> done_{false}, is_mapping_{false}, fitted_{false};
+  std::atomic<bool> done_{false}, is_mapping_{false}, in_rounds_{false}, fitted_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0};
@@ -166,6 +183,8 @@ class Job {
   PhotonMaps maps_{budget_};
   PassMemory memory_;
   PassSettings pass_;
+  Schedule schedule_;
+  std::optional<std::uint32_t> mapped_;  // the pass that map and schedule are of
   std::shared_ptr<Ranks> ranks_;
   std::unique_ptr<Crew> crew_;  // of rank 0
   std::exception_ptr failure_;

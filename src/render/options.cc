@@ -246,6 +246,11 @@ std::string without_large_passes(const RenderSettings& s) {
   return s.progressive ? "--progressive, whose photons are those of one sample" : "";
 }
 
+std::string without_open_end(const RenderSettings& s) {
+  if (const std::string overruling = without_large_passes(s); !overruling.empty()) return overruling;
+  return is_adaptive(s) || !s.adaptive ? "" : fmt::format("--samples {}", s.samples);
+}
+
 std::string without_packets(const RenderSettings& s) {
   if (const std::string overruling = without_photons(s); !overruling.empty()) return overruling;
   return s.engine == "forward" ? "" : "--engine " + s.engine;
@@ -328,6 +333,10 @@ std::vector<Option> method_flags() {
       flag({"--no-gather-guiding", kMethod, "gather_guiding", "", "", nullptr,
             "Do not aim gather rays where earlier rays found light (for comparison)", true, without_gathering},
            &S::gather_guiding, false),
+      flag({"--no-adaptive", kEffort, "adaptive", "", "", nullptr,
+            "The same samples for all pixels of a render that ends by time or noise (for comparison)", false,
+            without_open_end},
+           &S::adaptive, false),
       flag({"--no-secondary-gather", kMethod, "secondary_gather", "", "", nullptr,
             "No secondary gather where gather rays are shorter than the photons' radius (for comparison)", true,
             without_gathering},

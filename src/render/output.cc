@@ -93,8 +93,10 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
   std::uint64_t channels = 3;
   for (const std::string& aov : settings.aovs) channels += layer_channels(aov);
   channels += 3 * settings.light_group_count;
-  // Renders that end by noise filter on their own, beside the readers of the film.
-  const std::uint64_t filters_at_once = !filters(settings) ? 0 : settings.noise_target > 0 ? 2 : 1;
+  // Renders that follow their noise filter on their own, beside the readers of the film.
+  const std::uint64_t filters_at_once = !filters(settings)                                   ? 0
+                                        : settings.noise_target > 0 || is_adaptive(settings) ? 2
+                                                                                             : 1;
   return settings.bounds.pixel_count() * (kBytesPerChannel * channels + filters_at_once * kFilterBytes);
 }
 
@@ -129,7 +131,7 @@ Image make_image(const Film& film, const PictureInfo& info) {
   for (const std::string& aov : settings.aovs) add_layer(image, {film, info, seen}, aov);
   for (std::size_t group = 0; group < film.light_group_count(); ++group)
     add_light_group(image, film, group, info.light_groups[group]);
-  if (film.whole_passes() >= 2) image.metadata[kRelativeError] = fmt::format("{:.2g}", relative_error(seen));
+  if (film.whole_passes() >= 2) image.metadata[kRelativeError] = fmt::format("{:.3g}", relative_error(seen));
   image.matrices = info.matrices;
   const std::time_t now = std::time(nullptr);
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));
@@ -155,6 +157,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
   out["settings"] = settings_json(settings);
   out["version"] = version();
   out["passes"] = job.passes();
+  out["mean_samples"] = job.mean_samples();
   out["samples_not_finite"] = job.samples_not_finite();
   out["tasks"] = job.tasks();
   out["ending"] = ending_name(job.ending());

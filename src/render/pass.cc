@@ -28,12 +28,12 @@ class PassRenderer {
         memory_(memory),
         statistics_(statistics) {}
 
-  PassResult render(const CameraTask& task) {
+  PassResult render(CameraTasks tasks) {
     check_cancelled();
     if (settings_.light_groups) name_groups(*settings_.light_groups, out_.radiance);
     GatherPoints& points = memory_.points;
     if (view_.points) {
-      point_pass(tracer_.scene(), *view_.points, task, out_.radiance, out_.first_hit, points, statistics_);
+      point_pass(tracer_.scene(), *view_.points, tasks, out_.radiance, out_.first_hit, points, statistics_);
       if (settings_.kind == PassKind::photons)
         look_up(gather_points_as_queries(points), maps_.engines(), out_.radiance.indirect);
       else
@@ -46,13 +46,13 @@ class PassRenderer {
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     if (settings_.kind == PassKind::photons) {
-      camera_pass_queries(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, memory_.queries,
-                          statistics_);
+      camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
+                          memory_.queries, statistics_);
       look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
       if (settings_.radius) find_radii(memory_.queries);
       return std::move(out_);
     }
-    camera_pass(tracer_, *view_.camera, task, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
+    camera_pass(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
     if (settings_.kind == PassKind::gather) {
       if (settings_.radius) find_radii(memory_.queries = gather_points_as_queries(points));
       gather_light(points);
@@ -227,12 +227,12 @@ void PassMemory::keep(MemoryBudget& budget) {
     reservation = std::make_unique<Reservation>(budget, "query points", bytes);
 }
 
-PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, const CameraTask& task,
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, CameraTasks tasks,
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
-  const Reservation reservation(budget, "camera samples", task.slot_count() * bytes_per_slot(groups, settings.radius));
-  return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(task);
+  const Reservation reservation(budget, "camera samples", tasks.slot_count() * bytes_per_slot(groups, settings.radius));
+  return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
 }
 
 }  // namespace glowworm

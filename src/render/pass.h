@@ -70,10 +70,10 @@ struct PassMemory {
 /// Makes room in `radiance` for the light of each group. `groups` must outlive it.
 void name_groups(const LightGroups& groups, SlotRadiance& radiance);
 
-/// Renders the task over pixels or points on all threads. The same bits for any number of threads. Throws Cancelled
+/// Renders the tasks over pixels or points on all threads. The same bits for any number of threads. Throws Cancelled
 /// within a CancellationScope that is interrupted, and Error where the budget is too small.
 /// @param maps up to date; not used by PassKind::surfaces
-PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, const CameraTask& task,
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, CameraTasks tasks,
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics);
 
 }  // namespace glowworm

@@ -166,42 +166,46 @@ class Path {
 
 }  // namespace
 
-void trace_paths(const Tracer& tracer, const View& view, const CameraTask& task, const RenderSettings& settings,
+void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
-  const std::size_t slots = task.slot_count();
-  radiance.resize(slots);
-  first_hit.resize(slots, settings.place_layers().of_triangles());
-  const int width = task.x1 - task.x0;
-  parallel_for(0, slots, kSamplesPerChunk, [&](std::size_t first, std::size_t last) {
-    std::uint64_t shadow_rays = 0;
-    for (std::size_t slot = first; slot < last; ++slot) {
-      const auto in_tile = static_cast<int>(slot % task.pixel_count());
-      const std::uint32_t sample = task.first_sample + static_cast<std::uint32_t>(slot / task.pixel_count());
-      const int x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
-      const auto pixel =
-          static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
-      Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, kPathStream), sample);
-      const auto start = [&](const Sampler& rest) {
-        return Path(tracer, settings, rest, static_cast<std::uint32_t>(slot), radiance, first_hit);
-      };
-      if (view.points) {
-        first_hit.depth[slot] = std::numeric_limits<float>::infinity();
-        if (!view.points->has(pixel)) continue;
-        Path path = start(sampler);
-        path.trace_from(*view.points, pixel);
-        shadow_rays += path.shadow_rays;
-        continue;
-      }
-      const Vec2 u = sampler.next2();
-      const CameraRay ray = generate_ray(*view.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
-                                         settings.width, settings.height, sampler.next2());
+  radiance.resize(tasks.slot_count());
+  first_hit.resize(tasks.slot_count(), settings.place_layers().of_triangles());
+  std::size_t first_slot = 0;
+  const auto trace = [&](const CameraTask& task, std::size_t in_task) -> std::uint64_t {
+    const auto in_tile = static_cast<int>(in_task % task.pixel_count());
+    const std::uint32_t sample = task.first_sample + static_cast<std::uint32_t>(in_task / task.pixel_count());
+    const int width = task.x1 - task.x0, x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
+    if (!task.has(x, y)) return 0;
+    const std::size_t slot = first_slot + in_task;
+    const auto pixel =
+        static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
+    Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, kPathStream), sample);
+    const auto start = [&](const Sampler& rest) {
+      return Path(tracer, settings, rest, static_cast<std::uint32_t>(slot), radiance, first_hit);
+    };
+    if (view.points) {
+      first_hit.depth[slot] = std::numeric_limits<float>::infinity();
+      if (!view.points->has(pixel)) return 0;
       Path path = start(sampler);
-      path.trace({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-      shadow_rays += path.shadow_rays;
+      path.trace_from(*view.points, pixel);
+      return path.shadow_rays;
     }
-    statistics.add(Counter::camera_rays, last - first);
-    statistics.add(Counter::occlusion_rays, shadow_rays);
-  });
+    const Vec2 u = sampler.next2();
+    const CameraRay ray = generate_ray(*view.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
+                                       settings.width, settings.height, sampler.next2());
+    Path path = start(sampler);
+    path.trace({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+    return path.shadow_rays;
+  };
+  for (const CameraTask& task : tasks) {
+    parallel_for(0, task.slot_count(), kSamplesPerChunk, [&](std::size_t first, std::size_t last) {
+      std::uint64_t shadow_rays = 0;
+      for (std::size_t i = first; i < last; ++i) shadow_rays += trace(task, i);
+      statistics.add(Counter::camera_rays, last - first);
+      statistics.add(Counter::occlusion_rays, shadow_rays);
+    });
+    first_slot += task.slot_count();
+  }
 }
 
 }  // namespace glowworm

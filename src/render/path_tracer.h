@@ -8,12 +8,12 @@
 
 namespace glowworm {
 
-/// Traces all samples of a task, over pixels or points, with unidirectional path tracing, next-event estimation and
+/// Traces all samples of the tasks, over pixels or points, with unidirectional path tracing, next-event estimation and
 /// multiple importance sampling (balance heuristic, Veach 1997, chapter 9), and Russian roulette after a few bounces.
 /// Light is divided into the parts of photon mapping: emitted (seen through sharp bounces only), direct, caustic
 /// (light, sharp bounces, gather point), indirect (the rest). Sizes both outputs. The result does not depend on the
 /// number of threads.
-void trace_paths(const Tracer& tracer, const View& view, const CameraTask& task, const RenderSettings& settings,
+void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics);
 
 }  // namespace glowworm

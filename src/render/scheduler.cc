@@ -76,6 +76,23 @@ int even_piece(int length, int most) {
   return std::min((piece + kMinTile - 1) / kMinTile * kMinTile, most);
 }
 
+/// Cuts a task that has more slots than that: into bands of blocks, or else into fewer samples. Returns the rest, which
+/// may be empty.
+CameraTask cut(CameraTask& task, double slots, bool into_bands) {
+  CameraTask rest = task;
+  const auto row = static_cast<double>(task.x1 - task.x0) * task.sample_count;
+  const int height = std::max(static_cast<int>(std::min(slots / row, 1e6)) / kMinTile, 1) * kMinTile;
+  if (into_bands && task.y0 + height < task.y1) {
+    rest.y0 = task.y1 = task.y0 + height;
+    return rest;
+  }
+  const auto samples = static_cast<std::uint32_t>(slots / static_cast<double>(task.pixel_count()));
+  task.sample_count = std::clamp(samples, 1u, task.sample_count);
+  rest.first_sample += task.sample_count;
+  rest.sample_count -= task.sample_count;
+  return rest;
+}
+
 }  // namespace
 
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
@@ -125,9 +142,9 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
 }
 
 SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes) {
-  constexpr std::uint64_t kWantedSlots = std::uint64_t{1} << 15, kTilesEach = 8;
+  constexpr std::uint64_t kTilesEach = 8;
   SharedTasks out{schedule, 1};
-  const std::uint64_t wanted = std::min(schedule.slots_at_once, kWantedSlots);
+  const std::uint64_t wanted = std::min<std::uint64_t>(schedule.slots_at_once, kSharedSlots);
   const std::uint64_t even = settings.bounds.pixel_count() / (kTilesEach * static_cast<std::uint64_t>(processes));
   out.schedule.slots_at_once = std::max(std::min(wanted, even), kMinSlots);
   // Where tiles are small, tasks of several samples save messages.
@@ -170,22 +187,26 @@ std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSett
   return tasks;
 }
 
-CameraTask next_task(std::vector<CameraTask>& left, double limit_s, double spent_s, double slot_seconds) {
-  CameraTask task = left.back();
-  left.pop_back();
-  if (limit_s <= 0) return task;
-  const double seconds = std::max(std::min(0.5 * (limit_s - spent_s), kPartShareOfTime * limit_s), 0.0);
-  // Without a prediction as few slots as make a task worth while.
-  const double slots = slot_seconds > 0 ? seconds / slot_seconds : static_cast<double>(kMinTimedSlots);
-  if (static_cast<double>(task.slot_count()) <= slots) return task;
-  const auto row = static_cast<double>(task.x1 - task.x0) * task.sample_count;
-  const int blocks = static_cast<int>(std::min(slots / row, 1e6)) / kMinTile;
-  const int height = std::max(blocks, 1) * kMinTile;
-  if (task.y0 + height >= task.y1) return task;
-  CameraTask rest = task;
-  rest.y0 = task.y1 = task.y0 + height;
-  left.push_back(rest);
-  return task;
+std::vector<CameraTask> next_tasks(std::vector<CameraTask>& left, std::uint64_t most_slots, double limit_s,
+                                   double spent_s, double slot_seconds) {
+  auto slots = static_cast<double>(most_slots);
+  if (limit_s > 0) {
+    const double seconds = std::max(std::min(0.5 * (limit_s - spent_s), kPartShareOfTime * limit_s), 0.0);
+    // Without a prediction as few slots as make a task worth while.
+    slots = std::min(slots, slot_seconds > 0 ? seconds / slot_seconds : static_cast<double>(kMinTimedSlots));
+  }
+  std::vector<CameraTask> out;
+  std::size_t total = 0;
+  while (!left.empty() && (out.empty() || static_cast<double>(total + left.back().slot_count()) <= slots)) {
+    CameraTask task = left.back();
+    left.pop_back();
+    if (static_cast<double>(task.slot_count()) > slots) {
+      if (CameraTask rest = cut(task, slots, limit_s > 0); rest.slot_count() > 0) left.push_back(rest);
+    }
+    total += task.slot_count();
+    out.push_back(task);
+  }
+  return out;
 }
 
 }  // namespace glowworm

@@ -37,6 +37,9 @@ inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 /// @param settings resolved
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 
+/// Camera samples of a task of a render by several processes.
+inline constexpr std::uint32_t kSharedSlots = 1u << 15;
+
 /// Division of a render by several processes: tasks of about a second, several for each process.
 struct SharedTasks {
   Schedule schedule;                  ///< with smaller tiles
@@ -59,11 +62,14 @@ std::uint32_t samples_of_pass(const Schedule& schedule, const RenderSettings& se
 std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSettings& settings,
                                       std::uint32_t first_sample, std::uint32_t sample_count);
 
-/// Takes the next task off the end of a list. Where time is limited, a task that is predicted to take more than half of
-/// the time left, or a small share of the limit, is cut into bands of blocks of pixels, and the rest stays in the list.
-/// So the limit is met even where other programs take most of the machine.
+/// Takes the next tasks off the end of a list: as many as are computed at once, because engines are faster on large
+/// batches. Where time is limited, tasks that are predicted to take more than half of the time left, or a small share
+/// of the limit, are cut into bands of blocks of pixels or into fewer samples, and the rest stays in the list. So the
+/// limit is met even where other programs take most of the machine.
+/// @param most_slots   Schedule::slots_at_once
 /// @param limit_s, spent_s wall time of the render in all, and up to now; a limit of 0 is none
 /// @param slot_seconds predicted wall time of a camera sample; 0: not known yet
-CameraTask next_task(std::vector<CameraTask>& left, double limit_s, double spent_s, double slot_seconds);
+std::vector<CameraTask> next_tasks(std::vector<CameraTask>& left, std::uint64_t most_slots, double limit_s,
+                                   double spent_s, double slot_seconds);
 
 }  // namespace glowworm

@@ -139,6 +139,11 @@ bool filters(const RenderSettings& settings) {
   return settings.filter == Filtering::automatic && settings.integrator == Integrator::gather;
 }
 
+bool is_adaptive(const RenderSettings& settings) {
+  return settings.adaptive && settings.integrator == Integrator::gather && !settings.progressive &&
+         (settings.noise_target > 0 || (settings.time_limit_s > 0 && settings.samples == kOpenEndedSamples));
+}
+
 bool has_time_for_caustics(const RenderSettings& settings) {
   constexpr double kMinSeconds = 30;
   return !(settings.time_limit_s > 0 && settings.time_limit_s < kMinSeconds);

@@ -119,6 +119,8 @@ struct RenderSettings {
   Preference preference = Preference::automatic;
   double time_limit_s = 0;  ///< stops after the task under way; 0: no limit
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
+  /// Renders that end by time or noise give more samples to pixels with more noise (render/adaptive.h).
+  bool adaptive = true;
   bool indirect_only = false;
   bool progressive = false;         ///< new photons for every pass, with radii that shrink from pass to pass
   bool guiding = true;              ///< emit photons where the image needs them (render/photon_guiding.h)
@@ -145,6 +147,11 @@ inline constexpr double kQueriesPerSecond = 500'000;
 
 /// Whether the render filters its image.
 bool filters(const RenderSettings& settings);
+
+/// Whether the render's pixels get samples by their noise. Those of a progressive render do not: each sample has
+/// photons of its own.
+/// @param settings resolved
+bool is_adaptive(const RenderSettings& settings);
 
 /// Names for --aov.
 std::vector<std::string> aov_names();

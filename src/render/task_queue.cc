@@ -4,14 +4,12 @@
 
 namespace glowworm {
 
-TaskQueue::TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t end, std::uint32_t step)
-    : end_(end), step_(std::max(step, 1u)) {
+TaskQueue::TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t step) : step_(std::max(step, 1u)) {
   for (const CameraTask& task : tiles) {
-    if (task.first_sample >= end) continue;
-    const Place place{task.y0, task.x0};
-    tiles_[place] = {task, task.first_sample, {}, false};
-    free_.push_back(place);
-    slots_ += task.pixel_count() * (end - task.first_sample);
+    if (task.sample_count == 0) continue;
+    tiles_[place_of(task)] = {task, task.first_sample, task.first_sample + task.sample_count, {}, false};
+    free_.push_back(place_of(task));
+    slots_ += task.slot_count();
   }
   left_ = tiles_.size();
 }
@@ -21,7 +19,7 @@ std::optional<CameraTask> TaskQueue::take(Clock::time_point now) {
   Tile& tile = tiles_.at(free_.front());
   free_.pop_front();
   tile.task.first_sample = tile.samples;
-  tile.task.sample_count = std::min(step_, end_ - tile.samples);
+  tile.task.sample_count = std::min(step_, tile.end - tile.samples);
   tile.since = now;
   tile.under_way = true;
   return tile.task;
@@ -39,7 +37,7 @@ std::optional<CameraTask> TaskQueue::take_again(Clock::time_point limit, Clock::
 
 /// The tile whose task under way this is; null if there is none.
 TaskQueue::Tile* TaskQueue::tile_of(const CameraTask& task) {
-  const auto found = tiles_.find({task.y0, task.x0});
+  const auto found = tiles_.find(place_of(task));
   return found != tiles_.end() && found->second.under_way && found->second.task == task ? &found->second : nullptr;
 }
 
@@ -47,7 +45,7 @@ void TaskQueue::give_back(const CameraTask& task) {
   Tile* const tile = tile_of(task);
   if (!tile) return;
   tile->under_way = false;
-  free_.push_front({task.y0, task.x0});
+  free_.push_front(place_of(task));
 }
 
 bool TaskQueue::finish(const CameraTask& task) {
@@ -56,17 +54,17 @@ bool TaskQueue::finish(const CameraTask& task) {
   tile->under_way = false;
   tile->samples += task.sample_count;
   slots_done_ += task.slot_count();
-  if (tile->samples < end_)
-    free_.push_back({task.y0, task.x0});
+  if (tile->samples < tile->end)
+    free_.push_back(place_of(task));
   else
     --left_;
   return true;
 }
 
 std::uint32_t TaskQueue::whole_samples() const {
-  std::uint32_t least = end_;
+  std::uint32_t least = UINT32_MAX;
   for (const auto& [place, tile] : tiles_) least = std::min(least, tile.samples);
-  return least;
+  return tiles_.empty() ? 0 : least;
 }
 
 }  // namespace glowworm

@@ -5,7 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "points/gather_points.h"
@@ -14,7 +14,7 @@ namespace glowworm {
 
 inline bool operator==(const CameraTask& a, const CameraTask& b) {
   return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1 && a.first_sample == b.first_sample &&
-         a.sample_count == b.sample_count;
+         a.sample_count == b.sample_count && a.squares == b.squares;
 }
 
 /// Hands out the tasks of tiles. The samples of a tile are computed one task after another, as the film wants them;
@@ -23,10 +23,9 @@ class TaskQueue {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param tiles tasks of the first samples of every tile
-  /// @param end   one past the last sample of every tile
+  /// @param tiles with all their samples
   /// @param step  most samples of a task
-  TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t end, std::uint32_t step);
+  TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t step);
 
   /// The next task; nothing while every tile is done or under way.
   std::optional<CameraTask> take(Clock::time_point now);
@@ -43,21 +42,22 @@ class TaskQueue {
   /// Camera samples of finished tasks, and of all.
   std::uint64_t slots_done() const { return slots_done_; }
   std::uint64_t slots() const { return slots_; }
-  /// Samples that every tile has.
+  /// Samples that every tile has; 0 without tiles.
   std::uint32_t whole_samples() const;
 
  private:
   struct Tile {
-    CameraTask task;        // the next, or the one under way
-    std::uint32_t samples;  // finished
+    CameraTask task;             // the next, or the one under way
+    std::uint32_t samples, end;  // finished, and one past the last
     Clock::time_point since;
     bool under_way = false;
   };
-  using Place = std::pair<int, int>;  // upper left corner
+  using Place = std::tuple<int, int, std::uint32_t>;  // upper left corner and squares
+  static Place place_of(const CameraTask& task) { return {task.y0, task.x0, task.squares}; }
 
   Tile* tile_of(const CameraTask& task);
 
-  std::uint32_t end_, step_;
+  std::uint32_t step_;
   std::map<Place, Tile> tiles_;
   std::deque<Place> free_;
   std::size_t left_ = 0;  // tiles with samples to do

@@ -33,6 +33,7 @@ LightEstimate noisy(float error, Level&& level) {
       out.level.push_back(level(x, y) + error * normal(random));
       out.light.push_back(RGB(out.level.back()));
       out.variance.push_back(error * error);
+      out.samples.push_back(kSamples);
     }
   return out;
 }
@@ -48,7 +49,7 @@ float error_of(const FilteredLight& filtered, Level&& level, int first = 0, int 
 
 TEST(LightFilter, SmoothsNoiseAndEstimatesTheRest) {
   const auto level = [](int x, int y) { return 1 + 0.002f * static_cast<float>(x + y); };
-  const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface(), kSamples);
+  const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface());
   const float left = error_of(filtered, level);
   EXPECT_LT(left, 0.025f);
   double predicted = 0;
@@ -58,7 +59,7 @@ TEST(LightFilter, SmoothsNoiseAndEstimatesTheRest) {
 
 TEST(LightFilter, KeepsEdgesOfLight) {
   const auto level = [](int x, int) { return x < kSide / 2 ? 1.0f : 1.6f; };
-  const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface(), kSamples);
+  const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface());
   EXPECT_LT(error_of(filtered, level, kSide / 2 - 2, kSide / 2 + 2), 0.1f);
   EXPECT_LT(error_of(filtered, level), 0.05f);
 }
@@ -69,19 +70,19 @@ TEST(LightFilter, KeepsSurfacesApart) {
   for (std::size_t i = 0; i < guides.size(); ++i)
     if (i % kSide >= kSide / 2) guides.normal[i] = {1, 0, 0};
   const LightEstimate estimate = noisy(0.1f, level);
-  EXPECT_LT(error_of(filter_light(estimate, guides, kSamples), level, kSide / 2 - 2, kSide / 2 + 2), 0.03f);
+  EXPECT_LT(error_of(filter_light(estimate, guides), level, kSide / 2 - 2, kSide / 2 + 2), 0.03f);
   for (std::size_t i = 0; i < guides.size(); ++i)
     if (i % kSide >= kSide / 2) {
       guides.normal[i] = {0, 0, 1};
       guides.depth[i] = 3;
     }
-  EXPECT_LT(error_of(filter_light(estimate, guides, kSamples), level, kSide / 2 - 2, kSide / 2 + 2), 0.03f);
+  EXPECT_LT(error_of(filter_light(estimate, guides), level, kSide / 2 - 2, kSide / 2 + 2), 0.03f);
 }
 
 TEST(LightFilter, ConvergesToTheSamples) {
   const auto level = [](int x, int y) { return 1 + 0.1f * static_cast<float>((x / 2 + y / 2) % 2); };
   for (const float error : {0.16f, 0.04f, 0.01f}) {
-    const float left = error_of(filter_light(noisy(error, level), flat_surface(), kSamples), level);
+    const float left = error_of(filter_light(noisy(error, level), flat_surface()), level);
     EXPECT_LT(left, error);
   }
 }
@@ -90,7 +91,7 @@ TEST(LightFilter, KnowsThatStratifiedSamplesErrLessThanTheirSpread) {
   const auto level = [](int, int) { return 1.0f; };
   LightEstimate estimate = noisy(0.1f, level);
   for (float& variance : estimate.variance) variance *= 4;
-  const FilteredLight filtered = filter_light(estimate, flat_surface(), kSamples);
+  const FilteredLight filtered = filter_light(estimate, flat_surface());
   double mean = 0;
   for (const float variance : filtered.unfiltered) mean += variance;
   // The median of 1900 squares has a standard error of 5%, and there are four of them.
@@ -101,9 +102,10 @@ TEST(LightFilter, SkipsPixelsWithoutSurfaceOrVariance) {
   const auto level = [](int x, int y) { return static_cast<float>((x * 7 + y * 13) % 5); };
   FilterGuides guides = flat_surface();
   std::fill(guides.depth.begin(), guides.depth.end(), std::numeric_limits<float>::infinity());
-  const LightEstimate estimate = noisy(0.1f, level);
-  const FilteredLight in_the_sky = filter_light(estimate, guides, kSamples);
-  const FilteredLight of_one = filter_light(estimate, flat_surface(), 1);
+  LightEstimate estimate = noisy(0.1f, level);
+  const FilteredLight in_the_sky = filter_light(estimate, guides);
+  estimate.samples[0] = 1;
+  const FilteredLight of_one = filter_light(estimate, flat_surface());
   for (std::size_t i = 0; i < guides.size(); ++i) {
     ASSERT_EQ(in_the_sky.light[i], estimate.light[i]);
     ASSERT_EQ(of_one.light[i], estimate.light[i]);
@@ -117,7 +119,7 @@ TEST(LightFilter, FiltersPixelsOfTwoSurfacesAlongTheirEdge) {
   const int column = guides.width / 2;
   const auto at = [&](int y) { return static_cast<std::size_t>(y * guides.width + column); };
   for (int y = 0; y < guides.height; ++y) guides.normal[at(y)] = (guides.normal[at(y)] + Vec3{1, 0, 0}) * 0.5f;
-  const FilteredLight filtered = filter_light(estimate, guides, kSamples);
+  const FilteredLight filtered = filter_light(estimate, guides);
   double before = 0, after = 0;
   for (int y = 0; y < guides.height; ++y) {
     before += std::pow(estimate.light[at(y)].g - 1, 2);
@@ -129,9 +131,9 @@ TEST(LightFilter, FiltersPixelsOfTwoSurfacesAlongTheirEdge) {
 TEST(LightFilter, GivesTheSameBitsForAnyNumberOfThreads) {
   const LightEstimate estimate = noisy(0.1f, [](int x, int) { return 1 + 0.01f * static_cast<float>(x); });
   set_thread_count(1);
-  const FilteredLight one = filter_light(estimate, flat_surface(), kSamples);
+  const FilteredLight one = filter_light(estimate, flat_surface());
   set_thread_count(3);
-  const FilteredLight three = filter_light(estimate, flat_surface(), kSamples);
+  const FilteredLight three = filter_light(estimate, flat_surface());
   set_thread_count(0);
   EXPECT_TRUE(one.light == three.light);
   EXPECT_EQ(one.variance, three.variance);

@@ -173,8 +173,8 @@ TEST(InstructionSets, AreTheBestThatAllRanksHave) {
 }
 
 TEST(TaskQueue, GivesTheSamplesOfATileInOrder) {
-  const std::vector<CameraTask> tiles = {{0, 0, 16, 16, 1, 1}, {16, 0, 20, 16, 1, 1}};
-  TaskQueue queue(tiles, 6, 2);
+  const std::vector<CameraTask> tiles = {{0, 0, 16, 16, 1, 5}, {16, 0, 20, 16, 1, 5}};
+  TaskQueue queue(tiles, 2);
   const TaskQueue::Clock::time_point start;
   const auto at = [&](int seconds) { return start + std::chrono::seconds(seconds); };
   EXPECT_EQ(queue.slots(), 20u * 16 * 5);

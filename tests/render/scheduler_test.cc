@@ -122,7 +122,10 @@ double played(const RenderSettings& settings, const SlotSeconds& slot_seconds) {
     std::reverse(left.begin(), left.end());
     std::vector<int> covered(static_cast<std::size_t>(settings.height), 0);
     while (!left.empty()) {
-      const CameraTask task = next_task(left, settings.time_limit_s, time, known);
+      const std::vector<CameraTask> tasks =
+          next_tasks(left, schedule.slots_at_once, settings.time_limit_s, time, known);
+      const CameraTask task = tasks.front();
+      EXPECT_EQ(tasks.size(), 1u);
       const auto slots = static_cast<double>(task.slot_count());
       if (sample > 0 && time + known * slots / 2 >= settings.time_limit_s) return time;
       known = slot_seconds(time);

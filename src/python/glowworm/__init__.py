@@ -228,6 +228,7 @@ def render(
     indirect_only: bool = False,
     progressive: bool = False,
     no_gather_guiding: bool = False,
+    no_adaptive: bool = False,
     no_secondary_gather: bool = False,
     no_guiding: bool = False,
     samples: Union[int, str, None] = None,

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""The error that renders with --noise predict, and their true error: bench/results/noise.md.
+
+Each scene is rendered to several targets. The true error is that of the pixels' luminance against a render of other
+samples with the same photons, relative as the predicted one is (relative_error() in src/render/filtered.h), less the
+reference's own.
+
+usage: tables_noise.py [--samples-of-reference N] [SCENE...]     scenes of ../shared are left out where there are none
+"""
+import argparse
+import os
+import sys
+
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
+import glowworm  # noqa: E402
+
+from tables_equal_time import SCENES, path_of  # noqa: E402
+
+TARGETS = (0.1, 0.05, 0.025)
+
+
+def luminance(picture):
+    return picture["image"] @ np.array([0.2126, 0.7152, 0.0722])
+
+
+def relative_error(image, reference):
+    scale = reference**2 + 0.01 * reference.mean() ** 2
+    return float(np.sqrt(np.mean((image - reference) ** 2 / scale)))
+
+
+def rows(name, samples):
+    """One row for each target."""
+    scene = glowworm.Scene.load(path_of(name))
+    settings = {"size": SCENES[name][1], "progress": False}
+    half = glowworm.render(scene, samples=2 * samples, part="2/2", filter="off", **settings)
+    reference = luminance(half)
+    own = float(half.metadata["glowworm:relative_error"])
+    for target in TARGETS:
+        picture = glowworm.render(scene, noise=target, samples=samples, **settings)
+        predicted = float(picture.metadata["glowworm:relative_error"])
+        true = max(relative_error(luminance(picture), reference) ** 2 - own**2, 0) ** 0.5
+        mean = picture.statistics["mean_samples"]
+        yield f"| {name} | {target} | {mean:.1f} | {predicted:.4f} | {true:.4f} | {predicted / true:.2f} |"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--samples-of-reference", type=int, default=256)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
+    options = parser.parse_args()
+    lines = ["# Predicted and true error of renders with --noise", "", "Made by `bench/tables_noise.py`, which says how.", "",
+             "| scene | --noise | samples a pixel | predicted | true | predicted / true |", "| --- |" + " --- |" * 5]
+    for name in options.scenes:
+        if not path_of(name).startswith("builtin:") and not os.path.exists(path_of(name)):
+            continue
+        for line in rows(name, options.samples_of_reference):
+            lines.append(line)
+            print(line, flush=True)
+    results = os.path.join(ROOT, "bench/results/noise.md")
+    os.makedirs(os.path.dirname(results), exist_ok=True)
+    with open(results, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
