@@ -11,6 +11,7 @@
 #include "apps/picture_output.h"
 #include "apps/table_options.h"
 #include "core/atomic_file.h"
+#include "core/disk_memory.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
@@ -102,10 +103,17 @@ int run_merge(MergeOptions& o) {
   const Part all = united(parts, o.mixed);
   const std::uint64_t memory = o.table.settings.memory_bytes;
   MemoryBudget budget(memory > 0 ? memory : default_memory_bytes(), "Give a larger --memory.");
-  const Reservation film_memory(budget, "film", merge_bytes(all));
   const auto is_part = [](const Output& output) { return output.format == OutputFormat::part; };
   const bool shows = !std::all_of(o.outputs.begin(), o.outputs.end(), is_part);
-  const Reservation image_memory(budget, "image", shows ? image_bytes(all.picture.settings) : 0);
+  const std::uint64_t film_bytes = merge_bytes(all), shown_bytes = shows ? image_bytes(all.picture.settings) : 0;
+  std::unique_ptr<DiskMemory> disk;
+  const DiskUse use = o.table.settings.disk;
+  const bool fits = film_bytes + shown_bytes <= budget.limit();
+  if (DiskMemory::is_available() && use != DiskUse::never && (!fits || use == DiskUse::always))
+    disk = std::make_unique<DiskMemory>(budget.limit() / 2);
+  const DiskMemory::Scope scope(disk.get());
+  const Reservation film_memory(budget, "film", disk ? 0 : film_bytes);
+  const Reservation image_memory(budget, "image", disk ? 0 : shown_bytes);
   Film film = film_for(all);
   for (const PartFile& file : parts) add_part(file.path, file.part, film);
   tell_samples(all, film, parts.size());
@@ -137,7 +145,7 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
       ->option_text("FILE");
   add_picture_options(*c, "", options->picture);
   c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");
-  for (const char* name : {"--threads", "--memory"}) add_table_option(*c, name, options->table);
+  for (const char* name : {"--threads", "--memory", "--disk"}) add_table_option(*c, name, options->table);
   c->add_flag("-q,--quiet", options->quiet, "Print warnings and errors only");
   c->footer(kFooter);
   c->callback([options, &exit_status] { exit_status = run_merge(*options); });

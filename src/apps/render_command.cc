@@ -122,6 +122,8 @@ bool has_samples(const Film& film) {
 /// Writes the image to every -o. Returns its estimated relative error, or "" if unknown.
 /// @param said print messages
 std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
+  const DiskMemory::Scope scope(job.disk());
+  const auto with_film = [&](const auto& use) { return job.done() ? use(job.film()) : use(job.snapshot()); };
   std::optional<Image> image;
   for (const Output& output : o.outputs) {
     const std::string& path = output.path;
@@ -130,9 +132,10 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
     if (output.format == OutputFormat::part && !said) continue;
     std::string how;
     const bool written = files.write(path, [&] {
-      if (output.format == OutputFormat::part) return write_part(path, part_of(job), job.snapshot());
+      if (output.format == OutputFormat::part)
+        return with_film([&](const Film& film) { write_part(path, part_of(job), film); });
       if (!image) {
-        image = make_image(job.snapshot(), job);
+        image = with_film([&](const Film& film) { return make_image(film, job); });
         image->metadata["comments"] = o.command_line;
       }
       how = write_picture(output, *image, o.picture);
@@ -218,7 +221,7 @@ void warn_of_ending(Ending ending, bool any) {
 /// Writes the results, then throws the error, if any, or returns the exit status. @param failure of the render, or null
 int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
            const std::exception_ptr& failure) {
-  const bool any = has_samples(job.snapshot());
+  const bool any = has_samples(job.film());
   if (failure && !any) std::rethrow_exception(failure);
   write_outputs(o, job, tracer, files, start, any);
   const RenderSettings settings = job.settings();

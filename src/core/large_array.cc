@@ -9,6 +9,7 @@
 #include <new>
 #include <vector>
 
+#include "core/disk_memory.h"
 #include "core/spare_memory.h"
 
 #ifdef __linux__
@@ -128,6 +129,7 @@ FreedMemoryKeeper::FreedMemoryKeeper(std::size_t bytes) : bytes_(bytes) { spare_
 FreedMemoryKeeper::~FreedMemoryKeeper() { spare_memory().lower_limit(bytes_); }
 
 void* allocate_large(std::size_t bytes) {
+  if (void* memory = allocate_on_disk(bytes)) return memory;
   const bool huge = bytes >= 2 * kHugePage;
   const std::size_t alignment = huge ? kHugePage : 64;
   const std::size_t rounded = (bytes + alignment - 1) / alignment * alignment;
@@ -144,6 +146,7 @@ void* allocate_large(std::size_t bytes) {
 }
 
 void free_large(void* memory) {
+  if (free_on_disk(memory)) return;
   if (spare_memory().keeps())
     if (const std::size_t bytes = size_of(memory); bytes >= kMinKeptBytes) return spare_memory().give(memory, bytes);
   std::free(memory);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -23,11 +24,6 @@ constexpr const char* kRemedy =
 
 [[noreturn]] void fail(const std::string& folder, const std::string& what, int error) {
   throw Error(FilePlace{folder}, fmt::format("{}: {}", what, std::strerror(error)), kRemedy);
-}
-
-std::string default_folder() {
-  const char* folder = std::getenv("TMPDIR");
-  return folder && *folder ? folder : "/tmp";
 }
 
 int open_unnamed(const std::string& folder) {
@@ -53,8 +49,13 @@ int open_unnamed(const std::string& folder) {
 
 }  // namespace
 
+std::filesystem::path temporary_folder() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder && *folder ? folder : "/tmp";
+}
+
 UnnamedFile::UnnamedFile(const std::string& folder)
-    : folder_(folder.empty() ? default_folder() : folder), descriptor_(open_unnamed(folder_)) {}
+    : folder_(folder.empty() ? temporary_folder().string() : folder), descriptor_(open_unnamed(folder_)) {}
 
 UnnamedFile::~UnnamedFile() { close(descriptor_); }
 
@@ -76,6 +77,21 @@ void UnnamedFile::write(std::uint64_t first, std::span<const std::byte> from) {
     from = from.subspan(static_cast<std::size_t>(put));
     first += static_cast<std::uint64_t>(put);
   }
+}
+
+void* map_unnamed_file(std::size_t bytes) {
+  const std::string folder = temporary_folder();
+  const int file = open_unnamed(folder);
+  int error = posix_fallocate(file, 0, static_cast<off_t>(bytes));
+  void* memory = MAP_FAILED;
+  if (error == 0) {
+    memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    if (memory == MAP_FAILED) error = errno;
+  }
+  close(file);
+  if (error != 0)
+    fail(folder, fmt::format("a temporary file of {:.1f} MB cannot be made", static_cast<double>(bytes) / 1e6), error);
+  return memory;
 }
 
 }  // namespace glowworm

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -27,5 +28,12 @@ class UnnamedFile {
   std::string folder_;
   int descriptor_ = -1;
 };
+
+/// Folder of unnamed files: TMPDIR, or else /tmp.
+std::filesystem::path temporary_folder();
+
+/// Maps a new unnamed file of so many zeros in temporary_folder() until munmap(). Its room on the disk is taken at
+/// once. Throws Error if there is not enough.
+void* map_unnamed_file(std::size_t bytes);
 
 }  // namespace glowworm

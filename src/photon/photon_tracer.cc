@@ -74,8 +74,9 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   pass.emitted_by_light.resize(tracer.scene().light_source_count());
   pass.stored_by_light.resize(tracer.scene().light_source_count());
   pass.used_by_light.resize(tracer.scene().light_source_count());
-  // The last chunk exceeds the wanted number; reserved memory that is never written costs nothing.
-  pass.global.reserve(settings.photons + 8 * kPathsPerChunk);
+  // The last wave exceeds the wanted number; reserved memory that is never written costs nothing. Nothing grows later:
+  // other threads append, and this one may place arrays on disk.
+  pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
   ChunkTracers tracers({&tracer, &settings, false});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);

@@ -1,13 +1,17 @@
 #include "render/job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/unnamed_file.h"
 #include "points/finite_light.h"
 #include "render/filtered.h"
 #include "render/gather_guiding.h"
@@ -43,6 +47,35 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   return settings;
 }
 
+/// Bytes of a film and a copy of it.
+std::uint64_t film_bytes(const RenderSettings& s) {
+  return 2 * Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+}
+
+/// For film, image and photons, if the memory is too small for them; null if it is not.
+std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s) {
+  if (s.disk == DiskUse::never || !DiskMemory::is_available()) return nullptr;
+  const std::uint64_t photons = s.integrator == Integrator::path ? 0 : std::max(s.photons, s.photons_traced);
+  const std::uint64_t needed = film_bytes(s) + image_bytes(s) + photons * kBytesPerPhoton + smallest_room(s);
+  const bool fits = needed <= s.memory_bytes;
+  if (fits && s.disk == DiskUse::automatic) return nullptr;
+  std::error_code unknown;
+  const std::filesystem::space_info room = std::filesystem::space(temporary_folder(), unknown);
+  if (!fits && !unknown && room.available < needed)
+    throw Error(
+        fmt::format("film, image and photons take up to {:.1f} GB: more than the memory budget of {:.1f} MB, and "
+                    "more than the {:.1f} GB that are free in {}",
+                    static_cast<double>(needed) / 1e9, static_cast<double>(s.memory_bytes) / 1e6,
+                    static_cast<double>(room.available) / 1e9, temporary_folder().string()),
+        "Give a larger --memory, a smaller image or fewer --photons, or set TMPDIR to a folder on a larger disk.");
+  return std::make_unique<DiskMemory>(s.memory_bytes / 2);
+}
+
+Film film_of(const RenderSettings& s, const DiskMemory* disk) {
+  const DiskMemory::Scope scope(disk);
+  return Film(s.bounds, s.indirect_only, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+}
+
 }  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
@@ -57,11 +90,13 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))
                                            : nullptr),
       budget_(settings_.memory_bytes),
-      film_(settings_.bounds, settings_.indirect_only, settings_.separate_layers, settings_.place_layers(),
-            filters(settings_), settings_.light_group_count),
+      disk_(disk_for(settings_)),
+      film_memory_(array_budget(), "film", film_bytes(settings_)),
+      film_(film_of(settings_, disk_.get())),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()),
       ranks_(std::move(ranks)) {
+  if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (resume) this->resume(*resume);
   earlier_peak_ = peak_resident_bytes();
@@ -93,12 +128,14 @@ double Job::progress() const {
 }
 
 Film Job::snapshot() const {
+  const DiskMemory::Scope scope(disk_.get());
   const std::lock_guard lock(film_mutex_);
   return film_;
 }
 
 Checkpoint Job::checkpoint() const {
   std::string key = key_text(this->key());
+  const DiskMemory::Scope scope(disk_.get());
   const std::lock_guard lock(film_mutex_);
   return {std::move(key), film_.whole_passes(), film_.save(), round_};
 }
@@ -151,7 +188,7 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 
 void Job::run() {
   try {
-    const Reservation image(budget_, "image", image_bytes(settings_));
+    const Reservation image(array_budget(), "image", image_bytes(settings_));
     ranks_ && !crew_ ? work_for_rank_0() : render_passes();
   } catch (const Cancelled&) {
     ending_ = Ending::cancelled;
@@ -249,6 +286,7 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
   // Photons may use all memory that tasks leave.
   memory_.clear();
   guide_emission(s, statistics);
+  const DiskMemory::Scope scope(disk_.get());
   maps_.update(*tracer_, map_settings(s, sample), statistics);
 }
 

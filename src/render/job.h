@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "core/disk_memory.h"
 #include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "core/statistics.h"
@@ -76,6 +77,8 @@ class Job {
 
   /// A copy of the current film; at any time.
   Film snapshot() const;
+  /// The film itself, once the render has ended.
+  const Film& film() const { return film_; }
   /// The state to continue from: the film after the last complete task; at any time. The first call hashes the scene.
   Checkpoint checkpoint() const;
   /// Film::not_finite() of the current film; at any time.
@@ -91,6 +94,10 @@ class Job {
   /// Fate of the photons so far, by light; at any time. Empty for the path tracer.
   std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
+  /// Where film, image and photons are, because the memory budget is too small for them; null: in memory.
+  const DiskMemory* disk() const { return disk_.get(); }
+  /// The most that they take there, in bytes.
+  std::uint64_t disk_bytes() const { return disk_budget_.peak(); }
   /// The other ranks, of rank 0; null if there are none.
   Crew* crew() { return crew_.get(); }
   const Scene& scene() const { return *scene_; }
@@ -110,6 +117,8 @@ class Job {
   std::uint64_t peak_resident() const;
 
  private:
+  /// The budget of film, image and photons.
+  MemoryBudget& array_budget() { return disk_ ? disk_budget_ : budget_; }
   void run();
   void render_passes();
   /// Adaptive sampling after the passes.
@@ -151,12 +160,12 @@ class Job {
   mutable std::mutex settings_mutex_;
   AutomaticNumbers automatic_;                       // none of a render that continues from a checkpoint
   std::shared_ptr<const LightGroups> light_groups_;  // null: not kept apart
-  MemoryBudget budget_;
+  MemoryBudget budget_, disk_budget_;
+  std::unique_ptr<DiskMemory> disk_;
+  std::optional<Reservation> disk_pages_;
   // A copy of the film for readers during the render. Allocated before the film, so that a film that does not fit is
   // never allocated.
-  Reservation film_memory_{budget_, "film",
-                           2 * Film::bytes(settings_.bounds, settings_.separate_layers, settings_.place_layers(),
-                                           filters(settings_), settings_.light_group_count)};
+  Reservation film_memory_;
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
@@ -180,7 +189,7 @@ class Job {
   GatherGuide gather_guide_;
   bool has_gather_guide_ = false;
   std::shared_ptr<const PhotonDemand> demand_;
-  PhotonMaps maps_{budget_};
+  PhotonMaps maps_{array_budget()};
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;

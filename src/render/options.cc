@@ -393,8 +393,8 @@ std::vector<Option> machine_options() {
              &S::memory_bytes,
              {"auto", kByteUnits, 1e6, 1e15, false, "a size", "Give at least 1M, for example 512M or 4G."}),
       choice({"--disk", kMachine, "disk", "", "auto", nullptr,
-              "Keep query points in a file (in TMPDIR) where memory is too small for fast look-ups; the "
-              "image does not depend on it"},
+              "Keep image, photons and query points in files (in TMPDIR) where memory is too small for them, or for "
+              "fast look-ups; the image does not depend on it"},
              &S::disk, {"auto", "never", "always"}),
   };
 }

@@ -203,6 +203,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
                          {"scene", job.scene_bytes()},
                          {"peak_beside_scene", beside_scene},
                          {"unaccounted", beside_scene > reserved ? beside_scene - reserved : 0},
+                         {"on_disk", job.disk_bytes()},
                          {"photon_map", job.photon_map_bytes()},
                          {"query_points", job.query_point_bytes()},
                          {"acceleration_structure", tracer.bytes()}};

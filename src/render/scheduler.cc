@@ -40,6 +40,15 @@ constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
 // Tiles span the whole width if they are at least this high.
 constexpr int kLowestBand = 64;
 
+std::uint64_t slot_bytes_of(const RenderSettings& settings) {
+  const PlaceLayers places = settings.place_layers();
+  return bytes_per_slot(settings.light_group_count, places.radius, places.of_triangles());
+}
+
+std::uint64_t ray_bytes(const RenderSettings& settings) {
+  return kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
+}
+
 /// Most query points of a task, because of the time limit.
 std::uint64_t most_timed_queries(const RenderSettings& settings) {
   if (settings.time_limit_s <= 0) return kMaxOnDisk;
@@ -95,16 +104,18 @@ CameraTask cut(CameraTask& task, double slots, bool into_bands) {
 
 }  // namespace
 
+std::uint64_t smallest_room(const RenderSettings& settings) {
+  return ray_bytes(settings) + kMinQueries * kBytesPerQuery + kMinSlots * slot_bytes_of(settings);
+}
+
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   Schedule schedule;
-  const std::uint64_t slot_bytes = bytes_per_slot(settings.light_group_count, settings.place_layers().radius);
-  const std::uint64_t rays = kBytesPerThread * static_cast<std::uint64_t>(std::max(settings.threads, 1));
-  const std::uint64_t smallest = rays + kMinQueries * kBytesPerQuery + kMinSlots * slot_bytes;
+  const std::uint64_t slot_bytes = slot_bytes_of(settings), smallest = smallest_room(settings);
   if (room < smallest)
     throw Error(fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
                             static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
                 "Give a larger --memory, a smaller image, fewer --photons or fewer --threads.");
-  const std::uint64_t left = room - rays;
+  const std::uint64_t left = room - ray_bytes(settings);
   const bool gathers = settings.integrator == Integrator::gather;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;
   // A part stays free for the overhead of allocators.

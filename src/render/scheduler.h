@@ -20,9 +20,10 @@ struct Schedule {
 /// Bytes of a camera sample during its task: its gather point, twice while they are joined, and its light.
 /// @param light_groups whose light is kept apart
 /// @param radii        whether the photons around gather points are counted
-constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, bool radii = false) {
+/// @param places       whether the triangles of first hits are kept
+constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, bool radii = false, bool places = false) {
   return 3 * GatherPoints::kBytesEach + (4 + light_groups) * sizeof(RGB) + 28 +
-         (radii ? sizeof(RGB) + sizeof(float) : 0);
+         (radii ? sizeof(RGB) + sizeof(float) : 0) + (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0);
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
 inline constexpr std::uint64_t kBytesPerQuery = 192;
@@ -30,6 +31,9 @@ inline constexpr std::uint64_t kBytesPerQuery = 192;
 inline constexpr std::uint64_t kBytesPerPhoton = 200;
 /// Bytes of a thread for its rays.
 inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
+
+/// Bytes of the smallest task.
+std::uint64_t smallest_room(const RenderSettings& settings);
 
 /// Divides a render so that its tasks stay within `room` bytes. Tiles are as large as possible, because engines are
 /// faster on large batches, but a task takes no more than a moment, or a small share of a time limit. Throws Error if

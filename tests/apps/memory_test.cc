@@ -1,9 +1,11 @@
 // The memory budget: memory that the process really uses beyond its scene, as measured by the system.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "image/image.h"
 #include "program.h"
 
 namespace glowworm {
@@ -49,9 +51,31 @@ TEST_F(SlowMemoryTest, StaysWithinTheBudget) {
   }
 }
 
+TEST_F(SlowMemoryTest, FilmAndPhotonsThatDoNotFitGoToDisk) {
+  const std::vector<std::string> arguments = {
+      "render", "builtin:cornell", "--size",   "400x300", "--samples", "2",      "--gather",    "1",     "--photons",
+      "200k",   "--aov",           "position", "-q",      "--stats",   "s.json", "--precision", "float", "--resume=c"};
+  std::vector<Image> images;
+  for (const char* memory : {"1G", "64M"}) {
+    std::vector<std::string> all = {"--memory", memory, "-o", std::string(memory) + ".exr"};
+    all.insert(all.begin(), arguments.begin(), arguments.end());
+    const Outcome outcome = run(all);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    images.push_back(read_image(path(std::string(memory) + ".exr")));
+    std::filesystem::remove(path("c"));
+    const nlohmann::json bytes = read_json("s.json")["memory_bytes"];
+    EXPECT_LE(bytes["peak_beside_scene"], bytes["budget"]) << memory;
+    EXPECT_EQ(bytes["on_disk"] > 100'000'000, memory == std::string("64M")) << bytes;
+  }
+  ASSERT_EQ(images[0].channels().size(), images[1].channels().size());
+  for (std::size_t i = 0; i < images[0].channels().size(); ++i)
+    EXPECT_TRUE(images[0].channels()[i].samples == images[1].channels()[i].samples) << images[0].channels()[i].name;
+}
+
 TEST_F(SlowMemoryTest, TooSmallABudgetIsReported) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "4M", "--size", "256x256"}), {"memory", "--memory"}));
-  EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "64M", "--photons", "1M"}), {"photon map", "--memory"}));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "64M", "--photons", "1M", "--disk", "never"}),
+                      {"photon map", "--memory"}));
 }
 
 }  // namespace

@@ -70,6 +70,19 @@ TEST(Scheduler, TasksFitTheRoom) {
   EXPECT_THROW(make_schedule(settings_for(100, 100, 1, 1), 1 << 20), Error);
 }
 
+/// What is kept of first hits counts.
+TEST(Scheduler, TasksWithPlacesTakeMore) {
+  RenderSettings settings = settings_for(100, 100, 1, 1);
+  const std::uint64_t plain = smallest_room(settings);
+  settings.aovs = {"position"};
+  FirstHit hit;
+  hit.resize(16 * 16, settings.place_layers().of_triangles());
+  ASSERT_EQ(hit.triangle.size(), 256u);
+  EXPECT_GE(smallest_room(settings),
+            plain + hit.triangle.size() * sizeof(std::uint32_t) + hit.barycentric.size() * sizeof(Vec2));
+  EXPECT_THROW(make_schedule(settings, smallest_room(settings) - 1), Error);
+}
+
 TEST(Scheduler, AWholeImageComesFirstAndAllSamplesInTheEnd) {
   for (const int side : {16, 200, 2000}) {
     RenderSettings settings = settings_for(side, side, 100, 25);

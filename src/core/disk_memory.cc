@@ -1,0 +1,114 @@
+#include "core/disk_memory.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <new>
+
+#include "core/unnamed_file.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kMinBytes = std::size_t{1} << 20;
+/// Interval at which pages are counted. In this time threads may touch some 50 MB of new pages.
+constexpr std::chrono::milliseconds kInterval{5};
+
+thread_local bool uses_disk = false;
+std::atomic<bool> available{false};
+
+/// Sizes of the arrays on disk by address.
+struct Blocks {
+  std::mutex mutex;
+  std::map<void*, std::size_t> sizes;
+  std::atomic<std::size_t> count{0};
+};
+
+/// Never destroyed: destructors of other objects free memory at the end of the program.
+Blocks& blocks() {
+  alignas(Blocks) static std::byte storage[sizeof(Blocks)];
+  static auto* const all = new (storage) Blocks;
+  return *all;
+}
+
+std::size_t page_size() {
+  static const auto size = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  return size;
+}
+
+/// Bytes of mapped files in the process's memory; 0 where the system does not tell (proc(5), statm).
+std::uint64_t mapped_bytes() {
+  std::array<char, 128> text{};
+  const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  const ssize_t got = read(file, text.data(), text.size() - 1);
+  close(file);
+  if (got <= 0) return 0;
+  char* at = text.data();
+  std::strtoull(at, &at, 10);
+  std::strtoull(at, &at, 10);
+  return std::strtoull(at, nullptr, 10) * page_size();
+}
+
+/// Takes all pages of the arrays from the process's memory. What was written stays in their files.
+void release_pages() {
+  Blocks& all = blocks();
+  const std::lock_guard lock(all.mutex);
+  for (const auto& [memory, size] : all.sizes) madvise(memory, size, MADV_DONTNEED);
+}
+
+}  // namespace
+
+DiskMemory::DiskMemory(std::uint64_t resident_bytes)
+    : limit_(resident_bytes), before_(mapped_bytes()), thread_([this] {
+        while (!ended_) {
+          std::this_thread::sleep_for(kInterval);
+          if (mapped_bytes() > before_ + limit_ / 4 * 3) release_pages();
+        }
+      }) {}
+
+DiskMemory::~DiskMemory() {
+  ended_ = true;
+  thread_.join();
+}
+
+bool DiskMemory::is_available() { return available; }
+void make_disk_memory_available() { available = true; }
+
+DiskMemory::Scope::Scope(const DiskMemory* memory) : before_(uses_disk) { uses_disk = uses_disk || memory; }
+DiskMemory::Scope::~Scope() { uses_disk = before_; }
+
+void* allocate_on_disk(std::size_t bytes) {
+  if (!uses_disk || bytes < kMinBytes) return nullptr;
+  const std::size_t size = (bytes + page_size() - 1) / page_size() * page_size();
+  if (size < bytes) throw std::bad_alloc();
+  void* const memory = map_unnamed_file(size);
+  Blocks& all = blocks();
+  const std::lock_guard lock(all.mutex);
+  all.sizes.emplace(memory, size);
+  ++all.count;
+  return memory;
+}
+
+bool free_on_disk(void* memory) noexcept {
+  Blocks& all = blocks();
+  if (all.count == 0 || reinterpret_cast<std::uintptr_t>(memory) % page_size() != 0) return false;
+  std::map<void*, std::size_t>::node_type taken;  // is freed without the lock, because freeing comes here again
+  {
+    const std::lock_guard lock(all.mutex);
+    taken = all.sizes.extract(memory);
+    if (taken.empty()) return false;
+    munmap(memory, taken.mapped());
+    --all.count;
+  }
+  return true;
+}
+
+}  // namespace glowworm

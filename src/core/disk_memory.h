@@ -1,0 +1,53 @@
+// Large arrays in temporary files, for what does not fit into memory.
+#pragma once
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+
+namespace glowworm {
+
+/// While this object lives, the pages of arrays on disk leave the process's memory as soon as they fill most of a
+/// limit. The system writes them to the disk, and reads them back when they are used.
+class DiskMemory {
+ public:
+  /// @param resident_bytes limit of the pages of all arrays on disk that the process holds
+  explicit DiskMemory(std::uint64_t resident_bytes);
+  ~DiskMemory();
+  DiskMemory(const DiskMemory&) = delete;
+  DiskMemory& operator=(const DiskMemory&) = delete;
+
+  /// Whether operator new of this program calls allocate_on_disk(). If not, nothing should be placed on disk, because
+  /// most arrays would stay in memory.
+  static bool is_available();
+
+  /// While this object lives, arrays that its thread allocates, and that are not small, lie on disk. They may outlive
+  /// the Scope and the DiskMemory.
+  class Scope {
+   public:
+    /// @param memory null: no effect
+    explicit Scope(const DiskMemory* memory);
+    ~Scope();
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    bool before_;
+  };
+
+ private:
+  std::uint64_t limit_, before_;  // before_: mapped pages of other files
+  std::atomic<bool> ended_{false};
+  std::thread thread_;
+};
+
+/// For allocators: an array in an unnamed file in TMPDIR, aligned to a page; null outside of a DiskMemory::Scope, or if
+/// it is small. Throws Error if the disk has no room.
+void* allocate_on_disk(std::size_t bytes);
+/// Frees what allocate_on_disk() gave. Returns false if it did not.
+bool free_on_disk(void* memory) noexcept;
+
+/// Tells DiskMemory that this program's operator new uses these functions.
+void make_disk_memory_available();
+
+}  // namespace glowworm
