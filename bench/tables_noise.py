@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """The error that renders with --noise predict, and their true error: bench/results/noise.md.
 
-Each scene is rendered to several targets. The true error is that of the pixels' luminance against a render of other
-samples with the same photons, relative as the predicted one is (relative_error() in src/render/filtered.h), less the
-reference's own.
+Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
+samples with the same photons, relative as the predicted one is (relative_error() in src/render/filtered.h).
 
-usage: tables_noise.py [--samples-of-reference N] [SCENE...]     scenes of ../shared are left out where there are none
+usage: tables_noise.py [--samples N] [SCENE...]     scenes of ../shared are left out where there are none
 """
 import argparse
 import os
@@ -26,29 +25,31 @@ def luminance(picture):
     return picture["image"] @ np.array([0.2126, 0.7152, 0.0722])
 
 
-def relative_error(image, reference):
-    scale = reference**2 + 0.01 * reference.mean() ** 2
-    return float(np.sqrt(np.mean((image - reference) ** 2 / scale)))
+def relative_error(image, references):
+    """Of the image, without that of two independent references: the mean of the product of both differences has none."""
+    mean = sum(references) / 2
+    product = (image - references[0]) * (image - references[1])
+    return max(float(np.mean(product / (mean**2 + 0.01 * mean.mean() ** 2))), 0) ** 0.5
 
 
 def rows(name, samples):
     """One row for each target."""
     scene = glowworm.Scene.load(path_of(name))
     settings = {"size": SCENES[name][1], "progress": False}
-    half = glowworm.render(scene, samples=2 * samples, part="2/2", filter="off", **settings)
-    reference = luminance(half)
-    own = float(half.metadata["glowworm:relative_error"])
+    # The first part has the samples that the picture begins with.
+    references = [luminance(glowworm.render(scene, samples=3 * samples, part=part, filter="off", **settings))
+                  for part in ("2/3", "3/3")]
     for target in TARGETS:
         picture = glowworm.render(scene, noise=target, samples=samples, **settings)
         predicted = float(picture.metadata["glowworm:relative_error"])
-        true = max(relative_error(luminance(picture), reference) ** 2 - own**2, 0) ** 0.5
+        true = relative_error(luminance(picture), references)
         mean = picture.statistics["mean_samples"]
         yield f"| {name} | {target} | {mean:.1f} | {predicted:.4f} | {true:.4f} | {predicted / true:.2f} |"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples-of-reference", type=int, default=256)
+    parser.add_argument("--samples", type=int, default=128)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
     lines = ["# Predicted and true error of renders with --noise", "", "Made by `bench/tables_noise.py`, which says how.", "",
@@ -56,7 +57,7 @@ def main():
     for name in options.scenes:
         if not path_of(name).startswith("builtin:") and not os.path.exists(path_of(name)):
             continue
-        for line in rows(name, options.samples_of_reference):
+        for line in rows(name, options.samples):
             lines.append(line)
             print(line, flush=True)
     results = os.path.join(ROOT, "bench/results/noise.md")

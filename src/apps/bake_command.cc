@@ -38,9 +38,6 @@ namespace glowworm {
 
 namespace {
 
-/// With a larger budget, in bytes, freed memory may stay in the heap, which is faster.
-constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
-
 struct BakeOptions {
   std::string scene, command_line, output, atlas_picture, resume, format = "emissive", light = "all", texture = "png";
   std::optional<float> exposure;  ///< stops; none: chosen by the light
@@ -68,7 +65,7 @@ void resolve_options(BakeOptions& o) {
     throw CommandLineError(fmt::format("--format {} has no textures", o.format), "Leave --texture out.");
   if (o.is_probes()) o.settings.filter = Filtering::off;
   o.settings.separate_layers = filters(o.settings);
-  if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
+  keep_heap_small(o.settings.memory_bytes);
   if (o.side != std::floor(o.side))
     throw CommandLineError(fmt::format("--atlas '{}' is not a whole number of texels", o.side));
 }
@@ -275,7 +272,7 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
   add_exposure_option(c, "Textures", o.exposure);
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kBakeFooter = R"(
 Each texel is a point of a surface, and its light is computed as that of a pixel.
 Light is baked on surfaces whose look does not depend on the place of the viewer;
 lamps glow, and glass and mirrors are left as they are. The file's values are
@@ -308,7 +305,7 @@ void add_bake_command(CLI::App& program, const std::string& command_line, int& e
   add_table_options(*c, "Machine", false, o->table);
   c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
   c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
-  c->footer(kFooter);
+  c->footer(kBakeFooter);
   c->callback([o, &exit_status] { exit_status = run_bake(*o); });
 }
 

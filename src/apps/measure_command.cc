@@ -203,7 +203,7 @@ int run_measure(MeasureOptions& o) {
   return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 0;
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kMeasureFooter = R"(
 Sensors measure the light that arrives from the half space around their normal:
 irradiance in W m^-2 for each channel of linear RGB, and illuminance in lx by 179 lm/W.
 The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is
@@ -261,7 +261,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
       ->group("Reports");
   c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
   c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
-  c->footer(kFooter);
+  c->footer(kMeasureFooter);
   c->callback([o, &exit_status] { exit_status = run_measure(*o); });
 }
 

@@ -121,7 +121,7 @@ int run_merge(MergeOptions& o) {
   return 0;
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kMergeFooter = R"(
 All parts of a render give the bits of the undivided render. Some of them give a picture of fewer samples. Parts may be
 merged into a larger part (-o all.part), to be merged again. The layers are those of the --aov of the parts.
 
@@ -147,7 +147,7 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
   c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");
   for (const char* name : {"--threads", "--memory", "--disk"}) add_table_option(*c, name, options->table);
   c->add_flag("-q,--quiet", options->quiet, "Print warnings and errors only");
-  c->footer(kFooter);
+  c->footer(kMergeFooter);
   c->callback([options, &exit_status] { exit_status = run_merge(*options); });
 }
 

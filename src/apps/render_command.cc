@@ -40,9 +40,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// With a larger budget, in bytes, freed memory may stay in the heap for the next task, which is faster.
-constexpr std::uint64_t kAmpleMemory = std::uint64_t{3} << 30;
-
 struct RenderOptions {
   std::string scene, command_line;
   std::vector<std::string> names;  ///< values of -o
@@ -274,7 +271,7 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
     name_outputs(o, {});
     prepare_outputs(o, files);
   }
-  if (o.settings.memory_bytes < kAmpleMemory) keep_heap_small();
+  keep_heap_small(o.settings.memory_bytes);
   const Clock::time_point start = Clock::now();
   ImportOptions import_options;
   import_options.budget = loading_budget(o.settings.memory_bytes);
@@ -416,7 +413,7 @@ void warn_of_ignored(const TableOptions& table) {
       warn(fmt::format("{} has no effect with {}", option->name, option->overruled_by(table.settings)));
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kRenderFooter = R"(
 Nothing has to be set: 'auto' values are chosen for the scene, and --stats shows them.
 Lengths are metres, radiance is W sr^-1 m^-2 in linear RGB (Rec. 709).
 Ctrl-C finishes the current task, writes the image so far and exits with status 130;
@@ -441,7 +438,7 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_effort_options(*c, *options);
   add_machine_options(*c, *options);
   add_report_options(*c, *options);
-  c->footer(kFooter);
+  c->footer(kRenderFooter);
   c->callback([c, options, &exit_status] {
     options->resumes = is_given(*c, "--resume");
     warn_of_ignored(options->table);

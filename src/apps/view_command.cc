@@ -59,7 +59,7 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->group("Session");
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kViewFooter = R"(
 In the window: drag to orbit, with Shift or the middle button to pan, with the right button
 to look around, wheel to move nearer, W A S D Q E to fly, double-click to focus, F1 for help,
 F12 for a screenshot; a scene file dropped on it is opened.
@@ -127,7 +127,7 @@ void add_view_command(CLI::App& program, int& exit_status) {
   add_scene_options(*c, options->changes);
   add_start_options(*c, *options);
   add_session_options(*c, *options);
-  c->footer(kFooter);
+  c->footer(kViewFooter);
   c->callback([options, &exit_status] { exit_status = run_view(*options); });
 }
 

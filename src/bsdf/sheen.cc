@@ -12,7 +12,7 @@ namespace glowworm::bsdf_detail {
 namespace {
 
 constexpr float kMinAlpha = 0.01f;
-constexpr int kAlphaNodes = 32;
+constexpr int kSheenAlphaNodes = 32;
 
 /// Lambda of the Charlie distribution, fitted (Estevez and Kulla 2017, section 3), without its softened terminator,
 /// which is not reciprocal.
@@ -40,14 +40,14 @@ float node(int i, int count) {
   return x * x;
 }
 
-using Table = std::array<std::array<float, kCosineNodes>, kAlphaNodes>;
+using Table = std::array<std::array<float, kCosineNodes>, kSheenAlphaNodes>;
 
 /// Integrates albedos over the hemisphere, before they are limited.
 Table integrate() {
   constexpr int kPolar = 64, kAzimuth = 32;
   Table table{};
-  for (int row = 0; row < kAlphaNodes; ++row) {
-    const float alpha = std::max(kMinAlpha, node(row, kAlphaNodes));
+  for (int row = 0; row < kSheenAlphaNodes; ++row) {
+    const float alpha = std::max(kMinAlpha, node(row, kSheenAlphaNodes));
     for (int column = 0; column < kCosineNodes; ++column) {
       const float cosine = std::max(1e-3f, node(column, kCosineNodes));
       const Vec3 wo{std::sqrt(1 - cosine * cosine), 0, cosine};
@@ -104,9 +104,9 @@ RGB sensitivity(float path, RGB shift) {
 }  // namespace
 
 Sheen::Sheen(float alpha) : alpha_(std::clamp(alpha, kMinAlpha, 1.0f)) {
-  const float x = std::sqrt(alpha_) * (kAlphaNodes - 1);
-  const int i = std::min(static_cast<int>(x), kAlphaNodes - 2);
-  mix_ = (alpha_ - node(i, kAlphaNodes)) / (node(i + 1, kAlphaNodes) - node(i, kAlphaNodes));
+  const float x = std::sqrt(alpha_) * (kSheenAlphaNodes - 1);
+  const int i = std::min(static_cast<int>(x), kSheenAlphaNodes - 2);
+  mix_ = (alpha_ - node(i, kSheenAlphaNodes)) / (node(i + 1, kSheenAlphaNodes) - node(i, kSheenAlphaNodes));
   rows_[0] = albedos()[static_cast<std::size_t>(i)].data();
   rows_[1] = albedos()[static_cast<std::size_t>(i) + 1].data();
 }

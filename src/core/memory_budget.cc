@@ -65,8 +65,10 @@ void restart_peak_resident() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-void keep_heap_small() {
+void keep_heap_small(std::uint64_t budget) {
 #ifdef __GLIBC__
+  constexpr std::uint64_t kAmple = std::uint64_t{3} << 30;
+  if (budget >= kAmple) return;
   // Setting either threshold stops glibc from raising both when large blocks are freed.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
   mallopt(M_TRIM_THRESHOLD, 1 << 20);

@@ -77,8 +77,9 @@ std::uint64_t resident_bytes();
 std::uint64_t peak_resident_bytes();
 /// Resets the peak to the present resident memory, if the system can (Linux).
 void restart_peak_resident();
-/// Makes freed memory return to the system at once, from now on. This costs some time.
-void keep_heap_small();
+/// Makes freed memory return to the system at once, from now on, if the budget in bytes is small. This costs some time,
+/// so with an ample budget it stays in the heap for what comes next.
+void keep_heap_small(std::uint64_t budget);
 /// Returns free memory of the heap to the system.
 void return_free_memory();
 /// Physical memory of the machine in bytes.

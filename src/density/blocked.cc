@@ -29,7 +29,7 @@ constexpr std::size_t kFewPoints = std::size_t{1} << 15;
 // times the photons that they use. The sums do not depend on the runs.
 constexpr std::size_t kSparsePhotons = 24;
 // Prefetch distance, in points.
-constexpr std::size_t kAhead = 16;
+constexpr std::size_t kBlockedAhead = 16;
 
 using Clock = std::chrono::steady_clock;
 
@@ -74,7 +74,7 @@ class BucketWorker {
     }
     const std::size_t padded = (run.count + kTileWidth - 1) / kTileWidth * kTileWidth;
     for (std::size_t i = 0; i < padded; ++i) {
-      if (i + kAhead < indices.size()) __builtin_prefetch(&points[indices[i + kAhead]]);
+      if (i + kBlockedAhead < indices.size()) __builtin_prefetch(&points[indices[i + kBlockedAhead]]);
       const BucketPoint& p = points[indices[std::min(i, run.count - 1)]];
       in_[0][i] = p.position.x;
       in_[1][i] = p.position.y;
@@ -87,7 +87,7 @@ class BucketWorker {
       blocked_sum_glossy(tree_, run, *glossy, scratch_, counts);
     else
       blocked_sum(tree_, run, scratch_, counts);
-    for (std::size_t i = 0; i < std::min<std::size_t>(run.count, kAhead); ++i)
+    for (std::size_t i = 0; i < std::min<std::size_t>(run.count, kBlockedAhead); ++i)
       __builtin_prefetch(&buckets_.answer(bucket, indices[i]), 1);
     for (std::size_t i = 0; i < run.count; ++i)
       buckets_.answer(bucket, indices[i]) = RGB(out_[0][i], out_[1][i], out_[2][i]);

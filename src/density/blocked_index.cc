@@ -21,9 +21,9 @@ namespace {
 constexpr std::size_t kSortedRun = 512;
 // or a tree, in which runs of leaves are boxes.
 constexpr std::size_t kSortedRunOfTree = 128;
-constexpr std::size_t kGrain = 1024;
+constexpr std::size_t kIndexGrain = 1024;
 // Prefetch distance, in photons.
-constexpr std::size_t kAhead = 16;
+constexpr std::size_t kIndexAhead = 16;
 // Margin for rounding in tests against the largest radius, so that no photon is lost.
 constexpr float kRadiusMargin = 1 + 1e-5f;
 
@@ -52,10 +52,10 @@ LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPo
   }
   LargeArray<CompactRow> sorted(order.size());
   std::atomic<bool> all_count{true};
-  parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, order.size(), kIndexGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       // Photons are in memory in the order of tracing, which is random in space.
-      const std::uint32_t soon = order[std::min(i + kAhead, order.size() - 1)];
+      const std::uint32_t soon = order[std::min(i + kIndexAhead, order.size() - 1)];
       __builtin_prefetch(&photons.position[soon]);
       __builtin_prefetch(&photons.normal[soon]);
       if (policy.kind == RadiusKind::per_photon) __builtin_prefetch(&policy.radii[soon]);
@@ -168,7 +168,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
   blocks_ = LargeArray<PhotonBlock>((size_ + kBlockWidth - 1) / kBlockWidth);
   directions_ = LargeArray<Vec3>(blocks_.size() * kBlockWidth);
   const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
-  parallel_for(0, blocks_.size(), kGrain, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, blocks_.size(), kIndexGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t place = first * kBlockWidth; place < last * kBlockWidth; ++place) {
       PhotonBlock& block = blocks_[place / kBlockWidth];
       const std::size_t lane = place % kBlockWidth;
@@ -176,7 +176,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
         clear_lane(block, lane);
         continue;
       }
-      const std::uint32_t soon = sorted[std::min(place + kAhead, size_ - 1)].index();
+      const std::uint32_t soon = sorted[std::min(place + kIndexAhead, size_ - 1)].index();
       __builtin_prefetch(&photons.flux[soon]);
       __builtin_prefetch(&photons.direction[soon]);
       const CompactRow& row = sorted[place];
@@ -208,7 +208,7 @@ void BlockedIndex::build_nodes() {
     const bool lowest = level_first_.empty();
     level_first_.push_back(first);
     nodes_.resize(first + count);
-    parallel_for(0, count, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(0, count, kIndexGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         for (int c = 0; c < kBlockWidth; ++c) {
           const std::size_t child = i * kBlockWidth + static_cast<std::size_t>(c);

@@ -23,7 +23,7 @@ constexpr float kSameSurfaceCosine = 0.9f;
 constexpr float kDirectionCosines[] = {0.9f, 0.7f, 0.4f, 0.0f, -1.1f};
 // Largest share of photons that a round drops; more would use up the neighbours.
 constexpr double kShareOfRound = 0.5;
-constexpr std::size_t kGrain = 512;
+constexpr std::size_t kControlGrain = 512;
 
 /// The neighbours of a photon, by their places in the map.
 struct Neighbourhood {
@@ -43,7 +43,7 @@ class Round {
   Round(const PhotonBatch& photons, std::vector<Flux>& flux) : photons_(photons), flux_(flux) {
     map_.build(photons, {});
     around_.resize(photons.size());
-    parallel_for(0, photons.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, photons.size(), kControlGrain, [&](std::size_t first, std::size_t last) {
       std::array<std::uint64_t, kNeighbours + 1> found;
       for (std::size_t i = first; i < last; ++i) find(static_cast<std::uint32_t>(i), found);
     });

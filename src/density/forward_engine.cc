@@ -14,7 +14,7 @@ namespace glowworm {
 namespace {
 
 // Query points that one thread looks up in turn; a multiple of every packet width.
-constexpr std::size_t kGrain = 1024;
+constexpr std::size_t kPacketGrain = 1024;
 
 /// Query points of a piece in the layout of the kernels.
 class PacketQueries {
@@ -80,7 +80,7 @@ class ForwardEngine final : public DensityEngine {
     PhaseTimer timer(statistics, Phase::density);
     const int lanes = options_.lanes > 0 ? options_.lanes : forward_lanes();
     const ForwardTree tree = map_.tree(policy_);
-    parallel_for(0, order.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, order.size(), kPacketGrain, [&](std::size_t first, std::size_t last) {
       PacketQueries lambertian(last - first), others(0);
       for (std::size_t i = first; i < last; ++i) {
         const std::uint32_t point = order[i];

@@ -17,7 +17,7 @@ namespace glowworm {
 namespace {
 
 // One thread builds subtrees below this number of photons.
-constexpr std::size_t kParallelCount = 8192;
+constexpr std::size_t kParallelPhotons = 8192;
 // From this number of photons on, a histogram narrows down the median first.
 constexpr std::size_t kHistogramCount = 512;
 constexpr std::size_t kBins = 256;
@@ -53,7 +53,7 @@ class TreeBuilder {
     const auto build_right = [&] {
       if (right > 0) subtree(points + left + 1, scratch + left + 1, right, right_at);
     };
-    if (count > kParallelCount) {
+    if (count > kParallelPhotons) {
       parallel_invoke(build_left, build_right);
     } else {
       build_left();
@@ -121,7 +121,7 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
   const bool own = policy.kind == RadiusKind::per_photon;
   const float norm = static_cast<float>(kernel_norm(policy.kernel)) * kInversePi;
   const std::size_t count = order.size();
-  parallel_for(0, count, kParallelCount, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, count, kParallelPhotons, [&](std::size_t first, std::size_t last) {
     for (std::size_t at = first; at < last; ++at) {
       // Photons are in memory in the order of tracing, which is random in space.
       const std::uint32_t soon = order[std::min(at + kPrefetchDistance, count - 1)];
@@ -193,7 +193,7 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   map.direction = LargeArray<Vec3>(count);
   if (policy.kind == RadiusKind::per_photon) map.reach = LargeArray<ForwardReach>(count);
   LargeArray<KdPoint> points(count), scratch(count);
-  parallel_for(0, count, kParallelCount, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, count, kParallelPhotons, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
   });
   LargeArray<std::uint32_t> order(count);

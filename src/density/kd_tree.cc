@@ -13,7 +13,7 @@ namespace glowworm {
 namespace {
 
 // One thread builds subtrees below this number of points.
-constexpr std::size_t kParallelCount = 16384;
+constexpr std::size_t kParallelPoints = 16384;
 // Below this depth cells are halved by count, which bounds the depth even if distances shrink without end: two levels
 // for each halving with equal coordinates, and one for each axis on which all coordinates are equal.
 constexpr int kMidpointDepth = 64;
@@ -66,7 +66,7 @@ class Builder {
     right_cell.min[split.axis] = split.position;
     const std::size_t self = nodes.size();
     nodes.emplace_back();
-    if (run.count < kParallelCount) {
+    if (run.count < kParallelPoints) {
       subtree(left, left_cell, depth + 1, nodes);
       close(nodes, self, split);
       subtree(right, right_cell, depth + 1, nodes);

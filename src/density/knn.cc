@@ -10,8 +10,8 @@ namespace glowworm {
 namespace {
 
 // Measured with bench/density_bench.cc.
-constexpr std::uint32_t kLeafSize = 8;
-constexpr std::size_t kGrain = 8192;
+constexpr std::uint32_t kKnnLeafSize = 8;
+constexpr std::size_t kKnnGrain = 8192;
 
 /// A subtree still to be searched, and the distance to its cell: squared, and by axis. Differences, squares and sums
 /// round monotonically and are taken in the order of length_squared(), so that no photon of the cell is nearer than the
@@ -73,13 +73,13 @@ Vec3 outside(const Box3& box, Vec3 x) {
 }  // namespace
 
 void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) {
-  tree_ = build_kd_tree(photons.position, kLeafSize);
+  tree_ = build_kd_tree(photons.position, kKnnLeafSize);
   const std::size_t count = photons.size();
   normal_ = LargeArray<Vec3>(count);
   direction_ = LargeArray<Vec3>(count);
   flux_ = LargeArray<RGB>(count);
   radius_squared_ = LargeArray<float>(radii.empty() ? 0 : count);
-  parallel_for(0, count, kGrain, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, count, kKnnGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const std::uint32_t index = tree_.points[i].index;
       normal_[i] = photons.normal[index];

@@ -12,7 +12,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 14;
+constexpr std::size_t kReorderPiece = std::size_t{1} << 14;
 
 /// Points by Morton code at the finest level: each level of the octree is three bits.
 using CodedPoint = KeyedIndex<std::uint64_t>;
@@ -36,7 +36,7 @@ class OctreeOrder {
     while (!large.empty()) {
       const Cell cell = large.back();
       large.pop_back();
-      if (cell.last - cell.first <= kPiece || cell.level >= depth_) {
+      if (cell.last - cell.first <= kReorderPiece || cell.level >= depth_) {
         small.push_back(cell);
         continue;
       }
@@ -83,10 +83,10 @@ class OctreeOrder {
   }
 
   std::array<std::size_t, 9> divide_parallel(const Cell& cell) {
-    const std::size_t pieces = (cell.last - cell.first + kPiece - 1) / kPiece;
+    const std::size_t pieces = (cell.last - cell.first + kReorderPiece - 1) / kReorderPiece;
     std::vector<std::array<std::size_t, 8>> next(pieces);
-    parallel_for(cell.first, cell.last, kPiece, [&](std::size_t first, std::size_t last) {
-      auto& count = next[(first - cell.first) / kPiece];
+    parallel_for(cell.first, cell.last, kReorderPiece, [&](std::size_t first, std::size_t last) {
+      auto& count = next[(first - cell.first) / kReorderPiece];
       for (std::size_t i = first; i < last; ++i) ++count[place_of(points_[i], cell)];
     });
     std::array<std::size_t, 9> ends{};
@@ -100,11 +100,11 @@ class OctreeOrder {
       }
     }
     ends[8] = sum;
-    parallel_for(cell.first, cell.last, kPiece, [&](std::size_t first, std::size_t last) {
-      auto& to = next[(first - cell.first) / kPiece];
+    parallel_for(cell.first, cell.last, kReorderPiece, [&](std::size_t first, std::size_t last) {
+      auto& to = next[(first - cell.first) / kReorderPiece];
       for (std::size_t i = first; i < last; ++i) scratch_[to[place_of(points_[i], cell)]++] = points_[i];
     });
-    parallel_for(cell.first, cell.last, kPiece, [&](std::size_t first, std::size_t last) {
+    parallel_for(cell.first, cell.last, kReorderPiece, [&](std::size_t first, std::size_t last) {
       std::copy(scratch_.begin() + static_cast<std::ptrdiff_t>(first),
                 scratch_.begin() + static_cast<std::ptrdiff_t>(last),
                 points_.begin() + static_cast<std::ptrdiff_t>(first));
@@ -120,7 +120,7 @@ class OctreeOrder {
 template <typename Key>
 std::vector<std::uint32_t> indices_of(const std::vector<KeyedIndex<Key>>& sorted) {
   std::vector<std::uint32_t> order(sorted.size());
-  parallel_for(0, sorted.size(), kPiece, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, sorted.size(), kReorderPiece, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) order[i] = sorted[i].index;
   });
   return order;
@@ -130,7 +130,7 @@ std::vector<std::uint32_t> indices_of(const std::vector<KeyedIndex<Key>>& sorted
 template <typename Key, typename Function>
 std::vector<KeyedIndex<Key>> keyed(std::span<const Vec3> points, const Function& key) {
   std::vector<KeyedIndex<Key>> pairs(points.size());
-  parallel_for(0, points.size(), kPiece, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, points.size(), kReorderPiece, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i)
       pairs[i] = {static_cast<Key>(key(points[i])), static_cast<std::uint32_t>(i)};
   });
@@ -178,12 +178,12 @@ std::vector<std::uint32_t> hilbert_order(std::span<const Vec3> points, const Box
 }
 
 Box3 bounds_of(std::span<const Vec3> points) {
-  std::vector<Box3> boxes((points.size() + kPiece - 1) / kPiece);
-  parallel_for(0, points.size(), kPiece, [&](std::size_t first, std::size_t last) {
+  std::vector<Box3> boxes((points.size() + kReorderPiece - 1) / kReorderPiece);
+  parallel_for(0, points.size(), kReorderPiece, [&](std::size_t first, std::size_t last) {
     Box3 box;
     for (std::size_t i = first; i < last; ++i)
       if (is_finite(points[i])) box.grow(points[i]);
-    boxes[first / kPiece] = box;
+    boxes[first / kReorderPiece] = box;
   });
   Box3 bounds;
   for (const Box3& box : boxes)

@@ -19,7 +19,7 @@ namespace glowworm {
 namespace {
 
 // Query points of one tree at most.
-constexpr std::size_t kPartPoints = std::size_t{1} << 26;
+constexpr std::size_t kTreePoints = std::size_t{1} << 26;
 // Pairs with points that are not Lambertian are shaded in batches of this size.
 constexpr std::size_t kMaxPairs = std::size_t{1} << 18;
 
@@ -203,7 +203,7 @@ class ReverseEngine final : public DensityEngine {
   std::string name() const override { return "reverse"; }
 
   EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
-    const std::size_t parts = std::max<std::size_t>((points + kPartPoints - 1) / kPartPoints, 1);
+    const std::size_t parts = std::max<std::size_t>((points + kTreePoints - 1) / kTreePoints, 1);
     const std::size_t part = (points + parts - 1) / parts;
     return {ReversePhotonArray::bytes(photons) + ReverseTree::bytes(part) + part * kReverseSums * sizeof(float),
             static_cast<std::uint32_t>(parts)};
@@ -223,8 +223,8 @@ class ReverseEngine final : public DensityEngine {
     statistics.add(Counter::query_points, points.size());
     if (photons_.size() == 0) return;
     std::unique_ptr<ReverseMemory> memory = take_memory();
-    for (std::size_t first = 0; first < points.size(); first += kPartPoints) {
-      const ShadingGroups groups(points, first, std::min(first + kPartPoints, points.size()));
+    for (std::size_t first = 0; first < points.size(); first += kTreePoints) {
+      const ShadingGroups groups(points, first, std::min(first + kTreePoints, points.size()));
       estimate_some(points, groups.lambertian, Shading::lambertian, {}, radiance, *memory, statistics);
       for (std::size_t model = 0; model < kGlossyModels; ++model)
         estimate_some(points, groups.glossy[model], Shading::glossy, static_cast<GlossyModel>(model), radiance, *memory,

@@ -12,9 +12,9 @@ namespace glowworm {
 namespace {
 
 // Leaf size of the tree that orders the photons: searches from one leaf visit the same nodes in any order.
-constexpr std::uint32_t kLeafSize = 8;
+constexpr std::uint32_t kOrderLeafSize = 8;
 constexpr std::uint32_t kClustersInGroup = 32;
-constexpr std::size_t kGrain = 16384;
+constexpr std::size_t kReverseGrain = 16384;
 
 /// The radius with a margin for the rounding of bounds.
 float padded(float radius, Vec3 p) {
@@ -56,13 +56,13 @@ ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusP
     positions.push_back(photons.position[i]);
     indices.push_back(i);
   }
-  const KdTree tree = build_kd_tree(positions, kLeafSize);
+  const KdTree tree = build_kd_tree(positions, kOrderLeafSize);
   const std::size_t count = positions.size();
   const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
   for (auto& field : fields_) field.assign(count + kReversePadding, 0.0f);
   direction_.resize(count);
   std::vector<float> radii(count);
-  parallel_for(0, count, kGrain, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, count, kReverseGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const std::uint32_t index = indices[tree.points[i].index];
       const Vec3 p = photons.position[index], normal = photons.normal[index];

@@ -21,7 +21,7 @@ constexpr std::size_t kSubtreeGrain = 4;
 // Prefetch distance, in points.
 constexpr std::size_t kPointsAhead = 32;
 // Points in one piece of work.
-constexpr std::size_t kPointGrain = 65536;
+constexpr std::size_t kTreePointGrain = 65536;
 
 /// Turns a kd-tree into the nodes of the reverse photon map, and cuts it into subtrees.
 class Converter {
@@ -111,14 +111,15 @@ std::span<T> take(LargeArray<T>& memory, std::size_t count) {
 /// The chosen points with finite positions, with their targets as indices.
 std::span<KdPoint> finite_points(const QueryPoints& points, std::span<const std::uint32_t> chosen,
                                  ReverseMemory& memory) {
-  std::vector<std::size_t> starts((chosen.size() + kPointGrain - 1) / kPointGrain + 1, 0);
-  parallel_for(0, chosen.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) starts[first / kPointGrain + 1] += is_finite(points.position[chosen[i]]);
+  std::vector<std::size_t> starts((chosen.size() + kTreePointGrain - 1) / kTreePointGrain + 1, 0);
+  parallel_for(0, chosen.size(), kTreePointGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      starts[first / kTreePointGrain + 1] += is_finite(points.position[chosen[i]]);
   });
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
   const std::span<KdPoint> found = take(memory.points, starts.back());
-  parallel_for(0, chosen.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
-    std::size_t to = starts[first / kPointGrain];
+  parallel_for(0, chosen.size(), kTreePointGrain, [&](std::size_t first, std::size_t last) {
+    std::size_t to = starts[first / kTreePointGrain];
     for (std::size_t i = first; i < last; ++i) {
       const Vec3 position = points.position[chosen[i]];
       if (is_finite(position)) found[to++] = {position, chosen[i]};

@@ -80,8 +80,6 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
   }
 }
 
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 /// An open image file.
 struct Input {
   const ImageFormat* format;
@@ -143,6 +141,8 @@ void check_report(const std::string& path, const Input& input, bool complete) {
 }
 
 }  // namespace
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 ImageFileHeader read_image_header(const std::string& path) { return open_input(path).header; }
 

@@ -26,6 +26,9 @@ struct TransferFunction {
   float decode(float encoded) const;
 };
 
+/// The text up to its first line break, for messages of libraries.
+std::string first_line(const std::string& text);
+
 /// The type of a sample in memory.
 enum class SampleType : std::uint8_t { uint8, uint16, half, single };
 std::size_t size_of(SampleType type);

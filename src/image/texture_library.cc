@@ -20,8 +20,6 @@ constexpr std::uint64_t kMegabyte = 1u << 20;
 // With a smaller cache, lookups would read from disk nearly every time.
 constexpr std::uint64_t kMinCache = kMegabyte;
 
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 // A texture whose texels are read block by block from a store.
 class StoredTexture final : public TextureFile {
  public:

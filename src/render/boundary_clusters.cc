@@ -18,7 +18,7 @@ constexpr float kLikeNormal = 0.9f;
 /// Clusters with a wider disc are split into single photons.
 constexpr float kWidest = 12;
 /// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
-constexpr float kFlatness = 1e-4f;
+constexpr float kClusterFlatness = 1e-4f;
 constexpr std::size_t kLeafGrain = 64;
 
 class Clusterer {
@@ -74,9 +74,9 @@ class Clusterer {
     }
     c.wideness = c.reach * c.reach * static_cast<float>(c.count) / squares;
     const float rounding = position_rounding(c.center);
-    c.flatness = kFlatness * c.reach + rounding;
+    c.flatness = kClusterFlatness * c.reach + rounding;
     c.step = rounding / (c.high - c.low);
-    c.flat = deviation <= c.flatness && cosine >= 1 - kFlatness;
+    c.flat = deviation <= c.flatness && cosine >= 1 - kClusterFlatness;
     return c;
   }
 

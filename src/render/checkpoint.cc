@@ -13,12 +13,12 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '6'};
+constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '6'};
 
 /// Writes bytes and computes their fingerprint.
 class Writer {
  public:
-  explicit Writer(const std::string& path) : file_(path) { file_.write(kMagic, sizeof kMagic); }
+  explicit Writer(const std::string& path) : file_(path) { file_.write(kCheckpointMagic, sizeof kCheckpointMagic); }
   void put(const void* data, std::size_t size) {
     file_.write(data, size);
     fingerprint_.add_bytes(data, size);
@@ -47,8 +47,8 @@ class Reader {
     return true;
   }
   bool take_magic() {
-    char magic[sizeof kMagic];
-    const bool good = take(magic, sizeof magic) && std::memcmp(magic, kMagic, sizeof magic) == 0;
+    char magic[sizeof kCheckpointMagic];
+    const bool good = take(magic, sizeof magic) && std::memcmp(magic, kCheckpointMagic, sizeof magic) == 0;
     fingerprint_ = ContentHash();
     return good;
   }

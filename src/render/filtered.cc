@@ -13,11 +13,11 @@ namespace {
 
 using Layer = Film::Layer;
 
-constexpr std::size_t kPixelsAtOnce = 8192;
+constexpr std::size_t kPixelsOfPiece = 8192;
 
 template <typename Work>
 void for_pixels(const Film& film, Work&& work) {
-  parallel_for(0, film.pixel_count(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, film.pixel_count(), kPixelsOfPiece, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) work(i);
   });
 }

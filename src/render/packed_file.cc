@@ -14,7 +14,7 @@ namespace glowworm {
 namespace {
 
 /// Bytes of a block before compression, and blocks that are compressed at once.
-constexpr std::size_t kBlock = std::size_t{1} << 20, kBlocksAtOnce = 32;
+constexpr std::size_t kBlockBytes = std::size_t{1} << 20, kBlocksAtOnce = 32;
 /// Bytes of the largest numbers.
 constexpr std::size_t kNumber = 16;
 /// Slower levels hardly compress sums of samples further.
@@ -50,10 +50,10 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
 
 void PackedWriter::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const std::size_t taken = std::min(bytes.size(), kBlock * kBlocksAtOnce - waiting_.size());
+    const std::size_t taken = std::min(bytes.size(), kBlockBytes * kBlocksAtOnce - waiting_.size());
     waiting_.insert(waiting_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
     bytes = bytes.subspan(taken);
-    if (waiting_.size() == kBlock * kBlocksAtOnce) flush();
+    if (waiting_.size() == kBlockBytes * kBlocksAtOnce) flush();
   }
 }
 
@@ -64,12 +64,12 @@ void PackedWriter::finish() {
 }
 
 void PackedWriter::flush() {
-  const std::size_t blocks = (waiting_.size() + kBlock - 1) / kBlock;
+  const std::size_t blocks = (waiting_.size() + kBlockBytes - 1) / kBlockBytes;
   std::vector<BlockHeader> headers(blocks);
   std::vector<std::vector<std::byte>> packed(blocks);
   parallel_for(0, blocks, 1, [&](std::size_t i, std::size_t) {
-    const std::size_t size = std::min(kBlock, waiting_.size() - i * kBlock);
-    const std::span<const std::byte> raw(waiting_.data() + i * kBlock, size);
+    const std::size_t size = std::min(kBlockBytes, waiting_.size() - i * kBlockBytes);
+    const std::span<const std::byte> raw(waiting_.data() + i * kBlockBytes, size);
     std::vector<std::byte> sorted(size);
     sort_bytes(raw, sorted.data());
     packed[i].resize(ZSTD_compressBound(size));
@@ -96,7 +96,7 @@ bool PackedReader::fill() {
       file_.seekg(-static_cast<std::streamoff>(sizeof header), std::ios::cur);
       break;
     }
-    if (header.size > kBlock || header.packed_size > ZSTD_compressBound(kBlock)) return false;
+    if (header.size > kBlockBytes || header.packed_size > ZSTD_compressBound(kBlockBytes)) return false;
     packed.emplace_back(header.packed_size);
     if (!file_.read(reinterpret_cast<char*>(packed.back().data()), header.packed_size)) return false;
     headers.push_back(header);

@@ -24,7 +24,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr char kMagic[8] = {'G', 'L', 'O', 'W', 'P', 'T', '0', '1'};
+constexpr char kPartMagic[8] = {'G', 'L', 'O', 'W', 'P', 'T', '0', '1'};
 
 /// Names of files are any bytes, and JSON has only characters: each byte is one of the first 256.
 std::string as_characters(const std::string& bytes) {
@@ -151,12 +151,12 @@ Part read_header(const std::string& path, std::ifstream& file) {
   const std::uint64_t size = std::filesystem::file_size(path, error);
   file.open(path, std::ios::binary);
   if (error || !file) throw Error({path}, "the part cannot be read");
-  char magic[sizeof kMagic];
+  char magic[sizeof kPartMagic];
   std::uint64_t length = 0, hash = 0;
   const auto take = [&](void* to, std::uint64_t bytes) {
     return static_cast<bool>(file.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes)));
   };
-  if (!take(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0) refuse(path);
+  if (!take(magic, sizeof magic) || std::memcmp(magic, kPartMagic, sizeof magic) != 0) refuse(path);
   if (!take(&length, sizeof length) || !take(&hash, sizeof hash) || length > size) refuse(path);
   std::string text(length, '\0');
   if (!take(text.data(), length)) refuse(path);
@@ -188,7 +188,7 @@ void write_part(const std::string& path, const Part& part, const Film& film) {
   ContentHash hash;
   hash.add(std::string_view(text));
   const std::uint64_t sum = hash.value();
-  file.write(kMagic, sizeof kMagic);
+  file.write(kPartMagic, sizeof kPartMagic);
   file.write(&length, sizeof length);
   file.write(&sum, sizeof sum);
   file.write(text);

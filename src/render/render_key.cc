@@ -25,7 +25,7 @@ constexpr const char* kVersion = "version";
 constexpr const char* kKernels = "instruction set of the kernels";
 constexpr const char* kRays = "instruction set of the rays";
 constexpr const char* kGeometry = "geometry";
-constexpr const char* kMaterials = "materials or textures";
+constexpr const char* kMaterialsOrTextures = "materials or textures";
 constexpr const char* kLights = "lights";
 constexpr const char* kCamera = "camera";
 constexpr const char* kPoints = "points";
@@ -43,7 +43,7 @@ std::string value_of(const RenderKey& key, const std::string& name) {
 }
 
 bool is_of_scene(const std::string& name) {
-  return name == kGeometry || name == kMaterials || name == kLights || name == kCamera || name == kPoints;
+  return name == kGeometry || name == kMaterialsOrTextures || name == kLights || name == kCamera || name == kPoints;
 }
 
 bool is_instruction_set(const std::string& name) { return name == kKernels || name == kRays; }
@@ -91,8 +91,12 @@ std::string names_of(const PlaceLayers& layers) {
 
 RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGrid* points) {
   const SceneHash hash = hash_scene(scene, scene.camera(s.camera));
-  RenderKey key = {{kVersion, version()},           {kKernels, simd_name()},           {kRays, ray_instruction_set()},
-                   {kGeometry, hex(hash.geometry)}, {kMaterials, hex(hash.materials)}, {kLights, hex(hash.lights)},
+  RenderKey key = {{kVersion, version()},
+                   {kKernels, simd_name()},
+                   {kRays, ray_instruction_set()},
+                   {kGeometry, hex(hash.geometry)},
+                   {kMaterialsOrTextures, hex(hash.materials)},
+                   {kLights, hex(hash.lights)},
                    {kCamera, hex(hash.camera)}};
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});

@@ -11,7 +11,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint64_t kMinPhotons = 1000;
+constexpr std::uint64_t kLeastPhotons = 1000;
 /// Photons and gather rays that a machine makes in a second even where other programs take most of it.
 constexpr double kSlowPhotons = 5'000, kSlowRays = 50'000;
 /// Most of the time left that photons, and then a first image, may take.
@@ -58,7 +58,7 @@ bool may_need_fitting(const RenderSettings& s, const AutomaticNumbers& automatic
 
 RenderSettings with_fewer_photons(RenderSettings s, double share) {
   const auto part = [share](std::uint64_t photons) {
-    return std::min(photons, std::max(two_digits(static_cast<double>(photons) * share), kMinPhotons));
+    return std::min(photons, std::max(two_digits(static_cast<double>(photons) * share), kLeastPhotons));
   };
   s.photons = part(s.photons);
   s.photons_traced = std::max(part(s.photons_traced), s.photons);

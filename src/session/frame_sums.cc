@@ -10,7 +10,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kPixelsAtOnce = 8192;
+constexpr std::size_t kSummedAtOnce = 8192;
 
 void add_to(std::vector<RGB>& sum, const std::vector<RGB>& more, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last && i < more.size(); ++i) sum[i] += more[i];
@@ -43,7 +43,7 @@ void FrameSums::add(PassResult&& pass) {
       if (!hits_[i]) depth = 0;
     }
   } else {
-    parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, pixels, kSummedAtOnce, [&](std::size_t first, std::size_t last) {
       add_to(sum_.radiance.emitted, pass.radiance.emitted, first, last);
       add_to(sum_.radiance.direct, pass.radiance.direct, first, last);
       add_to(sum_.radiance.indirect, pass.radiance.indirect, first, last);
@@ -72,7 +72,7 @@ ViewImage FrameSums::image(const Camera& camera, int width, int height, LightPar
   out.normal.resize(pixels);
   out.depth.resize(pixels);
   const float share = 1.0f / static_cast<float>(count_);
-  parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, pixels, kSummedAtOnce, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       out.light[i] = light_of(sum_.radiance, part, i) * (share * factor);
       out.albedo[i] = sum_.first_hit.albedo[i] * share;

@@ -8,13 +8,12 @@
 #include <span>
 
 #include "core/error.h"
+#include "import/gltf/check.h"
 #include "import/gltf/document.h"
 
 namespace glowworm {
 
 namespace {
-
-constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
 template <typename T>
 T load(const std::uint8_t* bytes) {
@@ -64,7 +63,8 @@ void for_each_sparse(const GltfDocument& document, int index, std::size_t elemen
   const tinygltf::Accessor& accessor = document.model->accessors[static_cast<std::size_t>(index)];
   const auto& sparse = accessor.sparse;
   if (!is_index_type(sparse.indices.componentType)) {
-    throw Error({document.path}, fmt::format("accessors[{}].sparse.indices are not unsigned integers", index), kRemedy);
+    throw Error({document.path}, fmt::format("accessors[{}].sparse.indices are not unsigned integers", index),
+                kDamagedGltf);
   }
   const std::uint8_t* indices = document.view(sparse.indices.bufferView).data() + sparse.indices.byteOffset;
   const std::uint8_t* values = document.view(sparse.values.bufferView).data() + sparse.values.byteOffset;
@@ -76,7 +76,7 @@ void for_each_sparse(const GltfDocument& document, int index, std::size_t elemen
       throw Error(
           {document.path},
           fmt::format("accessors[{}].sparse replaces element {}, but there are {}", index, target, accessor.count),
-          kRemedy);
+          kDamagedGltf);
     }
     visit(target, values + i * element_size);
   }
@@ -90,10 +90,10 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
   if (element_components < components) {
     throw Error({document.path},
                 fmt::format("accessors[{}] has {} components; expected {}", index, element_components, components),
-                kRemedy);
+                kDamagedGltf);
   }
   if (accessor.bufferView < 0 && !accessor.sparse.isSparse) {
-    throw Error({document.path}, fmt::format("accessors[{}] has no data", index), kRemedy);
+    throw Error({document.path}, fmt::format("accessors[{}] has no data", index), kDamagedGltf);
   }
   const std::size_t component_size =
       static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
@@ -151,7 +151,8 @@ std::vector<std::uint32_t> read_indices(const GltfDocument& document, int index)
   if (!is_index_type(accessor.componentType) || accessor.type != TINYGLTF_TYPE_SCALAR || accessor.sparse.isSparse ||
       accessor.bufferView < 0) {
     throw Error({document.path},
-                fmt::format("accessors[{}] cannot serve as indices: expected plain unsigned integers", index), kRemedy);
+                fmt::format("accessors[{}] cannot serve as indices: expected plain unsigned integers", index),
+                kDamagedGltf);
   }
   const std::size_t own =
       static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));

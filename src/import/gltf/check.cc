@@ -18,7 +18,6 @@ using nlohmann::json;
 constexpr int kDeepestNesting = 200;
 /// Limits accessors without a buffer (all zero, or sparse), so that a short file cannot allocate much memory.
 constexpr std::size_t kMaxImplicitElements = std::size_t{1} << 20;
-constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
 class Checker {
  public:
@@ -50,7 +49,7 @@ class Checker {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& message) const { throw Error({path_}, message, kRemedy); }
+  [[noreturn]] void fail(const std::string& message) const { throw Error({path_}, message, kDamagedGltf); }
 
   void check_version() const {
     const auto asset = root_.find("asset");
@@ -269,7 +268,7 @@ void check_json_depth(std::string_view text, const std::string& path) {
       in_string = true;
     } else if (c == '{' || c == '[') {
       if (++depth > kDeepestNesting) {
-        throw Error({path}, fmt::format("the JSON is nested more than {} deep", kDeepestNesting), kRemedy);
+        throw Error({path}, fmt::format("the JSON is nested more than {} deep", kDeepestNesting), kDamagedGltf);
       }
     } else if (c == '}' || c == ']') {
       --depth;
@@ -291,7 +290,7 @@ std::size_t unsigned_member(const json& object, const char* key, std::size_t oth
   }
   if (!it->is_number_unsigned() || it->get<std::size_t>() > kMaxValue) {
     throw Error({path}, fmt::format("{}.{} is {}; expected an integer that is not negative", where, key, it->dump()),
-                kRemedy);
+                kDamagedGltf);
   }
   return it->get<std::size_t>();
 }

@@ -7,6 +7,9 @@
 
 namespace glowworm {
 
+/// The remedy of errors in damaged files.
+inline constexpr const char* kDamagedGltf = "The file is damaged or invalid: export it again.";
+
 /// Throws Error if brackets are nested too deeply for recursive parsers.
 void check_json_depth(std::string_view text, const std::string& path);
 

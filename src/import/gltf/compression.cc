@@ -16,7 +16,7 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr const char* kRemedy = "The file is damaged or invalid: export it again, without compression.";
+constexpr const char* kCompressionRemedy = "The file is damaged or invalid: export it again, without compression.";
 /// Maximum ratio of decoded to compressed bytes. The codec writes about a bit or more for every element, so data with a
 /// larger ratio is damaged.
 constexpr std::size_t kMaxExpansion = 512;
@@ -48,7 +48,7 @@ CompressedView compressed_view(const GltfDocument& document, const tinygltf::Val
   view.filter = text_of(extension, "filter", "NONE");
   if (buffer >= document.buffers.size() || offset > document.buffers[buffer].size() ||
       length > document.buffers[buffer].size() - offset || length == 0) {
-    throw Error({document.path}, where + " reaches outside of its buffer", kRemedy);
+    throw Error({document.path}, where + " reaches outside of its buffer", kCompressionRemedy);
   }
   view.bytes = std::span(document.buffers[buffer]).subspan(offset, length);
   if (view.count == 0 || view.stride == 0 || view.stride > 256 || decoded != view.count * view.stride ||
@@ -56,7 +56,7 @@ CompressedView compressed_view(const GltfDocument& document, const tinygltf::Val
     throw Error(
         {document.path},
         fmt::format("{}: {} elements of {} bytes cannot come from {} bytes", where, view.count, view.stride, length),
-        kRemedy);
+        kCompressionRemedy);
   }
   return view;
 }
@@ -130,7 +130,8 @@ void decode_meshopt_views(GltfDocument& document) {
     std::vector<std::uint8_t> decoded(view.byteLength);
     if (!decode_elements(source, decoded) || !apply_filter(source, decoded)) {
       throw Error({document.path},
-                  fmt::format("{} cannot be decoded (mode {}, filter {})", where, source.mode, source.filter), kRemedy);
+                  fmt::format("{} cannot be decoded (mode {}, filter {})", where, source.mode, source.filter),
+                  kCompressionRemedy);
     }
     document.decoded_views[i] = std::move(decoded);
   }
@@ -150,11 +151,13 @@ DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primit
   const tinygltf::Value& extension = primitive.extensions.at(kDraco);
   const std::size_t view = number_of(extension, "bufferView");
   if (view >= document.model->bufferViews.size() || !extension.Has("attributes")) {
-    throw Error({document.path}, where + ": its Draco extension names no buffer view or no attributes", kRemedy);
+    throw Error({document.path}, where + ": its Draco extension names no buffer view or no attributes",
+                kCompressionRemedy);
   }
   std::string problem;
   const std::unique_ptr<draco::Mesh> mesh = decode_mesh(document.view(static_cast<int>(view)), problem);
-  if (!mesh) throw Error({document.path}, fmt::format("{}: Draco cannot decode it ({})", where, problem), kRemedy);
+  if (!mesh)
+    throw Error({document.path}, fmt::format("{}: Draco cannot decode it ({})", where, problem), kCompressionRemedy);
   DracoPrimitive out;
   out.vertex_count = mesh->num_points();
   const tinygltf::Value& attributes = extension.Get("attributes");
@@ -162,7 +165,7 @@ DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primit
     const draco::PointAttribute* attribute =
         mesh->GetAttributeByUniqueId(static_cast<std::uint32_t>(number_of(attributes, name.c_str())));
     if (!attribute || attribute->num_components() < 1 || attribute->num_components() > 4) {
-      throw Error({document.path}, fmt::format("{}: Draco attribute {} is not there", where, name), kRemedy);
+      throw Error({document.path}, fmt::format("{}: Draco attribute {} is not there", where, name), kCompressionRemedy);
     }
     out.attributes[name] = read_attribute(*mesh, *attribute);
   }

@@ -15,6 +15,7 @@
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "import/gltf/accessor.h"
+#include "import/gltf/check.h"
 #include "import/gltf/document.h"
 #include "import/gltf/material.h"
 #include "import/gltf/mesh.h"
@@ -32,12 +33,6 @@ namespace {
 
 constexpr float kLumensPerWatt = 683;  ///< luminous efficacy in Blender's exporter and importer
 constexpr int kDeepestNode = 1000;
-constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
-
-Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
-  if (v.size() != 3) return otherwise;
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
 
 bool is_finite(const Transform& t) {
   return glowworm::is_finite(t.x) && glowworm::is_finite(t.y) && glowworm::is_finite(t.z) &&
@@ -102,7 +97,7 @@ class GltfBuilder {
   void place(int index, const Transform& parent, int depth) {
     if (depth > kDeepestNode || !visited_.insert(index).second) {
       throw Error({document_.path}, fmt::format("nodes[{}] is a child of two nodes, of itself, or too deep", index),
-                  kRemedy);
+                  kDamagedGltf);
     }
     const Transform to_world = parent * pose_.local(index);
     if (!is_finite(to_world)) {
@@ -266,7 +261,7 @@ class GltfBuilder {
     if (index < 0 || index >= static_cast<int>(model_.lights.size())) {
       throw Error({document_.path},
                   fmt::format("node '{}' names light {}, but there are {}", node.name, index, model_.lights.size()),
-                  kRemedy);
+                  kDamagedGltf);
     }
     const tinygltf::Light& source = model_.lights[static_cast<std::size_t>(index)];
     const std::string file = photometric_file(node, source);

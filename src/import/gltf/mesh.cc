@@ -13,14 +13,13 @@
 
 #include "core/error.h"
 #include "import/gltf/accessor.h"
+#include "import/gltf/check.h"
 #include "import/gltf/compression.h"
 #include "import/gltf/document.h"
 
 namespace glowworm {
 
 namespace {
-
-constexpr const char* kRemedy = "The file is damaged or invalid: export it again.";
 
 /// Reads the attributes of one primitive, compressed or not.
 class AttributeReader {
@@ -88,7 +87,7 @@ class AttributeReader {
         throw Error({document_.path},
                     fmt::format("{}: index {} at place {} is out of range: there are {} vertices", where_, out[i], i,
                                 *vertex_count_),
-                    kRemedy);
+                    kDamagedGltf);
       }
     }
     return out;
@@ -98,7 +97,7 @@ class AttributeReader {
 
  private:
   [[noreturn]] void fail(const std::string& name, const std::string& what) const {
-    throw Error({document_.path}, fmt::format("{}: {} {}", where_, name, what), kRemedy);
+    throw Error({document_.path}, fmt::format("{}: {} {}", where_, name, what), kDamagedGltf);
   }
 
   const GltfDocument& document_;
@@ -168,7 +167,7 @@ void morph(const GltfDocument& document, const tinygltf::Primitive& primitive, c
       throw Error(
           {document.path},
           fmt::format("{}: a morph target has {} elements, POSITION has {}", where, accessor.count, values.size()),
-          kRemedy);
+          kDamagedGltf);
     }
     if (accessor.bufferView < 0 && !accessor.sparse.isSparse) return;  // all zero
     const std::vector<float> by = read_floats(document, found->second, 3);
@@ -204,7 +203,7 @@ void skin(AttributeReader& reader, const std::vector<Transform>& joints, const s
         throw Error(
             {file},
             fmt::format("{}: vertex {} names joint {}, but the skin has {}", where, i / 4, indices[i], joints.size()),
-            kRemedy);
+            kDamagedGltf);
       }
       add_scaled(blended[i / 4], joints[static_cast<std::size_t>(indices[i])], weights[i]);
       total[i / 4] += weights[i];

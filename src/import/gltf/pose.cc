@@ -14,11 +14,6 @@ namespace glowworm {
 
 namespace {
 
-Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
-  if (v.size() != 3) return otherwise;
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
-
 Transform matrix_of(const auto& m, std::size_t first) {
   const auto column = [&](std::size_t i) {
     return Vec3{static_cast<float>(m[first + 4 * i]), static_cast<float>(m[first + 4 * i + 1]),
@@ -28,6 +23,11 @@ Transform matrix_of(const auto& m, std::size_t first) {
 }
 
 }  // namespace
+
+Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
+  if (v.size() != 3) return otherwise;
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
 
 Transform gltf_rotation_and_scale(const double q[4], Vec3 scale) {
   const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];

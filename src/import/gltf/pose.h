@@ -9,6 +9,9 @@ namespace glowworm {
 
 struct GltfDocument;
 
+/// The vector of three numbers; `otherwise` if there are not three.
+Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise);
+
 /// The nodes of a file at time 0 of its first animation, or their static transforms if there is none.
 class GltfPose {
  public:
