@@ -258,7 +258,7 @@ void dismiss_ranks(Job& job, Ranks& ranks, int status) {
   const bool all = job.crew()->dismiss(kSeconds);
   for (const std::string& failure : job.crew()->failures()) warn(failure);
   if (all) return;
-  warn("ranks that do not answer are ended");
+  warn("ranks that do not answer are ended. If mpirun waits for their machines, end it: all files are written");
   ranks.abort(status);
 }
 

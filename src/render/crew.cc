@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/parallel.h"
 #include "kernels/simd.h"
 #include "render/task_queue.h"
@@ -227,6 +228,8 @@ void Crew::check(const RenderKey& key) {
 }
 
 void Crew::take_message(const Message& message, const Work& work) {
+  heard_[message.from] = Clock::now();
+  late_.erase(message.from);
   Unpacker in(message);
   switch (in.take<Kind>()) {
     case Kind::result: {
@@ -255,8 +258,22 @@ void Crew::lose(int rank, const Work& work) {
   tasks_.erase(rank);
 }
 
+/// A rank may be stopped, or its network cut: its tasks are done by others in the end.
+void Crew::warn_of_late() {
+  for (const auto& [rank, tasks] : tasks_) {
+    if (tasks.empty() || late_.contains(rank)) continue;
+    if (std::chrono::duration<double>(Clock::now() - heard_[rank]).count() < late_after_) continue;
+    late_.insert(rank);
+    warn(
+        fmt::format("rank {} has not answered for {:g} s; others will do its tasks. Look whether its machine is "
+                    "overloaded or cut off, or its process stopped",
+                    rank, late_after_));
+  }
+}
+
 void Crew::serve(const Work& work) {
   while (!work.ended()) {
+    warn_of_late();
     if (const std::optional<Message> message = ranks_->receive(kTurn)) take_message(*message, work);
     while (!waiting_.empty()) {
       const std::optional<CameraTask> task = work.take();
@@ -265,6 +282,7 @@ void Crew::serve(const Work& work) {
       waiting_.erase(waiting_.begin());
       Packer out(Kind::task);
       out.put(*task);
+      if (tasks_[rank].empty()) heard_[rank] = Clock::now();
       tasks_[rank].push_back(*task);
       if (ranks_->send(rank, out.take(), kSendSeconds)) continue;
       failures_.push_back(fmt::format("rank {} does not answer", rank));
@@ -274,13 +292,17 @@ void Crew::serve(const Work& work) {
 }
 
 bool Crew::dismiss(double seconds) {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   for (int rank = 1; rank < count(); ++rank)
-    if (!gone_.contains(rank)) ranks_->send(rank, Packer(Kind::stop).take(), seconds);
+    if (!gone_.contains(rank)) ranks_->send(rank, Packer(Kind::stop).take(), late_.contains(rank) ? 1 : seconds);
+  const auto missing = [&] {
+    std::size_t ranks = 0;
+    for (int rank = 1; rank < count(); ++rank) ranks += !gone_.contains(rank) && !late_.contains(rank);
+    return ranks;
+  };
   // Results that are on their way come too late.
-  while (gone_.size() + 1 < static_cast<std::size_t>(count()) && Clock::now() < end)
+  while (missing() > 0 && Clock::now() < end)
     if (const std::optional<Message> message = ranks_->receive(0.05)) take_message(*message, kNoWork);
   return gone_.size() + 1 == static_cast<std::size_t>(count());
 }

@@ -1,5 +1,6 @@
 // One render by several processes: rank 0 hands out tasks and collects their light in its film; the others compute.
 #pragma once
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -40,7 +41,9 @@ class Crew {
     std::function<bool()> ended;                                    ///< true: serve() returns
   };
 
-  explicit Crew(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
+  /// @param late_after seconds without an answer after which a rank that has tasks is late
+  explicit Crew(std::shared_ptr<Ranks> ranks, double late_after = 60)
+      : ranks_(std::move(ranks)), late_after_(late_after) {}
 
   int count() const { return ranks_->count(); }
   /// Tells all ranks the samples that the render begins with, and checks that theirs is the same render. Throws Error
@@ -48,7 +51,7 @@ class Crew {
   void check(const RenderKey& key);
   /// Gives tasks to the other ranks and takes their results until work.ended().
   void serve(const Work& work);
-  /// Ends all ranks and waits for them, up to `seconds`. Returns whether all have answered.
+  /// Ends all ranks and waits for them, up to `seconds`; not for late ones. Returns whether all have answered.
   bool dismiss(double seconds);
   /// Ranks that have failed, with their errors.
   const std::vector<std::string>& failures() const { return failures_; }
@@ -56,12 +59,17 @@ class Crew {
  private:
   void take_message(const Message& message, const Work& work);
   void lose(int rank, const Work& work);
+  void warn_of_late();
 
   std::shared_ptr<Ranks> ranks_;
   std::set<int> gone_;                            // failed or dismissed
   std::vector<int> waiting_;                      // once for each task that a rank wants
   std::map<int, std::vector<CameraTask>> tasks_;  // that the ranks have
   std::vector<std::string> failures_;
+  using Clock = std::chrono::steady_clock;
+  double late_after_;
+  std::map<int, Clock::time_point> heard_;  // when a rank last answered, or got its first task
+  std::set<int> late_;
 };
 
 /// The side of all other ranks.

@@ -137,6 +137,27 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   EXPECT_TRUE(first->snapshot().save() == stage.render(settings).save());
 }
 
+/// As one whose process is stopped.
+TEST(SharedRender, ALateRankIsToldAndNotWaitedFor) {
+  using Clock = std::chrono::steady_clock;
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  constexpr std::byte kAsk{3};
+  ranks[1]->send(0, {kAsk}, 1);
+  Crew crew(ranks[0], 0.02);
+  bool given = false;
+  const Clock::time_point start = Clock::now();
+  testing::internal::CaptureStderr();
+  crew.serve({[&]() -> std::optional<CameraTask> {
+                if (std::exchange(given, true)) return std::nullopt;
+                return CameraTask{0, 0, 16, 16};
+              },
+              [](const CameraTask&, const TaskResult&) {}, [](const CameraTask&) {},
+              [&] { return Clock::now() > start + std::chrono::milliseconds(200); }});
+  EXPECT_FALSE(crew.dismiss(60));
+  EXPECT_LT(Clock::now() - start, std::chrono::seconds(30));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 has not answered for 0.02 s"));
+}
+
 TEST(SharedRender, RanksWithAnotherSceneAreRefused) {
   const Stage stage(builtin_scene("cornell")), other(builtin_scene("ajar"));
   const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
