@@ -1,7 +1,7 @@
 #include "builtin/builtin.h"
 
 #include "builtin/scenes.h"
-#include "core/error.h"
+#include "core/names.h"
 
 namespace glowworm {
 
@@ -33,12 +33,7 @@ std::vector<std::string> builtin_scene_names() {
 }
 
 SceneDescription builtin_scene(const std::string& name) {
-  std::string list;
-  for (const Entry& entry : kScenes) {
-    if (name == entry.name) return entry.make();
-    list += list.empty() ? entry.name : std::string(", ") + entry.name;
-  }
-  throw Error("there is no built-in scene '" + name + "'", "Choose one of: " + list);
+  return kScenes[name_index("the built-in scene", name, builtin_scene_names())].make();
 }
 
 std::uint32_t add_diffuse(SceneDescription& scene, const char* name, RGB reflectance) {

@@ -18,7 +18,7 @@ struct ImageComparison {
   double luminance_ratio = 0;         ///< the same for luminance
   double largest_difference = 0;      ///< maximum |I - R|
   std::size_t pixels = 0;             ///< number of pixels compared, including those left out as the worst
-  std::size_t non_finite_pixels = 0;  ///< in either picture; excluded from all of the above
+  std::size_t non_finite_pixels = 0;  ///< in either picture, unless equal infinities; excluded from all of the above
 };
 
 /// Compares the beauty of two pictures of equal size. Throws Error if the sizes differ or a picture has no R, G, B. The

@@ -94,8 +94,11 @@ void change_cameras(SceneDescription& d, const SceneChanges& changes) {
 void parse_environment(const std::string& text, SceneChanges& changes) {
   changes.uniform_radiance = parse_radiance(text);
   changes.environment_file = changes.uniform_radiance ? "" : text;
-  if (const auto& l = changes.uniform_radiance; l && (l->r < 0 || l->g < 0 || l->b < 0))
-    throw Error(fmt::format("--environment '{}' is a negative radiance", text),
+  const auto& l = changes.uniform_radiance;
+  // No file's name is made of numbers and commas.
+  const bool is_number = text.find_first_not_of("0123456789.,+-einfaINFA") == std::string::npos;
+  if (l ? l->r < 0 || l->g < 0 || l->b < 0 : text.find(',') != std::string::npos && is_number)
+    throw Error(fmt::format("--environment '{}' is no radiance of 0 or more", text),
                 "Give an image file, or a radiance such as 1 or 0.5,0.6,0.8.");
 }
 

@@ -25,7 +25,7 @@ struct SceneChanges {
 };
 
 /// Parses a value of --environment: "R,G,B" or "L" is a radiance; anything else is a file name. Throws Error for a
-/// negative radiance.
+/// radiance that is negative or not finite.
 void parse_environment(const std::string& text, SceneChanges& changes);
 
 /// Parses a value of --look-at: eye and target as "X,Y,Z,X,Y,Z" or "X,Y,Z;X,Y,Z". Throws Error for anything else.

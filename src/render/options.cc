@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -50,20 +49,6 @@ double parse_quantity(std::string_view text, std::span<const Unit> units) {
     for (const Unit& known : units)
       if (unit == known.name) return value * known.factor;
   return std::numeric_limits<double>::quiet_NaN();
-}
-
-/// Number of letters to insert, delete or replace to turn one word into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] != b[j]);
-      diagonal = std::exchange(row[j + 1], std::min({replaced, row[j] + 1, row[j + 1] + 1}));
-    }
-  }
-  return row.back();
 }
 
 /// Completes a row for a setting that is one member: `read` parses a text, `print` is the reverse, and `report` makes
@@ -434,24 +419,5 @@ std::string command_line_text(const Option& option, const std::string& value) {
 
 bool parse_rectangle(std::string_view text, int (&out)[4]) { return parse_four(text, out); }
 bool parse_rectangle(std::string_view text, double (&out)[4]) { return parse_four(text, out); }
-
-std::string did_you_mean(const std::string& text, const Names& names) {
-  constexpr std::size_t kMaxMistakes = 2;
-  std::size_t least = kMaxMistakes + 1;
-  std::string nearest;
-  for (const std::string& name : names)
-    if (const std::size_t distance = edit_distance(text, name); text.size() > kMaxMistakes && distance < least) {
-      least = distance;
-      nearest = name;
-    }
-  return nearest.empty() ? "" : fmt::format("Did you mean '{}'? ", nearest);
-}
-
-std::size_t name_index(const std::string& what, const std::string& text, const Names& names) {
-  const auto found = std::find(names.begin(), names.end(), text);
-  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  throw Error(fmt::format("{} '{}' is not known", what, text),
-              fmt::format("{}Choose from: {}.", did_you_mean(text, names), fmt::join(names, ", ")));
-}
 
 }  // namespace glowworm

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/names.h"
 #include "render/settings.h"
 
 namespace glowworm {
@@ -48,12 +49,5 @@ std::string command_line_text(const Option& option, const std::string& value);
 /// Reads x0,y0,x1,y1 with x0 < x1 and y0 < y1, all at least 0. Returns whether the text is that.
 bool parse_rectangle(std::string_view text, int (&out)[4]);
 bool parse_rectangle(std::string_view text, double (&out)[4]);
-
-/// "Did you mean 'NAME'? " with the name that is near to the text, or "" where none is.
-std::string did_you_mean(const std::string& text, const std::vector<std::string>& names);
-
-/// Index of `text` among `names`. Throws Error that names `what` ("--engine"), lists the names, and suggests the names
-/// closest to the text.
-std::size_t name_index(const std::string& what, const std::string& text, const std::vector<std::string>& names);
 
 }  // namespace glowworm

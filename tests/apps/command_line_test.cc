@@ -67,6 +67,7 @@ TEST_F(CommandLineTest, InvalidValuesEndWithStatus2) {
       {{"--pixel-bounds", "5,5,5,9"}, "--pixel-bounds"},
       {{"--sise", "4x4"}, "Did you mean '--size'?"},
       {{"-o", "a.jpg"}, "a.jpg"},
+      {{"--environment", "nan,1,1"}, "--environment 'nan,1,1'"},
       {{"--precision", "double"}, "Choose from: half, float"},
   };
   for (const auto& [words, text] : cases) {

@@ -63,6 +63,16 @@ TEST(Metrics, NonFinitePixelsAreCountedApart) {
   EXPECT_EQ(result.mse, 0);
 }
 
+TEST(Metrics, EqualInfinitiesAgree) {
+  const RGB infinite(std::numeric_limits<float>::infinity());
+  const Image image = picture(3, 1, {infinite, RGB(2), infinite}),
+              reference = picture(3, 1, {infinite, RGB(2), RGB(1)});
+  const ImageComparison result = compare_images(image, reference);
+  EXPECT_EQ(result.non_finite_pixels, 1u);
+  EXPECT_EQ(result.pixels, 2u);
+  EXPECT_EQ(result.mse, 0);
+}
+
 TEST(Metrics, SizesMustAgree) {
   const Image a = picture(2, 1, {RGB(1), RGB(1)}), b = picture(1, 2, {RGB(1), RGB(1)});
   EXPECT_THROW(compare_images(a, b), Error);

@@ -11,7 +11,7 @@ def test_built_in_scenes_load():
     scene = glowworm.Scene.load("builtin:cornell")
     assert scene.name == "cornell"
     assert len(scene.cameras) >= 1
-    with pytest.raises(glowworm.Error, match="cornell"):
+    with pytest.raises(glowworm.Error, match="Did you mean 'cornell'"):
         glowworm.Scene.load("builtin:cornel")
 
 
