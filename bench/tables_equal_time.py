@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Error at equal processor time: the path tracer, and photon mapping with and without guided gather rays and filter.
+"""Error at equal processor time: the path tracer, and photon mapping with and without guided gather rays, filter and
+adaptive sampling.
 
-Renders each scene with several numbers of samples and interpolates the error of each method at the processor time of
+Renders each scene with several numbers of samples, or to several noise targets, and interpolates the error of each method at the processor time of
 16 samples without guide and filter. The error is relRMSE without the worst 2% of the pixels, against a progressive render
 of this program (another seed, no filter) in two halves, whose difference tells the reference's own noise, which is
 taken off.
@@ -49,7 +50,10 @@ METHODS = {
     "guide": ["--filter", "off"],
     "filter": ["--no-gather-guiding"],
     "both": [],
+    "all": [],
 }
+# Adaptive sampling is that of renders to a noise target.
+NOISE_TARGETS = (0.3, 0.15, 0.075, 0.0375, 0.02)
 
 
 def path_of(name):
@@ -106,13 +110,15 @@ def measure(name, options, folder):
     halves, noise = reference_of(name, options.samples_of_reference)
     curves = {}
     for method, arguments in METHODS.items():
-        counts = options.samples if method != "path tracer" else [16 * n for n in options.samples]
+        efforts = [["--samples", str(n if method != "path tracer" else 16 * n)] for n in options.samples]
+        if method == "all":
+            efforts = [["--noise", str(target)] for target in NOISE_TARGETS]
         curves[method] = []
-        for count in counts:
+        for effort in efforts:
             image = os.path.join(folder, "image.exr")
-            seconds = render(name, ["--samples", str(count), *arguments], image)
+            seconds = render(name, [*effort, *arguments], image)
             curves[method].append((seconds, error_of(image, halves, noise)))
-            print(f"{name:14} {method:12} {count:5} samples {seconds:8.2f} s  error {curves[method][-1][1]:.4f}", flush=True)
+            print(f"{name:14} {method:12} {' '.join(effort)} {seconds:8.2f} s  error {curves[method][-1][1]:.4f}", flush=True)
     time = curves[next(iter(METHODS))][options.samples.index(SAMPLES_OF_FIRST)][0]
     return time, {method: at_time(curve, time) for method, curve in curves.items()}, noise
 
