@@ -52,15 +52,15 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   const Scene::Implementation& inner = scene.implementation();
   const BakeLayout layout = lay_out(inner.scene, inner.tracer, request);
   auto points = std::make_shared<const PointGrid>(texel_points(*inner.scene, *inner.tracer, layout));
-  const auto attend_band = [&](Job& job, const BakeBand& band, std::size_t) -> std::exception_ptr {
-    const double before = static_cast<double>(band.first) / points->height;
-    const double share = static_cast<double>(band.end - band.first) / points->height;
-    attend(job, [&](double done) {
+  const auto attend_band = [&](const BandRun& run) -> std::exception_ptr {
+    const double before = static_cast<double>(run.band.first) / points->height;
+    const double share = static_cast<double>(run.band.end - run.band.first) / points->height;
+    attend(run.job, [&](double done) {
       if (progress) progress(before + done * share);
     });
     return nullptr;
   };
-  Baked baked = bake_points(inner.scene, inner.tracer, points, settings, nullptr, attend_band);
+  Baked baked = bake_points(inner.scene, inner.tracer, points, settings, std::nullopt, attend_band);
   points = nullptr;
   if (baked.passes == 0) throw Error("the bake ended before every texel had light", "Give it more time.");
   const std::vector<RGB> light =

@@ -33,13 +33,15 @@
 #include "render/checkpoint.h"
 #include "render/filtered.h"
 #include "render/job.h"
+#include "render/part.h"
 
 namespace glowworm {
 
 namespace {
 
 struct BakeOptions {
-  std::string scene, command_line, output, atlas_picture, resume, format = "emissive", light = "all", texture = "png";
+  std::string scene, command_line, output, atlas_picture, resume, from, format = "emissive", light = "all",
+                                                                        texture = "png";
   std::optional<float> exposure;  ///< stops; none: chosen by the light
   double texels_per_metre = 0, side = 0, spacing = 0;
   bool verbose = false, quiet = false;
@@ -48,20 +50,27 @@ struct BakeOptions {
   RenderSettings settings;  ///< those of the table, for this bake
 
   bool is_probes() const { return format == "probes"; }
+  bool is_part() const { return ending_of(output) == ".part"; }
 };
 
 void resolve_options(BakeOptions& o) {
   o.settings = o.table.settings;
   if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
-  o.settings.indirect_only = o.light == "indirect";
+  if (o.light == "indirect") o.settings.indirect_only = true;
   const char* const expected = o.is_probes() ? ".json" : ".glb";
   const std::string ending = ending_of(o.output);
-  if (ending != expected)
-    throw CommandLineError(fmt::format("'{}' does not end in {}", o.output, expected),
+  if (ending != expected && !o.is_part())
+    throw CommandLineError(fmt::format("'{}' does not end in {} or .part", o.output, expected),
                            "Give -o a name with this ending.");
+  read_command_line([&] { check_part(o.settings); });
+  if (o.is_part()) check_part_output(o.output, o.settings);
+  if (o.is_part() && !o.atlas_picture.empty())
+    throw CommandLineError("--atlas-picture needs the light of all parts", "Give it with --from.");
+  if (!o.from.empty() && (o.is_part() || !o.resume.empty() || !o.settings.part.is_all()))
+    throw CommandLineError("--from computes no light", "Leave out --part, --resume and -o with a part.");
   if (o.is_probes() && !(o.spacing > 0))
     throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
-  if (o.texture == "exr" && (o.is_probes() || o.format == "vertex"))
+  if (o.texture != "png" && (o.is_probes() || o.format == "vertex"))
     throw CommandLineError(fmt::format("--format {} has no textures", o.format), "Leave --texture out.");
   if (o.is_probes()) o.settings.filter = Filtering::off;
   o.settings.separate_layers = filters(o.settings);
@@ -73,6 +82,7 @@ void resolve_options(BakeOptions& o) {
 void prepare_outputs(const BakeOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
   files.add("-o", o.output);
+  if (!o.from.empty()) files.add_input("--from", o.from);
   if (!o.atlas_picture.empty()) files.add("--atlas-picture", o.atlas_picture);
   if (!o.resume.empty()) files.add("--resume", o.resume);
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
@@ -90,23 +100,38 @@ void write_atlas_picture(const BakeOptions& o, const BakeLayout& layout, const s
   write_image(o.atlas_picture, picture, ToneCurve::srgb, -std::log2(encoded.scale));
 }
 
-/// Names of the files with the light of each atlas in full range: lit.0.exr beside lit.glb.
+/// Names of the files with the light of each atlas in full range: lit.0.exr or lit.0.rgbm.png beside lit.glb.
 std::vector<std::string> texture_files(const BakeOptions& o, const Atlas& atlas) {
   std::vector<std::string> out;
-  for (int a = 0; o.texture == "exr" && a < atlas.count; ++a)
-    out.push_back(std::filesystem::path(o.output).replace_extension(fmt::format("{}.exr", a)));
+  const char* const ending = o.texture == "exr" ? "exr" : "rgbm.png";
+  for (int a = 0; o.texture != "png" && a < atlas.count; ++a)
+    out.push_back(std::filesystem::path(o.output).replace_extension(fmt::format("{}.{}", a, ending)));
   return out;
 }
 
-void write_texture_files(const BakeOptions& o, const Atlas& atlas, std::span<const RGB> light, OutputFiles& files) {
-  const std::vector<std::string> names = texture_files(o, atlas);
+/// Writes these files, and returns what the GLB file says of them.
+std::vector<BakeNotes::TextureFile> write_texture_files(const BakeOptions& o, const Atlas& atlas,
+                                                        std::span<const RGB> light, OutputFiles& files) {
+  std::vector<BakeNotes::TextureFile> out;
   const std::size_t texels = static_cast<std::size_t>(atlas.side) * static_cast<std::size_t>(atlas.side);
-  for (std::size_t a = 0; a < names.size(); ++a) {
-    Image picture(atlas.side, atlas.side);
-    picture.add_rgb("", light.subspan(a * texels, texels));
-    picture.metadata["comments"] = o.command_line;
-    if (files.write(names[a], [&] { write_exr(names[a], picture); })) inform(fmt::format("wrote {}", names[a]));
+  for (const std::string& name : texture_files(o, atlas)) {
+    const std::span<const RGB> own = light.subspan(out.size() * texels, texels);
+    out.push_back({std::filesystem::path(name).filename()});
+    const bool written = files.write(name, [&] {
+      if (o.texture == "rgbm") {
+        RgbmLight encoded = encode_rgbm(own);
+        out.back().range = encoded.range;
+        return write_file(name, encode_png(atlas.side, atlas.side, 4, std::move(encoded.codes),
+                                           {{"Comment", fmt::format("RGBM, range {}", encoded.range)}}));
+      }
+      Image picture(atlas.side, atlas.side);
+      picture.add_rgb("", own);
+      picture.metadata["comments"] = o.command_line;
+      write_exr(name, picture);
+    });
+    if (written) inform(fmt::format("wrote {}", name));
   }
+  return out;
 }
 
 /// The points of a bake: texels or probes.
@@ -143,12 +168,10 @@ void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance ir
   const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
   const float exposure = o.exposure ? *o.exposure : automatic_exposure(layout, light);
   const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
-  BakeNotes notes{exposure, o.command_line, {}, places.gltf, o.settings.indirect_only};
-  for (const std::string& name : texture_files(o, layout.atlas))
-    notes.textures.push_back(std::filesystem::path(name).filename());
+  const BakeNotes notes{exposure, o.command_line, write_texture_files(o, layout.atlas, light, files), places.gltf,
+                        o.settings.indirect_only};
   const bool written =
       files.write(o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format, notes)); });
-  write_texture_files(o, layout.atlas, light, files);
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
   if (encoded.clipped > 0.001)
     inform(fmt::format("note: {:.1f}% of the texels are brighter than the texture shows", 100 * encoded.clipped));
@@ -171,28 +194,57 @@ std::string describe(const BakeOptions& o, const BakePlaces& places, const Job& 
                      atlas.texels_per_metre, effort);
 }
 
-/// Runs the Jobs of a bake, with progress and a checkpoint.
+/// Runs a Job with progress and, where wanted, a checkpoint. Returns its exception, or null.
+std::exception_ptr attend(const BakeOptions& o, Job& job, OutputFiles& files,
+                          const std::function<Checkpoint()>& checkpoint) {
+  const auto keep = [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, checkpoint()); }); };
+  std::vector<RepeatedWork> repeated;
+  if (!o.resume.empty()) repeated.push_back({1, keep});
+  const std::exception_ptr failure = attend(job, o.quiet, std::move(repeated));
+  if (!o.resume.empty()) keep();
+  return failure;
+}
+
+void tell_choices(const BakeOptions& o, const BakePlaces& places, const Job& job) {
+  inform(describe(o, places, job));
+  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
+}
+
+std::optional<Checkpoint> checkpoint_of(const BakeOptions& o) {
+  return o.resume.empty() ? std::nullopt : read_checkpoint(o.resume);
+}
+
+/// Runs the Jobs of a bake.
 Baked compute(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
               const std::shared_ptr<const Tracer>& tracer, const BakePlaces& places, OutputFiles& files) {
-  std::optional<Checkpoint> checkpoint;
-  if (!o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  const auto attend_band = [&](Job& job, const BakeBand& band, std::size_t bands) {
-    if (band.first == 0) {
-      inform(describe(o, places, job));
-      for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-    }
-    if (bands > 1) inform(fmt::format("rows {} of {}, as --memory allows", band.end, places.points->height));
-    if (bands > 1 && !o.resume.empty())
-      throw Error("--resume keeps the light of all texels in memory, which --memory does not hold",
-                  "Give a larger --memory, or a smaller --atlas.");
-    const auto keep = [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); }); };
-    std::vector<RepeatedWork> repeated;
-    if (!o.resume.empty()) repeated.push_back({1, keep});
-    const std::exception_ptr failure = attend(job, o.quiet, std::move(repeated));
-    if (!o.resume.empty()) keep();
-    return failure;
+  if (!o.from.empty()) return points_of_part(o.from, *scene, *places.points, o.settings, o.table.given);
+  const auto attend_band = [&](const BandRun& run) {
+    if (run.number == 0) tell_choices(o, places, run.job);
+    if (run.band.end - run.band.first < places.points->height)
+      inform(fmt::format("rows {} of {}, as --memory allows", run.band.end, places.points->height));
+    return attend(o, run.job, files, [&] { return run.checkpoint(); });
   };
-  return bake_points(scene, tracer, places.points, o.settings, checkpoint ? &*checkpoint : nullptr, attend_band);
+  return bake_points(scene, tracer, places.points, o.settings, checkpoint_of(o), attend_band);
+}
+
+/// Computes the light of the points by some of the samples, as a file that `glowworm merge` reads. Returns the exit
+/// status.
+int bake_part(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
+              const std::shared_ptr<const Tracer>& tracer, const BakePlaces& places, OutputFiles& files) {
+  const std::optional<Checkpoint> checkpoint = checkpoint_of(o);
+  Job job(scene, tracer, bake_settings(o.settings, *places.points), checkpoint ? &*checkpoint : nullptr, 0,
+          places.points);
+  tell_choices(o, places, job);
+  const std::exception_ptr failure = attend(o, job, files, [&] { return job.checkpoint(); });
+  const bool any = job.passes() > 0;
+  if (any && files.write(o.output, [&] { write_part(o.output, part_of(job), job.snapshot()); }))
+    inform(fmt::format("wrote {}", o.output));
+  if (failure) std::rethrow_exception(failure);
+  if (!any) warn("the bake ended before every point had light: no file was written");
+  files.throw_if_any_failed();
+  inform(fmt::format("{} passes in {:.2f} s", job.passes(), job.seconds()));
+  if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
+  return any ? 0 : 1;
 }
 
 /// Writes the results, then throws the error, if any, or returns the exit status.
@@ -230,6 +282,7 @@ int run_bake(BakeOptions& o) {
   BakePlaces places = find_places(o, scene, tracer);
   places.gltf = import_options.gltf_parts;
   for (const std::string& note : places.layout.notes) inform("note: " + note);
+  if (o.is_part()) return bake_part(o, scene, tracer, places, files);
   for (const std::string& name : texture_files(o, places.layout.atlas)) {
     files.add("--texture", name);
     files.probe(name);
@@ -239,8 +292,15 @@ int run_bake(BakeOptions& o) {
   return finish(o, *scene, std::move(baked), std::move(places), files);
 }
 
+std::string refuse_ktx2(const std::string& texture) {
+  if (texture.starts_with("ktx"))
+    throw CommandLineError("--texture " + texture + ": KTX2 needs an encoder that no library of Debian has",
+                           "Give --texture rgbm or exr, or convert the PNG files of the GLB by toktx or basisu.");
+  return "";
+}
+
 void add_texture_options(CLI::App& c, BakeOptions& o) {
-  c.add_option("-o,--output", o.output, "File to write: .glb, or .json for probes")
+  c.add_option("-o,--output", o.output, "File to write: .glb, or .json for probes; .part for 'glowworm merge'")
       ->required()
       ->option_text("FILE")
       ->group("Textures");
@@ -249,9 +309,10 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
              "irradiance beside the base colours (MOZ_lightmap); vertex: as colours of vertices, for finely divided "
              "meshes; probes: irradiance in space, as JSON")
       ->group("Textures");
-  add_choice(c, "--texture", o.texture, {"png", "exr"},
-             "png: 8 bits and a scale, in the file; exr: also half floats beside it, as OUTPUT.0.exr, named in the "
-             "materials' extras (no KTX2: no library of Debian writes it)")
+  add_choice(c, "--texture", o.texture, {"png", "exr", "rgbm"},
+             "png: 8 bits and a scale, in the file; also beside it, named in the materials' extras: exr: half floats, "
+             "as OUTPUT.0.exr; rgbm: 8 bits and a multiplier, as OUTPUT.0.rgbm.png")
+      ->check(refuse_ktx2)
       ->group("Textures");
   add_choice(c, "--light", o.light, {"all", "indirect"}, "Light to bake: indirect leaves direct light to the viewer")
       ->group("Textures");
@@ -281,10 +342,16 @@ Everything else in a glTF file stays as it is: animations, skins, extensions,
 names, extras. A mesh that several nodes share is copied for each node, and
 meshes compressed by Draco are written without compression. Lamps and lights
 are multiplied by the exposure; lights that a lightmap holds get intensity 0.
+A texel of an RGBM file shows rgbm * (R, G, B)/255 * M/255, linear, with M the
+alpha and rgbm the number in the extras.
 
 Examples:
   glowworm bake builtin:cornell -o lit.glb
   glowworm bake room.glb --format lightmap --light indirect --texels-per-metre 50 -o lit.glb
+  glowworm bake room.glb --part 1/2 -o 1.part
+  glowworm bake room.glb --part 2/2 -o 2.part
+  glowworm merge 1.part 2.part -o all.part
+  glowworm bake room.glb --from all.part -o lit.glb
   glowworm bake builtin:atrium --atlas 2048 --time 5m -o lit.glb --atlas-picture light.png)";
 
 }  // namespace
@@ -301,6 +368,10 @@ void add_bake_command(CLI::App& program, const std::string& command_line, int& e
   c->add_option("--resume", o->resume, "Keep a checkpoint in a file, and continue from it if it exists")
       ->take_last()
       ->option_text("FILE")
+      ->group("Effort");
+  c->add_option("--from", o->from, "Take the light from a part, as of 'glowworm merge', and compute none")
+      ->take_last()
+      ->option_text("PART")
       ->group("Effort");
   add_table_options(*c, "Machine", false, o->table);
   c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");

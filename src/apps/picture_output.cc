@@ -34,6 +34,13 @@ Output output_of(const std::string& name) {
                          "for standard output.");
 }
 
+void check_part_output(const std::string& name, const RenderSettings& asked) {
+  if (asked.noise_target > 0 || (asked.time_limit_s > 0 && asked.samples == 0))
+    throw CommandLineError(
+        fmt::format("-o {}: a part has a number of samples that does not depend on time or noise", name),
+        "Give --samples, and no --noise.");
+}
+
 void add_false_color_option(CLI::App& command, const std::string& group, const std::string& meaning,
                             std::optional<ColorScale>& scale) {
   const auto read = [&scale](const std::string& text) {

@@ -6,6 +6,7 @@
 
 #include "image/false_color.h"
 #include "image/image.h"
+#include "render/settings.h"
 
 namespace CLI {
 class App;
@@ -34,6 +35,10 @@ std::string ending_of(const std::string& name);
 
 /// The output that a name after -o describes. Throws CommandLineError for an unknown ending.
 Output output_of(const std::string& name);
+
+/// Throws CommandLineError where a part cannot be written: if the number of samples depends on time or noise.
+/// @param name after -o
+void check_part_output(const std::string& name, const RenderSettings& asked);
 
 /// Adds --false-color to a command: "auto", which leaves the scale at 0, or "LOW,HIGH".
 void add_false_color_option(CLI::App& command, const std::string& group, const std::string& meaning,

@@ -86,11 +86,7 @@ void resolve_options(RenderOptions& o) {
   });
   for (const std::string& name : o.names) {
     o.outputs.push_back(output_of(name));
-    const bool open_ended = s.noise_target > 0 || (s.time_limit_s > 0 && s.samples == 0);
-    if (o.outputs.back().format == OutputFormat::part && open_ended)
-      throw CommandLineError(
-          fmt::format("-o {}: a part has a number of samples that does not depend on time or noise", name),
-          "Give --samples, and no --noise.");
+    if (o.outputs.back().format == OutputFormat::part) check_part_output(name, s);
   }
 }
 

@@ -5,8 +5,11 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "render/film.h"
 #include "render/filtered.h"
+#include "render/part.h"
+#include "render/time_fit.h"
 
 namespace glowworm {
 
@@ -20,9 +23,47 @@ constexpr int kAbove = 2 * kBlock, kBelow = kBlock + 2;
 /// Share of the memory for the film; photons and query points take the rest.
 constexpr double kFilmShare = 0.7;
 
+/// A band of these rows.
+BakeBand band_of(const PointGrid& grid, bool filtered, int first, int end) {
+  const int above = filtered ? kAbove : 0, below = filtered ? kBelow : 0;
+  return {first, end, {0, std::max(first - above, 0), grid.width, std::min(end + below, grid.height)}};
+}
+
+/// The band that a checkpoint is of. Throws Error if there is none in the grid.
+BakeBand band_of(const Checkpoint& checkpoint, const PointGrid& grid, bool filtered) {
+  const auto first = static_cast<int>(checkpoint.first_row), end = static_cast<int>(checkpoint.end_row);
+  const bool whole = first % kBlock == 0 && (end % kBlock == 0 || end == grid.height);
+  if (first < 0 || end <= first || end > grid.height || !whole ||
+      checkpoint.above.size() != static_cast<std::size_t>(first) * static_cast<std::size_t>(grid.width))
+    throw Error("the checkpoint is not of a bake of as many texels or probes",
+                "Give --atlas, --texels-per-metre or --spacing as they were, or remove the file to start anew.");
+  return band_of(grid, filtered, first, end);
+}
+
 }  // namespace
 
-std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings& settings, std::uint64_t memory) {
+RenderSettings bake_settings(RenderSettings settings, const PointGrid& points) {
+  const std::uint64_t tables = points.normal.size() * kTexelTableBytes;
+  if (tables >= settings.memory_bytes)
+    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
+                            static_cast<double>(tables) / 1e6, static_cast<double>(settings.memory_bytes) / 1e6),
+                "Give a larger --memory, or a smaller --atlas.");
+  settings.memory_bytes -= tables;
+  settings.separate_layers = filters(settings);
+  return settings;
+}
+
+Checkpoint BandRun::checkpoint() const {
+  Checkpoint out = job.checkpoint();
+  out.first_row = static_cast<std::uint32_t>(band.first);
+  out.end_row = static_cast<std::uint32_t>(band.end);
+  const std::size_t above = out.first_row * static_cast<std::size_t>(job.points()->width);
+  out.above.assign(light.begin(), light.begin() + static_cast<std::ptrdiff_t>(above));
+  return out;
+}
+
+std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings& settings, std::uint64_t memory,
+                                     int first) {
   const bool filtered = filters(settings);
   const PixelBounds row{0, 0, grid.width, 1};
   // The Job holds its film twice.
@@ -30,41 +71,41 @@ std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings
                                   row.pixel_count() * ((filtered ? kFilterBytes : 0) + sizeof(RGB) + sizeof(float));
   const double share = kFilmShare * static_cast<double>(memory) / static_cast<double>(row_bytes);
   const int rows = static_cast<int>(std::min(share, 1e9));
-  if (rows >= grid.height) return {{0, grid.height, {0, 0, grid.width, grid.height}}};
+  if (rows >= grid.height - first) return {band_of(grid, filtered, first, grid.height)};
   const int around = filtered ? kAbove + kBelow : 0;
   const int step = std::max((rows - around) / kBlock * kBlock, kBlock);
   std::vector<BakeBand> out;
-  for (int first = 0; first < grid.height; first += step) {
-    BakeBand band;
-    band.first = first;
-    band.end = std::min(first + step, grid.height);
-    band.rendered = {0, filtered ? std::max(first - kAbove, 0) : first, grid.width,
-                     filtered ? std::min(band.end + kBelow, grid.height) : band.end};
-    out.push_back(band);
-  }
+  for (; first < grid.height; first += step)
+    out.push_back(band_of(grid, filtered, first, std::min(first + step, grid.height)));
   return out;
 }
 
 Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
-                  const std::shared_ptr<const PointGrid>& points, RenderSettings settings, const Checkpoint* resume,
-                  const AttendBand& attend) {
-  const std::uint64_t tables = points->normal.size() * kTexelTableBytes;
-  if (tables >= settings.memory_bytes)
-    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
-                            static_cast<double>(tables) / 1e6, static_cast<double>(settings.memory_bytes) / 1e6),
-                "Give a larger --memory, or a smaller --atlas.");
-  settings.memory_bytes -= tables;
-  settings.separate_layers = filters(settings);
-  const double time_limit_s = settings.time_limit_s;
-  const std::vector<BakeBand> bands = cut_into_bands(*points, settings, settings.memory_bytes);
+                  const std::shared_ptr<const PointGrid>& points, RenderSettings settings,
+                  std::optional<Checkpoint> resume, const AttendBand& attend) {
+  settings = bake_settings(std::move(settings), *points);
+  std::vector<BakeBand> bands;
   Baked baked;
   baked.irradiance = TexelIrradiance(points->normal.size());
+  if (resume) {
+    settings = with_numbers_of(settings, parse_key(resume->key));
+    bands.push_back(band_of(*resume, *points, filters(settings)));
+    std::copy(resume->above.begin(), resume->above.end(), baked.irradiance.value.begin());
+    for (std::size_t i = 0; i < resume->above.size(); ++i) baked.irradiance.known[i] = points->has(i);
+  }
+  const int first = bands.empty() ? 0 : bands.back().end;
+  if (first < points->height)
+    for (const BakeBand& band : cut_into_bands(*points, settings, settings.memory_bytes, first)) bands.push_back(band);
+  std::shared_ptr<JobMaps> maps;
   for (std::size_t i = 0; i < bands.size(); ++i) {
     settings.bounds = bands[i].rendered;
-    if (time_limit_s > 0)
-      settings.time_limit_s = std::max((time_limit_s - baked.seconds) / static_cast<double>(bands.size() - i), 1e-3);
-    Job job(scene, tracer, settings, resume, 0, points);
-    baked.failure = attend(job, bands[i], bands.size());
+    // Each band gets its share of the time that is left; the numbers of rays and photons are those of the whole time.
+    const double left_s = settings.time_limit_s - baked.seconds;
+    const double share_s = std::max(left_s / static_cast<double>(bands.size() - i), 1e-3);
+    const double spent_s = settings.time_limit_s > 0 ? settings.time_limit_s - share_s : 0;
+    Job job(scene, tracer, settings, resume ? &*resume : nullptr, spent_s, points, nullptr, maps);
+    resume.reset();
+    baked.failure = attend({job, bands[i], i, bands.size(), baked.irradiance.value});
     baked.seconds += job.seconds();
     baked.ending = job.ending();
     baked.passes = i == 0 ? job.passes() : std::min(baked.passes, job.passes());
@@ -72,7 +113,30 @@ Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_p
     const bool stops = baked.failure || baked.ending == Ending::cancelled || job.passes() == 0;
     if (stops && i + 1 < bands.size()) baked.passes = 0;
     if (stops) break;
+    maps = job.maps();
   }
+  return baked;
+}
+
+Baked points_of_part(const std::string& path, const Scene& scene, const PointGrid& points,
+                     const RenderSettings& settings, const std::vector<const Option*>& given) {
+  const Part part = read_part(path);
+  RenderSettings own = part.picture.settings;
+  own.indirect_only = settings.indirect_only;
+  own.bounds = {0, 0, points.width, points.height};
+  for (const Option* option : given)
+    if (option->shows) option->parse(own, option->print(settings));
+  const RenderKey key = key_of_whole(render_key(scene, own, &points));
+  check_same_whole({"this bake", key}, {path, part.key}, true);
+  MemoryBudget budget(bake_settings(settings, points).memory_bytes, "Give a larger --memory, or a smaller --atlas.");
+  const Reservation memory(budget, "film", merge_bytes(part) + kFilterBytes * own.bounds.pixel_count());
+  Film film = film_for(part);
+  add_part(path, part, film);
+  Baked baked;
+  baked.irradiance = TexelIrradiance(points.normal.size());
+  baked.irradiance.take(film, points, part.picture.settings, 0, points.height);
+  baked.passes = film.whole_passes();
+  baked.seconds = part.picture.seconds;
   return baked;
 }
 

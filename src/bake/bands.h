@@ -5,11 +5,14 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "bake/light.h"
 #include "gather/point_pass.h"
 #include "render/job.h"
+#include "render/options.h"
 
 namespace glowworm {
 
@@ -19,13 +22,19 @@ struct BakeBand {
   PixelBounds rendered;    ///< these, and as many around them as the filter reads
 };
 
-/// Bytes that a bake holds for each texel beside its Job: place, point and light.
-inline constexpr std::uint64_t kTexelTableBytes = 57;
+/// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.
+inline constexpr std::uint64_t kTexelTableBytes = 57 + sizeof(RGB);
+
+/// The settings of the Jobs of a bake, which has the tables of its points beside them. Throws Error where memory is too
+/// small for these.
+RenderSettings bake_settings(RenderSettings settings, const PointGrid& points);
 
 /// Cuts the rows of a grid into bands of which one at a time fits into memory, with photons and query points. The light
 /// does not depend on the cut. One band where all fits.
 /// @param memory bytes for the Job of a band
-std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings& settings, std::uint64_t memory);
+/// @param first  the first row: a multiple of 32
+std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings& settings, std::uint64_t memory,
+                                     int first = 0);
 
 /// What the Jobs of a bake computed.
 struct Baked {
@@ -36,15 +45,30 @@ struct Baked {
   std::exception_ptr failure;  ///< of a Job, or null
 };
 
-/// Waits for the Job of a band, of so many, and returns its failure, or null.
-using AttendBand = std::function<std::exception_ptr(Job&, const BakeBand&, std::size_t bands)>;
+/// The Job of a band.
+struct BandRun {
+  Job& job;
+  BakeBand band;
+  std::size_t number = 0, count = 0;  ///< of the bands from now on
+  const std::vector<RGB>& light;      ///< of all points; that of the rows above the band is there
 
-/// Computes the irradiance of points by one Job for each band, until one does not end. Throws Error where memory is too
-/// small for the points themselves.
+  /// The state of the whole bake to continue from.
+  Checkpoint checkpoint() const;
+};
+
+/// Waits for the Job of a band and returns its failure, or null.
+using AttendBand = std::function<std::exception_ptr(const BandRun&)>;
+
+/// Computes the irradiance of points by one Job for each band, until one does not end. All have the same photons.
 /// @param settings with the memory and the time of the whole bake
-/// @param resume   for the first Job; null: none
+/// @param resume   BandRun::checkpoint() of a bake with any memory; throws Error if it is of another one
 Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
-                  const std::shared_ptr<const PointGrid>& points, RenderSettings settings, const Checkpoint* resume,
-                  const AttendBand& attend);
+                  const std::shared_ptr<const PointGrid>& points, RenderSettings settings,
+                  std::optional<Checkpoint> resume, const AttendBand& attend);
+
+/// The irradiance of points in the file of a part. Throws Error if it is not of these, or if memory is too small.
+/// @param given options that the part must have been computed with
+Baked points_of_part(const std::string& path, const Scene& scene, const PointGrid& points,
+                     const RenderSettings& settings, const std::vector<const Option*>& given);
 
 }  // namespace glowworm

@@ -115,4 +115,20 @@ EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& ligh
   return out;
 }
 
+RgbmLight encode_rgbm(std::span<const RGB> light) {
+  RgbmLight out;
+  float peak = 0;
+  for (const RGB& texel : light) peak = std::max(peak, max_component(texel));
+  if (peak > 0) out.range = peak;
+  out.codes.reserve(4 * light.size());
+  for (const RGB& texel : light) {
+    const RGB shown = clamp(texel / out.range, 0, 1);
+    const float multiplier = std::max(std::ceil(255 * max_component(shown)), 1.0f);
+    for (int c = 0; c < 3; ++c)
+      out.codes.push_back(static_cast<std::uint8_t>(std::min(std::round(shown[c] * 255 * 255 / multiplier), 255.0f)));
+    out.codes.push_back(static_cast<std::uint8_t>(multiplier));
+  }
+  return out;
+}
+
 }  // namespace glowworm

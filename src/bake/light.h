@@ -2,6 +2,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "bake/layout.h"
@@ -55,5 +56,15 @@ struct EncodedLight {
 /// then rounds to codes.
 /// @param scale 0: chosen
 EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale = 0);
+
+/// Light as 8-bit RGBM: red, green, blue and a multiplier for each texel, all linear. A texel shows
+/// range * (R / 255, G / 255, B / 255) * (M / 255), in steps of M / 255^2 of the range.
+struct RgbmLight {
+  float range = 1;                  ///< the brightest component
+  std::vector<std::uint8_t> codes;  ///< four a texel
+};
+
+/// Rounds to the nearest codes, with the least multiplier that holds each texel. Nothing is clipped.
+RgbmLight encode_rgbm(std::span<const RGB> light);
 
 }  // namespace glowworm

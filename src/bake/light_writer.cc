@@ -112,8 +112,11 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     material["emissiveFactor"] = {1, 1, 1};
     material["emissiveTexture"] = texture;
   }
-  if (atlas < notes_.textures.size() && (!material.contains("extras") || material["extras"].is_object()))
-    material["extras"]["light"] = {{"file", notes_.textures[atlas]}, {"texCoord", uv_set}};
+  if (atlas >= notes_.textures.size() || (material.contains("extras") && !material["extras"].is_object())) return;
+  const BakeNotes::TextureFile& beside = notes_.textures[atlas];
+  json& extra = material["extras"]["light"];
+  extra = {{"file", beside.name}, {"texCoord", uv_set}};
+  if (beside.range > 0) extra["rgbm"] = beside.range;
 }
 
 }  // namespace glowworm

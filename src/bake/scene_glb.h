@@ -34,7 +34,11 @@ struct BakeNotes {
   float exposure = 0;        ///< stops: values of the file are radiance or irradiance times 2^exposure
   std::string command_line;  ///< for the file's extras
   /// Files beside this one with the light of each atlas in full range, for the extras of materials; may be empty.
-  std::vector<std::string> textures;
+  struct TextureFile {
+    std::string name;
+    float range = 0;  ///< of RGBM (encode_rgbm()); 0: the file is an EXR file
+  };
+  std::vector<TextureFile> textures;
   /// Origin of the scene's triangles: a glTF file that the bake changes. Null, or without a path: the file is new.
   std::shared_ptr<const GltfParts> gltf = nullptr;
   bool indirect_only = false;  ///< direct light is left to the viewer

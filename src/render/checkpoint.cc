@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '6'};
+constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '7'};
 
 /// Writes bytes and computes their fingerprint.
 class Writer {
@@ -79,7 +79,12 @@ bool parse(Reader& reader, Checkpoint& out) {
     numbers->resize(size);
     if (!reader.take(numbers->data(), size * sizeof(std::uint32_t))) return false;
   }
-  return reader.ends_with_fingerprint();
+  std::uint64_t above = 0;
+  if (!reader.take(&out.first_row, sizeof out.first_row) || !reader.take(&out.end_row, sizeof out.end_row))
+    return false;
+  if (!reader.take_count(above, sizeof(RGB))) return false;
+  out.above.resize(above);
+  return reader.take(out.above.data(), above * sizeof(RGB)) && reader.ends_with_fingerprint();
 }
 
 }  // namespace
@@ -93,6 +98,10 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
     writer.put_count(numbers->size());
     writer.put(numbers->data(), numbers->size() * sizeof(std::uint32_t));
   }
+  writer.put(&checkpoint.first_row, sizeof checkpoint.first_row);
+  writer.put(&checkpoint.end_row, sizeof checkpoint.end_row);
+  writer.put_count(checkpoint.above.size());
+  writer.put(checkpoint.above.data(), checkpoint.above.size() * sizeof(RGB));
   writer.commit();
 }
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/rgb.h"
+
 namespace glowworm {
 
 /// The state of a render after a whole number of tasks. It is complete, because all randomness belongs to the numbers
@@ -14,6 +16,9 @@ struct Checkpoint {
   std::uint32_t passes = 0;          ///< complete passes in the film, which may hold a part of the next
   std::vector<std::uint32_t> film;   ///< Film::save()
   std::vector<std::uint32_t> round;  ///< of adaptive sampling (render/adaptive.h); empty: none is under way
+  // Of renders that are made in bands of rows (bake/bands.h); all 0 and empty for others.
+  std::uint32_t first_row = 0, end_row = 0;  ///< rows that the film is for
+  std::vector<RGB> above = {};               ///< the light of all rows above these
 };
 
 /// Writes a checkpoint, whole or not at all. Throws Error if it cannot be written.

@@ -80,7 +80,7 @@ Film film_of(const RenderSettings& s, const DiskMemory* disk) {
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
          const Checkpoint* resume, double spent_s, std::shared_ptr<const PointGrid> points,
-         std::shared_ptr<Ranks> ranks)
+         std::shared_ptr<Ranks> ranks, std::shared_ptr<JobMaps> maps)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       points_(std::move(points)),
@@ -95,10 +95,12 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_(film_of(settings_, disk_.get())),
       spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()),
+      made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (resume) this->resume(*resume);
+  made_->maps.reserve_in(&array_budget());
   earlier_peak_ = peak_resident_bytes();
   return_free_memory();
   scene_bytes_ = resident_bytes();
@@ -109,6 +111,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
 Job::~Job() {
   cancel();
   if (thread_.joinable()) thread_.join();
+  made_->maps.reserve_in(nullptr);
 }
 
 void Job::wait() {
@@ -123,7 +126,7 @@ double Job::seconds() const {
 
 double Job::progress() const {
   if (done_) return 1;
-  const double by_time = settings_.time_limit_s > 0 ? (spent_s_ + seconds()) / settings_.time_limit_s : 0;
+  const double by_time = settings_.time_limit_s > 0 ? seconds() / std::max(settings_.time_limit_s - spent_s_, 1e-9) : 0;
   return std::clamp(std::max<double>(by_time, work_done_), 0.0, 1.0);
 }
 
@@ -235,8 +238,8 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.pass = s.progressive ? pass : 0;
   wanted.radius_scale = s.progressive ? progressive_radius_scale(pass) : 1.0f;
   wanted.max_bounces = photon_bounces(s.max_bounces);
-  wanted.guide = guide_;
-  wanted.demand = demand_;
+  wanted.guide = made_->guide;
+  wanted.demand = made_->demand;
   wanted.corrected = s.boundary_correction;
   const bool gathers = s.integrator == Integrator::gather;
   wanted.secondary_gather = gathers && s.secondary_gather;
@@ -264,7 +267,7 @@ PassSettings Job::pass_settings() const {
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;
-  pass.guide = &gather_guide_;
+  pass.guide = &made_->gather_guide;
   pass.light_groups = light_groups_.get();
   return pass;
 }
@@ -275,11 +278,11 @@ View Job::view() const {
 }
 
 void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
-  if (!s.guiding || guide_) return;
+  if (!s.guiding || made_->guide) return;
   const PhaseTimer timer(statistics, Phase::trace_photons);
   PhotonGuiding guiding = guide_photons(*tracer_, view(), s);
-  guide_ = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
-  demand_ = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+  made_->guide = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
+  made_->demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
 }
 
 void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics) {
@@ -287,27 +290,27 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
   memory_.clear();
   guide_emission(s, statistics);
   const DiskMemory::Scope scope(disk_.get());
-  maps_.update(*tracer_, map_settings(s, sample), statistics);
+  made_->maps.update(*tracer_, map_settings(s, sample), statistics);
 }
 
 void Job::shoot_photons(std::uint32_t sample) {
   const CancellationScope scope(interrupt_);
   const double start = seconds();
   is_mapping_ = true;
-  if (pass_.kind == PassKind::gather && settings_.gather_guiding && !has_gather_guide_) {
+  if (pass_.kind == PassKind::gather && settings_.gather_guiding && !made_->has_gather_guide) {
     // From the first map alone, whichever pass comes first here: all passes of all parts have the same guide.
     Statistics not_the_renders;
     const bool is_own = sample == 0 || !settings_.progressive;
     make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
-    gather_guide_ = learn_gather_guide(*tracer_, maps_, view(), pass_, budget_, statistics_);
-    has_gather_guide_ = true;
+    made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_);
+    made_->has_gather_guide = true;
   }
   make_maps(settings_, sample, statistics_);
   photon_seconds_ = seconds() - start;
-  photon_map_bytes_ = maps_.bytes();
+  photon_map_bytes_ = made_->maps.bytes();
   is_mapping_ = false;
   const std::lock_guard lock(film_mutex_);
-  add(light_photons_, photons_by_light(*scene_, maps_.pass()));
+  add(light_photons_, photons_by_light(*scene_, made_->maps.pass()));
 }
 
 double Job::measure_slot() {
@@ -319,7 +322,7 @@ double Job::measure_slot() {
   const double start = seconds();
   std::uint64_t slots = 0;
   for (const CameraTask& task : spread_tasks(settings_.bounds)) {
-    render_pass(*tracer_, maps_, view(), task, pass, budget_, memory_, not_the_renders);
+    render_pass(*tracer_, made_->maps, view(), task, pass, budget_, memory_, not_the_renders);
     slots += task.slot_count();
   }
   return (seconds() - start) / static_cast<double>(slots);
@@ -340,9 +343,9 @@ void Job::fit_to_time() {
   make_maps(few, settings_.sample_range().first, not_the_renders);
   speed.photon_s = (seconds() - start - guiding_s) / static_cast<double>(few.photons_traced);
   if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
-  guide_.reset();
-  demand_.reset();
-  maps_.forget();
+  made_->guide.reset();
+  made_->demand.reset();
+  made_->maps.forget();
   const RenderSettings fitted = fitted_settings(settings_, automatic_, speed, room - (seconds() - start) - guiding_s);
   statistics_.add_time(Phase::trace_photons, seconds() - start);
   is_mapping_ = false;
@@ -453,7 +456,7 @@ TaskResult Job::compute(CameraTasks places) {
   if (settings_.integrator == Integrator::path) {
     trace_paths(*tracer_, view(), tasks, settings_, out.radiance, out.first_hit, statistics_);
   } else {
-    PassResult result = render_pass(*tracer_, maps_, view(), tasks, pass_, budget_, memory_, statistics_);
+    PassResult result = render_pass(*tracer_, made_->maps, view(), tasks, pass_, budget_, memory_, statistics_);
     out.radiance = std::move(result.radiance);
     out.first_hit = std::move(result.first_hit);
   }

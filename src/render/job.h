@@ -32,6 +32,17 @@ namespace glowworm {
 /// Why a render ended.
 enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
 
+/// The photons of a render, and what guides them and the gather rays.
+struct JobMaps {
+  std::shared_ptr<const EmissionGuide> guide;
+  std::shared_ptr<const PhotonDemand> demand;
+  GatherGuide gather_guide;
+  bool has_gather_guide = false;
+  PhotonMaps maps;
+
+  explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
+};
+
 /// A render in its own thread (its parallel loops use all threads). Every pass renders one camera sample of every
 /// pixel, in tiles, so the first pass is a whole, noisy image.
 class Job {
@@ -42,9 +53,11 @@ class Job {
   /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
   /// settings' size is that of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
+  /// @param maps    of another Job that is destroyed, over the same scene and points with the same settings but for
+  /// their bounds; null: new ones
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
       const Checkpoint* resume = nullptr, double spent_s = 0, std::shared_ptr<const PointGrid> points = nullptr,
-      std::shared_ptr<Ranks> ranks = nullptr);
+      std::shared_ptr<Ranks> ranks = nullptr, std::shared_ptr<JobMaps> maps = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
@@ -65,7 +78,7 @@ class Job {
   /// The work under way.
   enum class Step { photons, map, picture, rounds };
   Step step() const {
-    if (is_mapping_) return maps_.is_building() ? Step::map : Step::photons;
+    if (is_mapping_) return made_->maps.is_building() ? Step::map : Step::photons;
     return in_rounds_ ? Step::rounds : Step::picture;
   }
   /// Mean number of samples of a pixel, at any time.
@@ -89,6 +102,8 @@ class Job {
   RenderSettings settings() const;
   /// Whether photons or gather rays are fewer than resolve() chose, because the machine is too slow for the time limit.
   bool is_fitted() const { return fitted_; }
+  /// For the next Job.
+  std::shared_ptr<JobMaps> maps() const { return made_; }
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
   /// Fate of the photons so far, by light; at any time. Empty for the path tracer.
@@ -136,9 +151,9 @@ class Job {
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
-  /// Makes guide_ and demand_ for these settings, unless they are there or not wanted.
+  /// Makes the guide of photons for these settings, unless they are there or not wanted.
   void guide_emission(const RenderSettings& s, Statistics& statistics);
-  /// Makes maps_ for these settings, and what guide_emission() makes.
+  /// Makes the maps for these settings, and what guide_emission() makes.
   void make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics);
   void shoot_photons(std::uint32_t sample);
   /// Makes the photon map and the schedule of a pass, unless they are there.
@@ -185,11 +200,7 @@ class Job {
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
-  std::shared_ptr<const EmissionGuide> guide_;
-  GatherGuide gather_guide_;
-  bool has_gather_guide_ = false;
-  std::shared_ptr<const PhotonDemand> demand_;
-  PhotonMaps maps_{array_budget()};
+  std::shared_ptr<JobMaps> made_;
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;

@@ -348,6 +348,12 @@ void PhotonMaps::diagnose(Statistics& statistics) {
   diagnosis_ = std::move(engine);
 }
 
+void PhotonMaps::reserve_in(MemoryBudget* budget) {
+  reservation_.reset();
+  budget_ = budget;
+  if (budget && is_done()) hold_result();
+}
+
 /// Reserves what remains after the maps are made.
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;

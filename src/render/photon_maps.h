@@ -82,6 +82,9 @@ class PhotonMaps {
   void update(const Tracer& tracer, const PhotonMapSettings& settings, Statistics& statistics);
   /// Discards everything. Call it when the lights have changed.
   void forget();
+  /// Moves the reservation of the maps to another budget; null: none, until the next call. Throws Error if that budget
+  /// is too small.
+  void reserve_in(MemoryBudget* budget);
 
   bool empty() const { return global_.count == 0; }
   /// Whether update() has traced the photons and builds the map; any thread may ask.

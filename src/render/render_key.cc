@@ -191,7 +191,9 @@ void check_same_whole(const KeyOfFile& a, const KeyOfFile& b, bool mixed) {
   if (!of_scene.empty())
     throw Error(
         fmt::format("{} and {} show different scenes: their {} differ", a.path, b.path, fmt::join(of_scene, ", ")),
-        "Merge parts of one scene, with the same --camera, --view and --light.");
+        value_of(a.key, kPoints) == value_of(b.key, kPoints)
+            ? "Merge parts of one scene, with the same --camera, --view and --light."
+            : "Give the scene and --atlas, --texels-per-metre or --spacing as they were.");
   if (!settings.empty())
     throw Error(fmt::format("{}", fmt::join(settings, "; ")), "Merge parts that were rendered with the same options.");
 }

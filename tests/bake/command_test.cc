@@ -1,4 +1,6 @@
 // glowworm bake, as a person runs it.
+#include <csignal>
+
 #include "apps/program.h"
 #include "image/image.h"
 
@@ -6,6 +8,7 @@ namespace glowworm {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 class BakeCommand : public ProgramTest {
  protected:
@@ -48,35 +51,84 @@ TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {
   EXPECT_EQ(read(path("lit.glb")), once);
 }
 
+/// A bake of the Cornell box that 64 MB hold in bands.
+std::vector<std::string> banded(const std::string& memory, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> line{"bake", "builtin:cornell", "--atlas", "256", "--samples", "2", "--gather", "4"};
+  line.insert(line.end(), {"--photons", "5k", "-o", "lit.glb", "--atlas-picture", "light.exr", "--memory", memory});
+  line.insert(line.end(), more.begin(), more.end());
+  return line;
+}
+
 TEST_F(BakeCommand, GivesTheSameLightInLittleMemory) {
-  const auto bake = [&](const char* memory, const std::vector<std::string>& more) {
-    std::vector<std::string> line{"bake",
-                                  "builtin:cornell",
-                                  "--atlas",
-                                  "256",
-                                  "--samples",
-                                  "2",
-                                  "--gather",
-                                  "4",
-                                  "--photons",
-                                  "5k",
-                                  "-o",
-                                  "lit.glb",
-                                  "--atlas-picture",
-                                  "light.exr",
-                                  "--memory",
-                                  memory};
-    line.insert(line.end(), more.begin(), more.end());
-    return run(line);
-  };
-  ASSERT_EQ(bake("1G", {}).status, 0);
+  ASSERT_EQ(run(banded("1G")).status, 0);
   const std::vector<RGB> whole = read_image(path("light.exr")).rgb();
-  const Outcome bands = bake("64M", {});
+  const Outcome bands = run(banded("64M"));
   ASSERT_EQ(bands.status, 0) << bands.err;
   EXPECT_THAT(bands.err, HasSubstr("rows 256 of 256, as --memory allows"));
   EXPECT_TRUE(read_image(path("light.exr")).rgb() == whole);
-  EXPECT_TRUE(refused(bake("64M", {"--resume", "bake.checkpoint"}), {"--resume", "--memory"}));
-  EXPECT_TRUE(refused(bake("2M", {}), {"--memory"}));
+  EXPECT_TRUE(refused(run(banded("2M")), {"--memory"}));
+}
+
+TEST_F(BakeCommand, GoesOnFromACheckpointOfABand) {
+  ASSERT_EQ(run(banded("1G")).status, 0);
+  const std::vector<RGB> whole = read_image(path("light.exr")).rgb();
+  // A checkpoint of an early band, as an interrupted bake leaves it: for little memory, and for much.
+  Running bake(folder_, banded("64M", {"--resume", "bake.checkpoint"}));
+  ASSERT_TRUE(bake.wait_for_text("rows 192 of 256", 60));
+  bake.send(SIGINT);
+  bake.wait();
+  std::filesystem::copy_file(path("bake.checkpoint"), path("copy.checkpoint"));
+  std::filesystem::remove(path("light.exr"));
+  for (const char* memory : {"1G", "64M"}) {
+    std::filesystem::copy_file(path("copy.checkpoint"), path("bake.checkpoint"),
+                               std::filesystem::copy_options::overwrite_existing);
+    const Outcome rest = run(banded(memory, {"--resume", "bake.checkpoint"}));
+    ASSERT_EQ(rest.status, 0) << rest.err;
+    EXPECT_THAT(rest.err, Not(HasSubstr("rows 96 of 256")));
+    EXPECT_TRUE(read_image(path("light.exr")).rgb() == whole) << memory;
+  }
+  EXPECT_TRUE(refused(run(words({"-o", "a.glb", "--resume", "bake.checkpoint"})), {"checkpoint", "--atlas"}));
+}
+
+TEST_F(BakeCommand, MergesPartsToTheSameFile) {
+  const auto of_samples = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", "builtin:cornell", "--atlas", "64", "--samples", "3", "--photons", "5k"});
+    return run(more);
+  };
+  ASSERT_EQ(of_samples({"-o", "lit.glb", "--atlas-picture", "whole.exr"}).status, 0);
+  ASSERT_EQ(of_samples({"--part", "1/2", "-o", "1.part"}).status, 0);
+  const Outcome second = of_samples({"--part", "2/2", "-o", "2.part"});
+  ASSERT_EQ(second.status, 0) << second.err;
+  ASSERT_EQ(run({"merge", "2.part", "1.part", "-o", "all.part"}).status, 0);
+  const std::vector<std::string> bake{"bake", "builtin:cornell", "--atlas", "64"};
+  const auto from = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), bake.begin(), bake.end());
+    more.insert(more.end(), {"--from", "all.part", "-o", "merged.glb"});
+    return run(more);
+  };
+  const Outcome merged = from({"--atlas-picture", "merged.exr"});
+  ASSERT_EQ(merged.status, 0) << merged.err;
+  EXPECT_TRUE(read_image(path("merged.exr")).rgb() == read_image(path("whole.exr")).rgb());
+  EXPECT_TRUE(refused(from({"--light", "indirect"}), {"all.part", "--indirect-only"}));
+  EXPECT_TRUE(refused(from({"--photons", "6k"}), {"all.part", "--photons"}));
+  EXPECT_TRUE(refused(from({"--part", "1/2"}), {"--from"}, 2));
+  EXPECT_TRUE(refused(run({"bake", "builtin:cornell", "--atlas", "32", "--from", "all.part", "-o", "a.glb"}),
+                      {"points", "--atlas"}));
+  EXPECT_TRUE(refused(of_samples({"--noise", "1%", "-o", "a.part"}), {"--samples"}, 2));
+}
+
+TEST_F(BakeCommand, WritesTexturesWithAMultiplierBesideTheFile) {
+  const Outcome outcome = run(words({"--texture", "rgbm", "-o", "lit.glb", "--atlas-picture", "light.exr"}));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(read(path("lit.0.rgbm.png")).substr(1, 3), "PNG");
+  const std::string glb = read(path("lit.glb")), mark = R"("light":{"file":"lit.0.rgbm.png","rgbm":)";
+  const std::size_t at = glb.find(mark);
+  ASSERT_NE(at, std::string::npos);
+  const std::vector<RGB> light = read_image(path("light.exr")).rgb();
+  float peak = 0;
+  for (const RGB& texel : light) peak = std::max(peak, max_component(texel));
+  EXPECT_NEAR(std::stof(glb.substr(at + mark.size())), peak, 1e-3f * peak);
+  EXPECT_TRUE(refused(run(words({"--texture", "ktx2", "-o", "a.glb"})), {"KTX2", "--texture rgbm"}, 2));
 }
 
 TEST_F(BakeCommand, SaysWhatIsWrongWithACommandLine) {
@@ -85,7 +137,7 @@ TEST_F(BakeCommand, SaysWhatIsWrongWithACommandLine) {
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr(text));
   };
-  refuses({"-o", "lit.png"}, "does not end in .glb");
+  refuses({"-o", "lit.png"}, "does not end in .glb or .part");
   refuses({"-o", "lit.glb", "--format", "emisive"}, "Did you mean 'emissive'?");
   refuses({"-o", "lit.glb", "--light", "direct"}, "--light 'direct' is not known");
   refuses({"-o", "lit.glb", "--atlas", "64.5"}, "not a whole number");

@@ -15,6 +15,7 @@
 #include <string>
 #include <utility>
 
+#include "bake/bands.h"
 #include "bake/fill.h"
 #include "bake/scene_glb.h"
 #include "bake_testing.h"
@@ -125,6 +126,30 @@ TEST(BakedLight, IsTheSameForAnyNumberOfThreads) {
   EXPECT_TRUE(three == one);
 }
 
+TEST(BakedLight, HasThePhotonsOfOneMapInAllBands) {
+  const BakeStage cornell(builtin_scene("cornell"), {256, 0});
+  RenderSettings settings = by_gathering(1, 4, 5'000);
+  std::vector<std::uint64_t> emitted;
+  const auto bake = [&](std::uint64_t memory) {
+    settings.memory_bytes = memory;
+    emitted.clear();
+    return bake_points(cornell.stage.scene, cornell.stage.tracer, cornell.grid, settings, std::nullopt,
+                       [&](const BandRun& run) {
+                         run.job.wait();
+                         emitted.push_back(run.job.statistics().count(Counter::photons_emitted));
+                         return std::exception_ptr();
+                       })
+        .irradiance.value;
+  };
+  const std::vector<RGB> whole = bake(std::uint64_t{1} << 30);
+  ASSERT_EQ(emitted.size(), 1u);
+  const std::uint64_t photons = emitted[0];
+  EXPECT_TRUE(bake(std::uint64_t{64} << 20) == whole);
+  ASSERT_GT(emitted.size(), 1u);
+  EXPECT_EQ(emitted[0], photons);
+  for (std::size_t i = 1; i < emitted.size(); ++i) EXPECT_EQ(emitted[i], 0u);
+}
+
 /// Two rooms of 2 x 2 x 2 m that share a floor and a ceiling, with a wall of 0.2 m between them; a lamp in one.
 SceneDescription two_rooms() {
   SceneDescription d;
@@ -231,6 +256,24 @@ TEST(BakedLight, IsEncodedWithinHalfACode) {
   EXPECT_GE(*std::min_element(peak.begin(), peak.end()), 137);
   EXPECT_GT(*std::max_element(encoded.level.begin(), encoded.level.end()), 0);
   EXPECT_LT(encoded.clipped, 0.005);
+}
+
+TEST(BakedLight, DecodesFromRgbmWithinHalfACode) {
+  std::vector<RGB> light{{0, 0, 0}, {40, 20, 1e-3f}, {1e-4f, 0, 0}};
+  for (int i = 1; i < 1000; ++i) {
+    const float x = static_cast<float>(i) / 1000;
+    light.push_back(RGB{x, 1 - x, x * x} * std::exp2(10 * x - 6));
+  }
+  const RgbmLight encoded = encode_rgbm(light);
+  EXPECT_EQ(encoded.range, 40);
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const std::uint8_t* code = &encoded.codes[4 * i];
+    const float whole = encoded.range * static_cast<float>(code[3]) / 255;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(whole * static_cast<float>(code[c]) / 255, light[i][c], whole * 0.501f / 255) << i;
+    // The multiplier is the least, so that steps are fine.
+    EXPECT_LE(whole - encoded.range / 255, max_component(light[i])) << i;
+  }
 }
 
 TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
