@@ -117,6 +117,7 @@ TEST_F(StatisticsTest, EveryKeyIsPresent) {
                                              "/memory_bytes/photon_map",
                                              "/memory_bytes/query_points",
                                              "/memory_bytes/acceleration_structure",
+                                             "/memory_bytes/on_disk",
                                              "/memory_bytes/reserved"};
   for (const std::string& pointer : pointers) EXPECT_TRUE(s.contains(json::json_pointer(pointer))) << pointer;
   // The list, and docs/guide.md, name every key.

@@ -8,6 +8,7 @@
 
 #include "core/parallel.h"
 #include "import/assimp/import.h"
+#include "import/mesh_tools.h"
 #include "test_files.h"
 
 namespace glowworm {
@@ -57,6 +58,21 @@ TEST_F(AssimpTest, ReadsMeshes) {
   EXPECT_EQ(d.geometry.triangle_count(), 4u);
   EXPECT_EQ(d.geometry.positions.size(), 4u);
   EXPECT_EQ(d.materials.at(d.geometry.material[0]).kind, MaterialKind::diffuse);
+}
+
+TEST_F(AssimpTest, SurfacesWithoutADiffuseColourHaveTheDefaultAlbedo) {
+  const char* kExchange =
+      "Metric (key = \"distance\") {float {1}}\n"
+      "GeometryNode $n {ObjectRef {ref {$g}} MaterialRef (index = 0) {ref {$m}}}\n"
+      "GeometryObject $g {Mesh (primitive = \"triangles\") {VertexArray (attrib = \"position\") {float[3] "
+      "{{0,0,0},{1,0,0},{0,1,0}}} IndexArray {unsigned_int32[3]{{0,1,2}}}}}\n"
+      "Material $m {Name {string {\"m\"}}}\n";
+  for (const std::string& file : {write("a.off", kTetrahedron), write("a.ogex", kExchange)}) {
+    const auto d = load_scene(file);
+    ASSERT_GE(d.geometry.triangle_count(), 1u) << file;
+    const Material& material = d.materials.at(d.geometry.material[0]);
+    EXPECT_EQ(evaluate(d.textures, material.reflectance, {0, 0}), RGB(kDefaultAlbedo)) << file;
+  }
 }
 
 TEST_F(AssimpTest, ReadsMaterialsTexturesPlacesCamerasAndLights) {

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "import/assimp/hand_over.h"
+#include "import/mesh_tools.h"
 
 namespace glowworm {
 namespace {
@@ -143,8 +144,11 @@ class Collector {
   PhongMaterial material_of(const aiMaterial& source) const {
     PhongMaterial m;
     m.name = source.GetName().C_Str();
-    m.diffuse = RGB(0.5f);
+    m.diffuse = RGB(kDefaultAlbedo);
     color(source, AI_MATKEY_COLOR_DIFFUSE, m.diffuse);
+    // Assimp paints what has no material in a grey of its own.
+    if ((m.name.empty() || m.name == AI_DEFAULT_MATERIAL_NAME) && m.diffuse == RGB(0.6f))
+      m.diffuse = RGB(kDefaultAlbedo);
     color(source, AI_MATKEY_COLOR_SPECULAR, m.specular);
     color(source, AI_MATKEY_COLOR_EMISSIVE, m.emissive);
     color(source, AI_MATKEY_COLOR_TRANSPARENT, m.filter);
