@@ -39,6 +39,24 @@ RGB texel_albedo(const Scene& scene, const BakeLayout& layout, std::size_t texel
   return sum / 4;
 }
 
+/// Thresholds in [0, 1) that are even over any few neighbours (J. Jimenez, "Next Generation Post Processing in Call of
+/// Duty: Advanced Warfare", SIGGRAPH 2014).
+float gradient_noise(std::size_t x, std::size_t y) {
+  const double inner = 0.06711056 * static_cast<double>(x) + 0.00583715 * static_cast<double>(y);
+  const double outer = 52.9829189 * (inner - std::floor(inner));
+  return static_cast<float>(outer - std::floor(outer));
+}
+
+/// The sRGB code of a value. Of coarse codes, one of the two neighbours, so that their mean is the value.
+std::uint8_t dithered_code(float value, float threshold) {
+  constexpr float kFine = 96;  // Steps of 2.5%.
+  const float code = 255 * srgb_encode(value), below = std::floor(code);
+  if (code >= kFine) return to_byte(code / 255);
+  const float low = srgb_decode(static_cast<std::uint8_t>(below));
+  const float high = srgb_decode(static_cast<std::uint8_t>(below + 1));
+  return static_cast<std::uint8_t>(below + (value - low > threshold * (high - low) ? 1.0f : 0.0f));
+}
+
 }  // namespace
 
 void TexelIrradiance::take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row,
@@ -107,10 +125,13 @@ EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& ligh
     out.level.push_back(static_cast<std::uint8_t>(level));
   }
   out.codes.reserve(3 * light.size());
+  const auto width = static_cast<std::size_t>(layout.texels.width);
   for (std::size_t i = 0; i < light.size(); ++i) {
     const std::uint32_t chart = layout.texels.chart[i];
     const float whole = out.scale_of_level(chart != kNone ? out.level[chart] : 0);
-    for (int c = 0; c < 3; ++c) out.codes.push_back(to_byte(srgb_encode(std::clamp(light[i][c] / whole, 0.0f, 1.0f))));
+    for (int c = 0; c < 3; ++c)
+      out.codes.push_back(dithered_code(std::clamp(light[i][c] / whole, 0.0f, 1.0f),
+                                        gradient_noise(i % width + 5 * static_cast<std::size_t>(c), i / width)));
   }
   return out;
 }
