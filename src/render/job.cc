@@ -27,6 +27,9 @@ namespace {
 /// A task that a rank has had for so long is given to another one, too, where nothing else is left to do.
 constexpr std::chrono::seconds kLostAfter{60};
 
+/// Processor time of the filter for a pixel, before it is measured.
+constexpr double kFilterSeconds = 4e-6;
+
 /// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
 /// a filter that costs as much as a share of a pass runs after every eighth part more of them.
 bool looks_at_noise(std::uint32_t passes, bool filtered) {
@@ -401,8 +404,11 @@ void Job::render_rounds() {
   const double target = settings_.noise_target;
   WorkShare share{0, 0};
   in_rounds_ = true;
-  while (!should_stop(0)) {
+  // Wall time of choosing a round, nearly all of which is the filter's.
+  double choice_s = kFilterSeconds * static_cast<double>(film_.pixel_count()) / std::max(settings_.threads, 1);
+  while (!should_stop(round_.empty() ? choice_s : 0)) {
     if (round_.empty()) {
+      const double start = seconds();
       const FilmPicture seen = picture();
       const double error = relative_error(seen);
       if (target > 0 && error <= target) {
@@ -417,6 +423,7 @@ void Job::render_rounds() {
       // The square of the error falls in proportion to the work.
       share.begin = target > 0 ? target * target / (error * error) : 0;
       share.end = std::min(share.begin * (1 + kRoundGrowth), 1.0);
+      choice_s = seconds() - start;
       const std::lock_guard lock(film_mutex_);
       round_ = std::move(next);
     }
