@@ -6,9 +6,11 @@
 
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "core/parallel.h"
 #include "render/film.h"
 #include "render/filtered.h"
 #include "render/part.h"
+#include "render/scheduler.h"
 #include "render/time_fit.h"
 
 namespace glowworm {
@@ -20,8 +22,8 @@ constexpr int kBlock = 32;
 /// Rows above and below a band that its filtered light depends on: the window of the filter and the blocks around that,
 /// of which the last has differences with one row more.
 constexpr int kAbove = 2 * kBlock, kBelow = kBlock + 2;
-/// Share of the memory for the film; photons and query points take the rest.
-constexpr double kFilmShare = 0.7;
+/// Most of the memory for the film; photons and query points take the rest, of which tracing needs some in any case.
+constexpr double kFilmShare = 0.7, kTracingRooms = 1.5;
 
 /// A band of these rows.
 BakeBand band_of(const PointGrid& grid, bool filtered, int first, int end) {
@@ -69,8 +71,12 @@ std::vector<BakeBand> cut_into_bands(const PointGrid& grid, const RenderSettings
   // The Job holds its film twice.
   const std::uint64_t row_bytes = 2 * Film::bytes(row, settings.separate_layers || filtered, {}, filtered) +
                                   row.pixel_count() * ((filtered ? kFilterBytes : 0) + sizeof(RGB) + sizeof(float));
-  const double share = kFilmShare * static_cast<double>(memory) / static_cast<double>(row_bytes);
-  const int rows = static_cast<int>(std::min(share, 1e9));
+  RenderSettings traced = settings;
+  traced.threads = thread_count();
+  const auto all = static_cast<double>(memory);
+  const double for_film =
+      std::max(std::min(kFilmShare * all, all - kTracingRooms * static_cast<double>(smallest_room(traced))), 0.0);
+  const int rows = static_cast<int>(std::min(for_film / static_cast<double>(row_bytes), 1e9));
   if (rows >= grid.height - first) return {band_of(grid, filtered, first, grid.height)};
   const int around = filtered ? kAbove + kBelow : 0;
   const int step = std::max((rows - around) / kBlock * kBlock, kBlock);

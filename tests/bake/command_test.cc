@@ -55,6 +55,7 @@ TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {
 std::vector<std::string> banded(const std::string& memory, const std::vector<std::string>& more = {}) {
   std::vector<std::string> line{"bake", "builtin:cornell", "--atlas", "256", "--samples", "2", "--gather", "4"};
   line.insert(line.end(), {"--photons", "5k", "-o", "lit.glb", "--atlas-picture", "light.exr", "--memory", memory});
+  line.insert(line.end(), {"--threads", "2"});  // each takes some of the memory
   line.insert(line.end(), more.begin(), more.end());
   return line;
 }
