@@ -106,11 +106,8 @@ int run_merge(MergeOptions& o) {
   const auto is_part = [](const Output& output) { return output.format == OutputFormat::part; };
   const bool shows = !std::all_of(o.outputs.begin(), o.outputs.end(), is_part);
   const std::uint64_t film_bytes = merge_bytes(all), shown_bytes = shows ? image_bytes(all.picture.settings) : 0;
-  std::unique_ptr<DiskMemory> disk;
-  const DiskUse use = o.table.settings.disk;
-  const bool fits = film_bytes + shown_bytes <= budget.limit();
-  if (DiskMemory::is_available() && use != DiskUse::never && (!fits || use == DiskUse::always))
-    disk = std::make_unique<DiskMemory>(budget.limit() / 2);
+  const std::unique_ptr<DiskMemory> disk =
+      DiskMemory::for_arrays(o.table.settings.disk, film_bytes + shown_bytes, budget.limit());
   const DiskMemory::Scope scope(disk.get());
   const Reservation film_memory(budget, "film", disk ? 0 : film_bytes);
   const Reservation image_memory(budget, "image", disk ? 0 : shown_bytes);

@@ -22,8 +22,10 @@ constexpr int kBlock = 32;
 /// Rows above and below a band that its filtered light depends on: the window of the filter and the blocks around that,
 /// of which the last has differences with one row more.
 constexpr int kAbove = 2 * kBlock, kBelow = kBlock + 2;
-/// Most of the memory for the film; photons and query points take the rest, of which tracing needs some in any case.
-constexpr double kFilmShare = 0.7, kTracingRooms = 1.5;
+/// Share of the memory for the film, at most; photons and query points take the rest.
+constexpr double kFilmShare = 0.7;
+/// That rest is at least so many times the room of the smallest task.
+constexpr double kTracingRooms = 1.5;
 
 /// A band of these rows.
 BakeBand band_of(const PointGrid& grid, bool filtered, int first, int end) {

@@ -53,8 +53,8 @@ struct EncodedLight {
 };
 
 /// Chooses a scale that keeps nearly all texels below it, and for each chart the last level that holds all its texels;
-/// then rounds to codes; dark ones are dithered, so that
-/// surfaces that share the scale of a bright place keep their mean.
+/// then rounds to codes. Dark codes are dithered, so that surfaces that share the scale of a bright place keep their
+/// mean.
 /// @param scale 0: chosen
 EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale = 0);
 

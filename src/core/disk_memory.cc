@@ -1,16 +1,19 @@
 #include "core/disk_memory.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <new>
 
+#include "core/error.h"
 #include "core/unnamed_file.h"
 
 namespace glowworm {
@@ -80,6 +83,22 @@ DiskMemory::~DiskMemory() {
 }
 
 bool DiskMemory::is_available() { return available; }
+
+std::unique_ptr<DiskMemory> DiskMemory::for_arrays(DiskUse use, std::uint64_t bytes, std::uint64_t memory) {
+  const bool fits = bytes <= memory;
+  if (use == DiskUse::never || !is_available() || (fits && use == DiskUse::automatic)) return nullptr;
+  std::error_code unknown;
+  const std::filesystem::space_info room = std::filesystem::space(temporary_folder(), unknown);
+  if (!fits && !unknown && room.available < bytes)
+    throw Error(
+        fmt::format("film, image and photons take up to {:.1f} GB: more than the memory budget of {:.1f} MB, and "
+                    "more than the {:.1f} GB that are free in {}",
+                    static_cast<double>(bytes) / 1e9, static_cast<double>(memory) / 1e6,
+                    static_cast<double>(room.available) / 1e9, temporary_folder().string()),
+        "Give a larger --memory, a smaller image or fewer --photons, or set TMPDIR to a folder on a larger disk.");
+  return std::make_unique<DiskMemory>(memory / 2);
+}
+
 void make_disk_memory_available() { available = true; }
 
 DiskMemory::Scope::Scope(const DiskMemory* memory) : before_(uses_disk) { uses_disk = uses_disk || memory; }

@@ -3,9 +3,18 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <thread>
 
 namespace glowworm {
+
+/// Whether arrays of a render may lie in temporary files.
+enum class DiskUse : std::uint8_t {
+  automatic,  ///< film, image and photons that do not fit into memory; query points if memory holds too few of them for
+              ///< the engine to be fast (density/query_store.h)
+  never,
+  always,
+};
 
 /// While this object lives, the pages of arrays on disk leave the process's memory as soon as they fill most of a
 /// limit. The system writes them to the disk, and reads them back when they are used.
@@ -20,6 +29,10 @@ class DiskMemory {
   /// Whether operator new of this program calls allocate_on_disk(). If not, nothing should be placed on disk, because
   /// most arrays would stay in memory.
   static bool is_available();
+
+  /// For arrays that take so many bytes in all, beside others of `memory` bytes: null if they fit into memory or must
+  /// not lie on disk. Throws Error if they do not fit on the disk either.
+  static std::unique_ptr<DiskMemory> for_arrays(DiskUse use, std::uint64_t bytes, std::uint64_t memory);
 
   /// While this object lives, arrays that its thread allocates, and that are not small, lie on disk. They may outlive
   /// the Scope and the DiskMemory.

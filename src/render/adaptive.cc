@@ -67,9 +67,7 @@ std::vector<Square> measure(const Film& film, const FilmPicture& picture, const 
       square.samples = UINT32_MAX;
       for (int y = part.y0; y < part.y1; ++y)
         for (int x = part.x0; x < part.x1; ++x) {
-          const std::size_t pixel =
-              static_cast<std::size_t>(y - film.bounds().y0) * static_cast<std::size_t>(film.width()) +
-              static_cast<std::size_t>(x - film.bounds().x0);
+          const std::size_t pixel = film.pixel_at(x, y);
           const double error = relative_variance(picture, pixel, level);
           square.error += error;
           square.of_one_sample += error * film.sample_count(pixel);
@@ -143,10 +141,7 @@ std::vector<CameraTask> tasks_of_round(const Film& film, const SquareSamples& wa
   const auto samples_of = [&](const PixelBounds& part) {
     std::uint32_t fewest = UINT32_MAX;
     for (int y = part.y0; y < part.y1; ++y)
-      for (int x = part.x0; x < part.x1; ++x)
-        fewest = std::min(fewest, film.sample_count(static_cast<std::size_t>(y - film.bounds().y0) *
-                                                        static_cast<std::size_t>(film.width()) +
-                                                    static_cast<std::size_t>(x - film.bounds().x0)));
+      for (int x = part.x0; x < part.x1; ++x) fewest = std::min(fewest, film.sample_count(film.pixel_at(x, y)));
     return fewest;
   };
   for (int y = 0; y < squares.rows() / kEach; ++y)

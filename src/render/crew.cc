@@ -265,8 +265,8 @@ void Crew::warn_of_late() {
     if (std::chrono::duration<double>(Clock::now() - heard_[rank]).count() < late_after_) continue;
     late_.insert(rank);
     warn(
-        fmt::format("rank {} has not answered for {:g} s; others will do its tasks. Look whether its machine is "
-                    "overloaded or cut off, or its process stopped",
+        fmt::format("rank {} has not answered for {:g} s; others will do its tasks. Check whether its machine is "
+                    "overloaded or disconnected, or its process is stopped",
                     rank, late_after_));
   }
 }

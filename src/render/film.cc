@@ -141,8 +141,7 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
       const int y = task.y0 + static_cast<int>(in_tile) / tile_width;
       const int x = task.x0 + static_cast<int>(in_tile) % tile_width;
       if (!task.has(x, y)) continue;
-      const std::size_t pixel = static_cast<std::size_t>(y - bounds_.y0) * static_cast<std::size_t>(width()) +
-                                static_cast<std::size_t>(x - bounds_.x0);
+      const std::size_t pixel = pixel_at(x, y);
       for (std::uint32_t sample = 0; sample < task.sample_count; ++sample) {
         if (count_[pixel] != task.first_sample + sample) continue;
         const std::size_t slot = first_slot + sample * pixels + in_tile;
@@ -185,21 +184,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
 }
 
 void Film::merge(const Film& other) {
-  for (int layer = 0; layer < 4; ++layer) add_all(light_[layer], other.light_[layer]);
-  for (std::size_t group = 0; group < groups_.size(); ++group) add_all(groups_[group], other.groups_[group]);
-  add_all(albedo_, other.albedo_);
-  add_all(normal_, other.normal_);
-  add_all(position_, other.position_);
-  add_all(uv_, other.uv_);
-  add_all(objects_, other.objects_);
-  add_all(materials_, other.materials_);
-  add_all(depth_sum_, other.depth_sum_);
-  add_all(radius_sum_, other.radius_sum_);
-  add_all(radius_count_, other.radius_count_);
-  add_all(square_sum_, other.square_sum_);
-  for (int i = 0; i < 2; ++i) add_all(moments_[i], other.moments_[i]);
-  add_all(depth_count_, other.depth_count_);
-  add_all(count_, other.count_);
+  for_arrays([](auto& to, const auto& from) { add_all(to, from); }, *this, other);
   not_finite_ += other.not_finite_;
 }
 
@@ -277,35 +262,38 @@ float Film::variance(std::size_t pixel) const {
   return static_cast<float>(std::max(0.0, square_sum_[pixel].value() / n - m * m) / (n - 1));
 }
 
-template <typename Self, typename Work>
-void Film::for_arrays(Self& self, Work&& work) {
+template <typename Work, typename... Films>
+void Film::for_arrays(Work&& work, Films&... films) {
   // The counts first: readers check the sums by them.
-  work(self.count_);
-  work(self.depth_count_);
-  for (auto& layer : self.light_) work(layer);
-  for (auto& group : self.groups_) work(group);
-  work(self.albedo_);
-  work(self.normal_);
-  work(self.position_);
-  work(self.uv_);
-  work(self.objects_);
-  work(self.materials_);
-  work(self.depth_sum_);
-  work(self.radius_sum_);
-  work(self.radius_count_);
-  work(self.square_sum_);
-  for (auto& sums : self.moments_) work(sums);
+  work(films.count_...);
+  work(films.depth_count_...);
+  for (int i = 0; i < 4; ++i) work(films.light_[i]...);
+  const std::size_t groups = std::min({films.groups_.size()...});
+  for (std::size_t i = 0; i < groups; ++i) work(films.groups_[i]...);
+  work(films.albedo_...);
+  work(films.normal_...);
+  work(films.position_...);
+  work(films.uv_...);
+  work(films.objects_...);
+  work(films.materials_...);
+  work(films.depth_sum_...);
+  work(films.radius_sum_...);
+  work(films.radius_count_...);
+  work(films.square_sum_...);
+  for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
 }
 
 std::vector<std::uint32_t> Film::save() const {
   std::vector<std::uint32_t> out(state_bytes() / sizeof(std::uint32_t) + 2);
   std::memcpy(out.data(), &not_finite_, sizeof not_finite_);
   std::size_t at = 2;
-  for_arrays(*this, [&](const auto& array) {
-    if (array.empty()) return;
-    std::memcpy(&out[at], array.data(), array.size() * sizeof array[0]);
-    at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
-  });
+  for_arrays(
+      [&](const auto& array) {
+        if (array.empty()) return;
+        std::memcpy(&out[at], array.data(), array.size() * sizeof array[0]);
+        at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
+      },
+      *this);
   return out;
 }
 
@@ -313,11 +301,13 @@ bool Film::restore(const std::vector<std::uint32_t>& state) {
   if (state.size() != state_bytes() / sizeof(std::uint32_t) + 2) return false;
   std::memcpy(&not_finite_, state.data(), sizeof not_finite_);
   std::size_t at = 2;
-  for_arrays(*this, [&](auto& array) {
-    if (array.empty()) return;
-    std::memcpy(static_cast<void*>(array.data()), &state[at], array.size() * sizeof array[0]);
-    at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
-  });
+  for_arrays(
+      [&](auto& array) {
+        if (array.empty()) return;
+        std::memcpy(static_cast<void*>(array.data()), &state[at], array.size() * sizeof array[0]);
+        at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
+      },
+      *this);
   return is_possible();
 }
 
@@ -325,17 +315,19 @@ bool Film::is_possible() const {
   for (const std::uint32_t count : count_)
     if (count > kMaxSamples) return false;
   bool possible = true;
-  for_arrays(*this, [&](const auto& entries) {
-    const bool of_hits = static_cast<const void*>(&entries) == &depth_sum_;
-    const std::vector<std::uint32_t>& counts = of_hits ? depth_count_ : count_;
-    for (std::size_t i = 0; i < entries.size() && possible; ++i) possible = is_possible_of(entries[i], counts[i]);
-  });
+  for_arrays(
+      [&](const auto& entries) {
+        const bool of_hits = static_cast<const void*>(&entries) == &depth_sum_;
+        const std::vector<std::uint32_t>& counts = of_hits ? depth_count_ : count_;
+        for (std::size_t i = 0; i < entries.size() && possible; ++i) possible = is_possible_of(entries[i], counts[i]);
+      },
+      *this);
   return possible;
 }
 
 void Film::write_state(const std::function<void(std::span<const std::byte>)>& write) const {
   write(std::as_bytes(std::span(&not_finite_, 1)));
-  for_arrays(*this, [&](const auto& entries) { write(std::as_bytes(std::span(entries))); });
+  for_arrays([&](const auto& entries) { write(std::as_bytes(std::span(entries))); }, *this);
 }
 
 template <typename Entry>
@@ -372,11 +364,13 @@ bool Film::merge_state(const std::function<bool(std::span<std::byte>)>& read, st
   add_all(depth_count_, hits);
   not_finite_ += not_finite;
   bool good = true;
-  for_arrays(*this, [&](auto& entries) {
-    const void* const which = &entries;
-    if (!good || which == &count_ || which == &depth_count_) return;
-    good = merge_array(entries, which == &depth_sum_ ? hits : counts, read);
-  });
+  for_arrays(
+      [&](auto& entries) {
+        const void* const which = &entries;
+        if (!good || which == &count_ || which == &depth_count_) return;
+        good = merge_array(entries, which == &depth_sum_ ? hits : counts, read);
+      },
+      *this);
   return good;
 }
 

@@ -36,6 +36,11 @@ class Film {
   int width() const { return bounds_.width(); }
   int height() const { return bounds_.height(); }
   std::size_t pixel_count() const { return count_.size(); }
+  /// Index of a pixel of the picture that the film holds.
+  std::size_t pixel_at(int x, int y) const {
+    return static_cast<std::size_t>(y - bounds_.y0) * static_cast<std::size_t>(width()) +
+           static_cast<std::size_t>(x - bounds_.x0);
+  }
 
   /// Adds the samples of a task within bounds(), on all threads. Skips pixels that have their samples already, as after
   /// a checkpoint within a pass.
@@ -130,9 +135,9 @@ class Film {
   void add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot);
   void add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t slot, const Geometry& geometry);
   std::uint64_t state_bytes() const { return bytes(bounds_, layers_, places_, has_moments(), groups_.size()); }
-  /// Calls work(array) for each array of the state, in the order of save().
-  template <typename Self, typename Work>
-  static void for_arrays(Self& self, Work&& work);
+  /// Calls work(arrays...) for each array of the state, of one film or of several, in the order of save().
+  template <typename Work, typename... Films>
+  static void for_arrays(Work&& work, Films&... films);
   bool is_possible() const;
   template <typename Entry>
   bool merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t>& counts,

@@ -1,31 +1,23 @@
 #include "render/job.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "core/unnamed_file.h"
 #include "points/finite_light.h"
 #include "render/filtered.h"
 #include "render/gather_guiding.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
 #include "render/scheduler.h"
-#include "render/task_queue.h"
 
 namespace glowworm {
 
 namespace {
-
-/// A task that a rank has had for so long is given to another one, too, where nothing else is left to do.
-constexpr std::chrono::seconds kLostAfter{60};
 
 /// Processor time of the filter for a pixel, before it is measured.
 constexpr double kFilterSeconds = 4e-6;
@@ -55,23 +47,10 @@ std::uint64_t film_bytes(const RenderSettings& s) {
   return 2 * Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
 }
 
-/// For film, image and photons, if the memory is too small for them; null if it is not.
 std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s) {
-  if (s.disk == DiskUse::never || !DiskMemory::is_available()) return nullptr;
   const std::uint64_t photons = s.integrator == Integrator::path ? 0 : std::max(s.photons, s.photons_traced);
-  const std::uint64_t needed = film_bytes(s) + image_bytes(s) + photons * kBytesPerPhoton + smallest_room(s);
-  const bool fits = needed <= s.memory_bytes;
-  if (fits && s.disk == DiskUse::automatic) return nullptr;
-  std::error_code unknown;
-  const std::filesystem::space_info room = std::filesystem::space(temporary_folder(), unknown);
-  if (!fits && !unknown && room.available < needed)
-    throw Error(
-        fmt::format("film, image and photons take up to {:.1f} GB: more than the memory budget of {:.1f} MB, and "
-                    "more than the {:.1f} GB that are free in {}",
-                    static_cast<double>(needed) / 1e9, static_cast<double>(s.memory_bytes) / 1e6,
-                    static_cast<double>(room.available) / 1e9, temporary_folder().string()),
-        "Give a larger --memory, a smaller image or fewer --photons, or set TMPDIR to a folder on a larger disk.");
-  return std::make_unique<DiskMemory>(s.memory_bytes / 2);
+  const std::uint64_t bytes = film_bytes(s) + image_bytes(s) + photons * kBytesPerPhoton + smallest_room(s);
+  return DiskMemory::for_arrays(s.disk, bytes, s.memory_bytes);
 }
 
 Film film_of(const RenderSettings& s, const DiskMemory* disk) {
@@ -484,82 +463,6 @@ void Job::put(CameraTasks places, const TaskResult& result) {
     first_slot += place.slot_count();
   }
   film_.add_not_finite(result.not_finite);
-}
-
-bool Job::share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShare share) {
-  const SharedTasks shared = shared_tasks(schedule_, settings_, crew_->count());
-  std::vector<CameraTask> tiles = tasks_of_pass(shared.schedule, settings_, first_sample, 1);
-  for (CameraTask& tile : tiles) tile.sample_count = samples;
-  return share_tasks(tiles, shared.samples_at_once, share);
-}
-
-bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t samples_at_once, WorkShare share) {
-  TaskQueue queue(tiles, samples_at_once);
-  std::mutex mutex;
-  std::atomic<bool> ended = false;
-  const auto take = [&]() -> std::optional<CameraTask> {
-    const std::lock_guard lock(mutex);
-    const TaskQueue::Clock::time_point now = TaskQueue::Clock::now();
-    std::optional<CameraTask> task;
-    while (!ended && (task = queue.take(now)) && film_.has(*task)) queue.finish(*task);
-    return task || ended ? task : queue.take_again(now - kLostAfter, now);
-  };
-  const auto take_result = [&](const CameraTask& task, const TaskResult& result) {
-    put(task, result);
-    const std::lock_guard lock(mutex);
-    queue.finish(task);
-    if (round_.empty()) passes_ = queue.whole_samples();
-    work_done_ =
-        std::lerp(share.begin, share.end, static_cast<double>(queue.slots_done()) / static_cast<double>(queue.slots()));
-  };
-  const auto give_back = [&](const CameraTask& task) {
-    const std::lock_guard lock(mutex);
-    queue.give_back(task);
-  };
-  std::exception_ptr failure;
-  std::thread server([&] {
-    try {
-      crew_->serve({take, take_result, give_back, [&] { return ended.load(); }});
-    } catch (...) {
-      failure = std::current_exception();
-      ended = true;
-    }
-  });
-  const auto is_done = [&] {
-    const std::lock_guard lock(mutex);
-    return queue.done();
-  };
-  try {
-    const CancellationScope scope(interrupt_);
-    while (!ended && !is_done() && !should_stop(task_seconds_)) {
-      if (const std::optional<CameraTask> task = take())
-        take_result(*task, compute(*task));
-      else
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  ended = true;
-  server.join();
-  if (failure) std::rethrow_exception(failure);
-  return is_done();
-}
-
-void Job::work_for_rank_0() {
-  CrewMember member(ranks_);
-  member.introduce(key());
-  pass_ = pass_settings();
-  const auto work = [&](const CameraTask& task) {
-    prepare(task.first_sample);
-    const CancellationScope scope(interrupt_);
-    return compute(task);
-  };
-  const auto begin = [&] {
-    if (!settings_.progressive) prepare(0);
-  };
-  member.work(begin, work, [&] { return interrupt_.requested(); });
-  ending_ = interrupt_.requested() ? Ending::cancelled : Ending::samples_done;
 }
 
 }  // namespace glowworm

@@ -35,7 +35,7 @@ constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // million.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
-constexpr int kMinTile = 16;
+constexpr int kMinTile = CameraTask::kBlock;
 constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
 // Tiles span the whole width if they are at least this high.
 constexpr int kLowestBand = 64;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/disk_memory.h"
 #include "core/random.h"
 #include "density/engine.h"
 
@@ -15,13 +16,6 @@ enum class Integrator : std::uint8_t {
   gather,   ///< photon mapping with final gathering
   path,     ///< path tracing: the reference
   photons,  ///< the photon map shown directly, without final gathering
-};
-
-/// Whether query points may go through a file (density/query_store.h).
-enum class DiskUse : std::uint8_t {
-  automatic,  ///< if memory holds too few of them for the engine to be fast
-  never,
-  always,
 };
 
 /// How a pass gets its query points ([HHS05], section 5.1).

@@ -38,10 +38,7 @@ void add_black(Film& film, const std::vector<CameraTask>& tasks) {
   }
 }
 
-std::uint32_t samples_at(const Film& film, int x, int y) {
-  return film.sample_count(static_cast<std::size_t>(y - film.bounds().y0) * static_cast<std::size_t>(film.width()) +
-                           static_cast<std::size_t>(x - film.bounds().x0));
-}
+std::uint32_t samples_at(const Film& film, int x, int y) { return film.sample_count(film.pixel_at(x, y)); }
 
 /// A grey picture whose left half has much more noise.
 FilmPicture noisy_on_the_left(const Film& film) {
