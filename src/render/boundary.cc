@@ -1,6 +1,7 @@
 #include "render/boundary.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/frame.h"
@@ -8,6 +9,7 @@
 #include "core/random.h"
 #include "kernels/kernel_shape.h"
 #include "render/boundary_clusters.h"
+#include "render/nearby_surface.h"
 
 namespace glowworm {
 
@@ -28,14 +30,30 @@ constexpr float kFlatness = 1e-4f;
 /// Bounds of the mass: beyond them, a few lines are not significant.
 constexpr float kMinMass = 0.125f, kMaxMass = 4;
 
-/// A line along the cluster's normal through a point of its disc, from above its photons to below them.
+/// Lines of a cluster, at most.
+constexpr auto kMostLines = static_cast<std::size_t>(kAllLines * kWidestCluster) + 1;
+static_assert(kMostLines <= kMostSegments);
+
+/// Points of the unit square, stratified however many of them are used. The first coordinate is a turn.
+struct LinePoint {
+  float cosine, sine, square;
+};
+
+std::vector<LinePoint> make_line_points() {
+  std::vector<LinePoint> out;
+  for (std::uint32_t i = 0; i < kMostLines; ++i) {
+    const Vec2 u = Sampler(SamplerKind::sobol, kBoundaryStream, 0, i).next2();
+    out.push_back({std::cos(2 * kPi * u.x), std::sin(2 * kPi * u.x), u.y});
+  }
+  return out;
+}
+
+/// A line along the cluster's normal through a point of its disc, from above its photons to below them. All places are
+/// in the cluster's frame (NearbySurface::frame()).
 struct Line {
-  Ray ray;
-  std::uint32_t cluster;     ///< of the chunk
-  std::uint32_t number;      ///< within it
+  float x, y;                ///< metres
   int depth = 0;             ///< solids entered minus solids left since the photon; places inside a solid are invisible
   std::uint32_t places = 0;  ///< found on it
-  float step = kStep;        ///< share of the line, or of the path to it, that is skipped behind a surface
   bool plain = true;         ///< all its places lie in the cluster's plane
 
   /// Takes the line through a surface.
@@ -44,177 +62,177 @@ struct Line {
 
 /// A place on a line where query points may lie.
 struct Place {
-  Vec3 position, normal;
+  float height;        ///< metres
+  Vec3 normal;         ///< unit
   float area;          ///< of surface over area of disc
-  std::uint32_t line;  ///< of the cluster
+  std::uint32_t line;  ///< its number
 };
 
-class Chunk {
+/// Arrays with the padding of the kernels.
+template <std::size_t kArrays>
+class Columns {
  public:
-  Chunk(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii, KernelShape kernel,
-        const BoundaryClusters& all, std::size_t first, std::size_t last)
-      : tracer_(tracer),
-        photons_(photons),
-        radii_(radii),
-        kernel_(kernel),
-        clusters_(std::span(all.clusters).subspan(first, last - first)),
-        members_(all.photons),
-        lines_(clusters_.size()),
-        places_(clusters_.size()) {}
-
-  /// @param min_cosine as in RadiusPolicy
-  void measure(float min_cosine, std::span<float> factors) {
-    std::vector<std::uint32_t> unsure;
-    for (std::uint32_t c = 0; c < clusters_.size(); ++c) unsure.push_back(c);
-    trace(unsure, kFirstLines);
-    std::erase_if(unsure, [&](std::uint32_t c) { return is_plain(c, min_cosine); });
-    trace(unsure, kAllLines);
-    for (const std::uint32_t c : unsure)
-      for (const std::uint32_t p : members(c)) factors[p] = 1 / std::clamp(mass(c, p, min_cosine), kMinMass, kMaxMass);
+  std::size_t count() const { return count_; }
+  const float* operator[](std::size_t array) const { return arrays_[array].data(); }
+  void clear() { count_ = 0; }
+  void push_back(const std::array<float, kArrays>& values) {
+    for (std::size_t i = 0; i < kArrays; ++i) {
+      if (arrays_[i].size() <= count_ + kBoundaryPadding) arrays_[i].resize(2 * count_ + 2 * kBoundaryPadding);
+      arrays_[i][count_] = values[i];
+    }
+    ++count_;
   }
 
  private:
-  std::span<const std::uint32_t> members(std::uint32_t c) const {
-    return members_.subspan(clusters_[c].first, clusters_[c].count);
+  std::size_t count_ = 0;
+  std::array<std::vector<float>, kArrays> arrays_;
+};
+
+/// Measures one cluster after the other.
+class ClusterMass {
+ public:
+  ClusterMass(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii,
+              const RadiusPolicy& policy, const std::vector<LinePoint>& points)
+      : scene_(tracer.scene()),
+        photons_(photons),
+        radii_(radii),
+        kernel_(policy.kernel),
+        min_cosine_(policy.min_normal_cosine),
+        points_(points),
+        surface_(tracer) {}
+
+  /// Sets the factors of the cluster's photons where they are not 1.
+  void measure(const BoundaryCluster& cluster, std::span<const std::uint32_t> photons, std::span<float> factors) {
+    cluster_ = &cluster;
+    members_ = photons;
+    lines_.clear();
+    places_.clear();
+    surface_.approach(cluster);
+    positions_.clear();
+    for (const std::uint32_t p : members_)
+      positions_.push_back(surface_.frame().to_local(photons_.position[p] - cluster.center));
+    trace(kFirstLines);
+    if (is_plain()) return;
+    trace(kAllLines);
+    for (std::size_t i = 0; i < members_.size(); ++i)
+      factors[members_[i]] = 1 / std::clamp(mass(i), kMinMass, kMaxMass);
   }
 
-  bool is_plain(std::uint32_t c, float min_cosine) const {
-    for (const std::uint32_t p : members(c))
-      if (std::abs(mass(c, p, min_cosine) - 1) > kTolerance) return false;
+ private:
+  bool is_as_expected(const Line& line) const { return cluster_->flat && line.plain && line.places == 1; }
+
+  bool is_plain() const {
+    for (std::size_t i = 0; i < members_.size() && lines_off_.count() + places_off_.count() > 0; ++i)
+      if (std::abs(mass(i) - 1) > kTolerance) return false;
     return true;
   }
 
-  Line make_line(std::uint32_t c, std::uint32_t number) const {
-    const BoundaryCluster& cluster = clusters_[c];
-    Sampler sampler(SamplerKind::sobol, kBoundaryStream, members(c)[0], number);
-    const Vec2 u = sampler.next2();
-    const float angle = 2 * kPi * u.x, distance = cluster.reach * std::sqrt(u.y);
-    const Frame frame = Frame::from_normal(cluster.normal);
-    const Vec3 start = cluster.center + (frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance +
-                       cluster.normal * cluster.high;
-    Line line;
-    line.cluster = c;
-    line.number = number;
-    // The path from a photon has at least half the length.
-    line.step = kStep + 2 * cluster.step;
-    line.ray = {start, 0, cluster.normal * (cluster.low - cluster.high), 1};
-    return line;
+  /// Adds lines, up to `density` of them to the area of a photon's disc.
+  void trace(float density) {
+    const std::size_t before = lines_.size();
+    add_lines(static_cast<std::size_t>(std::ceil(density * cluster_->wideness)));
+    find_depths(before);
+    segments_.count = 0;
+    const float along = cluster_->low - cluster_->high;
+    for (std::size_t i = before; i < lines_.size(); ++i)
+      segments_.push_back({lines_[i].x, lines_[i].y, cluster_->high}, {0, 0, along});
+    for (const Meeting& m : surface_.meetings(segments_, 0, step()))
+      meet(static_cast<std::uint32_t>(before) + m.segment, cluster_->high + along * m.distance, m.triangle);
+    gather_unexpected();
   }
 
-  /// Adds lines to the clusters `which`, up to `density` of them to the area of a photon's disc.
-  void trace(const std::vector<std::uint32_t>& which, float density) {
-    batch_.clear();
-    for (const std::uint32_t c : which) {
-      const auto wanted = static_cast<std::uint32_t>(std::ceil(density * clusters_[c].wideness));
-      for (auto n = static_cast<std::uint32_t>(lines_[c].size()); n < wanted; ++n) batch_.push_back(make_line(c, n));
-    }
-    find_depths();
-    found_.clear();
-    walk([](const Line& line) { return line.ray; }, [&](std::uint32_t j, const Hit& hit) { meet(j, hit); });
-    for (const Line& line : batch_) lines_[line.cluster].push_back(line);
-    for (Place place : found_) {
-      const Line& line = batch_[place.line];
-      place.line = line.number;
-      places_[line.cluster].push_back(place);
+  /// Each cluster turns the same points by an angle of its own, and shifts them.
+  void add_lines(std::size_t count) {
+    const Vec2 u = Sampler(SamplerKind::independent, kBoundaryStream, members_[0], 0).next2();
+    const float cosine = std::cos(2 * kPi * u.x), sine = std::sin(2 * kPi * u.x);
+    for (std::size_t i = lines_.size(); i < count; ++i) {
+      const LinePoint& p = points_[i];
+      const float shifted = p.square + u.y, distance = cluster_->reach * std::sqrt(shifted - std::floor(shifted));
+      Line line;
+      line.x = distance * (cosine * p.cosine - sine * p.sine);
+      line.y = distance * (sine * p.cosine + cosine * p.sine);
+      lines_.push_back(line);
     }
   }
 
   /// Counts the solids that contain the start of each line, along the path from a photon, which lies in none: a floor
   /// continues beneath objects on it and beyond the walls.
-  void find_depths() {
-    const auto way = [&](const Line& line) {
-      const auto photons = members(line.cluster);
-      const Vec3 photon = photons_.position[photons[line.number % photons.size()]];
-      return Ray{photon, line.step, line.ray.origin - photon, 1};
+  void find_depths(std::size_t before) {
+    const auto way = [&](std::size_t line) {
+      return Vec3{lines_[line].x, lines_[line].y, cluster_->high} - positions_[line % positions_.size()];
     };
-    walk(way, [&](std::uint32_t j, const Hit& hit) {
-      batch_[j].cross(dot(tracer_.scene().diffuse_triangle(hit.triangle).normal, way(batch_[j]).direction) < 0);
-    });
+    segments_.count = 0;
+    for (std::size_t i = before; i < lines_.size(); ++i) segments_.push_back(positions_[i % positions_.size()], way(i));
+    for (const Meeting& m : surface_.meetings(segments_, step(), step()))
+      lines_[before + m.segment].cross(dot(local_normal(m.triangle), way(before + m.segment)) < 0);
   }
 
-  /// Traces a ray for each line of the batch through all its hits.
-  template <typename MakeRay, typename Meet>
-  void walk(MakeRay&& make_ray, Meet&& meet) {
-    active_.resize(batch_.size());
-    rays_.clear();
-    for (std::uint32_t j = 0; j < active_.size(); ++j) {
-      active_[j] = j;
-      rays_.push_back(make_ray(batch_[j]));
-    }
-    while (!active_.empty()) {
-      hits_.resize(rays_.size());
-      tracer_.intersect(rays_, hits_, RayOrder::incoherent);
-      std::size_t kept = 0;
-      for (std::size_t j = 0; j < active_.size(); ++j) {
-        if (hits_[j].triangle == kNone) continue;
-        meet(active_[j], hits_[j]);
-        active_[kept] = active_[j];
-        Ray& ray = rays_[kept++];
-        ray = rays_[j];
-        ray.t_min = hits_[j].distance + batch_[active_[j]].step;
-      }
-      active_.resize(kept);
-      rays_.resize(kept);
-    }
+  /// By the winding, unit.
+  Vec3 local_normal(std::uint32_t triangle) const {
+    return surface_.frame().to_local(scene_.diffuse_triangle(triangle).normal);
   }
 
-  /// Takes line j through a hit, which is a place unless it is inside a solid.
-  void meet(std::uint32_t j, const Hit& hit) {
-    Line& line = batch_[j];
-    const BoundaryCluster& cluster = clusters_[line.cluster];
-    Vec3 normal = tracer_.scene().diffuse_triangle(hit.triangle).normal;
-    const float cosine = dot(normal, cluster.normal);
+  /// Takes a line through a hit, which is a place unless it is inside a solid.
+  void meet(std::uint32_t number, float height, std::uint32_t triangle) {
+    Line& line = lines_[number];
+    Vec3 normal = local_normal(triangle);
+    const float cosine = normal.z;
     const bool buried = line.depth > 0;
     line.cross(cosine > 0);
     if (buried || std::abs(cosine) < kMinCosine) return;
     // A single sheet may have either winding.
     if (cosine < 0) normal = -normal;
-    const Vec3 position = line.ray.origin + line.ray.direction * hit.distance;
-    const float height = dot(position - cluster.center, cluster.normal);
     ++line.places;
-    line.plain &= std::abs(height) <= cluster.flatness && std::abs(cosine) >= 1 - kFlatness;
-    found_.push_back({position, normal, 1 / std::abs(cosine), j});
+    line.plain &= std::abs(height) <= cluster_->flatness && std::abs(cosine) >= 1 - kFlatness;
+    places_.push_back({height, normal, 1 / std::abs(cosine), number});
   }
 
-  /// The kernel's integral for a photon. The lines' result is compared with their result on an infinite plane, whose
-  /// integral is 1, so noise arises only where there is a difference.
-  float mass(std::uint32_t c, std::uint32_t photon, float min_cosine) const {
-    const BoundaryCluster& cluster = clusters_[c];
-    const std::vector<Line>& lines = lines_[c];
-    const Vec3 p = photons_.position[photon], n = photons_.normal[photon];
-    const float inverse = 1 / (radii_[photon] * radii_[photon]);
-    const auto is_as_expected = [&](const Line& line) { return cluster.flat && line.plain && line.places == 1; };
-    float difference = 0;
-    for (const Place& place : places_[c]) {
-      if (is_as_expected(lines[place.line]) || !(dot(place.normal, n) > min_cosine)) continue;
-      const float d = length_squared(place.position - p) * inverse;
-      if (d < 1) difference += kernel_profile(kernel_, d) * place.area;
+  /// Lists the lines that are not as on an infinite plane, and their places.
+  void gather_unexpected() {
+    lines_off_.clear();
+    places_off_.clear();
+    for (const Line& line : lines_)
+      if (!is_as_expected(line)) lines_off_.push_back({line.x, line.y});
+    for (const Place& p : places_) {
+      const Line& line = lines_[p.line];
+      if (!is_as_expected(line))
+        places_off_.push_back({line.x, line.y, p.height, p.normal.x, p.normal.y, p.normal.z, p.area});
     }
-    const float cosine = dot(cluster.normal, n);
-    if (!(cosine > 0)) return 1;
-    for (const Line& line : lines) {
-      if (is_as_expected(line)) continue;
-      const Vec3 start = line.ray.origin - p;
-      const float d = length_squared(start - cluster.normal * (dot(start, n) / cosine)) * inverse;
-      if (d < 1) difference -= kernel_profile(kernel_, d) / cosine;
-    }
-    const float area = kPi * cluster.reach * cluster.reach / static_cast<float>(lines.size());
-    return 1 + difference * area * inverse * static_cast<float>(kernel_norm(kernel_));
   }
 
-  const Tracer& tracer_;
+  /// Share of a line, or of the path to it, which has at least half its length, that is skipped behind a surface.
+  float step() const { return kStep + 2 * cluster_->step; }
+
+  /// The kernel's integral for a photon of the cluster. The lines' result is compared with their result on an infinite
+  /// plane, whose integral is 1, so noise arises only where there is a difference.
+  float mass(std::size_t member) const {
+    const Vec3 p = positions_[member], n = surface_.frame().to_local(photons_.normal[members_[member]]);
+    if (!(n.z > 0)) return 1;
+    const float radius = radii_[members_[member]];
+    const KernelBall ball{{p.x, p.y, p.z}, {n.x, n.y, n.z}, 1 / (radius * radius)};
+    const auto& off = places_off_;
+    const WeightedPlaces places{off.count(), {off[0], off[1], off[2]}, {off[3], off[4], off[5]}, off[6]};
+    const float there = sum_at_places(kernel_, places, ball, min_cosine_);
+    const float expected = sum_on_plane(kernel_, lines_off_[0], lines_off_[1], lines_off_.count(), ball) / n.z;
+    const float area = kPi * cluster_->reach * cluster_->reach / static_cast<float>(lines_.size());
+    return 1 + (there - expected) * area * ball.inverse_squared_radius * static_cast<float>(kernel_norm(kernel_));
+  }
+
+  const Scene& scene_;
   const PhotonBatch& photons_;
   std::span<const float> radii_;
   KernelShape kernel_;
-  std::span<const BoundaryCluster> clusters_;
+  float min_cosine_;
+  const std::vector<LinePoint>& points_;
+  NearbySurface surface_;
+  const BoundaryCluster* cluster_ = nullptr;
   std::span<const std::uint32_t> members_;
-  std::vector<std::vector<Line>> lines_;    ///< traced so far, by cluster
-  std::vector<std::vector<Place>> places_;  ///< by cluster
-  std::vector<Line> batch_;                 ///< being traced
-  std::vector<Place> found_;
-  std::vector<std::uint32_t> active_;
-  std::vector<Ray> rays_;
-  std::vector<Hit> hits_;
+  std::vector<Vec3> positions_;  ///< of the members
+  std::vector<Line> lines_;
+  std::vector<Place> places_;
+  Columns<2> lines_off_;   ///< x, y
+  Columns<7> places_off_;  ///< position, normal, area
+  Segments segments_;
 };
 
 }  // namespace
@@ -226,8 +244,13 @@ std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& pho
   if (policy.kind == RadiusKind::fixed) same.assign(photons.size(), policy.radius);
   const std::span<const float> radii = same.empty() ? std::span(policy.radii) : std::span<const float>(same);
   const BoundaryClusters all = make_boundary_clusters(photons, radii);
+  const std::vector<LinePoint> points = make_line_points();
   parallel_for(0, all.clusters.size(), kClustersPerChunk, [&](std::size_t first, std::size_t last) {
-    Chunk(tracer, photons, radii, policy.kernel, all, first, last).measure(policy.min_normal_cosine, factors);
+    ClusterMass mass(tracer, photons, radii, policy, points);
+    for (std::size_t i = first; i < last; ++i) {
+      const BoundaryCluster& cluster = all.clusters[i];
+      mass.measure(cluster, std::span(all.photons).subspan(cluster.first, cluster.count), factors);
+    }
   });
   return factors;
 }

@@ -15,8 +15,6 @@ namespace {
 constexpr std::uint32_t kLeafSize = 24;
 /// Normals of a cluster's photons have a dot product above this with that of its first.
 constexpr float kLikeNormal = 0.9f;
-/// Clusters with a wider disc are split into single photons.
-constexpr float kWidest = 12;
 /// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
 constexpr float kClusterFlatness = 1e-4f;
 constexpr std::size_t kLeafGrain = 64;
@@ -36,7 +34,7 @@ class Clusterer {
       // A photon without a normal does not match itself either.
       const std::size_t count = std::max<std::size_t>(1, static_cast<std::size_t>(end - rest.begin()));
       const BoundaryCluster whole = measure(rest.first(count), first + static_cast<std::uint32_t>(begin));
-      if (whole.wideness <= kWidest) {
+      if (whole.wideness <= kWidestCluster) {
         out.push_back(whole);
       } else {
         for (std::size_t i = 0; i < count; ++i)

@@ -9,6 +9,9 @@
 
 namespace glowworm {
 
+/// Clusters have no greater wideness; wider ones are split into single photons, whose wideness is 1.
+inline constexpr float kWidestCluster = 12;
+
 /// Neighbouring photons with similar normals, which share their lines.
 struct BoundaryCluster {
   Vec3 center;              ///< mean of the photons, metres

@@ -116,6 +116,22 @@ void side_filter(const RTCFilterFunctionNArguments* args) {
   }
 }
 
+/// What Embree's point query calls.
+struct TriangleVisit {
+  const Tracer::Implementation* self;
+  const std::function<bool(std::uint32_t)>* visit;
+  bool ended = false;
+};
+
+/// Embree calls this for each triangle near a point. After the end the ball is a point, which few boxes contain.
+bool visit_triangle(RTCPointQueryFunctionArguments* args) {
+  auto& to = *static_cast<TriangleVisit*>(args->userPtr);
+  if (to.ended) return false;
+  to.ended = !(*to.visit)(to.self->triangle(args->geomID, args->primID));
+  if (to.ended) args->query->radius = 0;
+  return to.ended;
+}
+
 bool count_bytes(void* user, ssize_t bytes, bool) {
   static_cast<Tracer::Implementation*>(user)->bytes += bytes;
   return true;
@@ -343,6 +359,19 @@ void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, Ra
     occlude_packets<RTCRay16, kCoherentPacket>(*implementation_, rays, out, context);
   else
     occlude_packets<RTCRay8, kPacket>(*implementation_, rays, out, context);
+}
+
+void Tracer::visit_near(Vec3 center, float radius, const std::function<bool(std::uint32_t)>& visit) const {
+  TriangleVisit to{implementation_.get(), &visit};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  RTCPointQuery query;
+  query.x = center.x;
+  query.y = center.y;
+  query.z = center.z;
+  query.time = 0;
+  query.radius = radius;
+  rtcPointQuery(implementation_->world, &query, &context, visit_triangle, &to);
 }
 
 }  // namespace glowworm

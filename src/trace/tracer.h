@@ -1,6 +1,7 @@
 // Ray tracing: closest hits and occlusion for batches of rays. Only this room includes Embree.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -59,6 +60,10 @@ class Tracer {
   void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;
   /// Sets out[i] to 1 if something lies between t_min and t_max of ray i, else to 0.
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const;
+
+  /// Calls visit(triangle) for each triangle whose bounding box meets a ball, and possibly for others near it, in any
+  /// order and possibly more than once, until visit() returns false. @param center, radius metres
+  void visit_near(Vec3 center, float radius, const std::function<bool(std::uint32_t)>& visit) const;
 
   struct Implementation;
 

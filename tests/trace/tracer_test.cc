@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <vector>
 
 #include "builtin/builtin.h"
@@ -359,6 +360,35 @@ TEST(Tracer, FollowsMovedTriangles) {
   }
   EXPECT_GT(changed, 100u);
   EXPECT_EQ(&following.scene(), &after);
+}
+
+TEST(TracerTest, VisitsAllTrianglesNearAPlace) {
+  const Scene scene(builtin_scene("ajar"));
+  const Tracer tracer(scene);
+  const Geometry& geometry = scene.geometry();
+  const Box3 bounds = geometry.bounds();
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    const Vec3 u{to_unit_float(hash32(3 * i)), to_unit_float(hash32(3 * i + 1)), to_unit_float(hash32(3 * i + 2))};
+    const Vec3 extent = bounds.diagonal();
+    const Vec3 center = bounds.min + Vec3{u.x * extent.x, u.y * extent.y, u.z * extent.z};
+    const float radius = 0.05f * length(extent) * to_unit_float(hash32(i));
+    std::set<std::uint32_t> visited;
+    tracer.visit_near(center, radius, [&](std::uint32_t triangle) {
+      visited.insert(triangle);
+      return true;
+    });
+    for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t)
+      for (const std::uint32_t vertex : geometry.triangles[t])
+        EXPECT_TRUE(length(geometry.positions[vertex] - center) >= radius || visited.contains(t)) << t;
+  }
+}
+
+TEST(TracerTest, VisitsNoMoreTrianglesAfterTheEnd) {
+  const Scene scene(builtin_scene("ajar"));
+  const Tracer tracer(scene);
+  int visits = 0;
+  tracer.visit_near({}, 1e3f, [&](std::uint32_t) { return ++visits < 5; });
+  EXPECT_EQ(visits, 5);
 }
 
 }  // namespace

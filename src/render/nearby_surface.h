@@ -1,0 +1,85 @@
+// Short segments through all the surface near a cluster of photons.
+#pragma once
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/vec.h"
+#include "core/frame.h"
+#include "kernels/boundary.h"
+#include "render/boundary_clusters.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Most segments at once.
+inline constexpr std::size_t kMostSegments = 400;
+
+/// Segments from `origin` to `origin` + `direction`, in metres and in a cluster's frame: from its center, z along its
+/// normal.
+struct Segments {
+  using Axis = std::array<float, kMostSegments + kBoundaryPadding>;
+
+  std::size_t count = 0;
+  Axis origin[3], direction[3];
+
+  void push_back(Vec3 from, Vec3 along) {
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis][count] = from[axis];
+      direction[axis][count] = along[axis];
+    }
+    ++count;
+  }
+};
+
+/// A hit of a segment.
+struct Meeting {
+  std::uint32_t segment;
+  float distance;  ///< as a share of the segment
+  std::uint32_t triangle;
+};
+
+/// The surface that lies in the cylinder around a cluster: within `reach` of the axis along its normal, from `low` to
+/// `high`. A few triangles are copied here, since testing all of them is faster than tracing rays; where they are
+/// many, or textures cut holes into them, Embree traces the segments.
+class NearbySurface {
+ public:
+  explicit NearbySurface(const Tracer& tracer) : tracer_(tracer) {}
+
+  /// Finds the surface near another cluster. The cluster must outlive the use of meetings().
+  void approach(const BoundaryCluster& cluster);
+
+  /// The axes of the cluster's frame.
+  const Frame& frame() const { return frame_; }
+
+  /// All hits of segments that lie in the cylinder, by segment and then distance.
+  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment
+  const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
+
+ private:
+  /// A triangle, in the cluster's frame.
+  struct Triangle {
+    CornerAndEdges place;
+    std::uint32_t index;
+  };
+
+  bool copy(std::uint32_t triangle);
+  bool reaches(const Vec3 (&corner)[3]) const;
+  void meet_copied(const Segments& segments, float first);
+  void order(std::size_t segments, float step);
+  void trace(const Segments& segments, float first, float step);
+
+  const Tracer& tracer_;
+  const BoundaryCluster* cluster_ = nullptr;
+  Frame frame_;
+  bool copied_ = false;
+  std::vector<Triangle> triangles_;  ///< if copied
+  std::vector<Meeting> found_, meetings_;
+  std::array<std::uint32_t, kMostSegments + kBoundaryPadding> segment_;
+  Segments::Axis distance_;
+  std::array<std::uint32_t, kMostSegments + 1> begin_;
+  std::vector<Ray> rays_;
+  std::vector<Hit> hits_;
+};
+
+}  // namespace glowworm
