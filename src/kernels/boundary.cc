@@ -80,8 +80,7 @@ float at_places(const WeightedPlaces& places, const KernelBall& ball, float min_
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
     const Vector3 from = minus(load(places.position, i), position);
     const FloatVector profile = profile_within<shape>(hn::Mul(dot(from, from), inverse));
-    const auto counts =
-        hn::And(hn::Gt(dot(load(places.normal, i), normal), least), hn::FirstN(f, places.count - i));
+    const auto counts = hn::And(hn::Gt(dot(load(places.normal, i), normal), least), hn::FirstN(f, places.count - i));
     sum = hn::Add(sum, hn::IfThenElseZero(counts, hn::Mul(hn::LoadU(f, places.weight + i), profile)));
   }
   return hn::GetLane(hn::SumOfLanes(f, sum));
@@ -91,7 +90,8 @@ template <KernelShape shape>
 float on_plane(const float* x, const float* y, std::size_t count, const KernelBall& ball) {
   const F f;
   const FloatVector px = hn::Set(f, ball.position[0]), py = hn::Set(f, ball.position[1]);
-  const FloatVector sx = hn::Set(f, -ball.normal[0] / ball.normal[2]), sy = hn::Set(f, -ball.normal[1] / ball.normal[2]);
+  const FloatVector sx = hn::Set(f, -ball.normal[0] / ball.normal[2]),
+                    sy = hn::Set(f, -ball.normal[1] / ball.normal[2]);
   const FloatVector inverse = hn::Set(f, ball.inverse_squared_radius);
   FloatVector sum = hn::Zero(f);
   for (std::size_t i = 0; i < count; i += hn::Lanes(f)) {

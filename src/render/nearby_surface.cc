@@ -32,40 +32,39 @@ void NearbySurface::approach(const BoundaryCluster& cluster) {
   frame_ = Frame::from_normal(cluster.normal);
   triangles_.clear();
   copied_ = true;
-  const float radius = std::hypot(cluster.reach, std::max(std::abs(cluster.low), std::abs(cluster.high)));
-  tracer_.visit_near(cluster.center, radius + position_rounding(cluster.center),
+  const float rounding = 4 * position_rounding(cluster.center), reach = cluster.reach + rounding;
+  reach_squared_ = reach * reach;
+  lowest_ = cluster.low - rounding;
+  highest_ = cluster.high + rounding;
+  tracer_.visit_near(cluster.center, std::hypot(reach, std::max(-lowest_, highest_)),
                      [&](std::uint32_t triangle) { return copied_ = copy(triangle); });
 }
 
 /// Copies a triangle if the cylinder may contain a part of it. False if the copies cannot be used.
 bool NearbySurface::copy(std::uint32_t triangle) {
   const Scene& scene = tracer_.scene();
-  const Geometry& geometry = scene.geometry();
-  Vec3 corner[3];
-  for (std::size_t i = 0; i < 3; ++i)
-    corner[i] = frame_.to_local(geometry.positions[geometry.triangles[triangle][i]] - cluster_->center);
-  if (!reaches(corner)) return true;
+  const DiffuseTriangle& t = scene.diffuse_triangle(triangle);
+  const Vec3 c = frame_.to_local(t.corner - cluster_->center);
+  const Vec3 e = frame_.to_local(t.edge[0]), f = frame_.to_local(t.edge[1]);
+  const float highest = c.z + std::max({0.0f, e.z, f.z});
+  if (highest < lowest_ || c.z + std::min({0.0f, e.z, f.z}) > highest_ || !reaches({c, c + e, c + f})) return true;
   const auto is_it = [&](const Triangle& other) { return other.index == triangle; };
   if (std::any_of(triangles_.begin(), triangles_.end(), is_it)) return true;
-  if (triangles_.size() == kMostCopied || scene.has_alpha(geometry.material[triangle])) return false;
-  const Vec3 c = corner[0], e = corner[1] - c, f = corner[2] - c;
-  triangles_.push_back({{{c.x, c.y, c.z}, {{e.x, e.y, e.z}, {f.x, f.y, f.z}}}, triangle});
+  if (triangles_.size() == kMostCopied || scene.has_alpha(scene.geometry().material[triangle])) return false;
+  triangles_.push_back({{{c.x, c.y, c.z}, {{e.x, e.y, e.z}, {f.x, f.y, f.z}}}, highest, triangle});
   return true;
 }
 
-/// Whether the cylinder may contain a part of a triangle, in the cluster's frame.
-bool NearbySurface::reaches(const Vec3 (&corner)[3]) const {
-  const float rounding = 4 * position_rounding(cluster_->center), reach = cluster_->reach + rounding;
-  if (std::max({corner[0].z, corner[1].z, corner[2].z}) < cluster_->low - rounding) return false;
-  if (std::min({corner[0].z, corner[1].z, corner[2].z}) > cluster_->high + rounding) return false;
+/// Whether a triangle, in the cluster's frame, comes within reach of the axis.
+bool NearbySurface::reaches(const std::array<Vec3, 3>& corner) const {
   float least = std::numeric_limits<float>::infinity();
   int left = 0, right = 0;
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     const Vec3 a = corner[i], b = corner[(i + 1) % 3];
     least = std::min(least, axis_distance_squared(a, b));
     (area_from_axis(a, b) < 0 ? right : left) += 1;
   }
-  return least <= reach * reach || left == 3 || right == 3;
+  return least <= reach_squared_ || left == 3 || right == 3;
 }
 
 const std::vector<Meeting>& NearbySurface::meetings(const Segments& segments, float first, float step) {
@@ -84,7 +83,12 @@ void NearbySurface::meet_copied(const Segments& segments, float first) {
     arrays.origin[axis] = segments.origin[axis].data();
     arrays.direction[axis] = segments.direction[axis].data();
   }
+  float lowest = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < segments.count; ++i)
+    lowest =
+        std::min(lowest, segments.origin[2][i] + std::min(first * segments.direction[2][i], segments.direction[2][i]));
   for (const Triangle& triangle : triangles_) {
+    if (triangle.highest < lowest) continue;
     const std::size_t count = segment_hits(arrays, triangle.place, first, segment_.data(), distance_.data());
     for (std::size_t i = 0; i < count; ++i) found_.push_back({segment_[i], distance_[i], triangle.index});
   }
@@ -119,8 +123,8 @@ void NearbySurface::trace(const Segments& segments, float first, float step) {
   for (std::uint32_t i = 0; i < segments.count; ++i) {
     const auto at = [&](const auto& of) { return Vec3{of[0][i], of[1][i], of[2][i]}; };
     active.push_back(i);
-    rays_.push_back({cluster_->center + frame_.to_world(at(segments.origin)), first,
-                     frame_.to_world(at(segments.direction)), 1});
+    rays_.push_back(
+        {cluster_->center + frame_.to_world(at(segments.origin)), first, frame_.to_world(at(segments.direction)), 1});
   }
   while (!active.empty()) {
     hits_.resize(rays_.size());

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "core/vec.h"
 #include "core/frame.h"
+#include "core/vec.h"
 #include "kernels/boundary.h"
 #include "render/boundary_clusters.h"
 #include "trace/tracer.h"
@@ -60,11 +60,12 @@ class NearbySurface {
   /// A triangle, in the cluster's frame.
   struct Triangle {
     CornerAndEdges place;
+    float highest;  ///< z of a corner, metres
     std::uint32_t index;
   };
 
   bool copy(std::uint32_t triangle);
-  bool reaches(const Vec3 (&corner)[3]) const;
+  bool reaches(const std::array<Vec3, 3>& corner) const;
   void meet_copied(const Segments& segments, float first);
   void order(std::size_t segments, float step);
   void trace(const Segments& segments, float first, float step);
@@ -72,6 +73,7 @@ class NearbySurface {
   const Tracer& tracer_;
   const BoundaryCluster* cluster_ = nullptr;
   Frame frame_;
+  float reach_squared_ = 0, lowest_ = 0, highest_ = 0;  ///< of the cylinder, with room for rounding
   bool copied_ = false;
   std::vector<Triangle> triangles_;  ///< if copied
   std::vector<Meeting> found_, meetings_;

@@ -1,12 +1,11 @@
 // Kernels of boundary correction: the hits and sums of plain loops on every instruction set.
-#include "kernels/boundary.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <vector>
 
 #include "core/random.h"
+#include "kernels/boundary.h"
 #include "kernels/instruction_sets.h"
 
 namespace glowworm {
@@ -42,8 +41,7 @@ TEST(BoundaryKernel, HitsAreThoseOfAPlainLoopBitForBit) {
       std::vector<std::uint32_t> expected(count + kBoundaryPadding), made(count + kBoundaryPadding);
       std::vector<float> expected_at(count + kBoundaryPadding), made_at(count + kBoundaryPadding);
       const float first = i % 2 == 0 ? 0.0f : 0.3f;
-      const std::size_t found =
-          segment_hits_reference(segments, triangle, first, expected.data(), expected_at.data());
+      const std::size_t found = segment_hits_reference(segments, triangle, first, expected.data(), expected_at.data());
       all += found;
       on_every_instruction_set([&] {
         ASSERT_EQ(segment_hits(segments, triangle, first, made.data(), made_at.data()), found);
