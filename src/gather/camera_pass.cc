@@ -375,6 +375,7 @@ void FirstHit::resize(std::size_t slots, bool places) {
   triangle.assign(places ? slots : 0, kNone);
   barycentric.assign(places ? slots : 0, Vec2());
   radius.clear();
+  bias.clear();
 }
 
 void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,

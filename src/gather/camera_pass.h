@@ -28,6 +28,8 @@ struct FirstHit {
   /// Mean radius of the photons around the gather point, metres; 0 if there are none. Empty unless render_pass() is
   /// asked for it.
   std::vector<float> radius;
+  /// Estimated bias of the luminance by the photons' radii, W sr^-1 m^-2. Empty unless render_pass() is asked for it.
+  std::vector<float> bias;
 
   /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates
   void resize(std::size_t slots, bool places);

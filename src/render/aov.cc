@@ -112,6 +112,7 @@ void add_cryptomatte(Image& image, const std::string& layer, const Film& film, c
 constexpr PlaceLayers kPosition{true, false, false, false}, kUv{false, true, false, false};
 constexpr PlaceLayers kObjects{false, false, true, false}, kMaterials{false, false, false, true};
 constexpr PlaceLayers kBoth{false, false, true, true}, kRadius{false, false, false, false, true};
+constexpr PlaceLayers kBias{false, false, false, false, false, true};
 
 const std::vector<Aov>& table() {
   static const std::vector<Aov> rows = {
@@ -153,6 +154,10 @@ const std::vector<Aov>& table() {
       {"radius", 1, kRadius,
        [](Image& image, const Source& from) {
          add_channel(image, "radius.Y", from.film, [&](std::size_t i) { return from.film.radius(i); });
+       }},
+      {"bias", 1, kBias,
+       [](Image& image, const Source& from) {
+         add_channel(image, "bias.Y", from.film, [&](std::size_t i) { return from.film.bias(i) * from.info.scale; });
        }},
       {"alpha",
        1,
@@ -200,6 +205,7 @@ PlaceLayers RenderSettings::place_layers() const {
     out.objects |= needs.objects;
     out.materials |= needs.materials;
     out.radius |= needs.radius;
+    out.bias |= needs.bias;
   }
   return out;
 }

@@ -87,6 +87,7 @@ std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) 
   out.put(result.not_finite);
   out.put<std::uint8_t>(!result.first_hit.triangle.empty());
   out.put<std::uint8_t>(!result.first_hit.radius.empty());
+  out.put<std::uint8_t>(!result.first_hit.bias.empty());
   out.put(static_cast<std::uint32_t>(result.radiance.groups.size()));
   for (const auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
                             &result.radiance.caustic, &result.first_hit.albedo})
@@ -97,6 +98,7 @@ std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) 
   out.put_array(result.first_hit.triangle);
   out.put_array(result.first_hit.barycentric);
   out.put_array(result.first_hit.radius);
+  out.put_array(result.first_hit.bias);
   return out.take();
 }
 
@@ -104,11 +106,12 @@ TaskResult unpacked(Unpacker& in, const CameraTask& task) {
   TaskResult result;
   result.not_finite = in.take<std::uint64_t>();
   const bool places = in.take<std::uint8_t>() != 0, radius = in.take<std::uint8_t>() != 0;
+  const bool bias = in.take<std::uint8_t>() != 0;
   const std::size_t groups = in.take<std::uint32_t>();
   const std::size_t slots = task.slot_count();
   constexpr std::size_t kBytes = 5 * sizeof(RGB) + sizeof(Vec3) + sizeof(float);
   constexpr std::size_t kOfPlaces = sizeof(std::uint32_t) + sizeof(Vec2);
-  if (in.left() != slots * (kBytes + groups * sizeof(RGB) + (places ? kOfPlaces : 0) + (radius ? sizeof(float) : 0)))
+  if (in.left() != slots * (kBytes + groups * sizeof(RGB) + (places ? kOfPlaces : 0) + (radius + bias) * sizeof(float)))
     throw Error("a rank sent the result of another task");
   for (auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
                       &result.radiance.caustic, &result.first_hit.albedo})
@@ -120,6 +123,7 @@ TaskResult unpacked(Unpacker& in, const CameraTask& task) {
   in.take_array(result.first_hit.triangle, places ? slots : 0);
   in.take_array(result.first_hit.barycentric, places ? slots : 0);
   in.take_array(result.first_hit.radius, radius ? slots : 0);
+  in.take_array(result.first_hit.bias, bias ? slots : 0);
   return result;
 }
 

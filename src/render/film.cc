@@ -89,6 +89,7 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   materials_.resize(places.materials ? n : 0);
   radius_sum_.resize(places.radius ? n : 0);
   radius_count_.resize(places.radius ? n : 0);
+  bias_sum_.resize(places.bias ? n : 0);
   depth_sum_.resize(layers ? n : 0);
   depth_count_.resize(layers ? n : 0);
   count_.resize(n);
@@ -100,9 +101,9 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
                           std::size_t light_groups) {
   constexpr std::uint64_t kLight = 3 * sizeof(LightSum), kAlways = sizeof(SquareSum) + sizeof(std::uint32_t);
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
-  const std::uint64_t of_places = (places.position + places.uv) * kLight +
-                                  (places.objects + places.materials) * sizeof(IdCounts) +
-                                  places.radius * (sizeof(LightSum) + sizeof(std::uint32_t));
+  const std::uint64_t of_places =
+      (places.position + places.uv) * kLight + (places.objects + places.materials) * sizeof(IdCounts) +
+      places.radius * (sizeof(LightSum) + sizeof(std::uint32_t)) + places.bias * sizeof(LightSum);
   return bounds.pixel_count() * (kAlways + of_places + light_groups * kLight +
                                  (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
 }
@@ -175,6 +176,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     radius_sum_[pixel] += first_hit.radius[slot];
     ++radius_count_[pixel];
   }
+  if (places_.bias && !first_hit.bias.empty()) bias_sum_[pixel] += first_hit.bias[slot];
   if (!has_moments()) return;
   const float albedo = shading_albedo(first_hit.albedo[slot]);
   for (int i = 0; i < 2; ++i) {
@@ -229,6 +231,11 @@ float Film::depth(std::size_t pixel) const {
   return static_cast<float>(depth_sum_[pixel].value() / depth_count_[pixel]);
 }
 
+float Film::bias(std::size_t pixel) const {
+  if (!places_.bias || count_[pixel] == 0) return 0;
+  return static_cast<float>(bias_sum_[pixel].value() / count_[pixel]);
+}
+
 float Film::radius(std::size_t pixel) const {
   if (!places_.radius || radius_count_[pixel] == 0) return 0;
   return static_cast<float>(radius_sum_[pixel].value() / radius_count_[pixel]);
@@ -279,6 +286,7 @@ void Film::for_arrays(Work&& work, Films&... films) {
   work(films.depth_sum_...);
   work(films.radius_sum_...);
   work(films.radius_count_...);
+  work(films.bias_sum_...);
   work(films.square_sum_...);
   for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
 }

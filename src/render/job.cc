@@ -38,7 +38,7 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   if (settings.bounds.empty()) settings.bounds = {0, 0, points->width, points->height};
   if (settings.place_layers().any())
     throw Error("points have no layers of the places that a camera sees",
-                "Leave position, uv, radius and ids out of the AOVs.");
+                "Leave position, uv, radius, bias and ids out of the AOVs.");
   return settings;
 }
 
@@ -231,6 +231,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
         affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().radius;
+  wanted.narrow = s.place_layers().bias;
   wanted.kept = false;
   return wanted;
 }
@@ -246,6 +247,7 @@ PassSettings Job::pass_settings() const {
   pass.seed = s.seed;
   pass.places = s.place_layers().of_triangles();
   pass.radius = s.place_layers().radius;
+  pass.bias = s.place_layers().bias;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;

@@ -30,15 +30,23 @@ class PassRenderer {
 
   PassResult render(CameraTasks tasks) {
     check_cancelled();
+    if (settings_.bias) bias_.assign(tasks.slot_count(), RGB());
+    find_light(tasks);
+    for (const RGB& bias : bias_) out_.first_hit.bias.push_back(luminance(bias));
+    return std::move(out_);
+  }
+
+ private:
+  void find_light(CameraTasks tasks) {
     if (settings_.light_groups) name_groups(*settings_.light_groups, out_.radiance);
     GatherPoints& points = memory_.points;
     if (view_.points) {
       point_pass(tracer_.scene(), *view_.points, tasks, out_.radiance, out_.first_hit, points, statistics_);
       if (settings_.kind == PassKind::photons)
-        look_up(gather_points_as_queries(points), maps_.engines(), out_.radiance.indirect);
+        look_up_global(gather_points_as_queries(points));
       else
         gather_light(points);
-      return std::move(out_);
+      return;
     }
     CameraPassSettings camera_settings;
     camera_settings.width = settings_.width;
@@ -48,9 +56,9 @@ class PassRenderer {
     if (settings_.kind == PassKind::photons) {
       camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
                           memory_.queries, statistics_);
-      look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
+      look_up_global(memory_.queries);
       if (settings_.radius) find_radii(memory_.queries);
-      return std::move(out_);
+      return;
     }
     camera_pass(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
     if (settings_.kind == PassKind::gather) {
@@ -58,18 +66,40 @@ class PassRenderer {
       gather_light(points);
     }
     if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
-    return std::move(out_);
   }
 
- private:
-  void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, std::vector<RGB>& target) {
+  void look_up_global(const QueryPoints& queries) {
+    look_up(queries, maps_.engines(), maps_.narrow(), out_.radiance.indirect);
+  }
+
+  void look_up_caustic(const QueryPoints& queries, std::vector<RGB>& target) {
+    look_up(queries, maps_.caustic_engines(), maps_.narrow_caustic(), target);
+  }
+
+  void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, const DensityEngine* narrow,
+               std::vector<RGB>& target) {
     count_held(queries);
     for (std::size_t i = 0; i < engines.size(); ++i) {
       memory_.found.assign(queries.size(), RGB());
       engines[i]->estimate(queries, memory_.found, statistics_);
       complete(queries, memory_.found, target, statistics_);
       if (settings_.light_groups) complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
+      if (settings_.bias) add_bias(queries, 2);
     }
+    if (!settings_.bias || !narrow) return;
+    // Not the render's lookups.
+    Statistics others;
+    memory_.found.assign(queries.size(), RGB());
+    narrow->estimate(queries, memory_.found, others);
+    add_bias(queries, -2);
+  }
+
+  /// The bias of an estimate is nearly proportional to its kernels' area (Silverman, Density Estimation for
+  /// Statistics and Data Analysis, 1986, chapter 4): it is twice the difference from an estimate with half the area.
+  void add_bias(const QueryPoints& queries, float times) {
+    Statistics others;
+    for (RGB& found : memory_.found) found *= times;
+    complete(queries, memory_.found, bias_, others);
   }
 
   void count_held(const QueryPoints& queries) {
@@ -84,7 +114,7 @@ class PassRenderer {
       add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, out_.radiance,
                        statistics_);
     if (settings_.caustic && !rays_alone && !is_apart())
-      look_up(gather_points_as_queries(points), maps_.caustic_engines(), out_.radiance.caustic);
+      look_up_caustic(gather_points_as_queries(points), out_.radiance.caustic);
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
   }
@@ -120,16 +150,16 @@ class PassRenderer {
       check_cancelled();
       final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
                    {memory_.queries, caustics ? &memory_.secondary_queries : nullptr}, statistics_);
-      if (caustics) look_up(memory_.secondary_queries, maps_.caustic_engines(), out_.radiance.indirect);
+      if (caustics) look_up_caustic(memory_.secondary_queries, out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
-    if (!settings_.by_disk) {
+    if (!settings_.by_disk || settings_.bias) {
       for (std::size_t first = 0; first < points.size(); first += step) {
         trace(first);
         if (settings_.kind == PassKind::count_gathered)
           count(memory_.queries, statistics_);
         else if (settings_.indirect)
-          look_up(memory_.queries, maps_.engines(), out_.radiance.indirect);
+          look_up_global(memory_.queries);
       }
       return;
     }
@@ -199,6 +229,7 @@ class PassRenderer {
   PassMemory& memory_;
   Statistics& statistics_;
   PassResult out_;
+  std::vector<RGB> bias_;  ///< by slot
 };
 
 }  // namespace
@@ -231,8 +262,9 @@ PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View&
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
-  const Reservation reservation(budget, "camera samples",
-                                tasks.slot_count() * bytes_per_slot(groups, settings.radius, settings.places));
+  const Reservation reservation(
+      budget, "camera samples",
+      tasks.slot_count() * bytes_per_slot(groups, settings.radius + settings.bias, settings.places));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
 }
 

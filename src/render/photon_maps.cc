@@ -28,6 +28,8 @@ constexpr std::uint64_t kMaxCausticPasses = 8;
 constexpr double kCausticShare = 0.5;
 /// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
 constexpr double kCausticPhotonsPerRay = 2;
+/// Radius of a kernel of half the area.
+constexpr float kNarrow = 0.70710678f;
 
 /// Replaces the flux of photons while it lives, also if building an index is cancelled.
 class BorrowedFlux {
@@ -61,6 +63,11 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget
 
 /// Photons in an estimate of the caustic map if one of the global map has `nearest`: fewer, because caustics are sharp.
 std::uint32_t caustic_nearest(std::uint32_t nearest) { return std::max<std::uint32_t>(1, nearest / 2); }
+
+LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<float>& factors) {
+  for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
+  return flux;
+}
 
 std::vector<float> scaled(std::vector<float> radii, float factor) {
   if (factor != 1)
@@ -105,7 +112,7 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   for (Map* map : {&global_, &caustic_}) {
     if (old.fixed_radius != now.fixed_radius || old.nearest != now.nearest) map->measured = false;
     if (other_radii || old.kernel != now.kernel) map->corrected = map->indexed = false;
-    if (old.engine != now.engine || old.reorder != now.reorder) map->indexed = false;
+    if (old.engine != now.engine || old.reorder != now.reorder || old.narrow != now.narrow) map->indexed = false;
   }
   if (!global_.measured || other_radii) gridded_ = patched_ = false;
   if (!global_.measured || other_radii || !now.diagnosed) diagnosis_.reset();
@@ -206,16 +213,17 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
     map.corrected = true;
     map.indexed = false;
   }
-  if (!map.indexed) index(map, statistics);
+  if (map.indexed) return;
+  index(map, statistics);
+  map.narrow.reset();
+  if (settings_.narrow && map.count > 0) index_narrow(map, tracer, statistics);
 }
 
 void PhotonMaps::index(Map& map, Statistics& statistics) const {
   map.engines.clear();
   std::optional<BorrowedFlux> multiplied;
   if (map.corrected) {
-    LargeVector<RGB> flux = map.photons.flux;
-    for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= map.factors[i];
-    multiplied.emplace(map.photons, std::move(flux));
+    multiplied.emplace(map.photons, flux_times(map.photons.flux, map.factors));
   }
   if (settings_.light_groups) {
     index_groups(map, statistics);
@@ -224,6 +232,22 @@ void PhotonMaps::index(Map& map, Statistics& statistics) const {
     map.engines.front()->build(map.photons, policy_of(map), statistics);
   }
   map.indexed = true;
+}
+
+void PhotonMaps::index_narrow(Map& map, const Tracer& tracer, Statistics& statistics) const {
+  const PhaseTimer timer(statistics, Phase::build_photon_map);
+  RadiusPolicy policy = policy_of(map);
+  policy.k = std::max<std::uint32_t>(1, policy.k / 2);
+  policy.radius *= kNarrow;
+  for (float& radius : policy.radii) radius *= kNarrow;
+  std::optional<BorrowedFlux> multiplied;
+  if (map.corrected) {
+    RadiusPolicy own = policy;
+    own.kind = RadiusKind::per_photon;
+    multiplied.emplace(map.photons, flux_times(map.photons.flux, boundary_factors(tracer, map.photons, own)));
+  }
+  map.narrow = make_engine(settings_.engine, {.reorder = settings_.reorder});
+  map.narrow->build(map.photons, policy, statistics);
 }
 
 /// Indexes the photons of each group of lights, with the radii of the whole map.
@@ -358,6 +382,8 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;
   std::uint64_t bytes = global_.engines.front()->plan(0, count, 0).bytes;
+  for (const Map* map : {&global_, &caustic_})
+    if (map->narrow) bytes += map->narrow->plan(0, map->count, 0).bytes;
   if (diagnosis_) bytes += diagnosis_->plan(0, global_.count, 0).bytes;
   if (settings_.kept)
     bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);

@@ -46,6 +46,7 @@ struct PhotonMapSettings {
   std::shared_ptr<const LightGroups> light_groups;
 
   bool diagnosed = false;  ///< an index that counts photons, for false colours
+  bool narrow = false;     ///< make PhotonMaps::narrow() and narrow_caustic()
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
 };
@@ -97,6 +98,10 @@ class PhotonMaps {
   const Engines& engines() const { return global_.engines; }
   /// The same over the caustic map; empty if there are no caustics.
   const Engines& caustic_engines() const { return caustic_.engines; }
+  /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
+  /// PhotonMapSettings::narrow, and where there are no photons.
+  const DensityEngine* narrow() const { return global_.narrow.get(); }
+  const DensityEngine* narrow_caustic() const { return caustic_.narrow.get(); }
   /// The engine over counts instead of flux; null without PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_.get(); }
   /// Radii by place, for the secondary gather; empty without PhotonMapSettings::secondary_gather.
@@ -122,6 +127,7 @@ class PhotonMaps {
     std::vector<float> factors;          // of correction
     std::vector<std::uint32_t> sources;  // light source of each photon; with light groups
     Engines engines;
+    std::unique_ptr<DensityEngine> narrow;
     bool measured = false, corrected = false, indexed = false;
   };
 
@@ -134,6 +140,7 @@ class PhotonMaps {
   std::uint64_t caustic_passes() const;
   void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
   void index(Map& map, Statistics& statistics) const;
+  void index_narrow(Map& map, const Tracer& tracer, Statistics& statistics) const;
   void index_groups(Map& map, Statistics& statistics) const;
   void find_patches(const Tracer& tracer, Statistics& statistics);
   void diagnose(Statistics& statistics);

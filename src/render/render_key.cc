@@ -73,7 +73,8 @@ std::string names_of(const PlaceLayers& layers) {
                                    {layers.uv, "uv"},
                                    {layers.objects, "objects"},
                                    {layers.materials, "materials"},
-                                   {layers.radius, "radius"}})
+                                   {layers.radius, "radius"},
+                                   {layers.bias, "bias"}})
     if (kept) names += names.empty() ? name : std::string(",") + name;
   return names.empty() ? "none" : names;
 }

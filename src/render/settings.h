@@ -81,8 +81,9 @@ struct SampleRange {
 struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
   bool radius = false;  ///< of the photons there
+  bool bias = false;    ///< of density estimation
 
-  bool any() const { return of_triangles() || radius; }
+  bool any() const { return of_triangles() || radius || bias; }
   /// Whether FirstHit::triangle and barycentric are needed.
   bool of_triangles() const { return position || uv || objects || materials; }
   bool operator==(const PlaceLayers&) const = default;

@@ -8,6 +8,7 @@
 #include "builtin/builtin.h"
 #include "render/output.h"
 #include "render/render_testing.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 namespace {
@@ -109,6 +110,32 @@ TEST(Layers, RadiusIsThatOfThePhotonsAndNothingOfPaths) {
     for (const float radius : own) sum += radius;
     EXPECT_NEAR(sum / static_cast<double>(own.size()), few.front(), 0.5 * few.front());
     EXPECT_LT(*std::min_element(own.begin(), own.end()), *std::max_element(own.begin(), own.end()));
+  }
+}
+
+TEST(Layers, BiasIsWhatWideRadiiAddOrTakeAway) {
+  // A point light a metre above a floor: the path tracer has no noise.
+  const Stage stage(lit_floor(LightCase::point));
+  RenderSettings settings = by_photons(32, 4, 1, 0);
+  settings.integrator = Integrator::path;
+  const Film truth = stage.render(settings);
+  settings.integrator = Integrator::photons;
+  settings.photons = 100000;
+  settings.nearest = 8000;
+  settings.aovs = {"bias"};
+  for (const char* engine : {"blocked", "knn"}) {
+    settings.engine = engine;
+    // Radii that jump between parts of a surface add errors of their own.
+    settings.fixed_radius = settings.engine == "blocked";
+    const Film film = stage.render(settings);
+    double before = 0, after = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const float error = luminance(film.radiance(i, false)) - luminance(truth.radiance(i, false));
+      before += std::pow(error, 2);
+      after += std::pow(error - film.bias(i), 2);
+    }
+    // Errors of higher order are left, those at the floor's edge, and the noise of the photons.
+    EXPECT_LT(after, 0.5 * before) << engine << " " << before;
   }
 }
 
