@@ -265,7 +265,7 @@ class LightFilter {
   /// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.
   void add_row(int x0, int y, int width, std::ptrdiff_t to, float near, const Pairs& pairs, int row, Tile& sums) const {
     const float *red = red_.at(x0, y) + to, *green = green_.at(x0, y) + to, *blue = blue_.at(x0, y) + to;
-    const float *own = variance_.at(x0, y), *variance = own + to;
+    const float* variance = variance_.at(x0, y) + to;
     const float *a0 = pairs.alike.data() + row * Pairs::kStride, *d0 = pairs.differ.data() + row * Pairs::kStride;
     const float *a1 = a0 + Pairs::kStride, *a2 = a1 + Pairs::kStride, *d1 = d0 + Pairs::kStride,
                 *d2 = d1 + Pairs::kStride;
@@ -282,9 +282,8 @@ class LightFilter {
       const float deviation = std::sqrt(2 / std::max(n, 1.0f));
       const float excess = (difference / n - 1) / deviation;
       const float same = std::min(std::max((kNoWeight - excess) / (kNoWeight - kFullWeight), 0.0f), 1.0f);
-      // A neighbour with a much larger variance may be an outlier, so its weight is lower.
-      const float sure = std::min((own[x] + 1e-30f) * 2 / (variance[x] + 1e-30f), 1.0f);
-      const float weight = near * a1[x + 1] * same * sure;
+      // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
+      const float weight = near * a1[x + 1] * same;
       r[x] += weight * red[x];
       g[x] += weight * green[x];
       b[x] += weight * blue[x];

@@ -98,6 +98,40 @@ TEST(LightFilter, KnowsThatStratifiedSamplesErrLessThanTheirSpread) {
   EXPECT_NEAR(mean / static_cast<double>(filtered.unfiltered.size()), 0.01, 0.002);
 }
 
+/// Of one surface whose light comes by rare bright samples.
+LightEstimate rarely_bright(std::uint32_t samples) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform;
+  LightEstimate out;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    double sum = 0, squares = 0;
+    for (std::uint32_t s = 0; s < samples; ++s) {
+      const double value = 0.5 + uniform(random) + (uniform(random) < 0.005f ? 10.0 : 0.0);
+      sum += value;
+      squares += value * value;
+    }
+    const double n = samples, mean = sum / n;
+    out.level.push_back(static_cast<float>(mean));
+    out.light.push_back(RGB(out.level.back()));
+    out.variance.push_back(static_cast<float>((squares / n - mean * mean) / (n - 1)));
+    out.samples.push_back(samples);
+  }
+  return out;
+}
+
+TEST(LightFilter, KeepsTheLightOfRareBrightSamples) {
+  for (const std::uint32_t samples : {4U, 16U}) {
+    const LightEstimate estimate = rarely_bright(samples);
+    const FilteredLight filtered = filter_light(estimate, flat_surface());
+    double before = 0, after = 0;
+    for (std::size_t i = 0; i < estimate.light.size(); ++i) {
+      before += estimate.light[i].g;
+      after += filtered.light[i].g;
+    }
+    EXPECT_NEAR(after / before, 1, 0.02) << samples;
+  }
+}
+
 TEST(LightFilter, SkipsPixelsWithoutSurfaceOrVariance) {
   const auto level = [](int x, int y) { return static_cast<float>((x * 7 + y * 13) % 5); };
   FilterGuides guides = flat_surface();
