@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "bake/fill.h"
 #include "core/parallel.h"
@@ -57,6 +58,28 @@ std::uint8_t dithered_code(float value, float threshold) {
   return static_cast<std::uint8_t>(below + (value - low > threshold * (high - low) ? 1.0f : 0.0f));
 }
 
+/// The least scale that keeps nearly all light, of the brightest components of texels.
+float automatic_scale(std::vector<float> peaks) {
+  constexpr double kBright = 0.995;
+  constexpr double kClippedLight = 1e-3;   // Share of all light: small bright places, such as caustics, keep theirs.
+  constexpr float kLeast = 4, kMost = 64;  // Times `bright`; above it, codes of other places would be too coarse.
+  if (peaks.empty()) return 0;
+  double light = 0;
+  for (const float p : peaks) light += p;
+  const auto at = peaks.begin() + static_cast<std::ptrdiff_t>(kBright * static_cast<double>(peaks.size() - 1));
+  std::nth_element(peaks.begin(), at, peaks.end());
+  const float bright = *at;
+  std::sort(at, peaks.end(), std::greater<>());
+  double above = 0;  // light of the texels before i
+  auto i = at;
+  for (; i + 1 != peaks.end(); ++i) {
+    above += *i;
+    const double clipped = above - static_cast<double>(i + 1 - at) * *(i + 1);
+    if (clipped > kClippedLight * light) break;
+  }
+  return std::max(std::min(*at, kLeast * bright), std::min(*i, kMost * bright));
+}
+
 }  // namespace
 
 void TexelIrradiance::take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row,
@@ -97,19 +120,11 @@ float automatic_exposure(const BakeLayout& layout, const std::vector<RGB>& light
 }
 
 EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale) {
-  constexpr double kBright = 0.995;
-  constexpr float kHeadroom = 4;  // Above it, codes of dark places would be too coarse.
   EncodedLight out;
   std::vector<float> peaks;
   for (std::size_t i = 0; i < light.size(); ++i)
     if (layout.texels.face[i] != kNone) peaks.push_back(max_component(light[i]));
-  out.scale = scale;
-  if (!(out.scale > 0) && !peaks.empty()) {
-    const auto at = peaks.begin() + static_cast<std::ptrdiff_t>(kBright * static_cast<double>(peaks.size() - 1));
-    std::nth_element(peaks.begin(), at, peaks.end());
-    const float bright = *at;
-    out.scale = std::min(*std::max_element(peaks.begin(), peaks.end()), kHeadroom * bright);
-  }
+  out.scale = scale > 0 ? scale : automatic_scale(peaks);
   if (!(out.scale > 0)) out.scale = 1;
   const auto clipped = std::count_if(peaks.begin(), peaks.end(), [&](float p) { return p > out.scale * 1.0001f; });
   out.clipped = peaks.empty() ? 0 : static_cast<double>(clipped) / static_cast<double>(peaks.size());

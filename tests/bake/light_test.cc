@@ -258,6 +258,22 @@ TEST(BakedLight, IsEncodedWithinACode) {
   EXPECT_LT(encoded.clipped, 0.005);
 }
 
+TEST(BakedLight, KeepsTheLightOfSmallBrightPlaces) {
+  const BakeStage cornell(builtin_scene("cornell"), {128, 0});
+  std::vector<RGB> light(cornell.layout.texels.face.size(), RGB(1));
+  const ChartPlace& place = cornell.layout.atlas.places[0];
+  // Of thousands of texels, nine have some percent of the light, as below a lens.
+  for (int i = 0; i < 9; ++i)
+    light[cornell.layout.texels.index(place.x0 + kGutter + i % 3, place.y0 + kGutter + i / 3)] = RGB(30);
+  const EncodedLight encoded = encode_light(cornell.layout, light);
+  EXPECT_NEAR(encoded.scale, 30, 0.03 * 30);
+  // One texel may be an error, and is not worth the codes of the others.
+  for (int i = 1; i < 9; ++i)
+    light[cornell.layout.texels.index(place.x0 + kGutter + i % 3, place.y0 + kGutter + i / 3)] = RGB(1);
+  light[cornell.layout.texels.index(place.x0 + kGutter, place.y0 + kGutter)] = RGB(1e6f);
+  EXPECT_LE(encode_light(cornell.layout, light).scale, 64);
+}
+
 TEST(BakedLight, DecodesFromRgbmWithinHalfACode) {
   std::vector<RGB> light{{0, 0, 0}, {40, 20, 1e-3f}, {1e-4f, 0, 0}};
   for (int i = 1; i < 1000; ++i) {
