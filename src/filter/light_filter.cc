@@ -220,7 +220,8 @@ class LightFilter {
         sums.weight[at] = 1;
       }
     Pairs pairs;
-    for (int dy = -kReach; dy <= kReach; ++dy)
+    const int reach = shows_something(x0, y0, width, height) ? kReach : -1;
+    for (int dy = -reach; dy <= reach; ++dy)
       for (int dx = -kReach; dx <= kReach; ++dx) {
         const int distance2 = dx * dx + dy * dy;
         if (distance2 == 0 || distance2 > kReach * kReach) continue;
@@ -240,6 +241,14 @@ class LightFilter {
         out_.variance[pixel] = sums.variance[at] * squared(share) + squared(kNoiseKept) * (1 - share) * own;
         out_.unfiltered[pixel] = own;
       }
+  }
+
+  /// Whether a pixel may be like others. Atlases have large gaps.
+  bool shows_something(int x0, int y0, int width, int height) const {
+    for (int y = y0; y < y0 + height; ++y)
+      if (!std::all_of(normal_x_.at(x0, y), normal_x_.at(x0, y) + width, [](float n) { return std::isnan(n); }))
+        return true;
+    return false;
   }
 
   /// Compares each pixel of a row with the one that lies `to` entries on.
