@@ -31,7 +31,7 @@ struct RenderOptions {
   bool filter = true;         ///< average pixels of gathered light whose difference is noise
   bool progressive = false;   ///< new photons and smaller radii in every pass: converges to the exact solution
   std::uint32_t seed = 0;     ///< the same seed gives the same picture, bit for bit
-  double time_limit = 0;      ///< seconds; stops after the task under way
+  double time_limit = 0;      ///< seconds, until the picture is made; 0: none
   double noise_target = 0;    ///< relative standard error of the picture at which it stops
   std::uint64_t memory = 0;   ///< bytes, in addition to the scene
   std::string camera;         ///< name; "": the scene's first

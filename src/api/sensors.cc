@@ -65,7 +65,7 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   const Scene::Implementation& inner = scene.implementation();
   if (!options.on_surfaces) check_outside(sensors, *inner.tracer);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
-  Job job(inner.scene, inner.tracer, measure_settings(options.render), nullptr, 0, grid);
+  Job job(inner.scene, inner.tracer, measure_settings(options.render), nullptr, sensor_time(), grid);
   attend(job, progress);
   const Film film = job.snapshot();
   if (film.whole_passes() < 2)

@@ -9,6 +9,7 @@
 
 #include "apps/interrupt.h"
 #include "apps/progress_bar.h"
+#include "core/log.h"
 
 namespace glowworm {
 
@@ -30,12 +31,27 @@ std::string work_of(const Job& job) {
   return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));
 }
 
+/// Whether the first image comes too late for the time limit.
+bool is_late(const Job& job) {
+  constexpr double kTolerance = 1.1;
+  const double limit = job.settings().time_limit_s;
+  return limit > 0 && job.passes() == 0 && job.seconds() > kTolerance * limit;
+}
+
 }  // namespace
 
 std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated) {
   ProgressBar bar(!quiet);
+  bool warned = false;
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
+    if (!warned && is_late(job)) {
+      bar.finish();
+      warn(
+          "--time is over, but not every pixel has a sample: the render goes on until then, or until Ctrl-C. Fewer "
+          "--photons, fewer --gather or a smaller picture take less time");
+      warned = true;
+    }
     for (RepeatedWork& work : repeated) run_if_due(job, work);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : work_of(job));
     std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));

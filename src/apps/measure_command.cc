@@ -184,7 +184,7 @@ int run_measure(MeasureOptions& o) {
   check_inside(o, sensors, *tracer);
   catch_interrupts();
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, !o.surface.empty()));
-  Job job(scene, tracer, asked, nullptr, 0, grid);
+  Job job(scene, tracer, asked, nullptr, sensor_time(), grid);
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
   if (o.sky_patches > 0)

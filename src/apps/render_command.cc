@@ -138,6 +138,20 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
   return image && image->metadata.contains(kRelativeError) ? image->metadata.at(kRelativeError) : "";
 }
 
+/// Does what write_images() does, for a part of the film, and leaves no files.
+void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) {
+  constexpr const char* kNowhere = "/dev/null";
+  std::optional<Image> image;
+  for (const Output& output : o.outputs) {
+    if (output.format == OutputFormat::part) {
+      write_part(kNowhere, part_of(job), film);
+      continue;
+    }
+    if (!image) image = make_image(film, job);
+    write_picture({kNowhere, output.format}, *image, o.picture);
+  }
+}
+
 std::string describe(const RenderSettings& s, const Scene& scene) {
   std::string text =
       fmt::format("{}: {} triangles, {}x{} pixels", scene.name(), scene.geometry().triangle_count(), s.width, s.height);
@@ -289,8 +303,8 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   std::optional<Checkpoint> checkpoint;
   if (!helps && !o.resume.empty()) checkpoint = read_checkpoint(o.resume);
   if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
-  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, seconds_between(start, Clock::now()), nullptr,
-          ranks);
+  const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
+  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {0, rehearsal}, nullptr, ranks);
   if (helps) {
     help_rank_0(job);
     return 0;

@@ -122,6 +122,7 @@ Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_p
     if (stops && i + 1 < bands.size()) baked.passes = 0;
     if (stops) break;
     maps = job.maps();
+    if (i + 1 < bands.size()) settings = with_numbers_of(settings, job.key());
   }
   return baked;
 }

@@ -5,6 +5,7 @@
 
 #include "measure/sensors.h"
 #include "render/film.h"
+#include "render/job.h"
 
 namespace glowworm {
 
@@ -18,6 +19,9 @@ struct Measurement {
 /// The settings of a Job over sensor_grid(): photon passes converge, and each has 256 gather rays a sensor where their
 /// number is automatic, because sensors are few and a pass of photons costs as much as many rays.
 RenderSettings sensor_settings(RenderSettings settings);
+
+/// Of such a Job: it makes two passes, so that errors are known.
+JobTime sensor_time();
 
 /// Takes the sensors' cells out of a film that was rendered over sensor_grid().
 Measurement measurement_of(const Sensors& sensors, const Film& film);

@@ -47,6 +47,14 @@ class Squares {
   int x0_, y0_, columns_, rows_;
 };
 
+/// Samples of the pixel of a part that has the fewest.
+std::uint32_t fewest_samples(const Film& film, const PixelBounds& part) {
+  std::uint32_t fewest = UINT32_MAX;
+  for (int y = part.y0; y < part.y1; ++y)
+    for (int x = part.x0; x < part.x1; ++x) fewest = std::min(fewest, film.sample_count(film.pixel_at(x, y)));
+  return fewest;
+}
+
 /// A square of pixels and its noise.
 struct Square {
   std::uint32_t pixels = 0;
@@ -64,14 +72,13 @@ std::vector<Square> measure(const Film& film, const FilmPicture& picture, const 
       if (part.empty()) continue;
       Square& square = out[squares.index(column, row)];
       square.pixels = static_cast<std::uint32_t>(part.pixel_count());
-      square.samples = UINT32_MAX;
+      square.samples = fewest_samples(film, part);
       for (int y = part.y0; y < part.y1; ++y)
         for (int x = part.x0; x < part.x1; ++x) {
           const std::size_t pixel = film.pixel_at(x, y);
           const double error = relative_variance(picture, pixel, level);
           square.error += error;
           square.of_one_sample += error * film.sample_count(pixel);
-          square.samples = std::min(square.samples, film.sample_count(pixel));
         }
     }
   return out;
@@ -135,15 +142,24 @@ SquareSamples next_round(const Film& film, const FilmPicture& picture, double ta
   return wanted;
 }
 
+SquareSamples even_round(const Film& film, std::uint32_t most) {
+  const Squares squares(film.bounds());
+  SquareSamples wanted(squares.size(), 0);
+  bool any = false;
+  for (int row = 0; row < squares.rows(); ++row)
+    for (int column = 0; column < squares.columns(); ++column) {
+      const PixelBounds part = squares.pixels(column, row);
+      if (part.empty()) continue;
+      const std::uint32_t samples = fewest_samples(film, part);
+      wanted[squares.index(column, row)] = std::min(samples + 1, most);
+      any = any || samples < most;
+    }
+  return any ? wanted : SquareSamples();
+}
+
 std::vector<CameraTask> tasks_of_round(const Film& film, const SquareSamples& wanted) {
   const Squares squares(film.bounds());
   std::vector<CameraTask> tasks;
-  const auto samples_of = [&](const PixelBounds& part) {
-    std::uint32_t fewest = UINT32_MAX;
-    for (int y = part.y0; y < part.y1; ++y)
-      for (int x = part.x0; x < part.x1; ++x) fewest = std::min(fewest, film.sample_count(film.pixel_at(x, y)));
-    return fewest;
-  };
   for (int y = 0; y < squares.rows() / kEach; ++y)
     for (int x = 0; x < squares.columns() / kEach; ++x) {
       // Squares of a block with the same samples to take share a task.
@@ -152,7 +168,7 @@ std::vector<CameraTask> tasks_of_round(const Film& film, const SquareSamples& wa
         const int column = kEach * x + i % kEach, row = kEach * y + i / kEach;
         const PixelBounds part = squares.pixels(column, row);
         if (part.empty()) continue;
-        const std::uint32_t first = samples_of(part), end = wanted[squares.index(column, row)];
+        const std::uint32_t first = fewest_samples(film, part), end = wanted[squares.index(column, row)];
         if (first < end) parts[{first, end}] |= 1u << i;
       }
       const PixelBounds block = squares.pixels_of_block(x, y);

@@ -29,6 +29,10 @@ using SquareSamples = std::vector<std::uint32_t>;
 /// @return empty if no square may have more samples
 SquareSamples next_round(const Film& film, const FilmPicture& picture, double target, std::uint32_t most);
 
+/// One more sample for every square, for the time that is too short to choose squares.
+/// @return empty if no square may have more samples
+SquareSamples even_round(const Film& film, std::uint32_t most);
+
 /// The tasks that bring every square of the film to its number of samples. Those of squares that have it are left out,
 /// so a round may be continued.
 std::vector<CameraTask> tasks_of_round(const Film& film, const SquareSamples& wanted);

@@ -291,6 +291,18 @@ void Film::for_arrays(Work&& work, Films&... films) {
   for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
 }
 
+Film Film::sketch_of_rows(int first, int end) const {
+  Film out({bounds_.x0, first, bounds_.x1, end}, indirect_only_, layers_, places_, has_moments(), groups_.size());
+  const std::size_t from = pixel_at(bounds_.x0, first);
+  for_arrays(
+      [&](auto& to, const auto& all) {
+        std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(all.empty() ? 0 : from), to.size(), to.begin());
+      },
+      out, *this);
+  for (std::uint32_t& count : out.count_) count = std::max(count, 2u);
+  return out;
+}
+
 std::vector<std::uint32_t> Film::save() const {
   std::vector<std::uint32_t> out(state_bytes() / sizeof(std::uint32_t) + 2);
   std::memcpy(out.data(), &not_finite_, sizeof not_finite_);

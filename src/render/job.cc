@@ -19,8 +19,13 @@ namespace glowworm {
 
 namespace {
 
-/// Processor time of the filter for a pixel, before it is measured.
-constexpr double kFilterSeconds = 4e-6;
+/// Share of the rows of a picture that show what it takes to finish it, and the fewest of them.
+constexpr int kRehearsedShareInverse = 16, kRehearsedRows = 32;
+
+/// Share of the time for which photons and gather rays are fitted at least: fewer would spoil the picture.
+constexpr double kLeastRoom = 0.1;
+/// Most of the time left that choosing a round may take.
+constexpr double kChoiceShare = 0.25;
 
 /// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
 /// a filter that costs as much as a share of a pass runs after every eighth part more of them.
@@ -42,9 +47,19 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   return settings;
 }
 
-/// Bytes of a film and a copy of it.
+/// Rows in the middle of the picture that show what it takes to finish it.
+PixelBounds rehearsed_part(const PixelBounds& all) {
+  const int rows = std::min(std::max(all.height() / kRehearsedShareInverse, kRehearsedRows), all.height());
+  const int first = all.y0 + (all.height() - rows) / 2;
+  return {all.x0, first, all.x1, first + rows};
+}
+
+/// Bytes of a film, of a copy of it, and of a part that is rehearsed.
 std::uint64_t film_bytes(const RenderSettings& s) {
-  return 2 * Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+  const auto bytes = [&](const PixelBounds& bounds) {
+    return Film::bytes(bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+  };
+  return 2 * bytes(s.bounds) + (s.time_limit_s > 0 ? bytes(rehearsed_part(s.bounds)) : 0);
 }
 
 std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s) {
@@ -61,8 +76,8 @@ Film film_of(const RenderSettings& s, const DiskMemory* disk) {
 }  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-         const Checkpoint* resume, double spent_s, std::shared_ptr<const PointGrid> points,
-         std::shared_ptr<Ranks> ranks, std::shared_ptr<JobMaps> maps)
+         const Checkpoint* resume, JobTime time, std::shared_ptr<const PointGrid> points, std::shared_ptr<Ranks> ranks,
+         std::shared_ptr<JobMaps> maps)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       points_(std::move(points)),
@@ -75,8 +90,10 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       disk_(disk_for(settings_)),
       film_memory_(array_budget(), "film", film_bytes(settings_)),
       film_(film_of(settings_, disk_.get())),
-      spent_s_(spent_s),
       start_(std::chrono::steady_clock::now()),
+      of_limit_(std::move(time)),
+      time_(settings_.time_limit_s, of_limit_.spent_s, [this] { return seconds(); }),
+      owns_maps_(!maps),
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
@@ -108,7 +125,7 @@ double Job::seconds() const {
 
 double Job::progress() const {
   if (done_) return 1;
-  const double by_time = settings_.time_limit_s > 0 ? seconds() / std::max(settings_.time_limit_s - spent_s_, 1e-9) : 0;
+  const double by_time = time_.is_set() ? seconds() / std::max(time_.whole_s(), 1e-9) : 0;
   return std::clamp(std::max<double>(by_time, work_done_), 0.0, 1.0);
 }
 
@@ -187,22 +204,33 @@ void Job::run() {
 }
 
 bool Job::should_stop(double next_s) {
-  // Passes the limit if that comes closer to it than stopping before.
+  if (time_.wants_rehearsal(passes_ > 0)) rehearse();
   if (interrupt_.requested())
     ending_ = Ending::cancelled;
-  else if (settings_.time_limit_s > 0 && passes_ > 0 && spent_s_ + seconds() + next_s / 2 >= settings_.time_limit_s)
+  else if (passes_ >= of_limit_.least_passes && time_.is_up(next_s))
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
 }
 
-FilmPicture Job::picture() const {
-  return filters(settings_) ? filtered_picture(film_, settings_.indirect_only)
-                            : unfiltered_picture(film_, settings_.indirect_only);
+void Job::rehearse() {
+  const DiskMemory::Scope scope(disk_.get());
+  const PixelBounds rows = rehearsed_part(settings_.bounds);
+  const Film part = [&] {
+    const std::lock_guard lock(film_mutex_);
+    return film_.sketch_of_rows(rows.y0, rows.y1);
+  }();
+  time_.rehearse(passes_ > 0, double{1} * rows.height() / settings_.bounds.height(),
+                 [&] { of_limit_.rehearsal ? of_limit_.rehearsal(part, *this) : void(picture(part)); });
+}
+
+FilmPicture Job::picture(const Film& film) const {
+  return filters(settings_) ? filtered_picture(film, settings_.indirect_only)
+                            : unfiltered_picture(film, settings_.indirect_only);
 }
 
 bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_))) return false;
-  if (relative_error(picture()) > settings_.noise_target) return false;
+  if (relative_error(picture(film_)) > settings_.noise_target) return false;
   ending_ = Ending::noise_reached;
   return true;
 }
@@ -313,8 +341,9 @@ double Job::measure_slot() {
 }
 
 void Job::fit_to_time() {
-  const double room = settings_.time_limit_s - spent_s_ - seconds();
-  if (!may_need_fitting(settings_, automatic_, room)) return;
+  if (!time_.is_set()) return;
+  rehearse();
+  if (!may_need_fitting(settings_, automatic_, time_.left_s() / of_limit_.least_passes)) return;
   const CancellationScope scope(interrupt_);
   const double start = seconds();
   is_mapping_ = true;
@@ -323,14 +352,19 @@ void Job::fit_to_time() {
   const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
   // Timed apart, because guiding takes nearly as long for few photons as for many.
   guide_emission(few, not_the_renders);
-  const double guiding_s = seconds() - start;
+  const double guided = seconds();
   make_maps(few, settings_.sample_range().first, not_the_renders);
-  speed.photon_s = (seconds() - start - guiding_s) / static_cast<double>(few.photons_traced);
+  speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons_traced);
   if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
-  made_->guide.reset();
-  made_->demand.reset();
   made_->maps.forget();
-  const RenderSettings fitted = fitted_settings(settings_, automatic_, speed, room - (seconds() - start) - guiding_s);
+  const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
+  const RenderSettings fitted =
+      fitted_settings(settings_, automatic_, speed,
+                      std::max((time_.left_s() - again_s) / of_limit_.least_passes, kLeastRoom * time_.whole_s()));
+  if (guiding_paths(few) != guiding_paths(fitted)) {
+    made_->guide.reset();
+    made_->demand.reset();
+  }
   statistics_.add_time(Phase::trace_photons, seconds() - start);
   is_mapping_ = false;
   if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
@@ -357,7 +391,7 @@ void Job::render_passes() {
   pass_ = pass_settings();
   if (crew_) crew_->check(key());
   const std::uint32_t first_pass = passes_;
-  if (settings_.integrator != Integrator::path && first_pass == 0 && !points_ && !crew_ && settings_.part.is_all())
+  if (settings_.integrator != Integrator::path && first_pass == 0 && owns_maps_ && !crew_ && settings_.part.is_all())
     fit_to_time();
   const bool adaptive = is_adaptive(settings_);
   // The checkpoint may have been written after the last pass but before its noise test.
@@ -381,30 +415,38 @@ void Job::render_passes() {
     ending_ = Ending::samples_done;
 }
 
+SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
+  const double target = settings_.noise_target, start = seconds();
+  const std::uint32_t most = settings_.sample_range().count();
+  // A choice pays only if samples follow.
+  SquareSamples next;
+  if (choice_s > kChoiceShare * time_.left_s()) {
+    next = even_round(film_, most);
+  } else {
+    const FilmPicture seen = picture(film_);
+    const double error = relative_error(seen);
+    if (target > 0 && error <= target) {
+      ending_ = Ending::noise_reached;
+      return {};
+    }
+    next = next_round(film_, seen, target, most);
+    // The square of the error falls in proportion to the work.
+    share.begin = target > 0 ? target * target / (error * error) : 0;
+    share.end = std::min(share.begin * (1 + kRoundGrowth), 1.0);
+    choice_s = seconds() - start;
+  }
+  if (next.empty()) ending_ = Ending::samples_done;
+  return next;
+}
+
 void Job::render_rounds() {
-  const double target = settings_.noise_target;
   WorkShare share{0, 0};
   in_rounds_ = true;
-  // Wall time of choosing a round, nearly all of which is the filter's.
-  double choice_s = kFilterSeconds * static_cast<double>(film_.pixel_count()) / std::max(settings_.threads, 1);
-  while (!should_stop(round_.empty() ? choice_s : 0)) {
+  double choice_s = time_.finish_s();  // Nearly all of a choice is the filter.
+  while (!should_stop(0)) {
     if (round_.empty()) {
-      const double start = seconds();
-      const FilmPicture seen = picture();
-      const double error = relative_error(seen);
-      if (target > 0 && error <= target) {
-        ending_ = Ending::noise_reached;
-        return;
-      }
-      SquareSamples next = next_round(film_, seen, target, settings_.sample_range().count());
-      if (next.empty()) {
-        ending_ = Ending::samples_done;
-        return;
-      }
-      // The square of the error falls in proportion to the work.
-      share.begin = target > 0 ? target * target / (error * error) : 0;
-      share.end = std::min(share.begin * (1 + kRoundGrowth), 1.0);
-      choice_s = seconds() - start;
+      SquareSamples next = choose_round(choice_s, share);
+      if (ending_ != Ending::running) return;
       const std::lock_guard lock(film_mutex_);
       round_ = std::move(next);
     }
@@ -423,8 +465,7 @@ bool Job::render_tasks(std::vector<CameraTask> tasks, WorkShare share) {
   double slots_left = static_cast<double>(CameraTasks(tasks).slot_count());
   std::reverse(tasks.begin(), tasks.end());
   while (!tasks.empty()) {
-    const std::vector<CameraTask> places =
-        next_tasks(tasks, schedule_.slots_at_once, settings_.time_limit_s, spent_s_ + seconds(), slot_seconds_);
+    const std::vector<CameraTask> places = next_tasks(tasks, schedule_.slots_at_once, time_.task_s(), slot_seconds_);
     const auto slots_here = static_cast<double>(CameraTasks(places).slot_count());
     if (should_stop(slot_seconds_ * slots_here)) return false;
     put(places, compute(places));

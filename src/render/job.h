@@ -2,6 +2,7 @@
 #pragma once
 #include <atomic>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -25,6 +26,7 @@
 #include "render/scheduler.h"
 #include "render/settings.h"
 #include "render/time_fit.h"
+#include "render/time_limit.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -43,20 +45,34 @@ struct JobMaps {
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
 };
 
+class Job;
+
+/// What the time limit of a job is for beside its samples.
+struct JobTime {
+  /// Does with a part of the film what follows after the job with all of it, but leaves no files: its time is measured.
+  using Rehearsal = std::function<void(const Film&, const Job&)>;
+
+  double spent_s = 0;              ///< seconds of the limit already used
+  Rehearsal rehearsal;             ///< called by the render's thread; null: the filter alone is measured
+  std::uint32_t least_passes = 1;  ///< passes that are finished, however long they take
+
+  JobTime(double spent_s = 0, Rehearsal rehearsal = nullptr, std::uint32_t least_passes = 1)
+      : spent_s(spent_s), rehearsal(std::move(rehearsal)), least_passes(least_passes) {}
+};
+
 /// A render in its own thread (its parallel loops use all threads). Every pass renders one camera sample of every
 /// pixel, in tiles, so the first pass is a whole, noisy image.
 class Job {
  public:
   /// Starts the render. @param asked is resolved first; throws its errors here, later ones from wait().
   /// @param resume continues from this film; throws Error if the checkpoint belongs to another render
-  /// @param spent_s seconds of the time limit already used, for loading the scene
   /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
   /// settings' size is that of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
   /// @param maps    of another Job that is destroyed, over the same scene and points with the same settings but for
   /// their bounds; null: new ones
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-      const Checkpoint* resume = nullptr, double spent_s = 0, std::shared_ptr<const PointGrid> points = nullptr,
+      const Checkpoint* resume = nullptr, JobTime time = {}, std::shared_ptr<const PointGrid> points = nullptr,
       std::shared_ptr<Ranks> ranks = nullptr, std::shared_ptr<JobMaps> maps = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
@@ -71,7 +87,8 @@ class Job {
   bool done() const { return done_; }
   Ending ending() const { return ending_; }
 
-  /// Finished share of the work, in [0, 1]: by samples, or by time if the time limit ends it first.
+  /// Finished share of the work, in [0, 1]: by samples, or by time if the time limit ends it first. That time includes
+  /// what follows the job.
   double progress() const;
   /// Passes (camera samples of every pixel) done so far, of those of settings().sample_range().
   std::uint32_t passes() const { return passes_; }
@@ -142,6 +159,9 @@ class Job {
   struct WorkShare {
     double begin, end;
   };
+  /// The squares of the next round; empty if it ends the render.
+  /// @param choice_s estimated seconds of a choice
+  SquareSamples choose_round(double& choice_s, WorkShare& share);
   bool render_tasks(std::vector<CameraTask> tasks, WorkShare share);
   bool share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShare share);
   bool share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t samples_at_once, WorkShare share);
@@ -164,8 +184,10 @@ class Job {
   double measure_slot();
   /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);
+  /// Measures what follows the last sample.
+  void rehearse();
   void resume(const Checkpoint& checkpoint);
-  FilmPicture picture() const;
+  FilmPicture picture(const Film& film) const;
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;
@@ -188,8 +210,9 @@ class Job {
   mutable std::mutex key_mutex_;
   mutable std::optional<RenderKey> key_;
   std::vector<LightPhotons> light_photons_;
-  double spent_s_;
   std::chrono::steady_clock::time_point start_;
+  JobTime of_limit_;
+  TimeLimit time_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
   double slot_seconds_ = 0;                       // wall time of a camera sample of the newest task; 0 before the first
@@ -200,6 +223,7 @@ class Job {
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
+  bool owns_maps_;  // no Job before this one made them
   std::shared_ptr<JobMaps> made_;
   PassMemory memory_;
   PassSettings pass_;

@@ -356,9 +356,9 @@ std::vector<Option> effort_options() {
               "Refine the whole picture evenly (preview), or finish one tile after another (quality)", false,
               without_large_passes},
              &S::preference, {"auto", "preview", "quality"}),
-      number(
-          {"--time", kEffort, "time_limit_s", "TIME", "none", nullptr, "Stop after this time, for example 60s, 5m, 2h"},
-          &S::time_limit_s, {"none", kTimeUnits, 1e-9, 1e9, false, "a time", "Give for example 60s, 5m or 2h."}),
+      number({"--time", kEffort, "time_limit_s", "TIME", "none", nullptr,
+              "End after this time, with all files written, for example 60s, 5m, 2h; loading the scene is not counted"},
+             &S::time_limit_s, {"none", kTimeUnits, 1e-9, 1e9, false, "a time", "Give for example 60s, 5m or 2h."}),
       number({"--noise", kEffort, "noise_target", "SHARE", "none", nullptr,
               "Stop at this relative standard error of the image, for example 0.01 or 1%"},
              &S::noise_target,

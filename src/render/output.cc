@@ -93,10 +93,9 @@ std::uint64_t image_bytes(const RenderSettings& settings) {
   std::uint64_t channels = 3;
   for (const std::string& aov : settings.aovs) channels += layer_channels(aov);
   channels += 3 * settings.light_group_count;
-  // Renders that follow their noise filter on their own, beside the readers of the film.
-  const std::uint64_t filters_at_once = !filters(settings)                                   ? 0
-                                        : settings.noise_target > 0 || is_adaptive(settings) ? 2
-                                                                                             : 1;
+  // Renders that end by noise or time filter on their own, beside the readers of the film.
+  const bool filters_itself = settings.noise_target > 0 || settings.time_limit_s > 0;
+  const std::uint64_t filters_at_once = !filters(settings) ? 0 : filters_itself ? 2 : 1;
   return settings.bounds.pixel_count() * (kBytesPerChannel * channels + filters_at_once * kFilterBytes);
 }
 

@@ -127,6 +127,10 @@ EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGui
 
 }  // namespace
 
+std::size_t guiding_paths(const RenderSettings& settings) {
+  return static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));
+}
+
 PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings) {
   return guide_photons(tracer, tracer.scene().camera(settings.camera), settings);
 }
@@ -142,7 +146,7 @@ PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const Render
   std::vector<PilotPath> paths;
   std::vector<EmissionGuide> guides;
   std::vector<std::size_t> counts;
-  const auto count = static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));
+  const std::size_t count = guiding_paths(settings);
   double share = 0;  // share of contributing paths in the last round
   for (int round = 0; round < kRounds || (round < kMaxRounds && share < kHardShare); ++round) {
     const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts);

@@ -13,6 +13,9 @@ struct PhotonGuiding {
   EmissionGuide guide;  ///< uniform if guiding does not pay
 };
 
+/// Paths of a round of guide_photons(), which depends on `settings.photons` by them alone.
+std::size_t guiding_paths(const RenderSettings& settings);
+
 /// Traces a coarse picture's camera and gather rays to find where photons are needed, then photons in a few rounds,
 /// each guided by those before. If photons reach those places easily, emission stays unguided, bit for bit. Takes about
 /// half as long as the photons, and an eighth in the easy case. The result does not depend on the number of threads.

@@ -20,8 +20,7 @@ constexpr std::uint64_t kMinQueries = 4096;
 // because the limit is met to half a task; but at least the points of a useful task.
 constexpr double kTaskShareOfTime = 0.1;
 constexpr std::uint64_t kMinTimedQueries = std::uint64_t{1} << 17;
-// The same for tasks whose wall time is predicted from that of the task before, and the slots of the first task.
-constexpr double kPartShareOfTime = 0.03;
+// Slots of the first task, before the wall time of a slot is known.
 constexpr std::uint64_t kMinTimedSlots = 4096;
 // Most query points in a file: a few gigabytes.
 constexpr std::uint64_t kMaxOnDisk = std::uint64_t{1} << 25;
@@ -85,14 +84,23 @@ int even_piece(int length, int most) {
   return std::min((piece + kMinTile - 1) / kMinTile * kMinTile, most);
 }
 
-/// Cuts a task that has more slots than that: into bands of blocks, or else into fewer samples. Returns the rest, which
-/// may be empty.
-CameraTask cut(CameraTask& task, double slots, bool into_bands) {
+/// Cuts a task that has more slots than that: into bands of blocks, blocks of a band, or else fewer samples. Returns
+/// the rest, which may be empty.
+CameraTask cut(CameraTask& task, double slots, bool into_blocks) {
   CameraTask rest = task;
-  const auto row = static_cast<double>(task.x1 - task.x0) * task.sample_count;
-  const int height = std::max(static_cast<int>(std::min(slots / row, 1e6)) / kMinTile, 1) * kMinTile;
-  if (into_bands && task.y0 + height < task.y1) {
-    rest.y0 = task.y1 = task.y0 + height;
+  // Whole blocks along a side of which one pixel has so many slots, up to a multiple of their side.
+  const auto blocks_end = [&](int begin, double each) {
+    const int blocks = std::max(static_cast<int>(std::min(slots / each, 1e6)) / kMinTile, 1);
+    return (begin / kMinTile + blocks) * kMinTile;
+  };
+  const double row = static_cast<double>(task.x1 - task.x0) * task.sample_count;
+  const double column = static_cast<double>(task.y1 - task.y0) * task.sample_count;
+  if (const int y = blocks_end(task.y0, row); into_blocks && y < task.y1) {
+    rest.y0 = task.y1 = y;
+    return rest;
+  }
+  if (const int x = blocks_end(task.x0, column); into_blocks && x < task.x1) {
+    rest.x0 = task.x1 = x;
     return rest;
   }
   const auto samples = static_cast<std::uint32_t>(slots / static_cast<double>(task.pixel_count()));
@@ -155,7 +163,10 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
 SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes) {
   constexpr std::uint64_t kTilesEach = 8;
   SharedTasks out{schedule, 1};
-  const std::uint64_t wanted = std::min<std::uint64_t>(schedule.slots_at_once, kSharedSlots);
+  // All ranks have a task under way when a time limit ends the render.
+  const std::uint64_t useful =
+      settings.time_limit_s > 0 ? std::max(schedule.slots_at_once / 8, kMinTimedSlots) : schedule.slots_at_once;
+  const std::uint64_t wanted = std::min<std::uint64_t>(useful, kSharedSlots);
   const std::uint64_t even = settings.bounds.pixel_count() / (kTilesEach * static_cast<std::uint64_t>(processes));
   out.schedule.slots_at_once = std::max(std::min(wanted, even), kMinSlots);
   // Where tiles are small, tasks of several samples save messages.
@@ -198,21 +209,21 @@ std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSett
   return tasks;
 }
 
-std::vector<CameraTask> next_tasks(std::vector<CameraTask>& left, std::uint64_t most_slots, double limit_s,
-                                   double spent_s, double slot_seconds) {
+std::vector<CameraTask> next_tasks(std::vector<CameraTask>& left, std::uint64_t most_slots, double most_s,
+                                   double slot_seconds) {
+  const bool limited = std::isfinite(most_s);
   auto slots = static_cast<double>(most_slots);
-  if (limit_s > 0) {
-    const double seconds = std::max(std::min(0.5 * (limit_s - spent_s), kPartShareOfTime * limit_s), 0.0);
-    // Without a prediction as few slots as make a task worth while.
-    slots = std::min(slots, slot_seconds > 0 ? seconds / slot_seconds : static_cast<double>(kMinTimedSlots));
-  }
+  // Without a prediction as few slots as make a task worth while.
+  if (limited) slots = std::min(slots, slot_seconds > 0 ? most_s / slot_seconds : static_cast<double>(kMinTimedSlots));
   std::vector<CameraTask> out;
   std::size_t total = 0;
   while (!left.empty() && (out.empty() || static_cast<double>(total + left.back().slot_count()) <= slots)) {
     CameraTask task = left.back();
     left.pop_back();
-    if (static_cast<double>(task.slot_count()) > slots) {
-      if (CameraTask rest = cut(task, slots, limit_s > 0); rest.slot_count() > 0) left.push_back(rest);
+    while (static_cast<double>(task.slot_count()) > slots) {
+      const CameraTask rest = cut(task, slots, limited);
+      if (rest.slot_count() == 0) break;
+      left.push_back(rest);
     }
     total += task.slot_count();
     out.push_back(task);

@@ -68,13 +68,12 @@ std::vector<CameraTask> tasks_of_pass(const Schedule& schedule, const RenderSett
                                       std::uint32_t first_sample, std::uint32_t sample_count);
 
 /// Takes the next tasks off the end of a list: as many as are computed at once, because engines are faster on large
-/// batches. Where time is limited, tasks that are predicted to take more than half of the time left, or a small share
-/// of the limit, are cut into bands of blocks of pixels or into fewer samples, and the rest stays in the list. So the
-/// limit is met even where other programs take most of the machine.
+/// batches. Where time is limited, tasks that are predicted to take longer are cut into blocks of pixels or into fewer
+/// samples, and the rest stays in the list. So the limit is met even where other programs take most of the machine.
 /// @param most_slots   Schedule::slots_at_once
-/// @param limit_s, spent_s wall time of the render in all, and up to now; a limit of 0 is none
+/// @param most_s       wall time of a task, TimeLimit::task_s()
 /// @param slot_seconds predicted wall time of a camera sample; 0: not known yet
-std::vector<CameraTask> next_tasks(std::vector<CameraTask>& left, std::uint64_t most_slots, double limit_s,
-                                   double spent_s, double slot_seconds);
+std::vector<CameraTask> next_tasks(std::vector<CameraTask>& left, std::uint64_t most_slots, double most_s,
+                                   double slot_seconds);
 
 }  // namespace glowworm

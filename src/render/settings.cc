@@ -23,7 +23,6 @@ namespace {
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
-constexpr std::uint32_t kDefaultGather = 25;
 /// Camera samples of a path-traced pixel, where the file does not say.
 constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as some tens of rays, and photons
@@ -74,7 +73,7 @@ PixelBounds resolved_bounds(const RenderSettings& s, const FilmRequest& film) {
 double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
 
 void resolve_gather(RenderSettings& s) {
-  double gather = kDefaultGather;
+  double gather = s.usual_gather;
   if (s.time_limit_s > 0) {
     const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
     gather = std::min(gather, queries / pixel_count(s));

@@ -37,6 +37,9 @@ inline constexpr int kMaxPictureSide = 65536;
 /// Default camera samples of a pixel, also for cost models.
 inline constexpr std::uint32_t kDefaultSamples = 16;
 
+/// Default gather rays of a camera sample of a picture.
+inline constexpr std::uint32_t kDefaultGather = 25;
+
 /// A rectangle of pixels: columns [x0, x1) and rows [y0, y1), counted from the upper left corner of the picture.
 struct PixelBounds {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
@@ -93,10 +96,11 @@ struct PlaceLayers {
 struct RenderSettings {
   Integrator integrator = Integrator::gather;
   std::string engine = "auto";
-  std::uint32_t samples = 0;         ///< camera samples of each pixel, of all shares together
-  SampleShare part;                  ///< the share of them to render; all else is that of the whole render
-  std::uint32_t gather = 0;          ///< final gather rays of each camera sample
-  std::uint64_t photons = 0;         ///< photons in the global map
+  std::uint32_t samples = 0;                    ///< camera samples of each pixel, of all shares together
+  SampleShare part;                             ///< the share of them to render; all else is that of the whole render
+  std::uint32_t gather = 0;                     ///< final gather rays of each camera sample
+  std::uint32_t usual_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
+  std::uint64_t photons = 0;                    ///< photons in the global map
   std::uint64_t photons_traced = 0;  ///< photons traced for the global map; density control thins them to `photons`
   std::uint32_t nearest = 0;         ///< k: target number of photons in an estimate
   std::uint32_t light_samples = 0;   ///< light samples of each gather point
@@ -112,7 +116,7 @@ struct RenderSettings {
   std::uint64_t memory_bytes = 0;
   DiskUse disk = DiskUse::automatic;
   Preference preference = Preference::automatic;
-  double time_limit_s = 0;  ///< stops after the task under way; 0: no limit
+  double time_limit_s = 0;  ///< for samples and what follows them (render/time_limit.h); 0: no limit
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
   /// Renders that end by time or noise give more samples to pixels with more noise (render/adaptive.h).
   bool adaptive = true;

@@ -48,6 +48,18 @@ FilmPicture noisy_on_the_left(const Film& film) {
   return out;
 }
 
+TEST(Adaptive, EvenRoundsAddASampleToEverySquare) {
+  Film film = black_film({3, 5, 67, 42}, 4);
+  add_black(film, {{8, 8, 12, 12, 4, 3}});  // One square.
+  for (int round = 0; round < 2; ++round) add_black(film, tasks_of_round(film, even_round(film, 100)));
+  EXPECT_EQ(samples_at(film, 3, 5), 6u);
+  EXPECT_EQ(samples_at(film, 66, 41), 6u);
+  EXPECT_EQ(samples_at(film, 8, 11), 9u);
+  EXPECT_EQ(film.whole_passes(), 6u);
+  EXPECT_FALSE(even_round(film, 7).empty());
+  EXPECT_TRUE(even_round(film, 6).empty());
+}
+
 TEST(Adaptive, RoundsDoubleTheSamplesWhereNoiseIs) {
   // Neither side of the film is at the border of a block.
   Film film = black_film({3, 5, 67, 42}, 4);

@@ -6,6 +6,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "density/engine.h"
+#include "render/time_limit.h"
 #include "render_testing.h"
 
 namespace glowworm {
@@ -124,26 +125,26 @@ TEST(Scheduler, TasksOfALimitedTimeTakeASmallShareOfIt) {
   EXPECT_EQ(make_schedule(settings, std::uint64_t{8} << 30).slots_at_once, unlimited.slots_at_once);
 }
 
-/// Plays a render on a machine where a camera sample takes as long as `slot_seconds` says at a time. Returns the time
-/// at which it stops, by the rule of Job: before a task of which half would come after the limit.
+/// Plays a render on a machine where a camera sample takes as long as `slot_seconds` says at a time, and what follows
+/// the last one takes `finish_s`. Returns the time at which it ends, by the rule of Job.
 template <typename SlotSeconds>
-double played(const RenderSettings& settings, const SlotSeconds& slot_seconds) {
+double played(const RenderSettings& settings, const SlotSeconds& slot_seconds, double finish_s = 0) {
   const Schedule schedule = make_schedule(settings, std::uint64_t{8} << 30);
   double time = 0, known = 0;
+  TimeLimit limit(settings.time_limit_s, 0, [&] { return time; });
+  limit.rehearse(false, 1, [&] { time += finish_s; });
   for (std::uint32_t sample = 0;; ++sample) {
     std::vector<CameraTask> left = tasks_of_pass(schedule, settings, sample, 1);
     std::reverse(left.begin(), left.end());
     std::vector<int> covered(static_cast<std::size_t>(settings.height), 0);
     while (!left.empty()) {
-      const std::vector<CameraTask> tasks =
-          next_tasks(left, schedule.slots_at_once, settings.time_limit_s, time, known);
-      const CameraTask task = tasks.front();
-      EXPECT_EQ(tasks.size(), 1u);
-      const auto slots = static_cast<double>(task.slot_count());
-      if (sample > 0 && time + known * slots / 2 >= settings.time_limit_s) return time;
+      const std::vector<CameraTask> tasks = next_tasks(left, schedule.slots_at_once, limit.task_s(), known);
+      const auto slots = static_cast<double>(CameraTasks(tasks).slot_count());
+      if (sample > 0 && limit.is_up(known * slots)) return time + finish_s;
       known = slot_seconds(time);
       time += known * slots;
-      for (int y = task.y0; y < task.y1; ++y) covered[static_cast<std::size_t>(y)] += task.x1 - task.x0;
+      for (const CameraTask& task : tasks)
+        for (int y = task.y0; y < task.y1; ++y) covered[static_cast<std::size_t>(y)] += task.x1 - task.x0;
     }
     for (const int pixels : covered) EXPECT_EQ(pixels, settings.width);
   }
@@ -159,6 +160,13 @@ TEST(Scheduler, TimeLimitHoldsOnABusyMachine) {
   EXPECT_NEAR(played(settings, slow), 20, 1);
   EXPECT_NEAR(played(settings, slowing), 20, 2);
   EXPECT_NEAR(played(settings, changing), 20, 2);
+  EXPECT_NEAR(played(settings, slow, 4), 20, 1);
+  // A row of blocks takes five seconds.
+  settings = settings_for(8192, 64, 1u << 20, 4);
+  settings.time_limit_s = 60;
+  const auto wide = [](double) { return 40e-6; };
+  EXPECT_NEAR(played(settings, wide), 60, 0.9);
+  EXPECT_NEAR(played(settings, wide, 6), 60, 0.9);
 }
 
 TEST(Scheduler, PortionsStayWithinUsefulMemory) {
