@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <deque>
 
 #include "core/error.h"
 #include "core/log.h"
@@ -295,11 +296,17 @@ void Crew::serve(const Work& work) {
   }
 }
 
+void Crew::stop(double seconds) {
+  for (int rank = 1; rank < count(); ++rank) {
+    if (gone_.contains(rank) || stopped_.contains(rank)) continue;
+    if (ranks_->send(rank, Packer(Kind::stop).take(), late_.contains(rank) ? 1 : seconds)) stopped_.insert(rank);
+  }
+}
+
 bool Crew::dismiss(double seconds) {
   const Clock::time_point end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  for (int rank = 1; rank < count(); ++rank)
-    if (!gone_.contains(rank)) ranks_->send(rank, Packer(Kind::stop).take(), late_.contains(rank) ? 1 : seconds);
+  stop(seconds);
   const auto missing = [&] {
     std::size_t ranks = 0;
     for (int rank = 1; rank < count(); ++rank) ranks += !gone_.contains(rank) && !late_.contains(rank);
@@ -328,13 +335,19 @@ void CrewMember::work(const std::function<void()>& begin, const std::function<Ta
   try {
     begin();
     for (int i = 0; i < kTasksAtOnce; ++i) ranks_->send(0, Packer(Kind::ask).take(), kSendSeconds);
-    while (!ended()) {
-      const std::optional<Message> message = ranks_->receive(0.1);
-      if (!message) continue;
-      Unpacker in(*message);
-      if (in.take<Kind>() != Kind::task) break;
-      const auto task = in.take<CameraTask>();
-      ranks_->send(0, packed(task, compute(task)), kSendSeconds);
+    std::deque<CameraTask> tasks;
+    bool stopped = false;
+    while (!stopped && !ended()) {
+      // A stop that has come already makes tasks before it needless.
+      while (const std::optional<Message> message = ranks_->receive(tasks.empty() && !stopped ? 0.1 : 0)) {
+        Unpacker in(*message);
+        stopped = in.take<Kind>() != Kind::task;
+        if (stopped) break;
+        tasks.push_back(in.take<CameraTask>());
+      }
+      if (stopped || tasks.empty()) continue;
+      ranks_->send(0, packed(tasks.front(), compute(tasks.front())), kSendSeconds);
+      tasks.pop_front();
     }
   } catch (const Cancelled&) {
   } catch (const std::exception& error) {

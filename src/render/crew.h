@@ -51,7 +51,9 @@ class Crew {
   void check(const RenderKey& key);
   /// Gives tasks to the other ranks and takes their results until work.ended().
   void serve(const Work& work);
-  /// Ends all ranks and waits for them, up to `seconds`; not for late ones. Returns whether all have answered.
+  /// Tells all ranks to end after the task under way. Waits up to `seconds` for each to take the message.
+  void stop(double seconds);
+  /// Stops all ranks and waits for them, up to `seconds`; not for late ones. Returns whether all have answered.
   bool dismiss(double seconds);
   /// Ranks that have failed, with their errors.
   const std::vector<std::string>& failures() const { return failures_; }
@@ -70,6 +72,7 @@ class Crew {
   double late_after_;
   std::map<int, Clock::time_point> heard_;  // when a rank last answered, or got its first task
   std::set<int> late_;
+  std::set<int> stopped_;  // that have been told to end
 };
 
 /// The side of all other ranks.

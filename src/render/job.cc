@@ -198,6 +198,7 @@ void Job::run() {
     failure_ = std::current_exception();
     ending_ = Ending::failed;
   }
+  if (crew_) crew_->stop(1);
   end_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   statistics_.add_time(Phase::total, end_seconds_);
   done_ = true;
