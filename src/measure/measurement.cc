@@ -21,7 +21,7 @@ std::string one_line(std::string text) {
 
 RenderSettings sensor_settings(RenderSettings settings) {
   settings.progressive = settings.integrator != Integrator::path;
-  settings.usual_gather = 256;
+  settings.default_gather = 256;
   return settings;
 }
 

@@ -73,7 +73,7 @@ PixelBounds resolved_bounds(const RenderSettings& s, const FilmRequest& film) {
 double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
 
 void resolve_gather(RenderSettings& s) {
-  double gather = s.usual_gather;
+  double gather = s.default_gather;
   if (s.time_limit_s > 0) {
     const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
     gather = std::min(gather, queries / pixel_count(s));

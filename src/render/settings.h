@@ -96,11 +96,11 @@ struct PlaceLayers {
 struct RenderSettings {
   Integrator integrator = Integrator::gather;
   std::string engine = "auto";
-  std::uint32_t samples = 0;                    ///< camera samples of each pixel, of all shares together
-  SampleShare part;                             ///< the share of them to render; all else is that of the whole render
-  std::uint32_t gather = 0;                     ///< final gather rays of each camera sample
-  std::uint32_t usual_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
-  std::uint64_t photons = 0;                    ///< photons in the global map
+  std::uint32_t samples = 0;                      ///< camera samples of each pixel, of all shares together
+  SampleShare part;                               ///< the share of them to render; all else is that of the whole render
+  std::uint32_t gather = 0;                       ///< final gather rays of each camera sample
+  std::uint32_t default_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
+  std::uint64_t photons = 0;                      ///< photons in the global map
   std::uint64_t photons_traced = 0;  ///< photons traced for the global map; density control thins them to `photons`
   std::uint32_t nearest = 0;         ///< k: target number of photons in an estimate
   std::uint32_t light_samples = 0;   ///< light samples of each gather point
