@@ -19,20 +19,20 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr int kSide = 128;
+constexpr int kPatchSide = 128;
 
-/// Mean absolute difference of encoded values over the upper left kSide x kSide pixels: what a person sees of it.
+/// Mean absolute difference of encoded values over the upper left kPatchSide x kPatchSide pixels: what a person sees of it.
 double difference(const std::string& a, const std::string& b) {
   const Image first = read_image(a), second = read_image(b);
   const std::vector<RGB> x = first.rgb(), y = second.rgb();
   double sum = 0;
-  for (int row = 0; row < kSide; ++row)
-    for (int column = 0; column < kSide; ++column) {
+  for (int row = 0; row < kPatchSide; ++row)
+    for (int column = 0; column < kPatchSide; ++column) {
       const RGB p = x[static_cast<std::size_t>(row * first.width() + column)];
       const RGB q = y[static_cast<std::size_t>(row * second.width() + column)];
       for (int c = 0; c < 3; ++c) sum += std::abs(srgb_encode(p[c]) - srgb_encode(q[c]));
     }
-  return sum / (3.0 * kSide * kSide);
+  return sum / (3.0 * kPatchSide * kPatchSide);
 }
 
 class ViewTest : public ProgramTest {
@@ -199,7 +199,7 @@ double panel_change(const std::string& a, const std::string& b) {
   const std::vector<RGB> x = first.rgb(), y = second.rgb();
   std::size_t changed = 0;
   for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
-    changed += static_cast<int>(i) % first.width() >= kSide && x[i] != y[i];
+    changed += static_cast<int>(i) % first.width() >= kPatchSide && x[i] != y[i];
   return static_cast<double>(changed) / static_cast<double>(x.size());
 }
 
@@ -212,7 +212,7 @@ TEST_F(SlowWindowTest, ThePanelHasALegendHelpAndTooltips) {
   const Image plain = read_image(path("plain.png"));
   const std::vector<RGB> pixels = plain.rgb();
   int blue = 0, red = 0;
-  for (int x = kSide; x < plain.width(); ++x) {
+  for (int x = kPatchSide; x < plain.width(); ++x) {
     const RGB p = pixels[static_cast<std::size_t>(31 * plain.width() + x)];
     blue += p.b > p.r + 0.3f;
     red += p.r > p.b + 0.3f;

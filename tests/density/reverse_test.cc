@@ -22,7 +22,7 @@ std::vector<std::uint32_t> all(const QueryPoints& points) {
   return chosen;
 }
 
-RadiusPolicy varied(const PhotonBatch& photons, KernelShape kernel = KernelShape::epanechnikov) {
+RadiusPolicy widely_varied(const PhotonBatch& photons, KernelShape kernel = KernelShape::epanechnikov) {
   RadiusPolicy policy;
   policy.kernel = kernel;
   policy.radii = per_photon_radii(photons, 30);
@@ -45,9 +45,9 @@ QueryPoints spread_points(std::size_t count, int dimensions) {
 }
 
 /// Walks the tree and checks what must hold of it.
-class TreeCheck {
+class ReverseTreeCheck {
  public:
-  TreeCheck(const ReverseTree& tree, const QueryPoints& points, std::uint32_t leaf_size)
+  ReverseTreeCheck(const ReverseTree& tree, const QueryPoints& points, std::uint32_t leaf_size)
       : tree_(tree), points_(points), leaf_size_(leaf_size), seen_(points.size(), 0) {}
 
   void run() {
@@ -146,7 +146,7 @@ TEST(ReverseTree, HoldsEveryPointInItsCell) {
   for (const std::size_t count : {1, 2, 31, 32, 33, 1000, 50021}) {
     const QueryPoints points = room_queries(count);
     for (const std::uint32_t leaf_size : {1u, 8u, 32u, 255u}) {
-      TreeCheck(ReverseTree(points, all(points), leaf_size), points, leaf_size).run();
+      ReverseTreeCheck(ReverseTree(points, all(points), leaf_size), points, leaf_size).run();
     }
   }
 }
@@ -154,7 +154,7 @@ TEST(ReverseTree, HoldsEveryPointInItsCell) {
 TEST(ReverseTree, SplitsPointsOnAPlaneALineAndAPoint) {
   for (int dimensions = 0; dimensions <= 3; ++dimensions) {
     const QueryPoints points = spread_points(20011, dimensions);
-    TreeCheck(ReverseTree(points, all(points), 30), points, 30).run();
+    ReverseTreeCheck(ReverseTree(points, all(points), 30), points, 30).run();
   }
 }
 
@@ -181,7 +181,7 @@ TEST(ReverseTree, IsTheSameForAnyNumberOfThreads) {
 
 TEST(ReversePhotonArray, ClustersHoldTheirPhotonsSpheres) {
   const PhotonBatch photons = room_photons(20000);
-  const RadiusPolicy policy = varied(photons);
+  const RadiusPolicy policy = widely_varied(photons);
   for (const std::uint32_t size : {1u, 7u, 64u}) {
     const ReversePhotonArray array(photons, policy, size);
     const ReversePhotons view = array.view();
@@ -224,7 +224,7 @@ TEST(ReverseEngine, BatchesFindTheSameAsSingleSearches) {
   const PhotonBatch photons = room_photons(20000);
   const QueryPoints points = room_queries(30000);
   for (const KernelShape kernel : {KernelShape::box, KernelShape::epanechnikov}) {
-    const RadiusPolicy policy = varied(photons, kernel);
+    const RadiusPolicy policy = widely_varied(photons, kernel);
     Statistics single_statistics;
     const std::vector<RGB> single = reverse({32, 1}, photons, policy, points, single_statistics);
     for (const std::uint32_t size : {2u, 15u, 64u}) {
@@ -238,7 +238,7 @@ TEST(ReverseEngine, BatchesFindTheSameAsSingleSearches) {
 TEST(ReverseEngine, AgreesForEveryLeafSize) {
   const PhotonBatch photons = room_photons(3000);
   const QueryPoints points = room_queries(2000);
-  const RadiusPolicy policy = varied(photons);
+  const RadiusPolicy policy = widely_varied(photons);
   const std::vector<RGB> expected = run("brute", photons, policy, points);
   for (const std::uint32_t leaf_size : {1u, 5u, 16u, 100u, 255u}) {
     Statistics statistics;
@@ -249,7 +249,7 @@ TEST(ReverseEngine, AgreesForEveryLeafSize) {
 TEST(ReverseEngine, AgreesWithForwardAndBlockedToRounding) {
   const PhotonBatch photons = room_photons(50000);
   const QueryPoints points = room_queries(60000);
-  const RadiusPolicy policy = varied(photons);
+  const RadiusPolicy policy = widely_varied(photons);
   const std::vector<RGB> values = run("reverse", photons, policy, points);
   EXPECT_LT(largest_difference(values, run("forward", photons, policy, points)), 1e-5);
   EXPECT_LT(largest_difference(values, run("blocked", photons, policy, points)), 1e-5);
@@ -279,7 +279,7 @@ TEST(ReverseEngine, MatchesNormalsThatVaryWithinALeaf) {
     add_photon(photons, {u.x, u.y, 0.1f * v.x}, normal);
     add_query(points, {u.y, v.x, 0.1f * u.x}, normal);
   }
-  const RadiusPolicy policy = varied(photons);
+  const RadiusPolicy policy = widely_varied(photons);
   EXPECT_LT(largest_difference(run("reverse", photons, policy, points), run("brute", photons, policy, points)), 1e-5);
 }
 
@@ -290,14 +290,14 @@ TEST(ReverseEngine, RefusesOptionsOutOfRange) {
 }
 
 /// Sums and counts of all clusters against a whole tree.
-struct Answer {
+struct ReverseAnswer {
   std::vector<float> sums;
   ReverseCounts counts;
 };
 template <class Function>
-Answer ask(const Function& function, const ReverseTree& tree, const ReversePhotonArray& photons) {
+ReverseAnswer ask(const Function& function, const ReverseTree& tree, const ReversePhotonArray& photons) {
   constexpr float kSentinel = -7;
-  Answer answer;
+  ReverseAnswer answer;
   answer.sums.assign(tree.size() * kReverseSums, 0.0f);
   answer.sums.resize(answer.sums.size() + kReversePadding, kSentinel);
   for (const ReverseSubtree& subtree : tree.subtrees()) {
@@ -323,12 +323,12 @@ TEST(ReverseKernels, AgreeWithPlainCodeOnEveryInstructionSet) {
     const QueryPoints points = count == 1013 ? spread_points(count, 2) : room_queries(count);
     const ReverseTree tree(points, all(points));
     for (const KernelShape kernel : kKernelShapes) {
-      const ReversePhotonArray array(photons, varied(photons, kernel), 64);
-      const Answer expected = ask(reverse_sum_reference, tree, array);
+      const ReversePhotonArray array(photons, widely_varied(photons, kernel), 64);
+      const ReverseAnswer expected = ask(reverse_sum_reference, tree, array);
       const float largest = *std::max_element(expected.sums.begin(), expected.sums.end());
       for (const std::string& name : simd_names()) {
         set_simd(name);
-        const Answer answer = ask(reverse_sum, tree, array);
+        const ReverseAnswer answer = ask(reverse_sum, tree, array);
         EXPECT_EQ(answer.counts.operations, expected.counts.operations) << name;
         EXPECT_LE(answer.counts.tested, expected.counts.tested) << name;
         for (std::size_t i = 0; i < answer.sums.size(); ++i)
@@ -343,13 +343,13 @@ TEST(ReverseKernels, CollectThePairsThatAreSummed) {
   const PhotonBatch photons = room_photons(3000);
   const QueryPoints points = room_queries(777);
   const ReverseTree tree(points, all(points));
-  const ReversePhotonArray array(photons, varied(photons), 64);
+  const ReversePhotonArray array(photons, widely_varied(photons), 64);
   const ReversePhotons view = array.view();
   for (const std::string& name : simd_names()) {
     set_simd(name);
-    const Answer expected = ask(reverse_sum, tree, array);
+    const ReverseAnswer expected = ask(reverse_sum, tree, array);
     std::vector<ReversePair> pairs;
-    const Answer collected = ask(
+    const ReverseAnswer collected = ask(
         [&](const ReverseSubtreeView& part, const ReversePhotons& all_photons, std::span<const ReverseCluster> clusters,
             ReverseCounts& counts) { reverse_collect(part, all_photons, clusters, pairs, counts); },
         tree, array);

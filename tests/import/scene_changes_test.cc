@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-void expect_near(Vec3 a, Vec3 b) { EXPECT_LT(length(a - b), 1e-4f) << a.x << " " << a.y << " " << a.z; }
+void expect_close(Vec3 a, Vec3 b) { EXPECT_LT(length(a - b), 1e-4f) << a.x << " " << a.y << " " << a.z; }
 
 /// A triangle in the plane y = 1, under a lamp, seen by a camera from +z.
 SceneDescription small_scene() {
@@ -104,13 +104,13 @@ TEST_F(SceneChangesTest, ZUpAndScaleMoveEverything) {
   changes.z_up = true;
   changes.metres_per_unit = 0.5f;
   const SceneDescription d = changed(changes);
-  expect_near(d.geometry.positions[1], {0, 1, -0.5f});
-  expect_near(d.geometry.normals[1], {0, 0, -1});
-  expect_near(d.geometry.normal(0), {0, 0, -1});
-  expect_near(d.lights[0].position, {0, 0.5f, -1.5f});
-  expect_near(d.lights[0].direction, {0, 0, 1});
-  expect_near(d.cameras[0].to_world.translation, {0, 2.5f, -0.5f});
-  expect_near(d.cameras[0].to_world.z, {0, -1, 0});
+  expect_close(d.geometry.positions[1], {0, 1, -0.5f});
+  expect_close(d.geometry.normals[1], {0, 0, -1});
+  expect_close(d.geometry.normal(0), {0, 0, -1});
+  expect_close(d.lights[0].position, {0, 0.5f, -1.5f});
+  expect_close(d.lights[0].direction, {0, 0, 1});
+  expect_close(d.cameras[0].to_world.translation, {0, 2.5f, -0.5f});
+  expect_close(d.cameras[0].to_world.z, {0, -1, 0});
   EXPECT_FLOAT_EQ(d.cameras[0].lens_radius, 0.05f);
   EXPECT_FLOAT_EQ(d.materials[0].absorption.r, 6) << "light is absorbed over half the length";
 }
@@ -122,8 +122,8 @@ TEST_F(SceneChangesTest, CamerasTakeAngleAndPlace) {
   const SceneDescription d = changed(changes);
   ASSERT_EQ(d.cameras.size(), 1u);
   EXPECT_FLOAT_EQ(d.cameras[0].half_extent, 1);
-  expect_near(d.cameras[0].to_world.translation, {4, 1, 0});
-  expect_near(d.cameras[0].to_world.z, {-1, 0, 0});
+  expect_close(d.cameras[0].to_world.translation, {4, 1, 0});
+  expect_close(d.cameras[0].to_world.z, {-1, 0, 0});
   EXPECT_FLOAT_EQ(d.cameras[0].lens_radius, 0.1f);
   for (const char* wrong : {"1,2,3", "1,2,3,4,5,x", "1,2,3,1,2,3", "", "1,2,3,4,5,6,7", "1,2,3,nan,5,6"})
     EXPECT_THROW(parse_look_at(wrong), Error) << wrong;

@@ -17,7 +17,7 @@ namespace {
 
 using Rows = std::vector<CompactRow>;
 
-float number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(i, which)); }
+float fraction(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(i, which)); }
 
 /// Rows whose coordinates `make` fills in, numbered.
 Rows make_rows(std::size_t count, const std::function<void(CompactRow&, std::uint32_t)>& make) {
@@ -31,8 +31,8 @@ Rows make_rows(std::size_t count, const std::function<void(CompactRow&, std::uin
 }
 
 void anywhere(CompactRow& row, std::uint32_t i) {
-  for (std::uint32_t c = 0; c < 7; ++c) row.coordinate[c] = 2 * number(i, c) - 1;
-  row.coordinate[CompactRow::kRadius] = 0.1f + number(i, 6);
+  for (std::uint32_t c = 0; c < 7; ++c) row.coordinate[c] = 2 * fraction(i, c) - 1;
+  row.coordinate[CompactRow::kRadius] = 0.1f + fraction(i, 6);
 }
 
 /// Many coordinates equal, zeros of both signs among them.
@@ -46,7 +46,7 @@ void all_the_same(CompactRow& row, std::uint32_t) { row.coordinate[0] = 3; }
 
 /// Distances from the smallest float to the largest.
 void wide(CompactRow& row, std::uint32_t i) {
-  row.coordinate[0] = std::ldexp(number(i, 0) - 0.5f, static_cast<int>(hash_combine(i, 1) % 250) - 125);
+  row.coordinate[0] = std::ldexp(fraction(i, 0) - 0.5f, static_cast<int>(hash_combine(i, 1) % 250) - 125);
   row.coordinate[CompactRow::kRadius] = 1;
 }
 
@@ -96,8 +96,8 @@ TEST(CompactSort, KeepsEveryRow) {
 TEST(CompactSort, CutsAlongTheLargestSpread) {
   // On a square of 1 m: blocks of eight of 512 points lie in cells of an eighth.
   const Rows found = sorted(make_rows(512, [](CompactRow& row, std::uint32_t i) {
-    row.coordinate[0] = number(i, 0);
-    row.coordinate[1] = number(i, 1);
+    row.coordinate[0] = fraction(i, 0);
+    row.coordinate[1] = fraction(i, 1);
     row.coordinate[5] = 1;
     row.coordinate[CompactRow::kRadius] = 0.01f;
   }));

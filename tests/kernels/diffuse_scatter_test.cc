@@ -15,9 +15,9 @@
 namespace glowworm {
 namespace {
 
-float number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(hash32(i), which)); }
+float lane_number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(hash32(i), which)); }
 Vec3 triple(std::uint32_t i, std::uint32_t which) {
-  return {2 * number(i, which) - 1, 2 * number(i, which + 1) - 1, 2 * number(i, which + 2) - 1};
+  return {2 * lane_number(i, which) - 1, 2 * lane_number(i, which + 1) - 1, 2 * lane_number(i, which + 2) - 1};
 }
 
 /// Paths that arrive anywhere on any triangle: flat ones, smooth ones, ones without area, black ones, some seen at a
@@ -36,21 +36,21 @@ struct Arrived {
       set(3, i, b - a);
       set(6, i, c - a);
       set(32, i, normal);
-      arrays[35][i] = 1e-6f * (1 + number(i, 35));
+      arrays[35][i] = 1e-6f * (1 + lane_number(i, 35));
       for (std::uint32_t corner = 0; corner < 3; ++corner) {
         set(9 + 3 * corner, i, flat ? Vec3{0, 0, 0} : normalize(normal + triple(i, 10 + 3 * corner) * 0.6f));
       }
-      arrays[18][i] = number(i, 20) * 0.5f;
-      arrays[19][i] = number(i, 21) * 0.5f;
+      arrays[18][i] = lane_number(i, 20) * 0.5f;
+      arrays[19][i] = lane_number(i, 21) * 0.5f;
       const Vec3 along = normalize(cross(normal, Vec3{0.3f, 0.5f, 0.8f}));
-      set(20, i, i % 13 == 0 ? normalize(along + normal * (4e-3f * number(i, 22) - 2e-3f)) : normalize(triple(i, 23)));
+      set(20, i, i % 13 == 0 ? normalize(along + normal * (4e-3f * lane_number(i, 22) - 2e-3f)) : normalize(triple(i, 23)));
       const float brightness = i % 17 == 0 ? 1e-31f : 4;
-      set(23, i, Vec3{number(i, 26), number(i, 27), number(i, 28)} * brightness);
-      set(26, i, i % 7 == 0 ? Vec3{0, 0, 0} : Vec3{number(i, 29), i % 5 == 0 ? 0 : number(i, 30), number(i, 31)});
-      arrays[29][i] = number(i, 32);
+      set(23, i, Vec3{lane_number(i, 26), lane_number(i, 27), lane_number(i, 28)} * brightness);
+      set(26, i, i % 7 == 0 ? Vec3{0, 0, 0} : Vec3{lane_number(i, 29), i % 5 == 0 ? 0 : lane_number(i, 30), lane_number(i, 31)});
+      arrays[29][i] = lane_number(i, 32);
       // The middle of the square is a special case of the concentric map.
-      arrays[30][i] = i % 97 == 0 ? 0.5f : number(i, 33);
-      arrays[31][i] = i % 97 == 0 ? 0.5f : number(i, 34);
+      arrays[30][i] = i % 97 == 0 ? 0.5f : lane_number(i, 33);
+      arrays[31][i] = i % 97 == 0 ? 0.5f : lane_number(i, 34);
     }
   }
 

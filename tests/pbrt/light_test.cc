@@ -11,21 +11,11 @@ namespace glowworm {
 namespace {
 
 using pbrt_testing::error_of;
+using pbrt_testing::expect_near;
 using pbrt_testing::has_note;
 using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
 using pbrt_testing::TemporaryFolder;
-
-void expect_near(RGB a, RGB b, float tolerance = 1e-5f) {
-  EXPECT_NEAR(a.r, b.r, tolerance);
-  EXPECT_NEAR(a.g, b.g, tolerance);
-  EXPECT_NEAR(a.b, b.b, tolerance);
-}
-void expect_near(Vec3 a, Vec3 b, float tolerance = 1e-5f) {
-  EXPECT_NEAR(a.x, b.x, tolerance);
-  EXPECT_NEAR(a.y, b.y, tolerance);
-  EXPECT_NEAR(a.z, b.z, tolerance);
-}
 
 Light light(const std::string& directives) { return load_text("WorldBegin\n" + directives).lights.at(0); }
 Environment sky(const std::string& directives) { return *load_text("WorldBegin\n" + directives).environment; }

@@ -8,6 +8,7 @@ namespace glowworm {
 namespace {
 
 using pbrt_testing::error_of;
+using pbrt_testing::expect_near;
 using pbrt_testing::has_note;
 using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
@@ -17,12 +18,6 @@ using pbrt_testing::TemporaryFolder;
 Material material(const std::string& directives) {
   const SceneDescription scene = load_text("WorldBegin\n" + directives + "\n" + kTriangle);
   return scene.materials.at(scene.geometry.material.at(0));
-}
-
-void expect_near(RGB a, RGB b, float tolerance = 1e-5f) {
-  EXPECT_NEAR(a.r, b.r, tolerance);
-  EXPECT_NEAR(a.g, b.g, tolerance);
-  EXPECT_NEAR(a.b, b.b, tolerance);
 }
 
 TEST(PbrtMaterial, DefaultIsGreyDiffuse) {

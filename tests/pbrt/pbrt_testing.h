@@ -1,5 +1,6 @@
 // Small scenes from text, for the tests of the pbrt importer.
 #pragma once
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -88,6 +89,14 @@ inline double total_area(const Geometry& geometry) {
   double sum = 0;
   for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) sum += geometry.area(t);
   return sum;
+}
+
+inline void expect_near(RGB a, RGB b, float tolerance = 1e-5f) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << "channel " << c;
+}
+
+inline void expect_near(Vec3 a, Vec3 b, float tolerance = 1e-5f) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << "xyz"[c];
 }
 
 }  // namespace glowworm::pbrt_testing

@@ -116,7 +116,7 @@ PlyMesh read(const std::string& path) {
   return read_ply(path, budget);
 }
 
-std::string error_of(std::string_view bytes) {
+std::string ply_error_of(std::string_view bytes) {
   try {
     parse(bytes, "f.ply");
   } catch (const Error& error) {
@@ -172,7 +172,7 @@ TEST(Ply, MistakesNameFileAndLine) {
   const std::string vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
   const std::string points = "0 0 0 1 0 0 0 1 0 ";
-  EXPECT_EQ(error_of(head + vertex + face + "end_header\n" + points + "3 0 1 2"), "");
+  EXPECT_EQ(ply_error_of(head + vertex + face + "end_header\n" + points + "3 0 1 2"), "");
   const struct {
     std::string text, message;
   } kCases[] = {
@@ -200,7 +200,7 @@ TEST(Ply, MistakesNameFileAndLine) {
       {head + vertex + face + "end_header\n0 0 x 1 0 0 0 1 0 3 0 1 2", "expected a number"},
   };
   for (const auto& [text, message] : kCases) {
-    EXPECT_NE(error_of(text).find(message), std::string::npos) << text << "\n" << error_of(text);
+    EXPECT_NE(ply_error_of(text).find(message), std::string::npos) << text << "\n" << ply_error_of(text);
   }
 }
 
@@ -208,7 +208,7 @@ TEST(Ply, EveryTruncationIsAnErrorNotACrash) {
   for (const bool big_endian : {false, true}) {
     const std::string whole = binary(big_endian);
     for (std::size_t size = 0; size < whole.size(); ++size) {
-      ASSERT_NE(error_of(std::string_view(whole).substr(0, size)), "") << size;
+      ASSERT_NE(ply_error_of(std::string_view(whole).substr(0, size)), "") << size;
     }
   }
   const TemporaryFolder folder;

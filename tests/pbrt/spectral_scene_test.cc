@@ -13,6 +13,8 @@
 namespace glowworm {
 namespace {
 
+using pbrt_testing::expect_near;
+
 using Triple = std::array<double, 3>;
 
 /// Colours as scenes have them: the walls of the Cornell box, a warm white, a blue and a yellow.
@@ -41,10 +43,6 @@ Triple xyz_of(RGB c) {
 /// Within the rounding of the standard's matrix, and of white by a table in steps of 10 nm.
 void expect_same(const Triple& a, const Triple& b) {
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 2e-3) << "XYZ"[c];
-}
-
-void expect_near(RGB a, RGB b, float tolerance) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << "channel " << c;
 }
 
 RGB at(const SmoothSpectrum& spectrum, const std::array<double, 3>& wavelengths) {

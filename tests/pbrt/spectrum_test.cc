@@ -8,15 +8,12 @@
 #include <string>
 
 #include "core/error.h"
+#include "pbrt/pbrt_testing.h"
 
 namespace glowworm {
 namespace {
 
-void expect_near(RGB a, RGB b, float tolerance) {
-  EXPECT_NEAR(a.r, b.r, tolerance);
-  EXPECT_NEAR(a.g, b.g, tolerance);
-  EXPECT_NEAR(a.b, b.b, tolerance);
-}
+using pbrt_testing::expect_near;
 
 SampledSpectrum constant(double value) { return {{300, 900}, {value, value}}; }
 

@@ -10,14 +10,9 @@ namespace glowworm {
 namespace {
 
 using pbrt_testing::error_of;
+using pbrt_testing::expect_near;
 using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
-
-void expect_near(Vec3 a, Vec3 b, float tolerance = 1e-5f) {
-  EXPECT_NEAR(a.x, b.x, tolerance);
-  EXPECT_NEAR(a.y, b.y, tolerance);
-  EXPECT_NEAR(a.z, b.z, tolerance);
-}
 
 /// Where directives before a shape at (1, 2, 3) put it.
 Vec3 moved(const std::string& directives) {

@@ -11,7 +11,7 @@
 namespace glowworm {
 namespace {
 
-constexpr double kTolerance = 0.005;
+constexpr double kBsdfTolerance = 0.005;
 
 struct MaterialCase {
   std::string name;
@@ -115,7 +115,7 @@ class SheetInTheSky : public testing::TestWithParam<MaterialCase> {
     const Bsdf bsdf = resolve_bsdf(*stage.scene, point);
     const Mean expected = directional_albedo(bsdf, point.frame.to_local(viewer()));
     const Mean found = mean(stage.render(settings));
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.value[c] / expected.value[c], 1, kTolerance) << "channel " << c;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.value[c] / expected.value[c], 1, kBsdfTolerance) << "channel " << c;
   }
 };
 
@@ -166,13 +166,13 @@ TEST_P(LosslessBall, ByPathTracing) {
   const Stage stage(scene());
   RenderSettings settings = by_path(24, 64);
   settings.max_bounces = 1000;
-  for (const double v : mean(stage.render(settings)).value) EXPECT_NEAR(v, 1, kTolerance);
+  for (const double v : mean(stage.render(settings)).value) EXPECT_NEAR(v, 1, kBsdfTolerance);
 }
 
 TEST_P(LosslessBall, ByPhotonMapping) {
   const Stage stage(scene());
   for (const double v : mean(stage.render(by_photons(24, 16, 25, 500'000, "blocked"))).value)
-    EXPECT_NEAR(v, 1, kTolerance);
+    EXPECT_NEAR(v, 1, kBsdfTolerance);
 }
 
 // One of them under sanitizers, too.

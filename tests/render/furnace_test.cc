@@ -9,11 +9,11 @@ namespace {
 
 /// Emission over one minus albedo.
 constexpr double kFurnace = 2;
-constexpr double kTolerance = 0.005;
+constexpr double kFurnaceTolerance = 0.005;
 
 void expect_furnace(const Film& film) {
   const Mean found = mean(film);
-  for (const double v : found.value) EXPECT_NEAR(v / kFurnace, 1, kTolerance);
+  for (const double v : found.value) EXPECT_NEAR(v / kFurnace, 1, kFurnaceTolerance);
 }
 
 class Furnace : public testing::TestWithParam<const char*> {};
@@ -47,7 +47,7 @@ TEST_P(SlowFurnace, IndirectLightAlone) {
       const Mean found = mean(stage.render(settings), true);
       for (int c = 0; c < 3; ++c) sum.value[c] += found.value[c] / 4;
     }
-    for (const double v : sum.value) EXPECT_NEAR(v, 0.5, 0.5 * kTolerance) << engine;
+    for (const double v : sum.value) EXPECT_NEAR(v, 0.5, 0.5 * kFurnaceTolerance) << engine;
   }
 }
 

@@ -13,7 +13,7 @@
 namespace glowworm {
 namespace {
 
-constexpr double kAlbedo = 0.5, kTolerance = 0.005;
+constexpr double kAlbedo = 0.5, kLightsTolerance = 0.005;
 /// Half the side of the square of floor that the camera sees, metres.
 constexpr float kHalf = 0.5f;
 
@@ -122,7 +122,7 @@ class KnownFloor : public testing::TestWithParam<LightCase> {
     const Mean expected = expected_radiance(*stage.scene), found = mean(stage.render(settings));
     for (int c = 0; c < 3; ++c) {
       ASSERT_GT(expected.value[c], 0);
-      EXPECT_NEAR(found.value[c] / expected.value[c], 1, kTolerance) << "channel " << c;
+      EXPECT_NEAR(found.value[c] / expected.value[c], 1, kLightsTolerance) << "channel " << c;
     }
   }
 };
@@ -146,10 +146,10 @@ TEST_P(SlowLitFloor, ByTheDensityOfPhotons) {
 const auto kLights =
     testing::Values(LightCase::panel, LightCase::textured, LightCase::point, LightCase::spot, LightCase::gltf_spot,
                     LightCase::sun, LightCase::sky, LightCase::lat_long, LightCase::equal_area);
-std::string case_name(const testing::TestParamInfo<LightCase>& info) { return light_case_name(info.param); }
-INSTANTIATE_TEST_SUITE_P(Lights, LitFloor, kLights, case_name);
+std::string lights_name(const testing::TestParamInfo<LightCase>& info) { return light_case_name(info.param); }
+INSTANTIATE_TEST_SUITE_P(Lights, LitFloor, kLights, lights_name);
 // "Slow" has to come first in the full name, where programs leave slow tests out by it.
-INSTANTIATE_TEST_SUITE_P(Slow, SlowLitFloor, kLights, case_name);
+INSTANTIATE_TEST_SUITE_P(Slow, SlowLitFloor, kLights, lights_name);
 
 /// A floor between a lamp and the open sky, everything lit at once and by both sides of a lamp: the two integrators
 /// must agree where no plain answer is at hand.
@@ -159,7 +159,7 @@ TEST(SlowLightsTogether, LookTheSameInBothIntegrators) {
   const Stage stage(std::move(d));
   const Mean path = mean(stage.render(by_path(32, 1024)));
   const Mean photons = mean(stage.render(by_photons(32, 16, 64, 400'000, "knn")));
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(photons.value[c] / path.value[c], 1, kTolerance) << "channel " << c;
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(photons.value[c] / path.value[c], 1, kLightsTolerance) << "channel " << c;
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace glowworm {
 namespace {
 
-constexpr double kAlbedo = 0.5;
+constexpr double kWallAlbedo = 0.5;
 
 /// A patch of 2 x 2 metres and a light of the same size above it, which reflects nothing.
 struct Pair {
@@ -37,7 +37,7 @@ bool is_resolved(const Pair& pair) {
 SceneDescription describe(const Pair& pair) {
   SceneDescription d;
   d.materials.resize(2);
-  d.materials[0].reflectance.value = RGB(kAlbedo);
+  d.materials[0].reflectance.value = RGB(kWallAlbedo);
   d.materials[1].reflectance.value = RGB(0.0f);
   const Frame frame = Frame::from_normal(pair.normal);
   const Vec3 corner = pair.center - frame.s - frame.t;
@@ -80,7 +80,7 @@ std::string text(const Pair& pair) {
 }
 
 TEST(NearLights, CasesCoverNearAndFar) {
-  EXPECT_NEAR(factor_of_middle(0.3) * kAlbedo, 0.4658, 1e-4);
+  EXPECT_NEAR(factor_of_middle(0.3) * kWallAlbedo, 0.4658, 1e-4);
   std::size_t near = 0, far = 0;
   for (const Pair& pair : pairs()) {
     near += pair.distance == 1e-4f;
@@ -93,7 +93,7 @@ TEST(NearLights, CasesCoverNearAndFar) {
 TEST(NearLights, LightPatchesByPathsAndByGatherRays) {
   for (const Pair& pair : pairs()) {
     const Stage stage(describe(pair));
-    const double expected = kAlbedo * factor_of_middle(gap(pair));
+    const double expected = kWallAlbedo * factor_of_middle(gap(pair));
     RenderSettings by_gather_rays = by_photons(4, 4, 64, 100);
     by_gather_rays.guiding = false;
     // Rounding moves the light by a few units in the last place.

@@ -64,8 +64,8 @@ INSTANTIATE_TEST_SUITE_P(Builtin, ScaledScenes, testing::Values(kScenes[0]), sce
 INSTANTIATE_TEST_SUITE_P(Slow, ScaledScenes, testing::ValuesIn(std::begin(kScenes) + 1, std::end(kScenes)),
                          scene_test_name);
 
-constexpr int kSide = 24, kBlock = 4, kAcross = kSide / kBlock;
-constexpr std::uint32_t kSeeds = 16;
+constexpr int kScaleSide = 24, kBlock = 4, kAcross = kScaleSide / kBlock;
+constexpr std::uint32_t kScaleSeeds = 16;
 
 /// A place for a scene, what its pictures are compared with, and by what share they may differ beside noise.
 struct Place {
@@ -82,10 +82,10 @@ std::vector<double> block_means(const Stage& stage, RenderSettings settings, std
   settings.seed = seed;
   const std::vector<RGB> picture = pixels(stage.render(settings));
   std::vector<double> means(kAcross * kAcross, 0);
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x)
+  for (int y = 0; y < kScaleSide; ++y)
+    for (int x = 0; x < kScaleSide; ++x)
       means[static_cast<std::size_t>(y / kBlock * kAcross + x / kBlock)] +=
-          luminance(picture[static_cast<std::size_t>(y * kSide + x)]) / (kBlock * kBlock);
+          luminance(picture[static_cast<std::size_t>(y * kScaleSide + x)]) / (kBlock * kBlock);
   return means;
 }
 
@@ -114,11 +114,11 @@ class SlowScaledScenes : public testing::TestWithParam<const char*> {};
 TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
   constexpr double kErrors = 8;
   for (const Integrator integrator : {Integrator::path, Integrator::gather}) {
-    const RenderSettings settings = settings_of(integrator, kSide, 2);
+    const RenderSettings settings = settings_of(integrator, kScaleSide, 2);
     const auto means_of = [&](const SceneDescription& d) {
       const Stage stage(d);
       std::vector<std::vector<double>> means;
-      for (std::uint32_t seed = 0; seed < kSeeds; ++seed) means.push_back(block_means(stage, settings, seed));
+      for (std::uint32_t seed = 0; seed < kScaleSeeds; ++seed) means.push_back(block_means(stage, settings, seed));
       return means;
     };
     const auto unmoved = means_of(placed(GetParam(), 1, 0));
@@ -126,7 +126,7 @@ TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
       const auto from = place.as_moved_back ? means_of(placed(GetParam(), place.scale, place.shift, true)) : unmoved;
       const auto moved = means_of(placed(GetParam(), place.scale, place.shift));
       Differences found;
-      for (std::uint32_t seed = 0; seed < kSeeds; ++seed) found.add(moved[seed], from[seed]);
+      for (std::uint32_t seed = 0; seed < kScaleSeeds; ++seed) found.add(moved[seed], from[seed]);
       const std::string where =
           fmt::format("{}, {}, scale {}, moved by {} of its size", GetParam(),
                       integrator == Integrator::path ? "paths" : "photons and gather rays", place.scale, place.shift);

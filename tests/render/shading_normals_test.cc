@@ -14,7 +14,7 @@
 namespace glowworm {
 namespace {
 
-constexpr double kTolerance = 0.005;
+constexpr double kNormalsTolerance = 0.005;
 
 struct BallCase {
   std::string name;
@@ -22,7 +22,7 @@ struct BallCase {
 };
 
 /// Materials that scatter all light.
-std::vector<BallCase> lossless_cases() {
+std::vector<BallCase> lossless_balls() {
   std::vector<BallCase> cases;
   Material m;
   m.reflectance.value = RGB(1.0f);
@@ -79,7 +79,7 @@ SceneDescription ball_in_a_furnace(const Material& material, Tessellation t) {
 
 void expect_mean(const Film& film, const Mean& expected) {
   const Mean found = mean(film);
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.value[c] / expected.value[c], 1, kTolerance) << "channel " << c;
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.value[c] / expected.value[c], 1, kNormalsTolerance) << "channel " << c;
 }
 
 RenderSettings long_paths(std::uint32_t samples) {
@@ -118,18 +118,18 @@ TEST_P(LosslessSmoothBall, VanishesInAFurnaceByPhotonMapping) {
 // Of four times three rings, glass holds light by total reflection for thousands of bounces; these do not.
 constexpr Tessellation kCoarse{8, 2}, kMiddle{16, 9}, kFine{64, 33};
 
-std::string case_name(const testing::TestParamInfo<std::tuple<BallCase, Tessellation>>& info) {
+std::string ball_name(const testing::TestParamInfo<std::tuple<BallCase, Tessellation>>& info) {
   return std::get<0>(info.param).name + "_" + std::to_string(std::get<1>(info.param).triangles());
 }
 // One kind of scattering and one of refraction, which sanitizers see too.
 INSTANTIATE_TEST_SUITE_P(Coarse, LosslessSmoothBall,
-                         testing::Combine(testing::Values(lossless_cases().front(), lossless_cases().back()),
+                         testing::Combine(testing::Values(lossless_balls().front(), lossless_balls().back()),
                                           testing::Values(kCoarse)),
-                         case_name);
+                         ball_name);
 INSTANTIATE_TEST_SUITE_P(Slow, LosslessSmoothBall,
-                         testing::Combine(testing::ValuesIn(lossless_cases()),
+                         testing::Combine(testing::ValuesIn(lossless_balls()),
                                           testing::Values(kCoarse, kMiddle, kFine)),
-                         case_name);
+                         ball_name);
 
 /// Materials that absorb some.
 std::vector<BallCase> absorbing_cases() {
@@ -187,11 +187,11 @@ TEST_P(AbsorbingSmoothBall, ReflectsItsAlbedoByPhotonMapping) {
 
 INSTANTIATE_TEST_SUITE_P(Coarse, AbsorbingSmoothBall,
                          testing::Combine(testing::Values(absorbing_cases().front()), testing::Values(kCoarse)),
-                         case_name);
+                         ball_name);
 INSTANTIATE_TEST_SUITE_P(Slow, AbsorbingSmoothBall,
                          testing::Combine(testing::ValuesIn(absorbing_cases()),
                                           testing::Values(kCoarse, kMiddle, kFine)),
-                         case_name);
+                         ball_name);
 
 }  // namespace
 }  // namespace glowworm

@@ -12,7 +12,7 @@
 namespace glowworm {
 namespace {
 
-constexpr int kCases = static_cast<int>(LightCase::count_);
+constexpr int kLightCases = static_cast<int>(LightCase::count_);
 
 EmittedPhoton photon(const Scene& scene, std::uint32_t i) {
   Sampler sampler(SamplerKind::independent, 31, 0, i);
@@ -68,7 +68,7 @@ TEST_P(EmissionTest, MeanFluxIsThePowerOfAllLight) {
     EXPECT_NEAR(length(p.direction), 1, 1e-5f);
     for (int c = 0; c < 3; ++c) flux[c].add(p.flux[c]);
   }
-  for (int c = 0; c < 3; ++c) expect_fit(flux[c].z_test(power[c]), 3 * kCases, "flux");
+  for (int c = 0; c < 3; ++c) expect_fit(flux[c].z_test(power[c]), 3 * kLightCases, "flux");
 }
 
 TEST_P(EmissionTest, SourcesAreChosenByTheirPower) {
@@ -81,7 +81,7 @@ TEST_P(EmissionTest, SourcesAreChosenByTheirPower) {
   EXPECT_NEAR(scene.light_power().total() / total, 1, 1e-5);
   for (std::uint32_t s = 0; s < observed.size(); ++s)
     expected[s] = samples * luminance(light_source_power(scene, s)) / total;
-  expect_fit(chi_squared_counts(observed, expected).p_value, kCases, light_case_name(GetParam()));
+  expect_fit(chi_squared_counts(observed, expected).p_value, kLightCases, light_case_name(GetParam()));
 }
 
 TEST_P(EmissionTest, PhotonsBringWhatLightSamplesSee) {
@@ -102,7 +102,7 @@ TEST_P(EmissionTest, PhotonsBringWhatLightSamplesSee) {
     const LightSample s = sample_light(scene, {place.x - 0.5f, place.y - 0.5f, 0}, {0, 0, 1}, u_light, sampler.next2());
     difference.add(by_photon - (s.pdf > 0 ? luminance(s.radiance) * s.direction.z / s.pdf : 0.0f));
   }
-  expect_fit(difference.z_test(0), kCases, light_case_name(GetParam()));
+  expect_fit(difference.z_test(0), kLightCases, light_case_name(GetParam()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Lights, EmissionTest, ::testing::ValuesIn(light_cases()),

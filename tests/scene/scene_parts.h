@@ -1,5 +1,7 @@
 // Building blocks for tests of scenes.
 #pragma once
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -7,6 +9,8 @@
 #include "scene/scene.h"
 
 namespace glowworm {
+
+inline void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tolerance); }
 
 /// An image made from a function of the texture coordinates.
 class FunctionImage : public TextureImage {

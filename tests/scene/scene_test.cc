@@ -25,8 +25,6 @@ namespace {
 
 using testing::HasSubstr;
 
-void expect_near(Vec3 a, Vec3 b, float tolerance) { EXPECT_LT(length(a - b), tolerance); }
-
 TEST(SceneTest, AddsACameraThatSeesAllAndTheStudioLight) {
   const Scene scene(floor_description());
   ASSERT_EQ(scene.cameras().size(), 1u);
