@@ -116,8 +116,6 @@ void check_points(std::span<const Vec3> position, std::span<const Vec3> normal) 
   check_unit(normal, "normal");
 }
 
-glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
-
 /// The first hit of each point's ray from its normal's side back on the point. Throws Error for a point that is not on
 /// a surface.
 std::vector<Hit> surfaces_at(const glowworm::Tracer& tracer, std::span<const Vec3> position,

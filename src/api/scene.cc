@@ -15,7 +15,6 @@ namespace glowworm::api {
 
 namespace {
 
-glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
 RGB inner(Rgb c) { return {c.r, c.g, c.b}; }
 
 bool is_share(float x) { return x >= 0 && x <= 1; }

@@ -10,6 +10,9 @@
 
 namespace glowworm::api {
 
+/// The vector as the rooms have it, in its own unit.
+inline glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
+
 struct Scene::Implementation {
   explicit Implementation(SceneDescription description, std::shared_ptr<const GltfParts> parts = nullptr)
       : gltf_parts(std::move(parts)),
