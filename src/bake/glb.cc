@@ -11,7 +11,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr int kFloat = 5126, kUnsigned = 5125, kUnsignedShort = 5123;
+constexpr int kFloatType = 5126, kUnsignedType = 5125, kUnsignedShortType = 5123;
 constexpr std::uint32_t kMostOfShort = 65535;  ///< not an index itself (glTF 2.0, section 3.7.2.1)
 constexpr int kVertices = 34962, kIndices = 34963;
 
@@ -51,7 +51,7 @@ int GlbFile::add_view(std::string_view content, int target) {
 
 int GlbFile::add_vectors(std::span<const Vec3> values, bool bounded) {
   nlohmann::json accessor = {{"bufferView", add_view(bytes_of(values), kVertices)},
-                             {"componentType", kFloat},
+                             {"componentType", kFloatType},
                              {"type", "VEC3"},
                              {"count", values.size()}};
   if (bounded) {
@@ -71,14 +71,14 @@ int GlbFile::add_vectors(std::span<const Vec3> values, bool bounded) {
 int GlbFile::add_floats(std::span<const float> values, std::size_t components) {
   constexpr const char* kTypes[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
   return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
-                           {"componentType", kFloat},
+                           {"componentType", kFloatType},
                            {"type", kTypes[components - 1]},
                            {"count", values.size() / components}});
 }
 
 int GlbFile::add_pairs(std::span<const Vec2> values) {
   return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
-                           {"componentType", kFloat},
+                           {"componentType", kFloatType},
                            {"type", "VEC2"},
                            {"count", values.size()}});
 }
@@ -91,7 +91,7 @@ int GlbFile::add_indices(std::span<const std::uint32_t> values) {
   const std::string_view bytes_of_values =
       is_short ? bytes_of(std::span<const std::uint16_t>(narrow)) : bytes_of(values);
   return add("accessors", {{"bufferView", add_view(bytes_of_values, kIndices)},
-                           {"componentType", is_short ? kUnsignedShort : kUnsigned},
+                           {"componentType", is_short ? kUnsignedShortType : kUnsignedType},
                            {"type", "SCALAR"},
                            {"count", values.size()}});
 }

@@ -24,7 +24,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kStrength = "KHR_materials_emissive_strength";
+constexpr const char* kStrengthExtension = "KHR_materials_emissive_strength";
 constexpr const char* kSpecular = "KHR_materials_specular";
 constexpr const char* kUnlit = "KHR_materials_unlit";
 
@@ -176,7 +176,7 @@ class SceneWriter {
   static json glowing(RGB factor, float strength) {
     json out = black();
     out["emissiveFactor"] = triple(factor);
-    out["extensions"][kStrength] = {{"emissiveStrength", strength}};
+    out["extensions"][kStrengthExtension] = {{"emissiveStrength", strength}};
     return out;
   }
 

@@ -15,7 +15,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr int kMaxAngles = 100'000;
+constexpr int kMostAngles = 100'000;
 /// Degrees by which angles of files may be off.
 constexpr float kTolerance = 0.01f;
 
@@ -36,7 +36,7 @@ std::string_view trimmed_blanks(std::string_view text) {
 float tilt_factor(PhotometricText& text) {
   text.count("the lamp's place", text.number("the lamp's place"), 1, 3);
   const auto pairs = static_cast<std::size_t>(
-      text.count("the number of tilt angles", text.number("the number of tilt angles"), 1, kMaxAngles));
+      text.count("the number of tilt angles", text.number("the number of tilt angles"), 1, kMostAngles));
   const std::vector<float> angles = text.numbers("the angles of tilt", pairs);
   const std::vector<float> factors = text.numbers("the factors of tilt", pairs);
   for (std::size_t i = 0; i < pairs; ++i)
@@ -143,9 +143,9 @@ IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
   text.number("the flux of a lamp");
   float factor = tilt * text.number("the factor of the intensities");
   const auto vertical = static_cast<std::size_t>(
-      text.count("the number of vertical angles", text.number("the number of vertical angles"), 2, kMaxAngles));
+      text.count("the number of vertical angles", text.number("the number of vertical angles"), 2, kMostAngles));
   const auto horizontal = static_cast<std::size_t>(
-      text.count("the number of horizontal angles", text.number("the number of horizontal angles"), 1, kMaxAngles));
+      text.count("the number of horizontal angles", text.number("the number of horizontal angles"), 1, kMostAngles));
   const int type = text.count("the photometric type", text.number("the photometric type"), 1, 3);
   text.count("the unit of length", text.number("the unit of length"), 1, 2);
   for (const char* what : {"the width", "the length", "the height"}) text.number(what);

@@ -15,7 +15,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr const char* kDamaged = "The file may be damaged or cut off.";
+constexpr const char* kCutOff = "The file may be damaged or cut off.";
 /// Bytes per corner of a face: its index, and its position while the face is triangulated.
 constexpr std::size_t kCornerBytes = sizeof(std::uint32_t) + sizeof(Vec3);
 
@@ -48,7 +48,7 @@ class ValueReader {
   }
 
   [[noreturn]] void fail(const std::string& message) const {
-    throw Error({file_}, fmt::format("{} (byte {})", message, at_), kDamaged);
+    throw Error({file_}, fmt::format("{} (byte {})", message, at_), kCutOff);
   }
 
  private:
