@@ -155,7 +155,7 @@ TEST(AdaptiveRender, GivesTheSameBitsForAnyThreadsAndMemoryAndAfterInterruptions
   EXPECT_TRUE(checkpoint.film == whole);
 }
 
-TEST(AdaptiveRender, HasTheMeanOfEvenSamples) {
+TEST(SlowAdaptiveRender, HasTheMeanOfEvenSamples) {
   const Stage stage(builtin_scene("ring"));
   // Both renders of a seed have the same photons.
   constexpr int kRenders = 20;

@@ -45,7 +45,7 @@ struct Halves {
   }
 };
 
-TEST(GatherGuiding, LowersTheNoiseAndKeepsTheLight) {
+TEST(SlowGatherGuiding, LowersTheNoiseAndKeepsTheLight) {
   const Stage stage(builtin_scene("ajar"));
   RenderSettings settings = by_photons(64, 32, 25, 100'000, "blocked");
   const Halves guided(stage, settings);
