@@ -21,7 +21,8 @@ using testing::HasSubstr;
 
 constexpr int kPatchSide = 128;
 
-/// Mean absolute difference of encoded values over the upper left kPatchSide x kPatchSide pixels: what a person sees of it.
+/// Mean absolute difference of encoded values over the upper left kPatchSide x kPatchSide pixels: what a person sees of
+/// it.
 double difference(const std::string& a, const std::string& b) {
   const Image first = read_image(a), second = read_image(b);
   const std::vector<RGB> x = first.rgb(), y = second.rgb();

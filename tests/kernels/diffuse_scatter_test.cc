@@ -43,10 +43,13 @@ struct Arrived {
       arrays[18][i] = lane_number(i, 20) * 0.5f;
       arrays[19][i] = lane_number(i, 21) * 0.5f;
       const Vec3 along = normalize(cross(normal, Vec3{0.3f, 0.5f, 0.8f}));
-      set(20, i, i % 13 == 0 ? normalize(along + normal * (4e-3f * lane_number(i, 22) - 2e-3f)) : normalize(triple(i, 23)));
+      set(20, i,
+          i % 13 == 0 ? normalize(along + normal * (4e-3f * lane_number(i, 22) - 2e-3f)) : normalize(triple(i, 23)));
       const float brightness = i % 17 == 0 ? 1e-31f : 4;
       set(23, i, Vec3{lane_number(i, 26), lane_number(i, 27), lane_number(i, 28)} * brightness);
-      set(26, i, i % 7 == 0 ? Vec3{0, 0, 0} : Vec3{lane_number(i, 29), i % 5 == 0 ? 0 : lane_number(i, 30), lane_number(i, 31)});
+      set(26, i,
+          i % 7 == 0 ? Vec3{0, 0, 0}
+                     : Vec3{lane_number(i, 29), i % 5 == 0 ? 0 : lane_number(i, 30), lane_number(i, 31)});
       arrays[29][i] = lane_number(i, 32);
       // The middle of the square is a special case of the concentric map.
       arrays[30][i] = i % 97 == 0 ? 0.5f : lane_number(i, 33);

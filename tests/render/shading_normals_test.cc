@@ -127,8 +127,7 @@ INSTANTIATE_TEST_SUITE_P(Coarse, LosslessSmoothBall,
                                           testing::Values(kCoarse)),
                          ball_name);
 INSTANTIATE_TEST_SUITE_P(Slow, LosslessSmoothBall,
-                         testing::Combine(testing::ValuesIn(lossless_balls()),
-                                          testing::Values(kCoarse, kFine)),
+                         testing::Combine(testing::ValuesIn(lossless_balls()), testing::Values(kCoarse, kFine)),
                          ball_name);
 
 /// Materials that absorb some.
@@ -189,8 +188,7 @@ INSTANTIATE_TEST_SUITE_P(Coarse, AbsorbingSmoothBall,
                          testing::Combine(testing::Values(absorbing_cases().front()), testing::Values(kCoarse)),
                          ball_name);
 INSTANTIATE_TEST_SUITE_P(Slow, AbsorbingSmoothBall,
-                         testing::Combine(testing::ValuesIn(absorbing_cases()),
-                                          testing::Values(kCoarse, kFine)),
+                         testing::Combine(testing::ValuesIn(absorbing_cases()), testing::Values(kCoarse, kFine)),
                          ball_name);
 
 }  // namespace
