@@ -165,7 +165,7 @@ SceneDescription two_rooms() {
 
 TEST(BakedLight, StaysInItsRoom) {
   const BakeStage rooms(two_rooms(), {96, 0});
-  const std::vector<RGB> light = rooms.light(by_gathering(8, 16), TexelLight::irradiance);
+  const std::vector<RGB> light = rooms.light(by_gathering(16, 16), TexelLight::irradiance);
   const TexelMap& map = rooms.layout.texels;
   std::size_t dark = 0, within = 0, lit_within = 0;
   double mean = 0, lit = 0;
@@ -191,10 +191,11 @@ TEST(BakedLight, StaysInItsRoom) {
   }
   EXPECT_GT(dark, 1000u);
   EXPECT_GT(within, 10u);
-  // Where rays cannot tell the end of the wall from the room's wall at the same place, a texel may be missed.
+  // Where rays cannot tell the end of the wall from the room's wall at the same place, a texel may be missed. The
+  // filter spreads the light that one ray in thousands finds from there.
   EXPECT_LT(lit_within, within / 20);
   EXPECT_GT(mean / lit, 0.1);
-  EXPECT_LT(brightest, 1e-4 * mean / lit);
+  EXPECT_LT(brightest, 1e-4 * mean / lit) << brightest;
 }
 
 TEST(BakeLayout, BakesTheSidesThatLightCanReach) {
