@@ -137,11 +137,12 @@ constexpr StateOfView kStates[] = {
 TEST_F(SlowWindowTest, ShowsWhatASessionRenders) {
   constexpr int kFrames = 12;
   for (const StateOfView& state : kStates) {
-    const std::string script = std::string(R"({"size": [128, 128], "moves": [)") + state.move +
-                               R"(, {"at": 11, "screenshot": ")" + state.name + R"(-window.png"}]})";
+    const std::string script = std::string(R"({"size": [128, 128], "moves": [)") + state.move + R"(, {"at": )" +
+                               std::to_string(kFrames - 1) + R"(, "screenshot": ")" + state.name + R"(-window.png"}]})";
     write("script.json", script);
-    const std::vector<std::string> options = {"--script", "script.json", "--exposure",
-                                              "0",        "--frames",    std::to_string(kFrames)};
+    // A window that shows few frames a second has time for whole ones on a busy machine.
+    const std::vector<std::string> options = {"--script", "script.json",           "--exposure", "0",
+                                              "--frames", std::to_string(kFrames), "--fps",      "1"};
     const Outcome shown = run(view(options));
     ASSERT_EQ(shown.status, 0) << shown.err;
     std::filesystem::rename(path(std::string(state.name) + "-window.png"),

@@ -83,7 +83,7 @@ TEST(TimeFit, MeasuresEvenlySpreadPartsOfThePicture) {
 /// continues has them, too.
 TEST(TimeFit, ARenderIsThatOfItsStatedNumbers) {
   const Stage stage(builtin_scene("cornell"));
-  Job job(stage.scene, stage.tracer, limited(20), nullptr, 19.95);
+  Job job(stage.scene, stage.tracer, limited(20), nullptr, 19.999);
   job.wait();
   const RenderSettings fitted = job.settings();
   EXPECT_TRUE(job.is_fitted());
@@ -102,7 +102,7 @@ TEST(TimeFit, ARenderIsThatOfItsStatedNumbers) {
   EXPECT_EQ(same.snapshot().save(), job.snapshot().save());
 
   const Checkpoint checkpoint = job.checkpoint();
-  Job more(stage.scene, stage.tracer, limited(20), &checkpoint, 19.95);
+  Job more(stage.scene, stage.tracer, limited(20), &checkpoint, 19.999);
   more.wait();
   EXPECT_EQ(more.settings().photons, fitted.photons);
   EXPECT_EQ(more.settings().gather, fitted.gather);
