@@ -48,8 +48,8 @@ std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeat
     if (!warned && is_late(job)) {
       bar.finish();
       warn(
-          "--time is over, but not every pixel has a sample: the render goes on until then, or until Ctrl-C. Fewer "
-          "--photons, fewer --gather or a smaller picture take less time");
+          "the time of --time is over, but not every pixel has a sample: the render continues until each has one, or "
+          "until Ctrl-C. Give fewer --photons, fewer --gather or a smaller --size");
       warned = true;
     }
     for (RepeatedWork& work : repeated) run_if_due(job, work);

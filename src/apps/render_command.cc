@@ -138,8 +138,9 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
   return image && image->metadata.contains(kRelativeError) ? image->metadata.at(kRelativeError) : "";
 }
 
-/// Does what write_images() does, for a part of the film, and leaves no files.
-void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) {
+/// Does what write_images() does, for a part of the film, and leaves no files. What fails here fails again, and is
+/// reported, when the files are written.
+void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) try {
   constexpr const char* kNowhere = "/dev/null";
   std::optional<Image> image;
   for (const Output& output : o.outputs) {
@@ -150,6 +151,7 @@ void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) {
     if (!image) image = make_image(film, job);
     write_picture({kNowhere, output.format}, *image, o.picture);
   }
+} catch (const Error&) {
 }
 
 std::string describe(const RenderSettings& s, const Scene& scene) {

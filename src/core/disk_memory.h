@@ -30,8 +30,8 @@ class DiskMemory {
   /// most arrays would stay in memory.
   static bool is_available();
 
-  /// For arrays that take so many bytes in all, beside others of `memory` bytes: null if they fit into memory or must
-  /// not lie on disk. Throws Error if they do not fit on the disk either.
+  /// For arrays of so many bytes in all; null if they fit into `memory` bytes, or if `use` forbids files. Throws Error
+  /// if they do not fit on the disk either.
   static std::unique_ptr<DiskMemory> for_arrays(DiskUse use, std::uint64_t bytes, std::uint64_t memory);
 
   /// While this object lives, arrays that its thread allocates, and that are not small, lie on disk. They may outlive

@@ -219,18 +219,7 @@ class LightFilter {
         sums.variance[at] = *variance_.at(x0 + x, y0 + y);
         sums.weight[at] = 1;
       }
-    Pairs pairs;
-    const int reach = shows_something(x0, y0, width, height) ? kReach : -1;
-    for (int dy = -reach; dy <= reach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const int distance2 = dx * dx + dy * dy;
-        if (distance2 == 0 || distance2 > kReach * kReach) continue;
-        const float distance = std::sqrt(static_cast<float>(distance2));
-        const std::ptrdiff_t to = level_.at(dx, dy) - level_.at(0, 0);
-        for (int y = -1; y <= height; ++y) compare_row(x0 - 1, y0 + y, width + 2, to, distance, &pairs, y + 1);
-        const float near = 1 - static_cast<float>(distance2) / squared(kReach + 1);
-        for (int y = 0; y < height; ++y) add_row(x0, y0 + y, width, to, near, pairs, y, sums);
-      }
+    if (shows_something(x0, y0, width, height)) add_neighbours(x0, y0, width, height, sums);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
         const auto at = static_cast<std::size_t>(y * kTileWidth + x);
@@ -243,7 +232,21 @@ class LightFilter {
       }
   }
 
-  /// Whether a pixel may be like others. Atlases have large gaps.
+  void add_neighbours(int x0, int y0, int width, int height, Tile& sums) const {
+    Pairs pairs;
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const int distance2 = dx * dx + dy * dy;
+        if (distance2 == 0 || distance2 > kReach * kReach) continue;
+        const float distance = std::sqrt(static_cast<float>(distance2));
+        const std::ptrdiff_t to = level_.at(dx, dy) - level_.at(0, 0);
+        for (int y = -1; y <= height; ++y) compare_row(x0 - 1, y0 + y, width + 2, to, distance, &pairs, y + 1);
+        const float near = 1 - static_cast<float>(distance2) / squared(kReach + 1);
+        for (int y = 0; y < height; ++y) add_row(x0, y0 + y, width, to, near, pairs, y, sums);
+      }
+  }
+
+  /// Whether a tile has a pixel with a surface. Atlases have large gaps.
   bool shows_something(int x0, int y0, int width, int height) const {
     for (int y = y0; y < y0 + height; ++y)
       if (!std::all_of(normal_x_.at(x0, y), normal_x_.at(x0, y) + width, [](float n) { return std::isnan(n); }))

@@ -29,7 +29,7 @@ using SquareSamples = std::vector<std::uint32_t>;
 /// @return empty if no square may have more samples
 SquareSamples next_round(const Film& film, const FilmPicture& picture, double target, std::uint32_t most);
 
-/// One more sample for every square, for the time that is too short to choose squares.
+/// One more sample for every square, where the time left is too short to choose squares.
 /// @return empty if no square may have more samples
 SquareSamples even_round(const Film& film, std::uint32_t most);
 

@@ -51,8 +51,8 @@ class Film {
   /// Adds the samples of another film of the same size and kind: the same bits as if all had been added to one film,
   /// but for the order of ids. No two films may hold the same samples.
   void merge(const Film& other);
-  /// The film of some rows of the picture, with black samples where a pixel has fewer than two: not of use as a
-  /// picture, but it costs as much as one.
+  /// The film of some rows of the picture, with black samples where a pixel has fewer than two. Its values are not
+  /// those of the picture, but making an image of it takes as long for each row.
   Film sketch_of_rows(int first, int end) const;
   /// Whether every pixel of the task has its samples.
   bool has(const CameraTask& task) const;

@@ -22,8 +22,6 @@ namespace {
 /// Share of the rows of a picture that show what it takes to finish it, and the fewest of them.
 constexpr int kRehearsedShareInverse = 16, kRehearsedRows = 32;
 
-/// Share of the time for which photons and gather rays are fitted at least: fewer would spoil the picture.
-constexpr double kLeastRoom = 0.1;
 /// Most of the time left that choosing a round may take.
 constexpr double kChoiceShare = 0.25;
 
@@ -91,8 +89,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_memory_(array_budget(), "film", film_bytes(settings_)),
       film_(film_of(settings_, disk_.get())),
       start_(std::chrono::steady_clock::now()),
-      of_limit_(std::move(time)),
-      time_(settings_.time_limit_s, of_limit_.spent_s, [this] { return seconds(); }),
+      job_time_(std::move(time)),
+      time_(settings_.time_limit_s, job_time_.spent_s, [this] { return seconds(); }),
       owns_maps_(!maps),
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
@@ -208,7 +206,7 @@ bool Job::should_stop(double next_s) {
   if (time_.wants_rehearsal(passes_ > 0)) rehearse();
   if (interrupt_.requested())
     ending_ = Ending::cancelled;
-  else if (passes_ >= of_limit_.least_passes && time_.is_up(next_s))
+  else if (passes_ >= job_time_.least_passes && time_.is_up(next_s))
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
 }
@@ -220,8 +218,8 @@ void Job::rehearse() {
     const std::lock_guard lock(film_mutex_);
     return film_.sketch_of_rows(rows.y0, rows.y1);
   }();
-  time_.rehearse(passes_ > 0, double{1} * rows.height() / settings_.bounds.height(),
-                 [&] { of_limit_.rehearsal ? of_limit_.rehearsal(part, *this) : void(picture(part)); });
+  time_.rehearse(passes_ > 0, 1.0 * rows.height() / settings_.bounds.height(),
+                 [&] { job_time_.rehearsal ? job_time_.rehearsal(part, *this) : void(picture(part)); });
 }
 
 FilmPicture Job::picture(const Film& film) const {
@@ -324,59 +322,6 @@ void Job::shoot_photons(std::uint32_t sample) {
   is_mapping_ = false;
   const std::lock_guard lock(film_mutex_);
   add(light_photons_, photons_by_light(*scene_, made_->maps.pass()));
-}
-
-double Job::measure_slot() {
-  const Schedule schedule = make_schedule(settings_, budget_.available());
-  PassSettings pass = pass_;
-  pass.queries_at_once = schedule.queries_at_once;
-  pass.by_disk = schedule.by_disk;
-  Statistics not_the_renders;
-  const double start = seconds();
-  std::uint64_t slots = 0;
-  for (const CameraTask& task : spread_tasks(settings_.bounds)) {
-    render_pass(*tracer_, made_->maps, view(), task, pass, budget_, memory_, not_the_renders);
-    slots += task.slot_count();
-  }
-  return (seconds() - start) / static_cast<double>(slots);
-}
-
-void Job::fit_to_time() {
-  if (!time_.is_set()) return;
-  rehearse();
-  if (!may_need_fitting(settings_, automatic_, time_.left_s() / of_limit_.least_passes)) return;
-  const CancellationScope scope(interrupt_);
-  const double start = seconds();
-  is_mapping_ = true;
-  Statistics not_the_renders;
-  Speed speed;
-  const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
-  // Timed apart, because guiding takes nearly as long for few photons as for many.
-  guide_emission(few, not_the_renders);
-  const double guided = seconds();
-  make_maps(few, settings_.sample_range().first, not_the_renders);
-  speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons_traced);
-  if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
-  made_->maps.forget();
-  const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
-  const RenderSettings fitted =
-      fitted_settings(settings_, automatic_, speed,
-                      std::max((time_.left_s() - again_s) / of_limit_.least_passes, kLeastRoom * time_.whole_s()));
-  if (guiding_paths(few) != guiding_paths(fitted)) {
-    made_->guide.reset();
-    made_->demand.reset();
-  }
-  statistics_.add_time(Phase::trace_photons, seconds() - start);
-  is_mapping_ = false;
-  if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
-  const std::scoped_lock lock(key_mutex_, settings_mutex_);
-  settings_.photons = fitted.photons;
-  settings_.photons_traced = fitted.photons_traced;
-  settings_.gather = fitted.gather;
-  settings_.light_samples = fitted.light_samples;
-  pass_ = pass_settings();
-  key_.reset();
-  fitted_ = true;
 }
 
 void Job::prepare(std::uint32_t done) {

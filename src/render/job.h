@@ -47,9 +47,10 @@ struct JobMaps {
 
 class Job;
 
-/// What the time limit of a job is for beside its samples.
+/// How a job uses its time limit.
 struct JobTime {
-  /// Does with a part of the film what follows after the job with all of it, but leaves no files: its time is measured.
+  /// Does with a part of the film what the caller does with all of it after the job, without leaving files. The job
+  /// measures how long it takes.
   using Rehearsal = std::function<void(const Film&, const Job&)>;
 
   double spent_s = 0;              ///< seconds of the limit already used
@@ -211,7 +212,7 @@ class Job {
   mutable std::optional<RenderKey> key_;
   std::vector<LightPhotons> light_photons_;
   std::chrono::steady_clock::time_point start_;
-  JobTime of_limit_;
+  JobTime job_time_;
   TimeLimit time_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
@@ -223,7 +224,7 @@ class Job {
   std::atomic<double> work_done_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
-  bool owns_maps_;  // no Job before this one made them
+  bool owns_maps_;  // false: another Job made them
   std::shared_ptr<JobMaps> made_;
   PassMemory memory_;
   PassSettings pass_;

@@ -13,7 +13,8 @@ struct PhotonGuiding {
   EmissionGuide guide;  ///< uniform if guiding does not pay
 };
 
-/// Paths of a round of guide_photons(), which depends on `settings.photons` by them alone.
+/// Number of paths in a round of guide_photons(). Settings that differ in `photons`, but not in this number, have the
+/// same guide.
 std::size_t guiding_paths(const RenderSettings& settings);
 
 /// Traces a coarse picture's camera and gather rays to find where photons are needed, then photons in a few rounds,

@@ -222,9 +222,7 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
 void PhotonMaps::index(Map& map, Statistics& statistics) const {
   map.engines.clear();
   std::optional<BorrowedFlux> multiplied;
-  if (map.corrected) {
-    multiplied.emplace(map.photons, flux_times(map.photons.flux, map.factors));
-  }
+  if (map.corrected) multiplied.emplace(map.photons, flux_times(map.photons.flux, map.factors));
   if (settings_.light_groups) {
     index_groups(map, statistics);
   } else {

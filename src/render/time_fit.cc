@@ -4,14 +4,19 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "gather/direct_light.h"
+#include "render/job.h"
 #include "render/options.h"
+#include "render/photon_guiding.h"
 
 namespace glowworm {
 
 namespace {
 
 constexpr std::uint64_t kLeastPhotons = 1000;
+/// Share of the time for which photons and gather rays are fitted at least: fewer would spoil the picture.
+constexpr double kLeastRoom = 0.1;
 /// Photons and gather rays that a machine makes in a second even where other programs take most of it.
 constexpr double kSlowPhotons = 5'000, kSlowRays = 50'000;
 /// Most of the time left that photons, and then a first image, may take.
@@ -94,6 +99,59 @@ std::vector<CameraTask> spread_tasks(const PixelBounds& bounds) {
     }
   }
   return tasks;
+}
+
+double Job::measure_slot() {
+  const Schedule schedule = make_schedule(settings_, budget_.available());
+  PassSettings pass = pass_;
+  pass.queries_at_once = schedule.queries_at_once;
+  pass.by_disk = schedule.by_disk;
+  Statistics not_the_renders;
+  const double start = seconds();
+  std::uint64_t slots = 0;
+  for (const CameraTask& task : spread_tasks(settings_.bounds)) {
+    render_pass(*tracer_, made_->maps, view(), task, pass, budget_, memory_, not_the_renders);
+    slots += task.slot_count();
+  }
+  return (seconds() - start) / static_cast<double>(slots);
+}
+
+void Job::fit_to_time() {
+  if (!time_.is_set()) return;
+  rehearse();
+  if (!may_need_fitting(settings_, automatic_, time_.left_s() / job_time_.least_passes)) return;
+  const CancellationScope scope(interrupt_);
+  const double start = seconds();
+  is_mapping_ = true;
+  Statistics not_the_renders;
+  Speed speed;
+  const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
+  // Timed apart, because guiding takes nearly as long for few photons as for many.
+  guide_emission(few, not_the_renders);
+  const double guided = seconds();
+  make_maps(few, settings_.sample_range().first, not_the_renders);
+  speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons_traced);
+  if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
+  made_->maps.forget();
+  const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
+  const RenderSettings fitted =
+      fitted_settings(settings_, automatic_, speed,
+                      std::max((time_.left_s() - again_s) / job_time_.least_passes, kLeastRoom * time_.whole_s()));
+  if (guiding_paths(few) != guiding_paths(fitted)) {
+    made_->guide.reset();
+    made_->demand.reset();
+  }
+  statistics_.add_time(Phase::trace_photons, seconds() - start);
+  is_mapping_ = false;
+  if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
+  const std::scoped_lock lock(key_mutex_, settings_mutex_);
+  settings_.photons = fitted.photons;
+  settings_.photons_traced = fitted.photons_traced;
+  settings_.gather = fitted.gather;
+  settings_.light_samples = fitted.light_samples;
+  pass_ = pass_settings();
+  key_.reset();
+  fitted_ = true;
 }
 
 }  // namespace glowworm

@@ -25,13 +25,14 @@ TEST(Threads, DoNotChangeTracedPaths) {
 }
 
 TEST(Threads, DoNotChangePhotonMappingOfAnyEngine) {
-  const Stage glass(builtin_scene("glass-sphere"));
+  const Stage cornell(builtin_scene("cornell")), glass(builtin_scene("glass-sphere"));
   for (const std::string& engine : engine_names()) {
     // Brute force goes over all pairs: it gets few of them.
     const bool brute = engine == "brute";
     const RenderSettings settings =
         by_photons(brute ? 8 : 40, 2, brute ? 4 : 16, brute ? 1000 : 20'000, engine.c_str());
     SCOPED_TRACE(engine);
+    expect_same_picture(cornell, settings);
     expect_same_picture(glass, settings);
   }
 }
