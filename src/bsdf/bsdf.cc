@@ -55,6 +55,16 @@ Components chosen_components(const View& view) {
   return chosen;
 }
 
+/// The sum of the albedos of those components that `counts` accepts.
+template <class Counts>
+RGB sum_of_albedos(const View& view, Counts counts) {
+  const Components components = all_components(view);
+  RGB sum;
+  for (int i = 0; i < components.count; ++i)
+    if (counts(components.list[i])) sum += components.list[i].albedo;
+  return sum;
+}
+
 void evaluate_view(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   switch (view.bsdf.kind) {
     case BsdfKind::lambertian:
@@ -177,6 +187,7 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
   out.wi = mirrored(wi, view.inside);
   out.lobe = c.lobe;
   out.delta = is_delta(c.shape);
+  out.straight = c.shape == Shape::straight;
   if (out.delta) {
     out.pdf = c.probability;
     out.weight = c.albedo / c.probability;
@@ -211,12 +222,11 @@ RGB choose_wavelength(Bsdf& bsdf, RGB throughput, float u) {
 
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
   if (is_lambertian(bsdf)) return lobes & kDiffuseReflection ? bsdf.diffuse : RGB(0.0f);
-  const View view = view_of(bsdf, wo, lobes);
-  const Components components = all_components(view);
-  RGB sum;
-  for (int i = 0; i < components.count; ++i)
-    if (components.list[i].lobe & lobes) sum += components.list[i].albedo;
-  return sum;
+  return sum_of_albedos(view_of(bsdf, wo, lobes), [&](const Component& c) { return (c.lobe & lobes) != 0; });
+}
+
+RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo) {
+  return sum_of_albedos(view_of(bsdf, wo, kSharp), [](const Component& c) { return c.shape == Shape::straight; });
 }
 
 }  // namespace glowworm

@@ -113,7 +113,8 @@ struct BsdfSample {
   float pdf = 0;   ///< per steradian, of all given lobes; for a delta, the probability of choosing it
   Lobes lobe = 0;  ///< the chosen lobe: one bit
   bool delta = false;
-  bool valid = false;  ///< false if nothing is scattered: the path ends
+  bool straight = false;  ///< wi is -wo: passed through a pane
+  bool valid = false;     ///< false if nothing is scattered: the path ends
 };
 
 /// Samples a direction in approximate proportion to the BSDF times the cosine.
@@ -123,6 +124,9 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
 /// Share of the light from wo that the given lobes scatter (directional albedo), exact or approximate: it chooses
 /// between lobes and decides Russian roulette. It is > 0 wherever the lobes are not black.
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
+
+/// Share of the light from -wo that reaches the viewer at wo straight through the surface, as through a pane of glass.
+RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo);
 
 /// Reduces a dispersive BSDF to one of three wavelengths, which represent red, green and blue; does nothing to others.
 /// A path that has only one colour left keeps it. The indices are those of KHR_materials_dispersion: eta -/+ (eta - 1)

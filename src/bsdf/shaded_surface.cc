@@ -39,6 +39,11 @@ float ShadedSurface::pdf(Vec3 wo, Vec3 wi, Lobes lobes) const {
   return sum;
 }
 
+RGB ShadedSurface::straight_transmittance(Vec3 wo) const {
+  // The mirror image of the viewer's direction is not passed on in a straight line.
+  return is_behind(wo) ? RGB(0.0f) : glowworm::straight_transmittance(bsdf_, frame_.to_local(wo));
+}
+
 ScatteredRay ShadedSurface::sample(Vec3 wo, float u_lobe, Vec2 u, Lobes lobes) const {
   const Vec3 view = local_view(wo);
   const BsdfSample s = glowworm::sample(bsdf_, view, u_lobe, u, lobes, Transport::radiance);
@@ -53,6 +58,7 @@ ScatteredRay ShadedSurface::sample(Vec3 wo, float u_lobe, Vec2 u, Lobes lobes) c
   out.pdf = s.pdf;
   out.lobe = s.lobe;
   out.delta = s.delta;
+  out.straight = s.straight && !is_behind(wo);
   out.valid = true;
   if (!s.delta && (s.wi.z - 2 * side * cosine_) * s.wi.z > 0)
     out.pdf += glowworm::pdf(bsdf_, view, frame_.to_local(mirrored(w, normal_, side)), lobes);
@@ -90,7 +96,11 @@ ScatteredRay ShadedSurface::scatter_photon(Vec3 back, float u_lobe, Vec2 u, floa
   const float image = side - 2 * shading * cosine_;
   if (!(side > 0)) return out;
   out.direction = w;
-  if (image > 0 && choose(image / (side + image), u_mirror)) out.direction = mirrored(w, frame_.n, s.wi.z);
+  out.straight = s.straight;
+  if (image > 0 && choose(image / (side + image), u_mirror)) {
+    out.direction = mirrored(w, frame_.n, s.wi.z);
+    out.straight = false;
+  }
   out.weight *= std::min((side + std::max(image, 0.0f)) / std::max(shading, kMinShadingCosine), kMaxShadingFactor);
   out.valid = true;
   return out;

@@ -29,7 +29,8 @@ struct ScatteredRay {
   float pdf = 0;   ///< per steradian; for a delta, the probability of choosing it
   Lobes lobe = 0;  ///< the chosen lobe: one bit
   bool delta = false;
-  bool valid = false;  ///< false if nothing is scattered: the path ends
+  bool straight = false;  ///< onwards through a pane, without bending
+  bool valid = false;     ///< false if nothing is scattered: the path ends
 };
 
 /// Arrival of a photon at a surface.
@@ -46,10 +47,7 @@ class ShadedSurface {
       : bsdf_(bsdf), frame_(frame), normal_(face_forward(normal, frame.n)), cosine_(dot(normal_, frame.n)) {}
 
   /// The viewer's direction that the BSDF uses.
-  Vec3 seen_from(Vec3 wo) const {
-    const float shading = dot(wo, frame_.n);
-    return shading * dot(wo, normal_) < 0 ? wo - frame_.n * (2 * shading) : wo;
-  }
+  Vec3 seen_from(Vec3 wo) const { return is_behind(wo) ? wo - frame_.n * (2 * dot(wo, frame_.n)) : wo; }
   /// The same in shading coordinates: wo for the functions of bsdf.h.
   Vec3 local_view(Vec3 wo) const { return frame_.to_local(seen_from(wo)); }
 
@@ -59,6 +57,8 @@ class ShadedSurface {
   RGB evaluate(Vec3 wo, Vec3 wi, Lobes lobes) const;
   /// The density per steradian with which sample() chooses wi; deltas count as zero.
   float pdf(Vec3 wo, Vec3 wi, Lobes lobes) const;
+  /// Share of the light from -wo that reaches the viewer at wo straight through the surface.
+  RGB straight_transmittance(Vec3 wo) const;
   /// Samples a direction from which light towards wo arrives. Random numbers as for sample() in bsdf.h.
   ScatteredRay sample(Vec3 wo, float u_lobe, Vec2 u, Lobes lobes) const;
 
@@ -71,6 +71,8 @@ class ShadedSurface {
   ScatteredRay scatter_photon(Vec3 back, float u_lobe, Vec2 u, float& u_mirror) const;
 
  private:
+  /// Whether a direction lies on different sides of the shading plane and of the surface.
+  bool is_behind(Vec3 w) const { return dot(w, frame_.n) * dot(w, normal_) < 0; }
   /// Calls f(wi in shading coordinates) for each direction of the BSDF that maps to wi in the world.
   template <typename F>
   void for_each_source(Vec3 wi, F&& f) const;

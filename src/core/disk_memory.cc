@@ -21,8 +21,9 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kMinBytes = std::size_t{1} << 20;
-/// Interval at which pages are counted. In this time threads may touch some 50 MB of new pages.
-constexpr std::chrono::milliseconds kInterval{5};
+/// Interval at which pages are counted. In this time threads may touch some 20 MB of new pages, and more on a busy
+/// machine, where this thread wakes up late. A count takes some 5 us.
+constexpr std::chrono::milliseconds kInterval{2};
 
 thread_local bool uses_disk = false;
 std::atomic<bool> available{false};
@@ -73,7 +74,7 @@ DiskMemory::DiskMemory(std::uint64_t resident_bytes)
     : limit_(resident_bytes), before_(mapped_bytes()), thread_([this] {
         while (!ended_) {
           std::this_thread::sleep_for(kInterval);
-          if (mapped_bytes() > before_ + limit_ / 4 * 3) release_pages();
+          if (mapped_bytes() > before_ + limit_ / 2) release_pages();
         }
       }) {}
 

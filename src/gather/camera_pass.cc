@@ -285,8 +285,9 @@ class BlockTracer {
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
         sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, {1, 1});
-    if (!is_black(light.radiance) && !tracer_.occluded(light.shadow_ray))
-      radiance_.add(radiance_.direct, path.slot, path.throughput * light.radiance, light.source);
+    if (!is_black(light.radiance))
+      radiance_.add(radiance_.direct, path.slot,
+                    path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
     if (!s.valid) return false;
     RGB throughput = path.throughput * s.weight;
     if (bounce >= kRouletteAfter) {
@@ -296,8 +297,10 @@ class BlockTracer {
     }
     if (is_black(throughput)) return false;
     path.throughput = throughput;
-    path.bounce_pdf = s.delta ? 0 : s.pdf;
-    path.bounce_position = point.position;
+    if (!s.straight) {  // shadow rays pass through panes, too
+      path.bounce_pdf = s.delta ? 0 : s.pdf;
+      path.bounce_position = point.position;
+    }
     path.absorption = absorption(tracer_.scene(), point.triangle, s.direction);
     ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;

@@ -81,10 +81,10 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
         source.push_back(l.source);
       }
     }
-    std::vector<std::uint8_t> hidden(rays.size());
-    tracer.occluded(rays, hidden, RayOrder::incoherent);
+    std::vector<RGB> passed(rays.size());
+    tracer.transmittance(rays, passed);
     for (std::size_t i = 0; i < rays.size(); ++i)
-      if (!hidden[i]) radiance.add(radiance.direct, slot[i], light[i], source[i]);
+      if (!is_black(passed[i])) radiance.add(radiance.direct, slot[i], light[i] * passed[i], source[i]);
     statistics.add(Counter::occlusion_rays, rays.size());
   });
 }

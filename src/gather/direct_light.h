@@ -17,7 +17,7 @@ inline float balance_heuristic(float count, float pdf, float other_count, float 
   return own + other > 0 ? own / (own + other) : 0;
 }
 
-/// Reflected light of one light sample, before the shadow test.
+/// Reflected light of one light sample, before the test of what is in its way (Tracer::transmittance()).
 struct UnoccludedLight {
   RGB radiance{0.0f};  ///< f_r cos L / pdf; black if no test is needed
   Ray shadow_ray;

@@ -171,11 +171,16 @@ class ChunkGatherer {
                            : follow(i, point, bsdf, wo, 1 / (1 - probability));
   }
 
+  /// Whether light that ray i meets is direct light of the gather point, which light samples bring, too.
+  bool is_direct(std::size_t i) const {
+    return rays_.segment[i] == Segment::first || rays_.segment[i] == Segment::through_panes;
+  }
+
   /// Whether the final gather adds the light that ray i meets.
   bool counts_light(std::size_t i) const {
     return (rays_.segment[i] == Segment::secondary_chain && !caustic_queries_) ||
            (rays_.segment[i] == Segment::chain && settings_.adds_caustics) ||
-           (rays_.segment[i] == Segment::first && settings_.light_samples > 0);
+           (is_direct(i) && settings_.light_samples > 0);
   }
 
   /// Whether ray i, which ends at `position`, is shorter than the photons' radius there and needs a secondary gather.
@@ -191,7 +196,7 @@ class ChunkGatherer {
   void add_light(std::size_t i, RGB emitted, std::uint32_t source, PdfFrom&& light_density_from) {
     if (is_black(emitted)) return;
     const std::uint32_t p = rays_.point[i];
-    if (rays_.segment[i] == Segment::first && settings_.light_samples > 0) {
+    if (is_direct(i) && settings_.light_samples > 0) {
       const float weight =
           balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
                             static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
@@ -225,8 +230,8 @@ class ChunkGatherer {
         sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y});
     if (!is_black(light.radiance)) {
       ++shadow_rays;
-      if (!tracer_.occluded(light.shadow_ray))
-        radiance_.add(radiance_.indirect, points_.slot[p], weight * light.radiance, light.source);
+      radiance_.add(radiance_.indirect, points_.slot[p],
+                    weight * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
     }
     if (caustic_queries_)
       add_query(*caustic_queries_, point.position, face_forward(point.geometric_normal, wo), point.frame, wo, bsdf,
@@ -248,6 +253,11 @@ class ChunkGatherer {
     return bounce(i, point, bsdf, wo, weight, kSharp, sampler, second ? Segment::secondary_chain : Segment::chain);
   }
 
+  /// The segment behind a pane.
+  static Segment behind_pane(Segment before) {
+    return before == Segment::first || before == Segment::to_patch ? Segment::through_panes : before;
+  }
+
   bool bounce(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight, Lobes which,
               Sampler& sampler, Segment next) {
     const float u_lobe = sampler.next1();
@@ -255,7 +265,7 @@ class ChunkGatherer {
     if (!s.valid || is_black(s.weight)) return false;
     rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
     rays_.weight[i] = weight * s.weight;
-    rays_.segment[i] = next;
+    rays_.segment[i] = s.straight ? behind_pane(rays_.segment[i]) : next;
     rays_.absorption[i] = absorption(scene_, point.triangle, s.direction);
     return true;
   }

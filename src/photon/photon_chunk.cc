@@ -17,6 +17,13 @@ namespace glowworm {
 
 namespace {
 
+/// What the bounces of a path were: its bits. Passing straight through a pane is not a bounce.
+constexpr std::uint8_t kNoneBroad = 1, kAnySharp = 2, kCaustic = kNoneBroad | kAnySharp;
+/// The bits of a path after a bounce with the bits `bounce`.
+inline std::uint8_t with_bounce(std::uint8_t path, std::uint8_t bounce) {
+  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & kAnySharp));
+}
+
 /// Light paths in structure-of-arrays form; finished paths are compacted away after every bounce. The arrays have the
 /// length of the chunk plus the padding of kernels; the first `count` elements are valid.
 struct Paths {
@@ -31,7 +38,7 @@ struct Paths {
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
   std::vector<RGB> absorption = std::vector<RGB>(kPathsPerChunk);  // of the volume that the last bounce led into
-  std::vector<std::uint8_t> sharp_only = std::vector<std::uint8_t>(kPathsPerChunk);  // every bounce so far was sharp
+  std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
 };
 
 /// A pair of random numbers for every path.
@@ -156,7 +163,7 @@ class ChunkTracers::ChunkTracer {
       for (int c = 0; c < 3; ++c) paths_.flux[c][at] = flux[c];
       paths_.number[at] = static_cast<std::uint32_t>(first + i);
       paths_.light[at] = emission_.light(i);
-      paths_.sharp_only[at] = 1;
+      paths_.bounces[at] = kNoneBroad;
       paths_.absorption[at] = RGB(0.0f);
       at += !is_black(flux);
     }
@@ -186,19 +193,19 @@ class ChunkTracers::ChunkTracer {
     bool any_left_over = false;
     for (std::size_t i = 0; i < count; ++i) any_left_over |= block_.left_over(i);
     if (any_left_over)
-      for (std::size_t i = 0; i < count; ++i) sharp_[i] = block_.left_over(i) && scatter_other(first + i, i);
+      for (std::size_t i = 0; i < count; ++i) bounce_[i] = block_.left_over(i) ? scatter_other(first + i, i) : 0;
     const bool last = bounce + 1 >= pass_.max_bounces;
     add_balance(first, count, last);
-    store_photons(first, count, bounce);
+    store_photons(first, count);
     if (!last) kept = keep_paths(first, count, kept);
-    if (any_left_over) sharp_.fill(0);
+    if (any_left_over) bounce_.fill(0);
     return kept;
   }
 
   RGB flux(std::size_t path) const { return {paths_.flux[0][path], paths_.flux[1][path], paths_.flux[2][path]}; }
 
-  /// Scatters one path, number i of its block, with any BSDF; true if it continues through a sharp lobe.
-  bool scatter_other(std::size_t path, std::size_t i) {
+  /// Scatters one path, number i of its block, with any BSDF; returns the bits of its bounce.
+  std::uint8_t scatter_other(std::size_t path, std::size_t i) {
     block_.put_outcome(i, 0);
     const Hit& hit = paths_.hits[path];
     const Vec3 back = block_.back(i);
@@ -226,7 +233,8 @@ class ChunkTracers::ChunkTracer {
     if (s.valid && leave(path, i, point, arriving, u_roulette, s)) outcome |= kPathGoesOn;
     if (!(outcome & kPathGoesOn)) block_.put_path(i, {}, {}, RGB(0.0f));
     block_.put_outcome(i, outcome);
-    return s.lobe == kSharp;
+    if (s.lobe != kSharp) return 0;
+    return s.straight && arrived.back == back ? kNoneBroad : kCaustic;
   }
 
   /// Continues a path in the sampled direction, or ends it by Russian roulette.
@@ -263,7 +271,7 @@ class ChunkTracers::ChunkTracer {
 
   /// Appends the photons of paths [first, first + count), a block. A path without a photon writes one, too, which the
   /// next path overwrites: a branch would mispredict often.
-  void store_photons(std::size_t first, std::size_t count, int bounce) {
+  void store_photons(std::size_t first, std::size_t count) {
     PhotonChunk& photons = *result_;
     const std::size_t before = photons.count;
     photons.make_room(before + count);
@@ -274,8 +282,7 @@ class ChunkTracers::ChunkTracer {
     std::uint32_t* const light = photons.light.data();
     std::uint8_t* const caustic = photons.caustic.data();
     const std::uint32_t* const light_of = paths_.light.data() + first;
-    const std::uint8_t* const sharp_only = paths_.sharp_only.data() + first;
-    const std::uint8_t bounced = bounce > 0;
+    const std::uint8_t* const bounces = paths_.bounces.data() + first;
     std::size_t at = before;
     for (std::size_t i = 0; i < count; ++i) {
       position[at] = block_.position(i);
@@ -283,7 +290,7 @@ class ChunkTracers::ChunkTracer {
       normal[at] = block_.normal(i);
       flux[at] = block_.photon_flux(i);
       light[at] = light_of[i];
-      caustic[at] = sharp_only[i] & bounced;
+      caustic[at] = bounces[i] == kCaustic;
       at += (block_.outcome(i) / kPhotonLeft) & 1u;
     }
     photons.count = at;
@@ -301,7 +308,7 @@ class ChunkTracers::ChunkTracer {
     float* const flux[3] = {paths_.flux[0].data(), paths_.flux[1].data(), paths_.flux[2].data()};
     std::uint32_t* const number = paths_.number.data();
     std::uint32_t* const light = paths_.light.data();
-    std::uint8_t* const sharp_only = paths_.sharp_only.data();
+    std::uint8_t* const bounces = paths_.bounces.data();
     for (std::size_t i = 0; i < count; ++i) {
       rays[kept] = photon_ray(block_.origin(i), block_.direction(i));
       const RGB of_path = block_.flux(i);
@@ -310,7 +317,7 @@ class ChunkTracers::ChunkTracer {
       flux[2][kept] = of_path.b;
       number[kept] = number[first + i];
       light[kept] = light[first + i];
-      sharp_only[kept] = sharp_only[first + i] & sharp_[i];
+      bounces[kept] = with_bounce(bounces[first + i], bounce_[i]);
       if (absorbs_) keep_absorption(first + i, i, kept);
       kept += (block_.outcome(i) / kPathGoesOn) & 1u;
     }
@@ -332,7 +339,7 @@ class ChunkTracers::ChunkTracer {
   Pairs choice_, direction_, light_;
   EmissionBlock emission_;
   DiffuseHits block_;
-  std::array<std::uint8_t, DiffuseHits::kBlock> sharp_ = {};  // whether each path continues through a sharp lobe
+  std::array<std::uint8_t, DiffuseHits::kBlock> bounce_ = {};  // the bits of each path's bounce
   PhotonChunk* result_ = nullptr;
   const bool absorbs_ = has_absorption(scene_);
 };

@@ -39,8 +39,9 @@ struct FluxBalance {
 
 /// Photons of one pass. Flux is already divided by the number of emitted paths.
 struct PhotonPass {
-  PhotonBatch global;   ///< photons at every surface with a broad lobe, after any path
-  PhotonBatch caustic;  ///< photons with at least one bounce and only sharp ones; also part of `global`
+  PhotonBatch global;  ///< photons at every surface with a broad lobe, after any path
+  PhotonBatch
+      caustic;  ///< photons with at least one bounce and only sharp ones (a pane passed is no bounce); in `global`, too
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.
   std::vector<std::uint32_t> global_source, caustic_source;
   std::uint64_t emitted = 0;

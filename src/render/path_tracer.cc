@@ -119,14 +119,15 @@ class Path {
       const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
-      if (tracer_.occluded(light.shadow_ray)) continue;
+      const RGB passed = tracer_.transmittance(light.shadow_ray);
+      if (is_black(passed)) continue;
       const LightSample again = sample_light(scene_, point.position, Vec3{0, 0, 0}, u_light, u);
       const float weight =
           again.delta ? 1.0f
                       : balance_heuristic(1, again.pdf, 1, shaded(point, bsdf).pdf(wo, again.direction, kAllLobes));
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
-      radiance_.add(with.destination(radiance_), slot_, throughput_ * light.radiance * weight, light.source);
+      radiance_.add(with.destination(radiance_), slot_, throughput_ * light.radiance * passed * weight, light.source);
     }
   }
 
@@ -142,9 +143,11 @@ class Path {
       if (sampler_.next1() >= survival) return false;
       throughput_ *= 1 / survival;
     }
-    history_.mark(s.lobe, s.delta);
-    last_pdf_ = s.delta ? 0 : s.pdf;
-    last_position_ = point.position;
+    if (!s.straight) {  // shadow rays pass through panes, too
+      history_.mark(s.lobe, s.delta);
+      last_pdf_ = s.delta ? 0 : s.pdf;
+      last_position_ = point.position;
+    }
     if (point.triangle != kNone) absorption_ = absorption(scene_, point.triangle, s.direction);
     ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;

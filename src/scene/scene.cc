@@ -27,6 +27,13 @@ bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) 
   return !opaque_image;
 }
 
+/// Whether any point of a material may be a pane.
+bool may_be_pane(const Material& m, const std::vector<Material>& all) {
+  if (m.kind == MaterialKind::mix) return may_be_pane(all[m.mix_a], all) || may_be_pane(all[m.mix_b], all);
+  return m.kind == MaterialKind::thin_dielectric ||
+         (m.kind == MaterialKind::metallic_roughness && m.thin && m.transmission.value > 0);
+}
+
 /// Makes the axes of an environment orthonormal: scale has no meaning for directions, and shear would distort the sky.
 void straighten(Environment& environment, std::vector<std::string>& notes) {
   Transform& m = environment.to_world;
@@ -92,7 +99,10 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   if (needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
-  for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
+  for (const Material& m : d_.materials) {
+    material_has_alpha_.push_back(may_be_absent(m, d_.textures));
+    material_is_pane_.push_back(may_be_pane(m, d_.materials));
+  }
   find_light_sources();
   if (light_power_.total() > 0) return;
   if (has_lights(d_, *geometry_)) {
@@ -111,7 +121,8 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       bounds_(scene.bounds_),
       center_(scene.center_),
       radius_(scene.radius_),
-      material_has_alpha_(scene.material_has_alpha_) {
+      material_has_alpha_(scene.material_has_alpha_),
+      material_is_pane_(scene.material_is_pane_) {
   const bool same_triangles = !edit.geometry || (edit.geometry->triangles.size() == geometry_->triangles.size() &&
                                                  edit.geometry->emission.size() == geometry_->emission.size());
   if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() != d_.lights.size() || !same_triangles)

@@ -107,6 +107,9 @@ class Scene {
   const Distribution2D& environment_distribution() const { return environment_distribution_; }
   /// Whether a material has an alpha that rays must test.
   bool has_alpha(std::uint32_t material) const { return material_has_alpha_[material]; }
+  /// Whether a material may pass light on in a straight line, as a pane of glass does: shadow rays pass through it
+  /// (straight_transmittance()).
+  bool is_pane(std::uint32_t material) const { return material_is_pane_[material]; }
 
  private:
   void measure();
@@ -124,7 +127,7 @@ class Scene {
   Distribution1D light_power_;
   LightSelector light_selector_;
   Distribution2D environment_distribution_;
-  std::vector<bool> material_has_alpha_;
+  std::vector<bool> material_has_alpha_, material_is_pane_;
 };
 
 }  // namespace glowworm

@@ -284,6 +284,12 @@ RGB transmittance(RGB left, RGB arrived, float distance) {
   return {channel(left.r, arrived.r), channel(left.g, arrived.g), channel(left.b, arrived.b)};
 }
 
+RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction) {
+  SurfacePoint point = surface_point(scene, triangle, barycentric);
+  const Bsdf bsdf = resolve_bsdf(scene, point);
+  return shaded(point, bsdf).straight_transmittance(-direction);
+}
+
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction) {
   const Geometry& g = scene.geometry();
   const Material& m = scene.materials()[g.material[triangle]];

@@ -114,6 +114,10 @@ bool has_absorption(const Scene& scene);
 /// @param left absorption() at the start of the ray; @param arrived at its end
 RGB transmittance(RGB left, RGB arrived, float distance);
 
+/// Share of the light that comes straight through a surface from behind it; black unless it is a pane.
+/// @param direction of a ray towards the light, unit
+RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction);
+
 /// Whether an alpha-tested surface is present for the ray: by the cutoff, or with a random number that depends only on
 /// the ray.
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <new>
 
 #include "core/error.h"
 #include "scene/surface.h"
@@ -23,7 +24,7 @@ constexpr std::size_t kCoherentPacket = 16;
 /// The triangles of one Embree geometry, as indices into the scene's geometry.
 using TriangleList = std::vector<std::uint32_t>;
 
-/// Numbers of Embree's geometries: opaque triangles, triangles that may be partly absent (Scene::has_alpha), and the
+/// Numbers of Embree's geometries: opaque triangles, triangles that light may pass (Scene::has_alpha, is_pane), and the
 /// same for triangles that follow() may move.
 constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4;
 
@@ -54,13 +55,15 @@ struct Tracer::Implementation {
   RTCScene world = nullptr;
   TriangleList lists[kGeometries];
   bool one_list = false;
-  bool single_sided;  ///< a material is
-  bool whole = true;  ///< no build of `world` has failed
+  bool single_sided;   ///< a material is
+  bool panes = false;  ///< a material is one
+  bool whole = true;   ///< no build of `world` has failed
   std::atomic<std::int64_t> bytes{0};
 
   explicit Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {
     single_sided =
         std::any_of(s.materials().begin(), s.materials().end(), [](const Material& m) { return m.single_sided; });
+    for (std::uint32_t i = 0; i < s.materials().size(); ++i) panes |= s.is_pane(i);
   }
   ~Implementation() {
     // Embree 3.13 ends the program when it releases a scene whose build ran out of memory. Such a scene leaks instead.
@@ -86,8 +89,33 @@ struct Tracer::Implementation {
 
 namespace {
 
-/// Embree calls this for a hit on a surface that may be partly absent. Rejects the hit where it is.
-void alpha_filter(const RTCFilterFunctionNArguments* args) {
+/// A pane that a ray passes.
+struct PassedPane {
+  unsigned ray;  ///< its number in its packet
+  std::uint32_t triangle;
+  Vec2 barycentric;
+};
+
+/// The context of rays of occlusion.
+struct OcclusionContext {
+  RTCIntersectContext embree;
+  std::vector<PassedPane>* passed = nullptr;  ///< panes do not occlude: they are listed here, some more than once
+  bool out_of_memory = false;                 ///< for a pane
+};
+
+/// Exceptions may not pass through Embree.
+void note_pane(OcclusionContext& context, const PassedPane& pane) noexcept {
+  try {
+    context.passed->push_back(pane);
+  } catch (const std::bad_alloc&) {
+    context.out_of_memory = true;
+  }
+}
+
+/// Embree calls this for a hit on a surface that light may pass. Rejects the hit where the surface is absent, and on
+/// panes that the context lists.
+template <bool kOcclusion>
+void pass_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
@@ -98,7 +126,17 @@ void alpha_filter(const RTCFilterFunctionNArguments* args) {
                          RTCRayN_dir_z(args->ray, args->N, i)};
     const std::uint32_t triangle =
         self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
-    if (!alpha_present(*self.scene, triangle, barycentric, origin, direction)) args->valid[i] = 0;
+    const std::uint32_t material = self.geometry->material[triangle];
+    bool passes =
+        self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction);
+    if constexpr (kOcclusion) {
+      auto& context = *reinterpret_cast<OcclusionContext*>(args->context);
+      if (!passes && context.passed && self.scene->is_pane(material)) {
+        note_pane(context, {RTCRayN_id(args->ray, args->N, i), triangle, barycentric});
+        passes = true;
+      }
+    }
+    if (passes) args->valid[i] = 0;
   }
 }
 
@@ -191,9 +229,10 @@ void intersect_packets(const Tracer::Implementation& self, std::span<const Ray> 
   }
 }
 
-template <typename Packet, std::size_t kWidth>
-void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> rays, std::span<std::uint8_t> out,
-                     RTCIntersectContext& context) {
+/// Calls found(i, whether ray i is occluded) for each ray, after each packet.
+template <typename Packet, std::size_t kWidth, typename Found>
+void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> rays, OcclusionContext& context,
+                     Found&& found) {
   for (std::size_t first = 0; first < rays.size(); first += kWidth) {
     const std::size_t n = std::min(kWidth, rays.size() - first);
     Packet packet;
@@ -202,10 +241,28 @@ void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> ra
       valid[i] = i < n ? -1 : 0;
       set_ray(packet, i, rays[first + std::min(i, n - 1)]);
     }
-    call(valid, self.world, &context, &packet);
+    call(valid, self.world, &context.embree, &packet);
+    if (context.out_of_memory) throw std::bad_alloc();
     // Embree sets tfar to minus infinity where the ray is occluded.
-    for (std::size_t i = 0; i < n; ++i) out[first + i] = packet.tfar[i] < 0 ? 1 : 0;
+    for (std::size_t i = 0; i < n; ++i) found(first + i, packet.tfar[i] < 0);
+    if (context.passed) context.passed->clear();
   }
+}
+
+/// What the panes that ray number `ray` of its packet has passed let through. Embree may list a triangle several times,
+/// in any order: its structure splits triangles.
+RGB through_panes(const Tracer::Implementation& self, std::vector<PassedPane>& passed, unsigned ray, Vec3 direction) {
+  std::sort(passed.begin(), passed.end(), [](const PassedPane& a, const PassedPane& b) {
+    return a.ray != b.ray ? a.ray < b.ray : a.triangle < b.triangle;
+  });
+  RGB product(1.0f);
+  std::uint32_t last = kNone;
+  for (const PassedPane& pane : passed) {
+    if (pane.ray != ray || pane.triangle == last) continue;
+    product *= straight_transmittance(*self.scene, pane.triangle, pane.barycentric, direction);
+    last = pane.triangle;
+  }
+  return product;
 }
 
 }  // namespace
@@ -214,8 +271,10 @@ void Tracer::Implementation::sort_triangles(std::span<const std::uint32_t> movab
   const Geometry& g = *geometry;
   std::vector<bool> moves(g.triangle_count(), false);
   for (const std::uint32_t i : movable) moves[i] = true;
-  for (std::uint32_t i = 0; i < g.triangle_count(); ++i)
-    lists[(moves[i] ? kMovable : 0) + (scene->has_alpha(g.material[i]) ? kTested : 0)].push_back(i);
+  for (std::uint32_t i = 0; i < g.triangle_count(); ++i) {
+    const bool tested = scene->has_alpha(g.material[i]) || scene->is_pane(g.material[i]);
+    lists[(moves[i] ? kMovable : 0) + (tested ? kTested : 0)].push_back(i);
+  }
   for (const TriangleList& list : lists) one_list |= !list.empty() && list.size() == g.triangle_count();
 }
 
@@ -242,8 +301,8 @@ void Tracer::Implementation::add_geometry(unsigned id) {
   }
   rtcSetGeometryUserData(shape, this);
   if (id & kTested) {
-    rtcSetGeometryIntersectFilterFunction(shape, alpha_filter);
-    rtcSetGeometryOccludedFilterFunction(shape, alpha_filter);
+    rtcSetGeometryIntersectFilterFunction(shape, pass_filter<false>);
+    rtcSetGeometryOccludedFilterFunction(shape, pass_filter<true>);
   }
   rtcCommitGeometry(shape);
   rtcAttachGeometryByID(world, shape, id);
@@ -327,8 +386,9 @@ Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
   return hit;
 }
 
-bool Tracer::occluded(const Ray& ray) const {
-  RTCIntersectContext context = make_context(RayOrder::incoherent, false);
+namespace {
+/// Traces one ray of occlusion.
+bool is_occluded(const Tracer::Implementation& self, const Ray& ray, OcclusionContext& context) {
   RTCRay query = {ray.origin.x,
                   ray.origin.y,
                   ray.origin.z,
@@ -341,8 +401,22 @@ bool Tracer::occluded(const Ray& ray) const {
                   ~0u,
                   0,
                   0};
-  rtcOccluded1(implementation_->world, &context, &query);
+  rtcOccluded1(self.world, &context.embree, &query);
+  if (context.out_of_memory) throw std::bad_alloc();
   return query.tfar < 0;
+}
+}  // namespace
+
+bool Tracer::occluded(const Ray& ray) const {
+  OcclusionContext context{make_context(RayOrder::incoherent, false)};
+  return is_occluded(*implementation_, ray, context);
+}
+
+RGB Tracer::transmittance(const Ray& ray) const {
+  std::vector<PassedPane> passed;
+  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &passed : nullptr};
+  if (is_occluded(*implementation_, ray, context)) return RGB(0.0f);
+  return passed.empty() ? RGB(1.0f) : through_panes(*implementation_, passed, 0, ray.direction);
 }
 
 void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {
@@ -354,11 +428,22 @@ void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder 
 }
 
 void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const {
-  RTCIntersectContext context = make_context(order, implementation_->single_sided);
+  OcclusionContext context{make_context(order, implementation_->single_sided)};
+  const auto note = [&](std::size_t i, bool hidden) { out[i] = hidden ? 1 : 0; };
   if (order == RayOrder::camera)
-    occlude_packets<RTCRay16, kCoherentPacket>(*implementation_, rays, out, context);
+    occlude_packets<RTCRay16, kCoherentPacket>(*implementation_, rays, context, note);
   else
-    occlude_packets<RTCRay8, kPacket>(*implementation_, rays, out, context);
+    occlude_packets<RTCRay8, kPacket>(*implementation_, rays, context, note);
+}
+
+void Tracer::transmittance(std::span<const Ray> rays, std::span<RGB> out) const {
+  std::vector<PassedPane> passed;
+  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &passed : nullptr};
+  occlude_packets<RTCRay8, kPacket>(*implementation_, rays, context, [&](std::size_t i, bool hidden) {
+    out[i] = RGB(hidden ? 0.0f : 1.0f);
+    if (!hidden && !passed.empty())
+      out[i] = through_panes(*implementation_, passed, static_cast<unsigned>(i % kPacket), rays[i].direction);
+  });
 }
 
 void Tracer::visit_near(Vec3 center, float radius, const std::function<bool(std::uint32_t)>& visit) const {

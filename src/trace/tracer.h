@@ -54,12 +54,19 @@ class Tracer {
   std::uint64_t bytes() const;
 
   Hit intersect(const Ray& ray, RayOrder order = RayOrder::incoherent) const;
+  /// Whether something lies between the ends of the ray; panes do, too.
   bool occluded(const Ray& ray) const;
+  /// Share of the light that arrives from the ray's end in a straight line: 1 if nothing is in the way, less through
+  /// panes (Scene::is_pane), else black. @param ray of unit direction
+  RGB transmittance(const Ray& ray) const;
 
   /// Traces a batch on the calling thread. hits.size() == rays.size().
   void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;
   /// Sets out[i] to 1 if something lies between t_min and t_max of ray i, else to 0.
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const;
+
+  /// Sets out[i] to transmittance() of ray i.
+  void transmittance(std::span<const Ray> rays, std::span<RGB> out) const;
 
   /// Calls visit(triangle) for each triangle whose bounding box meets a ball, and possibly for others near it, in any
   /// order and possibly more than once, until visit() returns false. @param center, radius metres

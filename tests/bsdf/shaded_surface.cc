@@ -1,6 +1,7 @@
 // Scattering under shading normals that differ from the geometric normal.
 #include "bsdf/shaded_surface.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "bsdf/cases.h"
@@ -51,6 +52,46 @@ Vec3 by_cosine(const Leaning& surface, Sampler& sampler) {
 /// What light is asked for, and what comes.
 float asked(Vec3 w) { return 1 + dot(w, {0.5f, 0.6f, -0.3f}); }
 float coming(Vec3 w) { return 1 + dot(w, {-0.4f, 0.1f, 0.8f}); }
+
+TEST(ShadedSurface, PassesTheTransmittanceOfPanesStraightOn) {
+  int panes = 0;
+  for (const float degrees : kAngles) {
+    const Leaning leaning(degrees);
+    for (const BsdfCase& c : bsdf_cases()) {
+      const ShadedSurface surface = leaning.with(c.bsdf);
+      for (std::uint32_t d = 0; d < 8; ++d) {
+        Sampler sampler(SamplerKind::independent, 3, d, 0);
+        const Vec3 wo = by_cosine(leaning, sampler);
+        RGB by_paths, by_photons;
+        constexpr int kSamples = 500;
+        for (int i = 0; i < kSamples; ++i) {
+          const float u_lobe = (static_cast<float>(i) + 0.5f) / kSamples;
+          const Vec2 u = sampler.next2();
+          if (const ScatteredRay s = surface.sample(wo, u_lobe, u, kAllLobes); s.valid && s.straight) {
+            EXPECT_LT(length(s.direction + wo), 1e-5f);
+            by_paths += s.weight / kSamples;
+          }
+          float u_mirror = sampler.next1();
+          const ArrivedPhoton arrived = surface.arrive(wo, u_mirror);
+          if (!(arrived.factor > 0) || !(arrived.back == wo)) continue;
+          const ScatteredRay s = surface.scatter_photon(arrived.back, u_lobe, u, u_mirror);
+          if (!s.valid || !s.straight) continue;
+          EXPECT_LT(length(s.direction + wo), 1e-5f);
+          by_photons += s.weight * (arrived.factor / kSamples);
+        }
+        const RGB expected = surface.straight_transmittance(wo);
+        panes += !is_black(expected);
+        const std::string what = c.name + fmt::format(", {} degrees, direction {}", degrees, d);
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_NEAR(by_paths[k], expected[k], 0.002f) << what;
+          // The share that keeps its direction is left to chance where normals differ.
+          EXPECT_NEAR(by_photons[k], expected[k], degrees == 0 ? 0.002f : 0.15f * expected[k] + 1e-6f) << what;
+        }
+      }
+    }
+  }
+  EXPECT_GT(panes, 30);
+}
 
 TEST(ShadedSurface, SamplesLeaveOnTheirSideWithTheDensityOfPdf) {
   for (const float degrees : kAngles) {

@@ -36,11 +36,12 @@ TEST(FinalGather, RaysThroughGlassBringNoMoreLight) {
     ASSERT_LE(max_component(weight) * static_cast<float>(settings.rays), 1.0001f * most);
 }
 
-/// A floor with a wall on it under a glass pane and, above that, a lamp: no light but through the glass.
+/// A floor with a wall on it under the surface of glass and, above that, a lamp: no light but through the glass, which
+/// bends it.
 SceneDescription corner_under_glass() {
   SceneDescription d = floor_description();
   Material glass;
-  glass.kind = MaterialKind::thin_dielectric;
+  glass.kind = MaterialKind::dielectric;
   glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
   d.materials.push_back(glass);
   add_quad(d, {0, -2, 0}, {0, 4, 0}, {0, 0, 2});
