@@ -30,8 +30,9 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// noise of one map covers the whole picture.
 constexpr double kRaysPerPhoton = 200;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 1'000'000;
-/// Small pictures get fewer, since tracing them would be nearly all of the work.
-constexpr double kPhotonsPerPixel = 30, kMinPhotonsSmallPicture = 50'000;
+/// Small pictures get fewer, since tracing them would be nearly all of the work. With fewer than the least number,
+/// light leaks between blinds.
+constexpr double kPhotonsPerPixel = 30, kMinPhotonsSmallPicture = 150'000;
 /// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
 /// with no larger error.
 constexpr double kQueriesThatPayControl = 100;

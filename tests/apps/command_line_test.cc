@@ -240,8 +240,8 @@ TEST_F(CommandLineTest, ATinyPictureTakesFewPhotons) {
               0);
     return read_json("s.json").at("settings").at("photons").get<int>();
   };
-  EXPECT_EQ(photons("1x1"), 50'000);
-  EXPECT_GT(photons("60x60"), 50'000);
+  EXPECT_EQ(photons("1x1"), 150'000);
+  EXPECT_GT(photons("80x80"), 150'000);
 }
 
 /// Decodes a matte as compositing programs do: by the name's number in the manifest.

@@ -39,7 +39,8 @@ SceneDescription glazed_floor(const PaneCase& pane, float reach = 4) {
   SceneDescription d = floor_description();
   d.materials.push_back(pane_cases()[0].material);
   d.materials.push_back(pane.material);
-  for (const float height : {2.0f, 3.0f}) add_quad(d, {-reach, -reach, height}, {2 * reach, 0, 0}, {0, 2 * reach, 0}, 2);
+  for (const float height : {2.0f, 3.0f})
+    add_quad(d, {-reach, -reach, height}, {2 * reach, 0, 0}, {0, 2 * reach, 0}, 2);
   d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 1, 2));
   return d;
 }
