@@ -24,8 +24,10 @@ constexpr std::uint64_t kMaxLitPlaces = 32768, kBytesPerLitPlace = 512;
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 /// Most passes of photons in a caustic map.
 constexpr std::uint64_t kMaxCausticPasses = 8;
-/// Sufficient size of the caustic map, as a share of the global map.
+/// Sufficient size of the caustic map, as a share of the global map; and the passes that make its noise hard to see,
+/// however large it is: their photons are within the radii of the first.
 constexpr double kCausticShare = 0.5;
+constexpr std::uint64_t kSmoothCausticPasses = 4;
 /// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
 constexpr double kCausticPhotonsPerRay = 2;
 /// Radius of a kernel of half the area.
@@ -303,7 +305,8 @@ std::uint64_t PhotonMaps::caustic_passes() const {
   const std::uint64_t affordable = settings_.more_caustic_photons / pass_settings().photons;
   const auto enough = static_cast<std::uint64_t>(kCausticShare * static_cast<double>(settings_.photons) /
                                                  static_cast<double>(first_caustic_));
-  return std::clamp<std::uint64_t>(std::min(enough, 1 + affordable), 1, kMaxCausticPasses);
+  return std::clamp<std::uint64_t>(std::min(std::max(enough, kSmoothCausticPasses), 1 + affordable), 1,
+                                   kMaxCausticPasses);
 }
 
 void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistics) {
