@@ -27,6 +27,7 @@ void run_if_due(const Job& job, RepeatedWork& repeated) {
 std::string work_of(const Job& job) {
   if (job.step() == Job::Step::photons) return "tracing photons";
   if (job.step() == Job::Step::map) return "building photon map";
+  if (job.step() == Job::Step::waiting) return "waiting for photons of other processes";
   if (job.step() == Job::Step::rounds) return "sampling noisy pixels";
   return fmt::format("pass {}", std::min(job.passes() + 1, job.settings().sample_range().count()));
 }

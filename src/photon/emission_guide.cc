@@ -174,6 +174,19 @@ EmissionGuide EmissionGuide::learn(std::span<const PilotPath> paths) {
   return guide;
 }
 
+void EmissionGuide::write(ByteWriter& out) const {
+  out.put(gain_);
+  out.put<std::uint64_t>(nodes_.size());
+  out.put_array(nodes_);
+}
+
+EmissionGuide EmissionGuide::read(ByteReader& in) {
+  EmissionGuide guide;
+  guide.gain_ = in.take<double>();
+  in.take_array(guide.nodes_, in.take<std::uint64_t>());
+  return guide;
+}
+
 float EmissionGuide::warp(EmissionNumbers& numbers) const {
   const Node* node = nodes_.data();
   double density = 1;

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "core/bytes.h"
+
 namespace glowworm {
 
 /// The random numbers in [0, 1) of an emitted photon: choice of the light, place (2), direction (2).
@@ -38,6 +40,10 @@ class EmissionGuide {
   /// Mean score of guided paths divided by that of unguided ones, from the pilot paths.
   double gain() const { return gain_; }
   std::size_t cell_count() const { return (nodes_.size() + 1) / 2; }
+
+  void write(ByteWriter& out) const;
+  /// Throws Error if the bytes are not those of write().
+  static EmissionGuide read(ByteReader& in);
 
   static constexpr float kFloor = 0.05f;
 

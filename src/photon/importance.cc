@@ -62,6 +62,25 @@ float ImportanceGrid::value(Vec3 position, Vec3 normal) const {
   return found == cells_.end() ? 0.0f : found->second;
 }
 
+void ImportanceGrid::write(ByteWriter& out) const {
+  out.put(cell_);
+  out.put<std::uint64_t>(cells_.size());
+  for (const auto& [place, value] : cells_) {
+    out.put(place);
+    out.put(value);
+  }
+}
+
+ImportanceGrid ImportanceGrid::read(ByteReader& in) {
+  ImportanceGrid grid;
+  grid.cell_ = in.take<float>();
+  for (auto left = in.take<std::uint64_t>(); left > 0; --left) {
+    const auto place = in.take<std::uint64_t>();
+    grid.cells_[place] = in.take<float>();
+  }
+  return grid;
+}
+
 std::uint64_t ImportanceGrid::key(Vec3 position, Vec3 normal, int dx, int dy, int dz) const {
   // 20 bits an axis: cells a million apart share a key, which makes guiding slightly less efficient but stays correct.
   const auto part = [&](float x, int d) {

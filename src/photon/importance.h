@@ -4,6 +4,7 @@
 #include <span>
 #include <unordered_map>
 
+#include "core/bytes.h"
 #include "core/vec.h"
 
 namespace glowworm {
@@ -25,6 +26,10 @@ class ImportanceGrid {
   float value(Vec3 position, Vec3 normal) const;
   /// Side of a cell, metres.
   float cell() const { return cell_; }
+
+  void write(ByteWriter& out) const;
+  /// Throws Error if the bytes are not those of write().
+  static ImportanceGrid read(ByteReader& in);
 
  private:
   std::uint64_t key(Vec3 position, Vec3 normal, int dx, int dy, int dz) const;

@@ -82,6 +82,48 @@ void PhotonChunk::make_room(std::size_t most) {
   for (auto* array : {&caustic, &used}) enlarge(*array, count, size);
 }
 
+void PhotonChunk::keep_caustic() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!caustic[i]) continue;
+    for (auto* array : {&position, &direction, &normal}) (*array)[kept] = (*array)[i];
+    flux[kept] = flux[i];
+    for (auto* array : {&light, &path}) (*array)[kept] = (*array)[i];
+    for (auto* array : {&caustic, &used}) (*array)[kept] = (*array)[i];
+    ++kept;
+  }
+  count = kept;
+}
+
+void PhotonChunk::write(ByteWriter& out) const {
+  const auto put = [&](const auto& array) { out.put_array(array.span().first(count)); };
+  out.put<std::uint64_t>(count);
+  out.put(stored);
+  for (const auto* array : {&position, &direction, &normal}) put(*array);
+  put(flux);
+  put(light);
+  for (const auto* array : {&caustic, &used}) put(*array);
+  out.put(balance);
+  out.put<std::uint64_t>(emitted_light.size());
+  out.put_array(emitted_light);
+}
+
+void PhotonChunk::read(ByteReader& in) {
+  const std::size_t photons = in.take<std::uint64_t>();
+  if (photons > in.left()) throw Error("a chunk of photons is cut");
+  count = 0;
+  make_room(photons);
+  count = photons;
+  stored = in.take<std::uint64_t>();
+  const auto take = [&](auto& array) { in.take_to(array.span().first(count)); };
+  for (auto* array : {&position, &direction, &normal}) take(*array);
+  take(flux);
+  take(light);
+  for (auto* array : {&caustic, &used}) take(*array);
+  balance = in.take<FluxBalance>();
+  in.take_array(emitted_light, in.take<std::uint64_t>());
+}
+
 class ChunkTracers::ChunkTracer {
  public:
   explicit ChunkTracer(const PhotonChunkSettings& settings)
@@ -105,6 +147,8 @@ class ChunkTracers::ChunkTracer {
         kept = scatter_block(first, std::min(DiffuseHits::kBlock, rays.size() - first), bounce, kept);
       paths_.count = kept;
     }
+    chunk.stored = chunk.count;
+    if (pass_.only_caustic) chunk.keep_caustic();
   }
 
  private:

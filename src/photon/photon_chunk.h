@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "core/bytes.h"
 #include "core/large_array.h"
 #include "photon/diffuse_hits.h"
 #include "photon/photon_tracer.h"
@@ -15,7 +16,8 @@ inline constexpr std::size_t kPathsPerChunk = 1024;
 
 /// Photons of a chunk of paths. The arrays hold `count` photons and may be longer; photons are in order of bounce.
 struct PhotonChunk {
-  std::size_t count = 0;  ///< photons
+  std::size_t count = 0;     ///< photons
+  std::uint64_t stored = 0;  ///< photons before any were left out
   LargeArray<Vec3> position, direction, normal;
   LargeArray<RGB> flux;              ///< as emitted, not divided by the number of paths
   LargeArray<std::uint32_t> light;   ///< source, counted as in Scene::light_power()
@@ -29,6 +31,11 @@ struct PhotonChunk {
 
   /// Allocates memory for so many photons.
   void make_room(std::size_t most);
+  /// Leaves out all photons that are not caustic.
+  void keep_caustic();
+  /// Writes what a pass takes of the chunk, and reads it in place of the chunk's contents.
+  void write(ByteWriter& out) const;
+  void read(ByteReader& in);
 };
 
 /// Data that all chunks of a pass share.

@@ -1,7 +1,10 @@
 #include "photon/photon_tracer.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "core/parallel.h"
@@ -14,6 +17,8 @@ namespace {
 
 /// Photons that one piece of work scales.
 constexpr std::size_t kScaledAtOnce = 1 << 15;
+/// Chunks of a piece of shared work, about a tenth of a second of a core, and most pieces of a wave.
+constexpr std::uint64_t kChunksPerPiece = 128, kMostPieces = 64;
 
 void add(FluxBalance& sum, const FluxBalance& part) {
   for (int c = 0; c < 3; ++c) {
@@ -47,11 +52,48 @@ void count(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings&
 /// Appends a chunk to the pass.
 void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
   const auto append = [&](auto& to, const auto& from) { to.insert(to.end(), from.data(), from.data() + chunk.count); };
-  append(pass.global.position, chunk.position);
-  append(pass.global.direction, chunk.direction);
-  append(pass.global.flux, chunk.flux);
-  append(pass.global.normal, chunk.normal);
+  if (!settings.only_caustic) {
+    append(pass.global.position, chunk.position);
+    append(pass.global.direction, chunk.direction);
+    append(pass.global.flux, chunk.flux);
+    append(pass.global.normal, chunk.normal);
+  }
+  pass.stored += chunk.stored;
   count(pass, chunk, settings);
+}
+
+/// Traces chunks [first, end) of a pass. Chunks are joined in order while others are being traced.
+void trace_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
+                  const std::function<void(const PhotonChunk&)>& join) {
+  PartQueue<PhotonChunk> queue(end - first, join);
+  parallel_for(0, end - first, 1, [&](std::size_t, std::size_t) {
+    const std::size_t number = queue.take();
+    std::unique_ptr<PhotonChunk> chunk = queue.borrow();
+    tracers.trace((first + number) * kPathsPerChunk, kPathsPerChunk, *chunk);
+    queue.put(number, std::move(chunk));
+  });
+}
+
+/// Adds chunks [first, end) to a pass, divided with other processes.
+void share_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end, const PhotonPassSettings& settings,
+                  PhotonPass& pass) {
+  const std::uint64_t pieces = std::min((end - first + kChunksPerPiece - 1) / kChunksPerPiece, kMostPieces);
+  const auto make = [&](std::size_t piece) {
+    ByteWriter out;
+    const std::uint64_t chunks = end - first;
+    trace_chunks(tracers, first + chunks * piece / pieces, first + chunks * (piece + 1) / pieces,
+                 [&](const PhotonChunk& chunk) { chunk.write(out); });
+    return out.take();
+  };
+  PhotonChunk chunk;
+  const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
+    ByteReader in(bytes, "a piece of photons");
+    while (in.left() > 0) {
+      chunk.read(in);
+      join(pass, chunk, settings);
+    }
+  };
+  settings.shared->divide("photons-" + std::to_string(settings.pass) + "-" + std::to_string(first), pieces, make, take);
 }
 
 void scale(PhotonPass& pass, std::uint64_t emitted) {
@@ -76,25 +118,22 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   pass.used_by_light.resize(tracer.scene().light_source_count());
   // The last wave exceeds the wanted number; reserved memory that is never written costs nothing. Nothing grows later:
   // other threads append, and this one may place arrays on disk.
-  pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
+  if (!settings.only_caustic) pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
   ChunkTracers tracers({&tracer, &settings, false});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
-  while (pass.global.size() < settings.photons && pass.emitted < limit) {
-    // Chunks are joined in order while others are being traced.
-    PartQueue<PhotonChunk> queue(next_chunks, [&](const PhotonChunk& chunk) { join(pass, chunk, settings); });
-    parallel_for(0, next_chunks, 1, [&](std::size_t, std::size_t) {
-      const std::size_t number = queue.take();
-      std::unique_ptr<PhotonChunk> chunk = queue.borrow();
-      tracers.trace(pass.emitted + number * kPathsPerChunk, kPathsPerChunk, *chunk);
-      queue.put(number, std::move(chunk));
-    });
-    pass.emitted += next_chunks * kPathsPerChunk;
+  while (pass.stored < settings.photons && pass.emitted < limit) {
+    const std::uint64_t first = pass.emitted / kPathsPerChunk, end = first + next_chunks;
+    if (settings.shared)
+      share_chunks(tracers, first, end, settings, pass);
+    else
+      trace_chunks(tracers, first, end, [&](const PhotonChunk& chunk) { join(pass, chunk, settings); });
+    pass.emitted = end * kPathsPerChunk;
     // If nothing is stored (only glass, or lights that miss the scene), more paths do not help.
-    if (pass.global.size() == 0 && pass.emitted >= settings.photons) break;
+    if (pass.stored == 0 && pass.emitted >= settings.photons) break;
     // The yield so far gives the number of paths still needed, in whole chunks, so it does not depend on threads.
-    const double yield = std::max(static_cast<double>(pass.global.size()) / static_cast<double>(pass.emitted), 1e-3);
-    const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.global.size());
+    const double yield = std::max(static_cast<double>(pass.stored) / static_cast<double>(pass.emitted), 1e-3);
+    const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.stored);
     // The number of wanted photons bounds a wave: the yield of a few paths may be far too low.
     const std::uint64_t longest =
         std::min(settings.photons, limit - std::min(limit, pass.emitted)) / kPathsPerChunk + 1;
@@ -103,7 +142,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   if (!settings.demand) pass.used_by_light = pass.stored_by_light;
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));
   statistics.add(Counter::photons_emitted, pass.emitted);
-  statistics.add(Counter::photons_stored, pass.global.size());
+  statistics.add(Counter::photons_stored, pass.stored);
   return pass;
 }
 

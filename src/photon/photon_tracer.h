@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/shared_work.h"
 #include "core/statistics.h"
 #include "photon/emission_guide.h"
 #include "photon/importance.h"
@@ -28,6 +29,8 @@ struct PhotonPassSettings {
   const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
   const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
   bool keep_sources = false;             ///< fill PhotonPass::global_source and caustic_source
+  bool only_caustic = false;             ///< leave PhotonPass::global empty, but count its photons
+  SharedWork* shared = nullptr;          ///< processes that divide the pass; null: this one traces all of it
 };
 
 /// Flux of a pass, in W. Emitted flux is counted by its fate: emitted + scattered = arrived + escaped + cut, and
@@ -44,9 +47,10 @@ struct PhotonPass {
       caustic;  ///< photons with at least one bounce and only sharp ones (a pane passed is no bounce); in `global`, too
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.
   std::vector<std::uint32_t> global_source, caustic_source;
-  std::uint64_t emitted = 0;
+  std::uint64_t emitted = 0, stored = 0;  ///< paths, and photons of the global map, whether they are kept or not
   FluxBalance balance;
-  /// By light source, in the order of Scene::light_power(). `used`: stored photons at places that the image needs.
+  /// By light source, in the order of Scene::light_power(). `used`: stored photons at places that the image needs. With
+  /// PhotonPassSettings::only_caustic they count caustic photons.
   std::vector<std::uint64_t> emitted_by_light, stored_by_light, used_by_light;
 };
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
+#include "core/bytes.h"
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -18,6 +20,8 @@ namespace {
 /// Lines per area of a photon's disc: first lines to detect a deviation, and all lines where there is one.
 constexpr float kFirstLines = 8, kAllLines = 32;
 constexpr std::size_t kClustersPerChunk = 64;
+/// Photons of a piece of shared work, about a tenth of a second of a core, and most pieces.
+constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
 /// A cluster is plain if the first lines give all its photons a mass within this distance of 1.
 constexpr float kTolerance = 0.02f;
 /// Share of a line that is skipped behind a surface, in addition to rounding, so that the surface is not hit again.
@@ -235,24 +239,77 @@ class ClusterMass {
   Segments segments_;
 };
 
+/// The factors of all clusters, or of some.
+class Factors {
+ public:
+  Factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy)
+      : tracer_(tracer), photons_(photons), policy_(policy), factors_(photons.size(), 1.0f) {
+    if (policy.kind == RadiusKind::fixed) same_.assign(photons.size(), policy.radius);
+    radii_ = same_.empty() ? std::span(policy.radii) : std::span<const float>(same_);
+  }
+  Factors(const Factors&) = delete;
+  Factors& operator=(const Factors&) = delete;
+
+  /// Measures piece `piece` of `pieces`. Returns its clusters.
+  std::span<const BoundaryCluster> measure(std::size_t piece, std::size_t pieces) {
+    if (!all_) {
+      all_ = make_boundary_clusters(photons_, radii_);
+      points_ = make_line_points();
+    }
+    const std::vector<BoundaryCluster>& clusters = all_->clusters;
+    const std::size_t first = clusters.size() * piece / pieces, end = clusters.size() * (piece + 1) / pieces;
+    parallel_for(first, end, kClustersPerChunk, [&](std::size_t from, std::size_t to) {
+      ClusterMass mass(tracer_, photons_, radii_, policy_, points_);
+      for (std::size_t i = from; i < to; ++i) mass.measure(clusters[i], members(clusters[i]), factors_);
+    });
+    return std::span(clusters).subspan(first, end - first);
+  }
+  /// The photons of a cluster that measure() has returned.
+  std::span<const std::uint32_t> members(const BoundaryCluster& cluster) const {
+    return std::span(all_->photons).subspan(cluster.first, cluster.count);
+  }
+  std::vector<float>& values() { return factors_; }
+
+ private:
+  const Tracer& tracer_;
+  const PhotonBatch& photons_;
+  const RadiusPolicy& policy_;
+  std::vector<float> factors_, same_;
+  std::span<const float> radii_;
+  std::optional<BoundaryClusters> all_;
+  std::vector<LinePoint> points_;
+};
+
+/// A factor that is not 1.
+struct FactorOf {
+  std::uint32_t photon;
+  float factor;
+};
+
 }  // namespace
 
-std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy) {
-  std::vector<float> factors(photons.size(), 1.0f);
-  if (photons.size() == 0) return factors;
-  std::vector<float> same;
-  if (policy.kind == RadiusKind::fixed) same.assign(photons.size(), policy.radius);
-  const std::span<const float> radii = same.empty() ? std::span(policy.radii) : std::span<const float>(same);
-  const BoundaryClusters all = make_boundary_clusters(photons, radii);
-  const std::vector<LinePoint> points = make_line_points();
-  parallel_for(0, all.clusters.size(), kClustersPerChunk, [&](std::size_t first, std::size_t last) {
-    ClusterMass mass(tracer, photons, radii, policy, points);
-    for (std::size_t i = first; i < last; ++i) {
-      const BoundaryCluster& cluster = all.clusters[i];
-      mass.measure(cluster, std::span(all.photons).subspan(cluster.first, cluster.count), factors);
+std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
+                                    SharedWork* shared, const std::string& name) {
+  Factors factors(tracer, photons, policy);
+  std::vector<float>& values = factors.values();
+  if (photons.size() > 0 && !shared) factors.measure(0, 1);
+  if (photons.size() == 0 || !shared) return std::move(values);
+  const std::size_t pieces = std::min((photons.size() + kPhotonsPerPiece - 1) / kPhotonsPerPiece, kMostPieces);
+  const auto make = [&](std::size_t piece) {
+    ByteWriter out;
+    for (const BoundaryCluster& cluster : factors.measure(piece, pieces))
+      for (const std::uint32_t photon : factors.members(cluster))
+        if (values[photon] != 1) out.put(FactorOf{photon, values[photon]});
+    return out.take();
+  };
+  const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
+    for (ByteReader in(bytes, "a piece of factors"); in.left() > 0;) {
+      const auto [photon, factor] = in.take<FactorOf>();
+      values.at(photon) = factor;
     }
-  });
-  return factors;
+  };
+  shared->divide(name, pieces, make, take);
+  return std::move(values);
 }
 
 }  // namespace glowworm

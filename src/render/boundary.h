@@ -1,7 +1,9 @@
 // Boundary correction for kernels that extend over the edge of a surface.
 #pragma once
+#include <string>
 #include <vector>
 
+#include "core/shared_work.h"
 #include "density/engine.h"
 #include "points/photon_batch.h"
 #include "trace/tracer.h"
@@ -14,6 +16,8 @@ namespace glowworm {
 /// parallel surfaces flux counts more than once. Returns for each photon the factor on its flux that corrects this: one
 /// over the kernel's integral over all surface where query points count the photon, estimated with lines along its
 /// normal. Between 1/4 and 8; 1 on plain surfaces. Uses all threads; deterministic.
-std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy);
+/// @param shared processes that divide the work; null: none @param name of the work, for SharedWork::divide()
+std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
+                                    SharedWork* shared = nullptr, const std::string& name = "");
 
 }  // namespace glowworm

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <deque>
 
+#include "core/bytes.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/parallel.h"
@@ -29,57 +29,15 @@ constexpr double kTurn = 0.002;
 /// Tasks assigned to a rank: one that it computes, and the next, to hide the time of messages.
 constexpr int kTasksAtOnce = 2;
 
-class Packer {
+class Packer : public ByteWriter {
  public:
   explicit Packer(Kind kind) { put(kind); }
-  template <typename T>
-  void put(const T& value) {
-    put_bytes(&value, sizeof value);
-  }
-  void put_text(const std::string& text) { put_bytes(text.data(), text.size()); }
-  template <typename T>
-  void put_array(const std::vector<T>& values) {
-    put_bytes(values.data(), values.size() * sizeof(T));
-  }
-  std::vector<std::byte> take() { return std::move(bytes_); }
-
- private:
-  void put_bytes(const void* data, std::size_t size) {
-    const auto* from = static_cast<const std::byte*>(data);
-    bytes_.insert(bytes_.end(), from, from + size);
-  }
-  std::vector<std::byte> bytes_;
 };
 
-class Unpacker {
+class Unpacker : public ByteReader {
  public:
-  explicit Unpacker(const Message& message) : message_(message) {}
-  template <typename T>
-  T take() {
-    T value{};
-    take_bytes(&value, sizeof value);
-    return value;
-  }
-  template <typename T>
-  void take_array(std::vector<T>& values, std::size_t count) {
-    values.resize(count);
-    take_bytes(values.data(), count * sizeof(T));
-  }
-  std::string rest() {
-    std::string text(message_.bytes.size() - at_, '\0');
-    take_bytes(text.data(), text.size());
-    return text;
-  }
-  std::size_t left() const { return message_.bytes.size() - at_; }
-
- private:
-  void take_bytes(void* to, std::size_t size) {
-    if (size > left()) throw Error(fmt::format("rank {} sent a message that is too short", message_.from));
-    if (size > 0) std::memcpy(to, message_.bytes.data() + at_, size);
-    at_ += size;
-  }
-  const Message& message_;
-  std::size_t at_ = 0;
+  explicit Unpacker(const Message& message)
+      : ByteReader(message.bytes, fmt::format("a message of rank {}", message.from)) {}
 };
 
 std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) {

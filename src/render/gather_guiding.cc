@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <span>
+#include <vector>
 
+#include "core/bytes.h"
 #include "core/random.h"
 
 namespace glowworm {
@@ -18,30 +20,50 @@ constexpr double kMinRaysFromPoints = 1 << 16;
 /// Rays of the pilot pass, as a share of those of a sample of all pixels.
 constexpr double kShare = 0.5;
 /// Points of the pilot pass that are worked on at a time.
-constexpr std::size_t kCellsAtOnce = 256;
-/// Memory of what is kept of each point.
-constexpr std::uint64_t kBytesEach = 2 * sizeof(Vec3) + kRaysEach * (sizeof(float) + 1);
+constexpr std::size_t kPointsAtOnce = 256;
+/// Pieces of shared work: of a tenth of a second of a core at most.
+constexpr std::size_t kPieces = 16;
+/// Memory of a point, and of it with its rays.
+constexpr std::uint64_t kBytesOfPoint = 2 * sizeof(Vec3), kBytesEach = kBytesOfPoint + kRaysEach * (sizeof(float) + 1);
 
 class Pilot {
  public:
-  Pilot(const Tracer& tracer, const PhotonMaps& maps, const PassSettings& settings, MemoryBudget& budget)
-      : tracer_(tracer), maps_(maps), settings_(settings), budget_(budget) {
+  /// @param wanted number of points
+  Pilot(const Tracer& tracer, const PhotonMaps& maps, const View& view, double wanted, const PassSettings& settings,
+        MemoryBudget& budget)
+      : tracer_(tracer), maps_(maps), view_(view), wanted_(wanted), settings_(settings), budget_(budget) {
     settings_.kind = PassKind::gather_rays;
     settings_.gather = settings_.light_samples = 1;
     settings_.patches = settings_.by_disk = settings_.places = false;
     settings_.guide = nullptr;
     settings_.light_groups = nullptr;
-    rays_.rays_each = kRaysEach;
+  }
+
+  /// Gathers from piece `piece` of `pieces` of the points, and appends to the rays.
+  void gather(std::size_t piece, std::size_t pieces, GuideRays& rays) {
+    if (!found_) find_points();
+    found_ = true;
+    const std::size_t runs = (normals_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
+    for (std::size_t run = runs * piece / pieces; run < runs * (piece + 1) / pieces; ++run) gather_run(run, rays);
+  }
+
+ private:
+  void find_points() {
+    if (view_.points)
+      look_from(*view_.points, static_cast<std::size_t>(wanted_));
+    else
+      look_from(*view_.camera,
+                std::sqrt(std::min(wanted_ / (static_cast<double>(settings_.width) * settings_.height), 1.0)));
   }
 
   /// @param share of the pixels along a side of the picture
-  GuideRays look_from(const Camera& camera, double share) {
+  void look_from(const Camera& camera, double share) {
     const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * share))); };
     CameraPassSettings camera_settings;
     camera_settings.width = scaled(settings_.width);
     camera_settings.height = scaled(settings_.height);
     camera_settings.seed = hash_combine(settings_.seed, kGuideStream);
-    const int rows = std::max(1, static_cast<int>(kCellsAtOnce) / camera_settings.width);
+    const int rows = std::max(1, static_cast<int>(kPointsAtOnce) / camera_settings.width);
     for (int y = 0; y < camera_settings.height; y += rows) {
       const CameraTask task{0, y, camera_settings.width, std::min(y + rows, camera_settings.height), 0, 1};
       SlotRadiance emitted;
@@ -51,79 +73,118 @@ class Pilot {
       for (std::size_t i = 0; i < points.size(); ++i)
         if (is_lambertian(points.bsdf[i])) add(points.position[i], points.normal[i]);
     }
-    gather();
-    return std::move(rays_);
   }
 
   /// @param count points in all, which repeat those of the grid or leave some out
-  GuideRays look_from(const PointGrid& grid, std::size_t count) {
+  void look_from(const PointGrid& grid, std::size_t count) {
     const std::size_t cells = grid.normal.size();
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t cell = count < cells ? i * cells / count : i % cells;
       if (grid.has(cell)) add(grid.position[cell], grid.normal[cell]);
     }
-    gather();
-    return std::move(rays_);
   }
 
- private:
   void add(Vec3 position, Vec3 normal) {
-    pending_.position.push_back(position);
-    pending_.normal.push_back(normal);
-    if (pending_.normal.size() == kCellsAtOnce) gather();
+    positions_.push_back(position);
+    normals_.push_back(normal);
   }
 
-  /// Gathers from the pending points.
-  void gather() {
-    PointGrid grid = std::move(pending_);
-    pending_ = {};
+  /// Gathers from the points of a run.
+  void gather_run(std::size_t run, GuideRays& rays) {
+    const std::size_t first = run * kPointsAtOnce, end = std::min(first + kPointsAtOnce, normals_.size());
+    PointGrid grid;
+    grid.position.assign(positions_.begin() + static_cast<std::ptrdiff_t>(first),
+                         positions_.begin() + static_cast<std::ptrdiff_t>(end));
+    grid.normal.assign(normals_.begin() + static_cast<std::ptrdiff_t>(first),
+                       normals_.begin() + static_cast<std::ptrdiff_t>(end));
     grid.on_surfaces = true;
     grid.height = 1;
-    grid.width = static_cast<int>(grid.normal.size());
-    if (grid.width == 0) return;
+    grid.width = static_cast<int>(end - first);
     PassSettings settings = settings_;
     settings.width = grid.width;
     settings.height = 1;
-    settings.seed = hash_combine(hash_combine(settings_.seed, kGuideStream), runs_++);
+    settings.seed = hash_combine(hash_combine(settings_.seed, kGuideStream), static_cast<std::uint32_t>(run));
     const CameraTask task{0, 0, grid.width, 1, 0, kRaysEach};
     const PassResult found = render_pass(tracer_, maps_, grid, task, settings, budget_, memory_, statistics_);
     const auto count = static_cast<std::uint32_t>(grid.width);
     for (std::uint32_t i = 0; i < count; ++i) {
-      rays_.position.push_back(grid.position[i]);
-      rays_.normal.push_back(grid.normal[i]);
+      rays.position.push_back(grid.position[i]);
+      rays.normal.push_back(grid.normal[i]);
       for (std::uint32_t sample = 0; sample < kRaysEach; ++sample) {
         const std::size_t slot = std::size_t{sample} * count + i;
         const float light = luminance(found.radiance.direct[slot] + found.radiance.indirect[slot]);
-        rays_.light.push_back(std::isfinite(light) ? light : 0.0f);
-        rays_.cell.push_back(GatherGuide::cell(gather_square(i, sample, 1, 0, settings.seed)));
+        rays.light.push_back(std::isfinite(light) ? light : 0.0f);
+        rays.cell.push_back(GatherGuide::cell(gather_square(i, sample, 1, 0, settings.seed)));
       }
     }
   }
 
   const Tracer& tracer_;
   const PhotonMaps& maps_;
+  const View& view_;
+  double wanted_;
   PassSettings settings_;
   MemoryBudget& budget_;
   PassMemory memory_;
   Statistics statistics_;  // The counts are not the render's.
-  GuideRays rays_;
-  PointGrid pending_;
-  std::uint32_t runs_ = 0;
+  bool found_ = false;
+  std::vector<Vec3> positions_, normals_;
 };
+
+std::vector<std::byte> packed(const GuideRays& rays) {
+  ByteWriter out;
+  out.put_array(rays.position);
+  out.put_array(rays.normal);
+  out.put_array(rays.cell);
+  out.put_array(rays.light);
+  return out.take();
+}
+
+GuideRays unpacked(std::span<const std::byte> bytes) {
+  GuideRays rays;
+  const std::size_t points = bytes.size() / kBytesEach;
+  ByteReader in(bytes, "a piece of gather rays");
+  in.take_array(rays.position, points);
+  in.take_array(rays.normal, points);
+  in.take_array(rays.cell, points * kRaysEach);
+  in.take_array(rays.light, points * kRaysEach);
+  return rays;
+}
+
+void append(GuideRays& rays, const GuideRays& more) {
+  const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  add(rays.position, more.position);
+  add(rays.normal, more.normal);
+  add(rays.cell, more.cell);
+  add(rays.light, more.light);
+}
 
 }  // namespace
 
 GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, const View& view,
-                               const PassSettings& settings, MemoryBudget& budget, Statistics& statistics) {
+                               const PassSettings& settings, MemoryBudget& budget, Statistics& statistics,
+                               SharedWork* shared) {
   if (settings.gather == 0 || (view.points ? !view.points->learns : maps.empty())) return {};
   const PhaseTimer timer(statistics, Phase::build_photon_map);
   const double pixels = static_cast<double>(settings.width) * settings.height;
-  const double rays = pixels * settings.gather * kShare;
-  const double points = std::clamp(rays, view.points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
-  const Reservation reservation(budget, "guide of gather rays", static_cast<std::uint64_t>(points) * kBytesEach);
-  Pilot pilot(tracer, maps, settings, budget);
-  if (view.points) return GatherGuide(pilot.look_from(*view.points, static_cast<std::size_t>(points)));
-  return GatherGuide(pilot.look_from(*view.camera, std::sqrt(std::min(points / pixels, 1.0))));
+  const double wanted = pixels * settings.gather * kShare;
+  const double points = std::clamp(wanted, view.points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
+  const Reservation reservation(budget, "guide of gather rays",
+                                static_cast<std::uint64_t>(points) * (kBytesOfPoint + kBytesEach));
+  Pilot pilot(tracer, maps, view, points, settings, budget);
+  GuideRays rays;
+  rays.rays_each = kRaysEach;
+  const auto make = [&](std::size_t piece) {
+    GuideRays own;
+    pilot.gather(piece, kPieces, own);
+    return packed(own);
+  };
+  const auto take = [&](std::size_t, std::span<const std::byte> bytes) { append(rays, unpacked(bytes)); };
+  if (shared)
+    shared->divide("gather-guide", kPieces, make, take);
+  else
+    pilot.gather(0, 1, rays);
+  return GatherGuide(rays);
 }
 
 }  // namespace glowworm

@@ -1,6 +1,7 @@
 // The pilot pass of gather rays, from which their guide learns.
 #pragma once
 #include "core/memory_budget.h"
+#include "core/shared_work.h"
 #include "gather/gather_guide.h"
 #include "render/pass.h"
 
@@ -11,7 +12,9 @@ namespace glowworm {
 /// guide depends neither on the part of the picture that is rendered nor on the number of threads or the budget. Points
 /// have none unless PointGrid::learns.
 /// @param maps up to date @param settings of the passes that the guide is for
+/// @param shared processes that divide the work; null: none
 GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, const View& view,
-                               const PassSettings& settings, MemoryBudget& budget, Statistics& statistics);
+                               const PassSettings& settings, MemoryBudget& budget, Statistics& statistics,
+                               SharedWork* shared = nullptr);
 
 }  // namespace glowworm

@@ -1,5 +1,7 @@
 #include "render/job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -7,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/parallel.h"
 #include "points/finite_light.h"
 #include "render/filtered.h"
@@ -98,6 +101,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (resume) this->resume(*resume);
   made_->maps.reserve_in(&array_budget());
+  if (!settings_.share.empty() && settings_.integrator != Integrator::path)
+    shared_ = std::make_unique<ShareFolder>(settings_.share, key_text(key_of_photons(key())));
   earlier_peak_ = peak_resident_bytes();
   return_free_memory();
   scene_bytes_ = resident_bytes();
@@ -260,6 +265,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.diagnosed = s.place_layers().radius;
   wanted.narrow = s.place_layers().bias;
   wanted.kept = false;
+  wanted.shared = sharers(wanted.pass);
   return wanted;
 }
 
@@ -291,9 +297,14 @@ View Job::view() const {
 void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
   if (!s.guiding || made_->guide) return;
   const PhaseTimer timer(statistics, Phase::trace_photons);
-  PhotonGuiding guiding = guide_photons(*tracer_, view(), s);
+  PhotonGuiding guiding = guide_photons(*tracer_, view(), s, shared_.get());
   made_->guide = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
   made_->demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+}
+
+SharedWork* Job::sharers(std::uint32_t pass) const {
+  // Passes of a progressive render belong to one part each, but all need the first for their guide.
+  return pass == 0 ? shared_.get() : nullptr;
 }
 
 void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics) {
@@ -313,13 +324,14 @@ void Job::shoot_photons(std::uint32_t sample) {
     Statistics not_the_renders;
     const bool is_own = sample == 0 || !settings_.progressive;
     make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
-    made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_);
+    made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_, shared_.get());
     made_->has_gather_guide = true;
   }
   make_maps(settings_, sample, statistics_);
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = made_->maps.bytes();
   is_mapping_ = false;
+  if (shared_) detail(fmt::format("{}: {} pieces made, {} read", shared_->folder(), shared_->made(), shared_->read()));
   const std::lock_guard lock(film_mutex_);
   add(light_photons_, photons_by_light(*scene_, made_->maps.pass()));
 }

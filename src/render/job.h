@@ -25,6 +25,7 @@
 #include "render/render_key.h"
 #include "render/scheduler.h"
 #include "render/settings.h"
+#include "render/share_folder.h"
 #include "render/time_fit.h"
 #include "render/time_limit.h"
 #include "trace/tracer.h"
@@ -94,8 +95,9 @@ class Job {
   /// Passes (camera samples of every pixel) done so far, of those of settings().sample_range().
   std::uint32_t passes() const { return passes_; }
   /// The work under way.
-  enum class Step { photons, map, picture, rounds };
+  enum class Step { photons, map, waiting, picture, rounds };
   Step step() const {
+    if (is_mapping_ && shared_ && shared_->is_waiting()) return Step::waiting;
     if (is_mapping_) return made_->maps.is_building() ? Step::map : Step::photons;
     return in_rounds_ ? Step::rounds : Step::picture;
   }
@@ -176,6 +178,8 @@ class Job {
   void guide_emission(const RenderSettings& s, Statistics& statistics);
   /// Makes the maps for these settings, and what guide_emission() makes.
   void make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics);
+  /// The processes that divide the photons of a pass with this one; null: none.
+  SharedWork* sharers(std::uint32_t pass) const;
   void shoot_photons(std::uint32_t sample);
   /// Makes the photon map and the schedule of a pass, unless they are there.
   void prepare(std::uint32_t done);
@@ -226,6 +230,7 @@ class Job {
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
   bool owns_maps_;  // false: another Job made them
   std::shared_ptr<JobMaps> made_;
+  std::unique_ptr<ShareFolder> shared_;  // null: photons are not shared
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;

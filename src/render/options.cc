@@ -339,6 +339,13 @@ std::vector<Option> effort_options() {
             1u << 24),
       part_row({"--part", kEffort, nullptr, "I/N", "all", nullptr,
                 "Render the I-th of N shares of the samples; 'glowworm merge' makes the picture of all"}),
+      member(
+          {"--share", kEffort, nullptr, "DIR", "none", nullptr,
+           "Folder that all processes of a render see: they divide the photons, or later ones read those of earlier "
+           "ones. With --progressive that is what all samples have in common",
+           false, without_photons},
+          &S::share, [](const std::string& text) { return text == "none" ? "" : text; },
+          [](const std::string& folder) { return folder.empty() ? "none" : folder; }, kAsItIs),
       count({"--gather", kEffort, "gather", "N", "auto", "16",
              "Final gather rays of each camera sample; a pixel gets samples x gather", true, without_gathering},
             &S::gather, 1u << 20),

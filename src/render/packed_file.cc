@@ -48,6 +48,27 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
 
 }  // namespace
 
+void write_header(AtomicFile& file, const FileKind& kind, const std::string& text) {
+  const std::uint64_t length = text.size(), hash = hash_of(std::as_bytes(std::span(text)));
+  file.write(kind.data(), kind.size());
+  file.write(&length, sizeof length);
+  file.write(&hash, sizeof hash);
+  file.write(text);
+}
+
+std::optional<std::string> read_header(std::ifstream& file, const FileKind& kind, std::uint64_t size) {
+  FileKind own{};
+  std::uint64_t length = 0, hash = 0;
+  const auto take = [&](void* to, std::uint64_t bytes) {
+    return static_cast<bool>(file.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes)));
+  };
+  if (!take(own.data(), own.size()) || own != kind) return std::nullopt;
+  if (!take(&length, sizeof length) || !take(&hash, sizeof hash) || length > size) return std::nullopt;
+  std::string text(length, '\0');
+  if (!take(text.data(), length) || hash_of(std::as_bytes(std::span(text))) != hash) return std::nullopt;
+  return text;
+}
+
 void PackedWriter::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const std::size_t taken = std::min(bytes.size(), kBlockBytes * kBlocksAtOnce - waiting_.size());

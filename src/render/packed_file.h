@@ -1,14 +1,27 @@
 // Long runs of numbers in files, compressed in blocks (Zstandard).
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/atomic_file.h"
 
 namespace glowworm {
+
+/// Eight characters that tell the kind of a file.
+using FileKind = std::array<char, 8>;
+
+/// Writes the kind of a file and a text, with a hash.
+void write_header(AtomicFile& file, const FileKind& kind, const std::string& text);
+
+/// Reads the text of write_header(); nothing if the file is of another kind or damaged.
+/// @param size of the file, bytes
+std::optional<std::string> read_header(std::ifstream& file, const FileKind& kind, std::uint64_t size);
 
 /// Cuts bytes into blocks, sorts each by the place of a byte in its number of 128 bits, which makes runs of equal bytes
 /// of numbers of like size, and writes it compressed with a hash.

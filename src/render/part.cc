@@ -4,14 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/atomic_file.h"
-#include "core/content_hash.h"
 #include "core/error.h"
 #include "core/input_file.h"
 #include "render/options.h"
@@ -24,7 +22,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr char kPartMagic[8] = {'G', 'L', 'O', 'W', 'P', 'T', '0', '1'};
+constexpr FileKind kPartFile = {'G', 'L', 'O', 'W', 'P', 'T', '0', '2'};
 
 /// Names of files are any bytes, and JSON has only characters: each byte is one of the first 256.
 std::string as_characters(const std::string& bytes) {
@@ -68,7 +66,9 @@ std::vector<std::string> as_bytes(const json& names) {
 }
 
 json settings_to_json(RenderSettings settings) {
-  settings.threads = 0;  // Those of the machine that merges.
+  // Those of the machine that merges.
+  settings.threads = 0;
+  settings.share.clear();
   json out = json::object();
   for (const Option& option : render_options()) out[option.name] = as_characters(option.print(settings));
   return out;
@@ -145,24 +145,14 @@ std::optional<Part> parse_header(const std::string& text) {
 }
 
 /// Opens the file and reads its header.
-Part read_header(const std::string& path, std::ifstream& file) {
+Part open_part(const std::string& path, std::ifstream& file) {
   check_input_file(path);
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   file.open(path, std::ios::binary);
   if (error || !file) throw Error({path}, "the part cannot be read");
-  char magic[sizeof kPartMagic];
-  std::uint64_t length = 0, hash = 0;
-  const auto take = [&](void* to, std::uint64_t bytes) {
-    return static_cast<bool>(file.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes)));
-  };
-  if (!take(magic, sizeof magic) || std::memcmp(magic, kPartMagic, sizeof magic) != 0) refuse(path);
-  if (!take(&length, sizeof length) || !take(&hash, sizeof hash) || length > size) refuse(path);
-  std::string text(length, '\0');
-  if (!take(text.data(), length)) refuse(path);
-  ContentHash own;
-  own.add(std::string_view(text));
-  std::optional<Part> part = own.value() == hash ? parse_header(text) : std::nullopt;
+  const std::optional<std::string> text = read_header(file, kPartFile, size);
+  std::optional<Part> part = text ? parse_header(*text) : std::nullopt;
   if (!part) refuse(path);
   return *std::move(part);
 }
@@ -183,15 +173,7 @@ Part part_of(const Job& job) {
 
 void write_part(const std::string& path, const Part& part, const Film& film) {
   AtomicFile file(path);
-  const std::string text = header_text(part);
-  const std::uint64_t length = text.size();
-  ContentHash hash;
-  hash.add(std::string_view(text));
-  const std::uint64_t sum = hash.value();
-  file.write(kPartMagic, sizeof kPartMagic);
-  file.write(&length, sizeof length);
-  file.write(&sum, sizeof sum);
-  file.write(text);
+  write_header(file, kPartFile, header_text(part));
   PackedWriter packed(file);
   film.write_state([&](std::span<const std::byte> bytes) { packed.write(bytes); });
   packed.finish();
@@ -200,7 +182,7 @@ void write_part(const std::string& path, const Part& part, const Film& film) {
 
 Part read_part(const std::string& path) {
   std::ifstream file;
-  return read_header(path, file);
+  return open_part(path, file);
 }
 
 Film film_for(const Part& part) {
@@ -218,7 +200,7 @@ std::uint64_t merge_bytes(const Part& part) {
 
 void add_part(const std::string& path, const Part& part, Film& film) {
   std::ifstream file;
-  const Part now = read_header(path, file);
+  const Part now = open_part(path, file);
   if (now.ranges != part.ranges || now.key != part.key)
     throw Error({path}, "the part has been written over", "Merge when all parts are there.");
   PackedReader packed(file);

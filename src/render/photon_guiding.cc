@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "core/bytes.h"
 #include "core/parallel.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
@@ -125,17 +126,7 @@ EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGui
   return EmissionGuide::learn(paths);
 }
 
-}  // namespace
-
-std::size_t guiding_paths(const RenderSettings& settings) {
-  return static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));
-}
-
-PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings) {
-  return guide_photons(tracer, tracer.scene().camera(settings.camera), settings);
-}
-
-PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings) {
+PhotonGuiding learn_guiding(const Tracer& tracer, const View& view, const RenderSettings& settings) {
   PhotonGuiding out;
   out.demand = find_demand(tracer, view, settings);
   if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
@@ -163,6 +154,38 @@ PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const Render
   }
   EmissionGuide guide = learn(paths, guides, counts);
   if (guide.gain() >= kMinGain) out.guide = std::move(guide);
+  return out;
+}
+
+}  // namespace
+
+std::size_t guiding_paths(const RenderSettings& settings) {
+  return static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));
+}
+
+PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings, SharedWork* shared) {
+  return guide_photons(tracer, tracer.scene().camera(settings.camera), settings, shared);
+}
+
+PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings,
+                            SharedWork* shared) {
+  if (!shared) return learn_guiding(tracer, view, settings);
+  const auto make = [&](std::size_t) {
+    const PhotonGuiding made = learn_guiding(tracer, view, settings);
+    ByteWriter out;
+    made.guide.write(out);
+    made.demand.gathered.write(out);
+    made.demand.seen.write(out);
+    return out.take();
+  };
+  PhotonGuiding out;
+  const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
+    ByteReader in(bytes, "the guide of photons");
+    out.guide = EmissionGuide::read(in);
+    out.demand.gathered = ImportanceGrid::read(in);
+    out.demand.seen = ImportanceGrid::read(in);
+  };
+  shared->divide("photon-guide", 1, make, take);
   return out;
 }
 

@@ -1,5 +1,6 @@
 // Pilot passes that find where the image needs photons, and which light paths reach those places.
 #pragma once
+#include "core/shared_work.h"
 #include "gather/point_pass.h"
 #include "photon/photon_tracer.h"
 #include "render/settings.h"
@@ -20,9 +21,10 @@ std::size_t guiding_paths(const RenderSettings& settings);
 /// Traces a coarse picture's camera and gather rays to find where photons are needed, then photons in a few rounds,
 /// each guided by those before. If photons reach those places easily, emission stays unguided, bit for bit. Takes about
 /// half as long as the photons, and an eighth in the easy case. The result does not depend on the number of threads.
-/// @param settings resolved
-PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings);
+/// @param settings resolved @param shared processes of which one makes the guide for all; null: none
+PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings, SharedWork* shared = nullptr);
 /// As above, for a camera that is not in the scene, or for points.
-PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings);
+PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings,
+                            SharedWork* shared = nullptr);
 
 }  // namespace glowworm

@@ -149,6 +149,7 @@ PhotonPassSettings PhotonMaps::pass_settings() const {
   out.guide = settings_.guide.get();
   out.demand = settings_.demand.get();
   out.keep_sources = settings_.light_groups != nullptr;
+  out.shared = settings_.shared;
   return out;
 }
 
@@ -194,6 +195,14 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
   return policy;
 }
 
+/// Boundary factors for kernels of these radii. @param name of the work, for other processes
+std::vector<float> PhotonMaps::factors_of(const Map& map, RadiusPolicy policy, const char* name,
+                                          const Tracer& tracer) const {
+  policy.kind = RadiusKind::per_photon;
+  return boundary_factors(tracer, map.photons, policy, settings_.shared,
+                          fmt::format("{}-{}", &map == &caustic_ ? "caustic" : "global", name));
+}
+
 /// Measures, corrects and indexes a map, unless that is done already.
 void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics) {
   if (!map.measured) {
@@ -208,10 +217,7 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
   }
   if (settings_.corrected && !map.corrected) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
-    RadiusPolicy policy = policy_of(map);
-    policy.kind = RadiusKind::per_photon;
-    map.factors.clear();
-    if (map.count > 0) map.factors = boundary_factors(tracer, map.photons, policy);
+    map.factors = factors_of(map, policy_of(map), "factors", tracer);
     map.corrected = true;
     map.indexed = false;
   }
@@ -241,11 +247,8 @@ void PhotonMaps::index_narrow(Map& map, const Tracer& tracer, Statistics& statis
   policy.radius *= kNarrow;
   for (float& radius : policy.radii) radius *= kNarrow;
   std::optional<BorrowedFlux> multiplied;
-  if (map.corrected) {
-    RadiusPolicy own = policy;
-    own.kind = RadiusKind::per_photon;
-    multiplied.emplace(map.photons, flux_times(map.photons.flux, boundary_factors(tracer, map.photons, own)));
-  }
+  if (map.corrected)
+    multiplied.emplace(map.photons, flux_times(map.photons.flux, factors_of(map, policy, "narrow-factors", tracer)));
   map.narrow = make_engine(settings_.engine, {.reorder = settings_.reorder});
   map.narrow->build(map.photons, policy, statistics);
 }
@@ -314,6 +317,7 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   *building_ = false;
   const std::uint64_t passes = caustic_passes();
   PhotonPassSettings wanted = pass_settings();
+  wanted.only_caustic = true;
   Statistics not_of_the_global_map;
   PhotonBatch more;
   for (std::uint64_t pass = caustic_passes_; pass < passes; ++pass) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/memory_budget.h"
+#include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
 #include "density/radius.h"
@@ -49,6 +50,8 @@ struct PhotonMapSettings {
   bool narrow = false;     ///< make PhotonMaps::narrow() and narrow_caustic()
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
+  /// Processes that divide the work; null: none.
+  SharedWork* shared = nullptr;
 };
 
 /// Sums of the diagnosing index for a query point of Lambertian reflectance pi: r photons per m^2, g the same times
@@ -135,6 +138,7 @@ class PhotonMaps {
   bool is_done() const;
   void trace(const Tracer& tracer, Statistics& statistics);
   void bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics);
+  std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, const Tracer& tracer) const;
   void bring_up_global(const Tracer& tracer, Statistics& statistics);
   void bring_up_caustic(const Tracer& tracer, Statistics& statistics);
   std::uint64_t caustic_passes() const;

@@ -30,6 +30,7 @@ constexpr const char* kLights = "lights";
 constexpr const char* kCamera = "camera";
 constexpr const char* kPoints = "points";
 constexpr const char* kLayers = "layers";
+constexpr const char* kPixelBounds = "--pixel-bounds";
 constexpr const char* kFirstSample = "first sample";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
@@ -163,6 +164,12 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
 
 RenderKey key_of_whole(RenderKey key) {
   std::erase_if(key, [](const KeyPart& part) { return part.name == kFirstSample; });
+  return key;
+}
+
+RenderKey key_of_photons(RenderKey key) {
+  key = key_of_whole(std::move(key));
+  std::erase_if(key, [](const KeyPart& part) { return part.name == kPixelBounds; });
   return key;
 }
 

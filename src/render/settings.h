@@ -98,6 +98,7 @@ struct RenderSettings {
   std::string engine = "auto";
   std::uint32_t samples = 0;                      ///< camera samples of each pixel, of all shares together
   SampleShare part;                               ///< the share of them to render; all else is that of the whole render
+  std::string share;                              ///< folder for render/share_folder.h; empty: none
   std::uint32_t gather = 0;                       ///< final gather rays of each camera sample
   std::uint32_t default_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
   std::uint64_t photons = 0;                      ///< photons in the global map
@@ -161,8 +162,8 @@ bool has_time_for_caustics(const RenderSettings& settings);
 /// Default memory of a render: half of the machine's, rounded down so that it is the same at every start.
 std::uint64_t default_memory_bytes();
 
-/// Throws Error if the share cannot be rendered with the other settings as they are asked for: if the number of samples
-/// depends on time or noise.
+/// Throws Error if `part` and `share` cannot be rendered with the other settings as they are asked for: if the number
+/// of samples or photons depends on time or noise.
 void check_part(const RenderSettings& asked);
 
 /// Returns the settings with every automatic value replaced. Values that affect the picture depend only on the scene
