@@ -21,8 +21,8 @@ constexpr double kMinRaysFromPoints = 1 << 16;
 constexpr double kShare = 0.5;
 /// Points of the pilot pass that are worked on at a time.
 constexpr std::size_t kPointsAtOnce = 256;
-/// Pieces of shared work: of a tenth of a second of a core at most.
-constexpr std::size_t kPieces = 16;
+/// Points of a piece of shared work, about a tenth of a second of a core.
+constexpr double kPointsPerPiece = 4096;
 /// Memory of a point, and of it with its rays.
 constexpr std::uint64_t kBytesOfPoint = 2 * sizeof(Vec3), kBytesEach = kBytesOfPoint + kRaysEach * (sizeof(float) + 1);
 
@@ -171,17 +171,18 @@ GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, con
   const double points = std::clamp(wanted, view.points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
   const Reservation reservation(budget, "guide of gather rays",
                                 static_cast<std::uint64_t>(points) * (kBytesOfPoint + kBytesEach));
+  const auto pieces = static_cast<std::size_t>(std::ceil(points / kPointsPerPiece));
   Pilot pilot(tracer, maps, view, points, settings, budget);
   GuideRays rays;
   rays.rays_each = kRaysEach;
   const auto make = [&](std::size_t piece) {
     GuideRays own;
-    pilot.gather(piece, kPieces, own);
+    pilot.gather(piece, pieces, own);
     return packed(own);
   };
   const auto take = [&](std::size_t, std::span<const std::byte> bytes) { append(rays, unpacked(bytes)); };
   if (shared)
-    shared->divide("gather-guide", kPieces, make, take);
+    shared->divide("gather-guide", pieces, make, take);
   else
     pilot.gather(0, 1, rays);
   return GatherGuide(rays);
