@@ -10,6 +10,7 @@ import platform
 import re
 import resource
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -107,12 +108,38 @@ def sent_bytes(machine):
     return int(out.stdout)
 
 
+def part_of_atrium(folder, part, *more):
+    """Arguments that render a part of 1280x720 pixels with 16 samples."""
+    return ["render", "builtin:atrium", "--size", "1280x720", "--samples", "16", "--part", part, "-q", *more, "-o",
+            folder / f"{part.replace('/', '-of-')}.part"]
+
+
+def repeated_by_parts(folder, *more):
+    """Returns the processor seconds that each part of a render repeats, and those of a sample of a pixel: medians of
+    repeated pairs of parts with one and two samples."""
+    pairs = [[run(part_of_atrium(folder, part, *more)) for part in ("1/16", "1/8")] for _ in range(3)]
+    each = statistics.median(two - one for one, two in pairs)
+    return max(statistics.median(2 * one - two for one, two in pairs), 0), each / (1280 * 720)
+
+
 def efficiency(folder):
-    """Returns the processor seconds that each part of a render repeats, and those of a sample of a pixel."""
-    one, two = (run(["render", "builtin:atrium", "--size", "1280x720", "--samples", "16", "--part", part, "-q", "-o",
-                     folder / "a.part"]) for part in ("1/16", "1/8"))
-    each = two - one
-    return max(one - each, 0), each / (1280 * 720)
+    """Returns rows of the work efficiency of eight parts: how they run, that, and the size of the shared folder."""
+    whole = run(["render", "builtin:atrium", "--size", "1280x720", "--samples", "16", "-q", "-o", folder / "a.exr"])
+    rows = []
+    for name, shared, at_once in (("one after another", False, 1), ("one after another, `--share`", True, 1),
+                                  ("two at a time, `--share`", True, 2)):
+        more = ["--share", folder / f"share{at_once}"] if shared else []
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        for first in range(1, 9, at_once):
+            jobs = [subprocess.Popen([PROGRAM, *part_of_atrium(folder, f"{i}/8", *more)])
+                    for i in range(first, first + at_once)]
+            if any([job.wait() for job in jobs]):
+                sys.exit("a part failed")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+        size = sum(file.stat().st_size for file in pathlib.Path(more[1]).rglob("*.share")) if shared else 0
+        rows.append((name, whole / spent, size))
+    return rows
 
 
 def traffic(folder):
@@ -161,17 +188,24 @@ def merge(folder):
     return rows
 
 
-def text_of(repeated, each, rows, samples, faults, merged):
-    big = [(n, (repeated + each * BIG_SLOTS / n) / NODE_CORES, BIG_SLOTS * 76 / NETWORK) for n in (1, 16, 256, 4096)]
-    whole = repeated + each * 1280 * 720 * 16
+def text_of(parts, shared, each, eight, rows, samples, faults, merged):
+    """@param parts, shared processor seconds that parts repeat, without and with --share"""
+    def seconds(repeated, nodes):
+        return (repeated + each * BIG_SLOTS / nodes) / NODE_CORES
+
+    receiving = BIG_SLOTS * 76 / NETWORK
+    one = seconds(parts, 1)
+    big = [(n, seconds(parts, n), receiving if n > 1 else 0, seconds(shared, n)) for n in (1, 16, 256, 4096)]
     lines = [
         "# One picture on many machines", "",
         f"Written by `bench/tables_machines.py` on {platform.machine()}, {os.cpu_count()} cores.", "",
         "## Parts", "",
-        f"Each part repeats {repeated:.2f} processor seconds (loading, photons, map, guides). A sample of a pixel of "
-        f"the atrium takes {each * 1e6:.1f} us. So n parts of 1280x720 pixels with 16 samples have the efficiency:", "",
-        "| parts | one render's processor seconds over those of all parts |", "| ---: | ---: |",
-        *(f"| {n} | {whole / (whole + (n - 1) * repeated):.2f} |" for n in (2, 8, 16)), "",
+        f"Each part repeats {parts:.2f} processor seconds (loading, photons, map, guides, first use of memory, output); "
+        f"with `--share`, {shared:.2f} where the folder holds the photons. A sample of a pixel of the atrium takes "
+        f"{each * 1e6:.1f} us. One render of 1280x720 pixels with 16 samples, and eight parts of it:", "",
+        "| eight parts run | one render's processor seconds over those of all parts | MB in the folder |",
+        "| --- | ---: | ---: |",
+        *(f"| {name} | {share:.2f} | {f'{size / 1e6:.0f}' if size else ''} |" for name, share, size in eight), "",
         "| parts of 1920x1080 merged, with layers | s | MB |", "| ---: | ---: | ---: |",
         *(f"| {n} | {s:.1f} | {m:.0f} |" for n, s, m in merged), "",
         "`merge` holds one film and blocks of a part, so its memory does not grow with the parts.", "",
@@ -188,13 +222,15 @@ def text_of(repeated, each, rows, samples, faults, merged):
         "## Model", "",
         f"A picture of 7680x4320 pixels with 1000 samples, on nodes of {NODE_CORES} such cores, and a network that "
         f"brings {NETWORK / 1e9:.2f} GB/s to rank 0:", "",
-        "| nodes | computing, s | receiving at rank 0, s | ranks, efficiency | parts, efficiency |",
-        "| ---: | ---: | ---: | ---: | ---: |",
-        *(f"| {n} | {c:.0f} | {0 if n == 1 else r:.0f} | {big[0][1] / n / max(c, 0 if n == 1 else r):.2f} | "
-          f"{big[0][1] / n / c:.2f} |" for n, c, r in big), "",
-        f"Ranks stop scaling at {big[0][1] / big[1][2]:.0f} nodes, where rank 0 receives all the time. Sending sums of "
+        "| nodes | computing, s | receiving at rank 0, s | ranks, efficiency | parts, efficiency | with `--share` |",
+        "| ---: | ---: | ---: | ---: | ---: | ---: |",
+        *(f"| {n} | {c:.0f} | {r:.0f} | {one / n / max(c, r):.2f} | {one / n / c:.2f} | {one / n / s:.2f} |"
+          for n, c, r, s in big), "",
+        f"Ranks stop scaling at {one / receiving:.0f} nodes, where rank 0 receives all the time. Sending sums of "
         "the samples of a task, or collecting in a tree, would move that point. Parts do not send samples; what they "
-        "repeat bounds them, and merging, which a tree of `merge -o x.part` divides.", ""]
+        "repeat bounds them, and merging, which a tree of `merge -o x.part` divides. With `--share`, each part reads "
+        f"{eight[1][2] / 1e6:.0f} MB more: {4096 * eight[1][2] / 1e9:.0f} GB in all for 4096 nodes, which the server of "
+        "the folder must bring.", ""]
     return "\n".join(lines)
 
 
@@ -204,7 +240,9 @@ def main():
         if os.geteuid() == 0:
             make_machines()
         try:
-            repeated, each = efficiency(folder)
+            parts, each = repeated_by_parts(folder)
+            shared = repeated_by_parts(folder, "--share", folder / "share")[0]
+            eight = efficiency(folder)
             rows, samples = traffic(folder)
             run([*SHARED, *FEW, "--samples", "64", "-o", folder / "alone.exr"])
             faults = [(what, fault(folder, what, number))
@@ -214,7 +252,7 @@ def main():
             if os.geteuid() == 0:
                 remove_machines()
     out = ROOT / "bench/results/many-machines.md"
-    out.write_text(text_of(repeated, each, rows, samples, faults, merged), encoding="utf-8")
+    out.write_text(text_of(parts, shared, each, eight, rows, samples, faults, merged), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -59,8 +59,9 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 /// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
   // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
-  // portions.
-  const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * kDefaultSamples;
+  // portions. A part never gets more.
+  const std::uint32_t samples = settings.part.is_all() ? kDefaultSamples : settings.sample_range().count();
+  const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * samples;
   // The zero of the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon =

@@ -189,6 +189,19 @@ TEST(Scheduler, PortionsStayWithinUsefulMemory) {
   EXPECT_EQ(before, DensityEngine::kMaxPointsAtOnce);
 }
 
+TEST(Scheduler, PartsOfFewSamplesHaveSmallPortions) {
+  const std::uint64_t room = std::uint64_t{16} << 30;
+  RenderSettings settings = settings_for(1280, 720, 16, 25);
+  settings.photons = 100'000;
+  const std::size_t whole = make_schedule(settings, room).queries_at_once;
+  settings.part = {1, 1};
+  EXPECT_EQ(make_schedule(settings, room).queries_at_once, whole);
+  settings.part = {3, 8};
+  EXPECT_LT(2 * make_schedule(settings, room).queries_at_once, whole);
+  settings.samples = 8 * 16;
+  EXPECT_EQ(make_schedule(settings, room).queries_at_once, whole);
+}
+
 TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
   for (const std::uint64_t room : {std::uint64_t{30} << 20, std::uint64_t{70} << 20, std::uint64_t{2} << 30}) {
     RenderSettings settings = settings_for(1000, 800, 16, 100);
