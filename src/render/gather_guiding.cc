@@ -131,7 +131,7 @@ class Pilot {
   std::vector<Vec3> positions_, normals_;
 };
 
-std::vector<std::byte> packed(const GuideRays& rays) {
+std::vector<std::byte> packed_rays(const GuideRays& rays) {
   ByteWriter out;
   out.put_array(rays.position);
   out.put_array(rays.normal);
@@ -140,7 +140,7 @@ std::vector<std::byte> packed(const GuideRays& rays) {
   return out.take();
 }
 
-GuideRays unpacked(std::span<const std::byte> bytes) {
+GuideRays unpacked_rays(std::span<const std::byte> bytes) {
   GuideRays rays;
   const std::size_t points = bytes.size() / kBytesEach;
   ByteReader in(bytes, "a piece of gather rays");
@@ -151,7 +151,7 @@ GuideRays unpacked(std::span<const std::byte> bytes) {
   return rays;
 }
 
-void append(GuideRays& rays, const GuideRays& more) {
+void append_rays(GuideRays& rays, const GuideRays& more) {
   const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   add(rays.position, more.position);
   add(rays.normal, more.normal);
@@ -178,9 +178,9 @@ GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, con
   const auto make = [&](std::size_t piece) {
     GuideRays own;
     pilot.gather(piece, pieces, own);
-    return packed(own);
+    return packed_rays(own);
   };
-  const auto take = [&](std::size_t, std::span<const std::byte> bytes) { append(rays, unpacked(bytes)); };
+  const auto take = [&](std::size_t, std::span<const std::byte> bytes) { append_rays(rays, unpacked_rays(bytes)); };
   if (shared)
     shared->divide("gather-guide", pieces, make, take);
   else

@@ -349,8 +349,9 @@ void Job::render_passes() {
   pass_ = pass_settings();
   if (crew_) crew_->check(key());
   const std::uint32_t first_pass = passes_;
-  if (settings_.integrator != Integrator::path && first_pass == 0 && owns_maps_ && !crew_ && settings_.part.is_all())
-    fit_to_time();
+  // Other processes measure other times.
+  const bool alone = !crew_ && !shared_ && settings_.part.is_all();
+  if (settings_.integrator != Integrator::path && first_pass == 0 && owns_maps_ && alone) fit_to_time();
   const bool adaptive = is_adaptive(settings_);
   // The checkpoint may have been written after the last pass but before its noise test.
   if (first_pass > 0 && !adaptive && film_.is_even() && reached_noise_target()) return;

@@ -183,7 +183,8 @@ class Job {
   void shoot_photons(std::uint32_t sample);
   /// Makes the photon map and the schedule of a pass, unless they are there.
   void prepare(std::uint32_t done);
-  /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for.
+  /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for. Not for renders
+  /// by several processes.
   void fit_to_time();
   /// Wall seconds of a task like those of the picture, for each camera sample of a pixel, with the maps as they are.
   double measure_slot();

@@ -127,12 +127,7 @@ SampleRange RenderSettings::sample_range() const {
 }
 
 void check_part(const RenderSettings& asked) {
-  if (asked.part.is_all()) {
-    if (!asked.share.empty() && asked.time_limit_s > 0)
-      throw Error("--share with --time does not know the photons of all processes",
-                  "Give --samples and --part, or leave out --time.");
-    return;
-  }
+  if (asked.part.is_all()) return;
   if (asked.noise_target > 0)
     throw Error("--part cannot end by --noise, because no part knows the noise of the whole picture",
                 "Give --samples in place of --noise.");

@@ -162,8 +162,8 @@ bool has_time_for_caustics(const RenderSettings& settings);
 /// Default memory of a render: half of the machine's, rounded down so that it is the same at every start.
 std::uint64_t default_memory_bytes();
 
-/// Throws Error if `part` and `share` cannot be rendered with the other settings as they are asked for: if the number
-/// of samples or photons depends on time or noise.
+/// Throws Error if the share cannot be rendered with the other settings as they are asked for: if the number of samples
+/// depends on time or noise.
 void check_part(const RenderSettings& asked);
 
 /// Returns the settings with every automatic value replaced. Values that affect the picture depend only on the scene

@@ -103,7 +103,6 @@ TEST_F(ShareTest, AFolderThatCannotBeMadeIsAWarning) {
     EXPECT_THAT(outcome.err, HasSubstr("warning: folder/"));
   }
   expect_bits_of_the_whole();
-  EXPECT_TRUE(refused(run(cornell({"--share", "folder", "--time", "1m"})), {"--share with --time"}, 2));
 }
 
 TEST_F(ShareTest, BakesShareToo) {

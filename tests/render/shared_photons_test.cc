@@ -95,5 +95,18 @@ TEST_F(SharedPhotonsTest, RectanglesHaveThePhotonsOfTheWhole) {
   EXPECT_GT(count_files(), files);
 }
 
+TEST_F(SharedPhotonsTest, DoNotDependOnTheTime) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings;
+  settings.width = settings.height = 32;
+  settings.time_limit_s = 20;
+  for (const bool shared : {false, true}) {
+    if (shared) settings.share = folder_;
+    Job job(stage.scene, stage.tracer, settings, nullptr, 19.999);
+    job.wait();
+    EXPECT_NE(job.is_fitted(), shared);
+  }
+}
+
 }  // namespace
 }  // namespace glowworm
