@@ -114,12 +114,21 @@ def part_of_atrium(folder, part, *more):
             folder / f"{part.replace('/', '-of-')}.part"]
 
 
-def repeated_by_parts(folder, *more):
-    """Returns the processor seconds that each part of a render repeats, and those of a sample of a pixel: medians of
-    repeated pairs of parts with one and two samples."""
-    pairs = [[run(part_of_atrium(folder, part, *more)) for part in ("1/16", "1/8")] for _ in range(3)]
-    each = statistics.median(two - one for one, two in pairs)
-    return max(statistics.median(2 * one - two for one, two in pairs), 0), each / (1280 * 720)
+def repeated_by_parts(folder):
+    """Returns the processor seconds that each part of a render repeats but for film and files, without --share and
+    with a folder that holds the photons: medians of parts with hardly any pixels, which have the photons of the whole
+    picture."""
+    few = ["--pixel-bounds", "0,0,16,16"]
+    shared = [*few, "--share", folder / "share"]
+    run(part_of_atrium(folder, "1/16", *shared))
+    runs = [[run(part_of_atrium(folder, "1/16", *more)) for more in (few, shared)] for _ in range(5)]
+    return [statistics.median(column) for column in zip(*runs)]
+
+
+def seconds_of_a_sample(folder):
+    """Returns the processor seconds of a sample of a pixel: the median of differences between parts."""
+    pairs = [[run(part_of_atrium(folder, part)) for part in ("1/16", "1/8")] for _ in range(3)]
+    return statistics.median(two - one for one, two in pairs) / (1280 * 720)
 
 
 def efficiency(folder):
@@ -200,9 +209,9 @@ def text_of(parts, shared, each, eight, rows, samples, faults, merged):
         "# One picture on many machines", "",
         f"Written by `bench/tables_machines.py` on {platform.machine()}, {os.cpu_count()} cores.", "",
         "## Parts", "",
-        f"Each part repeats {parts:.2f} processor seconds (loading, photons, map, guides, first use of memory, output); "
-        f"with `--share`, {shared:.2f} where the folder holds the photons. A sample of a pixel of the atrium takes "
-        f"{each * 1e6:.1f} us. One render of 1280x720 pixels with 16 samples, and eight parts of it:", "",
+        f"Each part repeats {parts:.2f} processor seconds (loading, photons, map, guides), and with `--share` "
+        f"{shared:.2f}, where the folder holds the photons; film and files come on top. A sample of a pixel of the "
+        f"atrium takes {each * 1e6:.1f} us. One render of 1280x720 pixels with 16 samples, and eight parts of it:", "",
         "| eight parts run | one render's processor seconds over those of all parts | MB in the folder |",
         "| --- | ---: | ---: |",
         *(f"| {name} | {share:.2f} | {f'{size / 1e6:.0f}' if size else ''} |" for name, share, size in eight), "",
@@ -240,8 +249,8 @@ def main():
         if os.geteuid() == 0:
             make_machines()
         try:
-            parts, each = repeated_by_parts(folder)
-            shared = repeated_by_parts(folder, "--share", folder / "share")[0]
+            parts, shared = repeated_by_parts(folder)
+            each = seconds_of_a_sample(folder)
             eight = efficiency(folder)
             rows, samples = traffic(folder)
             run([*SHARED, *FEW, "--samples", "64", "-o", folder / "alone.exr"])
