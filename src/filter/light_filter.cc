@@ -1,48 +1,39 @@
 #include "filter/light_filter.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
 
 #include "core/parallel.h"
+#include "kernels/light_window.h"
 
 namespace glowworm {
 
 namespace {
 
-/// Radius of the window, pixels.
-constexpr int kReach = 8;
 /// Planes have this border of pixels that show nothing.
-constexpr int kBorder = kReach + 1;
-/// Pixels of the tiles that the filter works on at a time: their arrays fit the first cache.
-constexpr int kTileWidth = 32, kTileHeight = 16;
+constexpr int kBorder = kWindowReach + 1;
+constexpr int kTileWidth = WindowSums::kWidth, kTileHeight = WindowSums::kHeight;
 /// Side of the squares in which the spread of samples is set against differences of pixels.
 constexpr int kBlock = 32;
-/// Squared difference of normals above which pixels show different surfaces. The mean normals of pixels at an edge are
-/// shorter than 1, and alike along the edge.
-constexpr float kNormalDifference = 0.2f;
-/// Depths may differ by this share, beside what the slope of the surface explains.
-constexpr float kDepthShare = 0.005f;
 /// Samples whose spread a pixel shares with its neighbours.
 constexpr float kSharedSamples = 8;
-/// Share of the squared level that is added to variances, so that 0 / 0 counts as no difference.
-constexpr float kMinVariance = 1e-10f;
 /// Weights favour pixels whose noise resembles that of the centre, so this share of its noise remains in addition to
 /// what the weights predict (measured on flat surfaces).
 constexpr float kNoiseKept = 0.1f;
 
-/// One float per pixel, with a border of zeros.
+/// One float per pixel, with a border of zeros, and what windows of the last tile read after it.
 class Plane {
  public:
   Plane(int width, int height)
       : stride_(static_cast<std::size_t>(width + 2 * kBorder)),
-        values_(stride_ * static_cast<std::size_t>(height + 2 * kBorder)) {}
+        values_(stride_ * static_cast<std::size_t>(height + 2 * kBorder) + kTileWidth + kWindowPadding) {}
   /// @param x, y from -kBorder
   float* at(int x, int y) { return values_.data() + index(x, y); }
   const float* at(int x, int y) const { return values_.data() + index(x, y); }
+  std::ptrdiff_t stride() const { return static_cast<std::ptrdiff_t>(stride_); }
 
  private:
   std::size_t index(int x, int y) const {
@@ -78,17 +69,6 @@ class LightFilter {
   }
 
  private:
-  /// Sums of a tile, row by row of kTileWidth pixels.
-  struct Tile {
-    static constexpr int kPixels = kTileWidth * kTileHeight;
-    std::array<float, kPixels> red, green, blue, weight, variance;
-  };
-  /// Similarity and squared normalized difference of pixel pairs, for a tile with a border of one pixel.
-  struct Pairs {
-    static constexpr int kStride = kTileWidth + 2;
-    std::array<float, kStride*(kTileHeight + 2)> alike, differ;
-  };
-
   template <typename Work>
   void for_rows(Work&& work) const {
     parallel_for(0, static_cast<std::size_t>(height_), 8, [&](std::size_t first, std::size_t last) {
@@ -209,40 +189,30 @@ class LightFilter {
 
   void filter_tile(int x0, int y0) {
     const int width = std::min(kTileWidth, width_ - x0), height = std::min(kTileHeight, height_ - y0);
-    Tile sums;
+    const WindowPlanes planes{level_.stride(),
+                              {normal_x_.at(x0, y0), normal_y_.at(x0, y0), normal_z_.at(x0, y0)},
+                              depth_.at(x0, y0),
+                              slope_.at(x0, y0),
+                              {red_.at(x0, y0), green_.at(x0, y0), blue_.at(x0, y0)},
+                              level_.at(x0, y0),
+                              variance_.at(x0, y0)};
+    WindowSums sums = {};
+    for (int y = 0; y < height; ++y) {
+      const std::size_t at = WindowSums::at(0, y);
+      for (int c = 0; c < 3; ++c) std::copy_n(planes.light[c] + y * planes.stride, width, sums.light[c] + at);
+      std::copy_n(planes.variance + y * planes.stride, width, sums.variance + at);
+      std::fill_n(sums.weight + at, width, 1.0f);
+    }
+    if (shows_something(x0, y0, width, height)) add_window(planes, height, sums);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        const auto at = static_cast<std::size_t>(y * kTileWidth + x);
-        sums.red[at] = *red_.at(x0 + x, y0 + y);
-        sums.green[at] = *green_.at(x0 + x, y0 + y);
-        sums.blue[at] = *blue_.at(x0 + x, y0 + y);
-        sums.variance[at] = *variance_.at(x0 + x, y0 + y);
-        sums.weight[at] = 1;
-      }
-    if (shows_something(x0, y0, width, height)) add_neighbours(x0, y0, width, height, sums);
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) {
-        const auto at = static_cast<std::size_t>(y * kTileWidth + x);
+        const std::size_t at = WindowSums::at(x, y);
         const std::size_t pixel = index(x0 + x, y0 + y);
         const float share = 1 / sums.weight[at];
-        out_.light[pixel] = RGB(sums.red[at], sums.green[at], sums.blue[at]) * share;
+        out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * share;
         const float own = *variance_.at(x0 + x, y0 + y);
         out_.variance[pixel] = sums.variance[at] * squared(share) + squared(kNoiseKept) * (1 - share) * own;
         out_.unfiltered[pixel] = own;
-      }
-  }
-
-  void add_neighbours(int x0, int y0, int width, int height, Tile& sums) const {
-    Pairs pairs;
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const int distance2 = dx * dx + dy * dy;
-        if (distance2 == 0 || distance2 > kReach * kReach) continue;
-        const float distance = std::sqrt(static_cast<float>(distance2));
-        const std::ptrdiff_t to = level_.at(dx, dy) - level_.at(0, 0);
-        for (int y = -1; y <= height; ++y) compare_row(x0 - 1, y0 + y, width + 2, to, distance, &pairs, y + 1);
-        const float near = 1 - static_cast<float>(distance2) / squared(kReach + 1);
-        for (int y = 0; y < height; ++y) add_row(x0, y0 + y, width, to, near, pairs, y, sums);
       }
   }
 
@@ -253,59 +223,6 @@ class LightFilter {
         return true;
     return false;
   }
-
-  /// Compares each pixel of a row with the one that lies `to` entries on.
-  void compare_row(int x0, int y, int width, std::ptrdiff_t to, float distance, Pairs* pairs, int row) const {
-    const float *nx = normal_x_.at(x0, y), *ny = normal_y_.at(x0, y), *nz = normal_z_.at(x0, y);
-    const float *depth = depth_.at(x0, y), *slope = slope_.at(x0, y);
-    const float *level = level_.at(x0, y), *variance = variance_.at(x0, y);
-    float* const alike = pairs->alike.data() + row * Pairs::kStride;
-    float* const differ = pairs->differ.data() + row * Pairs::kStride;
-    for (int x = 0; x < width; ++x) {
-      const float facing = this->facing(nx + x, ny + x, nz + x, to);
-      const float step = depth[x + to] - depth[x];
-      const float expected = 1.5f * distance * std::max(slope[x], slope[x + to]) + kDepthShare * depth[x] + 1e-20f;
-      const float near = std::max(1 - step * step / (expected * expected), 0.0f);
-      const float a = facing * facing * near;
-      const float d = level[x + to] - level[x];
-      const float least = kMinVariance * level[x] * level[x] + 1e-30f;
-      alike[x] = a;
-      differ[x] = a * d * d / (variance[x] + variance[x + to] + least);
-    }
-  }
-
-  /// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.
-  void add_row(int x0, int y, int width, std::ptrdiff_t to, float near, const Pairs& pairs, int row, Tile& sums) const {
-    const float *red = red_.at(x0, y) + to, *green = green_.at(x0, y) + to, *blue = blue_.at(x0, y) + to;
-    const float* variance = variance_.at(x0, y) + to;
-    const float *a0 = pairs.alike.data() + row * Pairs::kStride, *d0 = pairs.differ.data() + row * Pairs::kStride;
-    const float *a1 = a0 + Pairs::kStride, *a2 = a1 + Pairs::kStride, *d1 = d0 + Pairs::kStride,
-                *d2 = d1 + Pairs::kStride;
-    const auto first = static_cast<std::size_t>(row * kTileWidth);
-    float *r = &sums.red[first], *g = &sums.green[first], *b = &sums.blue[first];
-    float *w = &sums.weight[first], *v = &sums.variance[first];
-    for (int x = 0; x < width; ++x) {
-      const float pairs_alike =
-          a0[x] + a0[x + 1] + a0[x + 2] + a1[x] + a1[x + 1] + a1[x + 2] + a2[x] + a2[x + 1] + a2[x + 2];
-      const float difference =
-          d0[x] + d0[x + 1] + d0[x + 2] + d1[x] + d1[x + 1] + d1[x + 2] + d2[x] + d2[x + 1] + d2[x + 2];
-      // Of n standard normal numbers the mean square is 1 with a deviation of sqrt(2 / n).
-      const float n = std::max(pairs_alike, 1e-6f);
-      const float deviation = std::sqrt(2 / std::max(n, 1.0f));
-      const float excess = (difference / n - 1) / deviation;
-      const float same = std::min(std::max((kNoWeight - excess) / (kNoWeight - kFullWeight), 0.0f), 1.0f);
-      // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-      const float weight = near * a1[x + 1] * same;
-      r[x] += weight * red[x];
-      g[x] += weight * green[x];
-      b[x] += weight * blue[x];
-      w[x] += weight;
-      v[x] += weight * weight * variance[x];
-    }
-  }
-
-  /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
-  static constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
 
   const LightEstimate& estimate_;
   const FilterGuides& guides_;
