@@ -117,12 +117,17 @@ Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_p
     baked.seconds += job.seconds();
     baked.ending = job.ending();
     baked.passes = i == 0 ? job.passes() : std::min(baked.passes, job.passes());
-    if (job.passes() > 0) baked.irradiance.take(job.snapshot(), *points, job.settings(), bands[i].first, bands[i].end);
+    if (job.passes() > 0) baked.irradiance.take(job.film(), *points, job.settings(), bands[i].first, bands[i].end);
     const bool stops = baked.failure || baked.ending == Ending::cancelled || job.passes() == 0;
     if (stops && i + 1 < bands.size()) baked.passes = 0;
     if (stops) break;
+    if (i + 1 == bands.size()) break;
     maps = job.maps();
-    if (i + 1 < bands.size()) settings = with_numbers_of(settings, job.key());
+    if (i == 0) settings = with_numbers_of(settings, job.key());  // A key hashes the scene.
+    // Both bands have the rows around their border; limits may give each other numbers of samples.
+    const PixelBounds next = bands[i + 1].rendered;
+    if (baked.ending == Ending::samples_done && !is_adaptive(settings) && !(settings.noise_target > 0))
+      maps->rows = job.film().rows(next.y0, std::min(next.y1, bands[i].rendered.y1));
   }
   return baked;
 }

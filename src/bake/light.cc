@@ -86,7 +86,10 @@ void TexelIrradiance::take(const Film& film, const PointGrid& grid, const Render
                            int end_row) {
   const bool indirect_only = settings.indirect_only;
   const std::vector<RGB> picture =
-      (filters(settings) ? filtered_picture(film, indirect_only) : unfiltered_picture(film, indirect_only)).radiance;
+      (filters(settings)
+           ? filtered_picture(film, indirect_only, {first_row - film.bounds().y0, end_row - film.bounds().y0})
+           : unfiltered_picture(film, indirect_only))
+          .radiance;
   const auto width = static_cast<std::size_t>(grid.width);
   const std::size_t before = static_cast<std::size_t>(film.bounds().y0) * width;
   for (std::size_t i = static_cast<std::size_t>(first_row) * width; i < static_cast<std::size_t>(end_row) * width;

@@ -47,8 +47,10 @@ float squared(float x) { return x * x; }
 
 class LightFilter {
  public:
-  LightFilter(const LightEstimate& estimate, const FilterGuides& guides)
-      : estimate_(estimate), guides_(guides), width_(guides.width), height_(guides.height) {}
+  LightFilter(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows)
+      : estimate_(estimate), guides_(guides), width_(guides.width), height_(guides.height), rows_(rows) {
+    rows_.end = std::min(rows_.end, height_);
+  }
 
   FilteredLight run() {
     for_rows([&](int y) { load_surfaces(y); });
@@ -58,12 +60,13 @@ class LightFilter {
     out_.light.resize(guides_.size());
     out_.variance.resize(guides_.size());
     out_.unfiltered.resize(guides_.size());
-    const int columns = (width_ + kTileWidth - 1) / kTileWidth, rows = (height_ + kTileHeight - 1) / kTileHeight;
+    const int columns = (width_ + kTileWidth - 1) / kTileWidth;
+    const int rows = (std::max(rows_.end - rows_.first, 0) + kTileHeight - 1) / kTileHeight;
     parallel_for(0, static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 4,
                  [&](std::size_t first, std::size_t last) {
                    for (std::size_t tile = first; tile < last; ++tile)
                      filter_tile(static_cast<int>(tile) % columns * kTileWidth,
-                                 static_cast<int>(tile) / columns * kTileHeight);
+                                 rows_.first + static_cast<int>(tile) / columns * kTileHeight);
                  });
     return std::move(out_);
   }
@@ -188,7 +191,7 @@ class LightFilter {
   }
 
   void filter_tile(int x0, int y0) {
-    const int width = std::min(kTileWidth, width_ - x0), height = std::min(kTileHeight, height_ - y0);
+    const int width = std::min(kTileWidth, width_ - x0), height = std::min(kTileHeight, rows_.end - y0);
     const WindowPlanes planes{level_.stride(),
                               {normal_x_.at(x0, y0), normal_y_.at(x0, y0), normal_z_.at(x0, y0)},
                               depth_.at(x0, y0),
@@ -227,6 +230,7 @@ class LightFilter {
   const LightEstimate& estimate_;
   const FilterGuides& guides_;
   int width_, height_;
+  FilteredRows rows_;
   Plane normal_x_{width_, height_}, normal_y_{width_, height_}, normal_z_{width_, height_};
   Plane depth_{width_, height_}, slope_{width_, height_};
   Plane red_{width_, height_}, green_{width_, height_}, blue_{width_, height_};
@@ -236,10 +240,10 @@ class LightFilter {
 
 }  // namespace
 
-FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides) {
+FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows) {
   if (std::any_of(estimate.samples.begin(), estimate.samples.end(), [](std::uint32_t n) { return n < 2; }))
     return {estimate.light, estimate.variance, estimate.variance};
-  return LightFilter(estimate, guides).run();
+  return LightFilter(estimate, guides, rows).run();
 }
 
 }  // namespace glowworm

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/rgb.h"
@@ -27,7 +28,12 @@ struct LightEstimate {
   std::vector<std::uint32_t> samples;
 };
 
-/// Result of filter_light().
+/// Rows [first, end) of a picture.
+struct FilteredRows {
+  int first = 0, end = std::numeric_limits<int>::max();  ///< at least 0; beyond the picture: its height
+};
+
+/// Result of filter_light(); rows that are left out hold zeros.
 struct FilteredLight {
   std::vector<RGB> light;         ///< W sr^-1 m^-2
   std::vector<float> variance;    ///< of its luminance
@@ -45,7 +51,8 @@ struct FilteredLight {
 ///
 /// The same bits for any number of threads; linear in pixels.
 /// Light comes back as it is where a pixel has fewer than two samples.
-FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides);
+/// @param rows whose light is wanted: the others only help
+FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows = {});
 
 /// Bytes that filter_light() takes for each pixel, with its arguments and its result.
 inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 4;

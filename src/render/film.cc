@@ -190,13 +190,13 @@ void Film::merge(const Film& other) {
   not_finite_ += other.not_finite_;
 }
 
-bool Film::has(const CameraTask& task) const {
+int Film::first_row_to_do(const CameraTask& task) const {
   for (int y = task.y0; y < task.y1; ++y) {
     const auto row = count_.begin() + static_cast<std::ptrdiff_t>(y - bounds_.y0) * width();
     for (int x = task.x0; x < task.x1; ++x)
-      if (task.has(x, y) && row[x - bounds_.x0] < task.first_sample + task.sample_count) return false;
+      if (task.has(x, y) && row[x - bounds_.x0] < task.first_sample + task.sample_count) return y;
   }
-  return true;
+  return task.y1;
 }
 
 std::uint32_t Film::whole_passes() const { return *std::min_element(count_.begin(), count_.end()); }
@@ -291,14 +291,27 @@ void Film::for_arrays(Work&& work, Films&... films) {
   for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
 }
 
-Film Film::sketch_of_rows(int first, int end) const {
-  Film out({bounds_.x0, first, bounds_.x1, end}, indirect_only_, layers_, places_, has_moments(), groups_.size());
-  const std::size_t from = pixel_at(bounds_.x0, first);
+void Film::take_rows(const Film& other) {
+  const int first = std::max(bounds_.y0, other.bounds_.y0), end = std::min(bounds_.y1, other.bounds_.y1);
+  if (first >= end) return;
+  const auto from = static_cast<std::ptrdiff_t>(other.pixel_at(bounds_.x0, first));
+  const auto to = static_cast<std::ptrdiff_t>(pixel_at(bounds_.x0, first));
+  const std::size_t pixels = static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width());
   for_arrays(
-      [&](auto& to, const auto& all) {
-        std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(all.empty() ? 0 : from), to.size(), to.begin());
+      [&](auto& own, const auto& others) {
+        if (!own.empty()) std::copy_n(others.begin() + from, pixels, own.begin() + to);
       },
-      out, *this);
+      *this, other);
+}
+
+Film Film::rows(int first, int end) const {
+  Film out({bounds_.x0, first, bounds_.x1, end}, indirect_only_, layers_, places_, has_moments(), groups_.size());
+  out.take_rows(*this);
+  return out;
+}
+
+Film Film::sketch_of_rows(int first, int end) const {
+  Film out = rows(first, end);
   for (std::uint32_t& count : out.count_) count = std::max(count, 2u);
   return out;
 }

@@ -51,11 +51,17 @@ class Film {
   /// Adds the samples of another film of the same size and kind: the same bits as if all had been added to one film,
   /// but for the order of ids. No two films may hold the same samples.
   void merge(const Film& other);
-  /// The film of some rows of the picture, with black samples where a pixel has fewer than two. Its values are not
-  /// those of the picture, but making an image of it takes as long for each row.
+  /// A copy of some rows of the picture.
+  Film rows(int first, int end) const;
+  /// The same, with black samples where a pixel has fewer than two. Its values are not those of the picture, but making
+  /// an image of it takes as long for each row.
   Film sketch_of_rows(int first, int end) const;
+  /// Replaces the pixels of the rows that both films hold. @param other of the same kind, with the same columns
+  void take_rows(const Film& other);
+  /// The first row of the task with a pixel that lacks samples of it; its y1 where there is none.
+  int first_row_to_do(const CameraTask& task) const;
   /// Whether every pixel of the task has its samples.
-  bool has(const CameraTask& task) const;
+  bool has(const CameraTask& task) const { return first_row_to_do(task) == task.y1; }
   /// Number of samples that every pixel has.
   std::uint32_t whole_passes() const;
   /// Mean number of samples of a pixel.

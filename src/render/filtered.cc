@@ -91,13 +91,13 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
   return out;
 }
 
-FilmPicture filtered_picture(const Film& film, bool indirect_only) {
+FilmPicture filtered_picture(const Film& film, bool indirect_only, FilteredRows rows) {
   FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
   std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;
     const LightEstimate estimate = estimate_of(film, layer);
-    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer));
+    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), rows);
     for_pixels(film, [&](std::size_t i) {
       const RGB albedo = shading_albedo(film, i);
       const float factor = luminance(albedo) * luminance(albedo);

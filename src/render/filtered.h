@@ -21,7 +21,8 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 /// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, and adds what is seen directly
 /// and caustic light as they are: their noise is small, or that of the photons, which samples share.
 /// @param film with moments (Film::has_moments())
-FilmPicture filtered_picture(const Film& film, bool indirect_only);
+/// @param rows of the film that are wanted; the others have no meaning
+FilmPicture filtered_picture(const Film& film, bool indirect_only, FilteredRows rows = {});
 
 /// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with m the
 /// luminance of the pixel and M that of the picture. What photons that all samples share add to it is not in it.

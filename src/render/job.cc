@@ -99,6 +99,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       ranks_(std::move(ranks)) {
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
+  if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));
   if (resume) this->resume(*resume);
   made_->maps.reserve_in(&array_budget());
   if (!settings_.share.empty() && settings_.integrator != Integrator::path)
@@ -420,7 +421,8 @@ void Job::render_rounds() {
 
 bool Job::render_tasks(std::vector<CameraTask> tasks, WorkShare share) {
   const double slots = static_cast<double>(CameraTasks(tasks).slot_count());
-  std::erase_if(tasks, [&](const CameraTask& task) { return film_.has(task); });
+  for (CameraTask& task : tasks) task.y0 = film_.first_row_to_do(task);
+  std::erase_if(tasks, [](const CameraTask& task) { return task.y0 == task.y1; });
   double slots_left = static_cast<double>(CameraTasks(tasks).slot_count());
   std::reverse(tasks.begin(), tasks.end());
   while (!tasks.empty()) {

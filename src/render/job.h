@@ -35,13 +35,14 @@ namespace glowworm {
 /// Why a render ended.
 enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
 
-/// The photons of a render, and what guides them and the gather rays.
+/// The photons of a render, what guides them and the gather rays, and samples.
 struct JobMaps {
   std::shared_ptr<const EmissionGuide> guide;
   std::shared_ptr<const PhotonDemand> demand;
   GatherGuide gather_guide;
   bool has_gather_guide = false;
   PhotonMaps maps;
+  std::optional<Film> rows;  ///< of a Job that has all its samples; the next one has them in advance, and resets this
 
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
 };

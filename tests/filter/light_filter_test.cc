@@ -162,6 +162,17 @@ TEST(LightFilter, FiltersPixelsOfTwoSurfacesAlongTheirEdge) {
   EXPECT_LT(after, 0.5 * before);
 }
 
+TEST(LightFilter, FiltersTheWantedRowsAlone) {
+  const LightEstimate estimate = noisy(0.1f, [](int x, int y) { return 1 + 0.01f * static_cast<float>(x + y); });
+  const FilteredLight all = filter_light(estimate, flat_surface());
+  const FilteredLight some = filter_light(estimate, flat_surface(), {13, 40});
+  for (std::size_t i = 0; i < all.light.size(); ++i) {
+    const bool wanted = i >= 13 * kSide && i < 40 * kSide;
+    ASSERT_EQ(some.light[i], wanted ? all.light[i] : RGB()) << i;
+    ASSERT_EQ(some.variance[i], wanted ? all.variance[i] : 0) << i;
+  }
+}
+
 TEST(LightFilter, GivesTheSameBitsForAnyNumberOfThreads) {
   const LightEstimate estimate = noisy(0.1f, [](int x, int) { return 1 + 0.01f * static_cast<float>(x); });
   set_thread_count(1);

@@ -92,6 +92,8 @@ TEST(TimeLimit, AJobRehearsesItsEnd) {
     EXPECT_EQ(film.bounds().y0, 8);
     EXPECT_GE(film.whole_passes(), 2u);
     EXPECT_GT(make_image(film, job).channels().size(), 0u);
+    // The next rehearsal, but for one of the first image, waits for 50 times as long.
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   };
   RenderSettings asked = small(3600);
   Job job(stage.scene, stage.tracer, asked, nullptr, {3599.999, rehearsal});
