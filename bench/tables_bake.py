@@ -321,7 +321,8 @@ def scale(o):
                 continue
             options = ["--atlas", atlas, "--memory", memory, "--samples", 2, "--gather", 8]
             (wall, processor, peak), said = bake(o.program, scene, options, folder / "lit.glb")
-            result = said.split(": ", 1)[1].split(" samples x ")[0].rsplit(",", 1)[0]
+            told = next(line for line in said.splitlines() if " samples x " in line)
+            result = told.split(": ", 1)[1].split(" samples x ")[0].rsplit(",", 1)[0]
             texels = int(said.split(" points, ")[0].rsplit(" ", 1)[1])
             lines.append(f"| {pathlib.Path(str(scene)).name} | {atlas} | {memory} | {wall:.0f} | {processor:.1f} | "
                          f"{1e6 * processor / texels:.1f} | {peak:.0f} | {(folder / 'lit.glb').stat().st_size / 1e6:.1f} | "

@@ -189,10 +189,12 @@ std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
 
 GatherGuide::Warped GatherGuide::warp(std::uint32_t region, Vec2 u) const {
   const Table& table = tables_[region];
+  // std::lerp() branches, which costs more than all else here.
+  const auto mixed = [](float a, float b, float t) { return a + (b - a) * t; };
   const auto cell_of = [](const std::array<float, kSide + 1>& sums, float sum) {
-    std::size_t cell = 0;
-    for (std::size_t i = 1; i < kSide; ++i) cell += sum >= sums[i];
-    return cell;
+    std::int32_t cell = 0;
+    for (std::size_t i = 1; i <= kSide; ++i) cell += sum >= sums[i];
+    return static_cast<std::size_t>(std::min(cell, kSide - 1));
   };
   // Where the integral of a density that goes from a to b over [0, 1] reaches `sum`.
   const auto reaches = [](float a, float b, float sum) {
@@ -202,17 +204,19 @@ GatherGuide::Warped GatherGuide::warp(std::uint32_t region, Vec2 u) const {
   const float row_sum = u.x * table.rows[kSide];
   const std::size_t r = cell_of(table.rows, row_sum);
   const float s = reaches(table.columns[r][kSide], table.columns[r + 1][kSide], row_sum - table.rows[r]);
+  const auto column = [&](std::size_t i) { return mixed(table.columns[r][i], table.columns[r + 1][i], s); };
   std::array<float, kSide + 1> columns;
-  for (std::size_t i = 0; i <= kSide; ++i) columns[i] = std::lerp(table.columns[r][i], table.columns[r + 1][i], s);
-  const float column_sum = u.y * columns[kSide];
+  columns[0] = 0;
+  for (std::size_t i = 1; i <= kSide; ++i) columns[i] = column(i);
+  const float column_sum = u.y * column(kSide);
   const std::size_t c = cell_of(columns, column_sum);
-  const float low = std::lerp(table.density[r][c], table.density[r + 1][c], s),
-              high = std::lerp(table.density[r][c + 1], table.density[r + 1][c + 1], s);
-  const float t = reaches(low, high, column_sum - columns[c]);
+  const float low = mixed(table.density[r][c], table.density[r + 1][c], s),
+              high = mixed(table.density[r][c + 1], table.density[r + 1][c + 1], s);
+  const float t = reaches(low, high, column_sum - column(c));
   constexpr float kBelowOne = 1 - std::numeric_limits<float>::epsilon() / 2;
   return {{std::min((static_cast<float>(r) + s) / kSide, kBelowOne),
            std::min((static_cast<float>(c) + t) / kSide, kBelowOne)},
-          std::lerp(low, high, t)};
+          mixed(low, high, t)};
 }
 
 std::uint8_t GatherGuide::cell(Vec2 u) {
