@@ -57,12 +57,32 @@ class SeamSystem {
   /// Texels that the seams touch.
   const std::vector<std::uint32_t>& texels() const { return texels_; }
 
-  std::vector<double> solve(const std::vector<double>& start) const {
+  /// The values with the least sum, none below 0.
+  std::vector<double> solve(std::vector<double> start) const {
+    constexpr int kMaxRounds = 4;
+    std::vector<std::uint8_t> at_zero(start.size(), 0);
+    for (int round = 0;; ++round) {
+      std::vector<double> x = minimum(start, at_zero);
+      bool all_good = true;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        if (x[i] >= 0) continue;
+        // Light is not negative. Where this texel stays at 0, others must do more.
+        x[i] = start[i] = 0;
+        at_zero[i] = 1;
+        all_good = false;
+      }
+      if (all_good || round == kMaxRounds) return x;
+    }
+  }
+
+ private:
+  /// The values with the least sum by conjugate gradients. @param at_zero texels that stay as they are in `start`
+  std::vector<double> minimum(const std::vector<double>& start, const std::vector<std::uint8_t>& at_zero) const {
     constexpr int kMaxSteps = 400;
     std::vector<double> x = start, r(x.size());
     // With x = start, the gradient is that of the steps alone.
     const std::vector<double> product = times(x, 0);
-    for (std::size_t i = 0; i < r.size(); ++i) r[i] = -product[i];
+    for (std::size_t i = 0; i < r.size(); ++i) r[i] = at_zero[i] ? 0 : -product[i];
     std::vector<double> p = r;
     double square = dot_of(r, r);
     const double enough = 1e-14 * square;
@@ -71,7 +91,7 @@ class SeamSystem {
       const double length = square / dot_of(p, ap);
       for (std::size_t i = 0; i < x.size(); ++i) {
         x[i] += length * p[i];
-        r[i] -= length * ap[i];
+        if (!at_zero[i]) r[i] -= length * ap[i];
       }
       const double next = dot_of(r, r);
       for (std::size_t i = 0; i < p.size(); ++i) p[i] = r[i] + next / square * p[i];
@@ -80,7 +100,6 @@ class SeamSystem {
     return x;
   }
 
- private:
   std::vector<double> times(const std::vector<double>& x, double stiffness) const {
     std::vector<double> out(x.size());
     for (std::size_t i = 0; i < x.size(); ++i) out[i] = stiffness * x[i];
@@ -155,7 +174,7 @@ void close_seams(const Seams& seams, std::vector<RGB>& texels) {
   });
   for (std::size_t i = 0; i < system.texels().size(); ++i)
     for (std::size_t c = 0; c < 3; ++c)
-      texels[system.texels()[i]][static_cast<int>(c)] = static_cast<float>(std::max(solved[c][i], 0.0));
+      texels[system.texels()[i]][static_cast<int>(c)] = static_cast<float>(solved[c][i]);
 }
 
 RGB largest_step(const Seams& seams, std::span<const RGB> texels) {

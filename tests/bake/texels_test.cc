@@ -176,6 +176,17 @@ TEST(BakeSeams, CloseWithoutChangingTheRest) {
   EXPECT_LT(changed, texels.size() / 4);
 }
 
+TEST(BakeSeams, CloseBesideTexelsThatCannotBecomeDarker) {
+  // A bright and a dark texel on one side, a black one on the other: the least changes would make the dark one
+  // negative.
+  const Seams seams{{{{0, 1, 1, 1, 2, 2, 2, 2}, {0.5f, 0.5f, 0, 0, -1, 0, 0, 0}}}};
+  std::vector<RGB> texels{RGB(1.0f), RGB(0.1f), RGB(0.0f)};
+  close_seams(seams, texels);
+  EXPECT_LT(largest_step(seams, texels).r, 0.005f);
+  EXPECT_EQ(texels[1], RGB());
+  EXPECT_GT(texels[0].r, 0.7f);
+}
+
 TEST(BakeSeams, LeaveCreasesAlone) {
   const FlatMesh flat(box_mesh(), {64, 0});
   EXPECT_TRUE(find_seams(flat.geometry, flat.faces, flat.charts, flat.atlas).places.empty());
