@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bake/gltf_file.h"
+#include "bake/gltf_prune.h"
 #include "bake/gltf_vertices.h"
 #include "bake/light_writer.h"
 #include "core/error.h"
@@ -90,7 +91,8 @@ class GltfWriter {
         light_(layout, light, format, notes),
         file_(glb_of_document(document, std::move(whole))),
         meshes_(file_.json["meshes"]),
-        materials_(file_.json.value("materials", json::array())) {}
+        materials_(file_.json.value("materials", json::array())),
+        references_(prunable(file_.json) ? references_in(file_.json) : GltfReferences()) {}
 
   std::string write() {
     check_parts();
@@ -110,7 +112,12 @@ class GltfWriter {
     }
     add_materials();
     scale_lights();
+    prune(references_, file_);
     for (const char* name : {kDraco, kInstancing}) drop_unused(name);
+    // Of textures that are left out, and of compressed views.
+    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds",
+                             "EXT_meshopt_compression", "KHR_meshopt_compression"})
+      drop_unused(name);
     json& asset = file_.json["asset"];
     if (!asset.contains("extras") || asset["extras"].is_object()) asset["extras"]["glowworm"] = light_.description();
     return file_.content();
@@ -409,6 +416,7 @@ class GltfWriter {
   LightWriter light_;
   GlbFile file_;
   const json meshes_, materials_;      ///< of the source
+  const GltfReferences references_;    ///< in the source
   std::vector<FaceInChart> faces_[2];  ///< fronts and backs, one a triangle
   std::set<int> shared_with_dark_;     ///< meshes that nodes without light show
   std::set<int> taken_;                ///< meshes that show light themselves

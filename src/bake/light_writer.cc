@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Removes all reflection. Textures that then have no effect stay, except that of the base colour.
+/// Removes all reflection.
 void make_black(json& material) {
   json& pbr = material["pbrMetallicRoughness"];
   if (!pbr.is_object()) pbr = json::object();
@@ -93,8 +93,9 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
   } else {
     for (auto i = extensions.begin(); i != extensions.end();)
       i = i.key().starts_with("KHR_materials_") ? extensions.erase(i) : std::next(i);
-    material.erase("emissiveFactor");
-    material.erase("emissiveTexture");
+    for (const char* key : {"emissiveFactor", "emissiveTexture", "normalTexture", "occlusionTexture"})
+      material.erase(key);
+    if (material.contains("pbrMetallicRoughness")) material["pbrMetallicRoughness"].erase("metallicRoughnessTexture");
   }
   if (format_ == BakeFormat::vertex) {
     extensions["KHR_materials_unlit"] = json::object();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -12,6 +13,8 @@
 #include "bake/light.h"
 #include "bake/scene_glb.h"
 #include "bake_testing.h"
+#include "core/random.h"
+#include "image/image.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/document.h"
 #include "import/gltf/mesh.h"
@@ -366,6 +369,86 @@ TEST_F(BakedGltf, BringsLampsAndLightsToItsExposure) {
     // Direct light in the lightmap must not be there twice.
     EXPECT_EQ(lit["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"], indirect_only ? 4 : 0);
   }
+}
+
+/// A picture that takes 12 kB, whatever the compression.
+std::vector<std::uint8_t> noisy_png(std::uint32_t seed) {
+  constexpr int kSide = 64;
+  std::vector<std::uint8_t> codes;
+  for (std::uint32_t i = 0; i < 3 * kSide * kSide; ++i)
+    codes.push_back(static_cast<std::uint8_t>(hash_combine(hash32(seed), i)));
+  const std::string png = encode_png(kSide, kSide, 3, std::move(codes), {});
+  return {png.begin(), png.end()};
+}
+
+/// The bytes of the image of a texture.
+std::string image_bytes(const Parsed& file, const json& texture) {
+  const json& image =
+      file.whole["images"][file.whole["textures"][texture.get<std::size_t>()]["source"].get<std::size_t>()];
+  const json& view = file.whole["bufferViews"][image["bufferView"].get<std::size_t>()];
+  const auto first = file.document.buffers[0].begin() + view.value("byteOffset", 0);
+  return {first, first + view["byteLength"].get<int>()};
+}
+
+/// Each accessor of an animation or a skin, as bytes.
+std::vector<std::vector<std::uint8_t>> moving_bytes(const Parsed& file) {
+  std::vector<std::vector<std::uint8_t>> out;
+  for (const char* key : {"input", "output"})
+    out.push_back(raw_elements(file.document, file.whole["animations"][0]["samplers"][0][key].get<int>()).bytes);
+  out.push_back(raw_elements(file.document, file.whole["skins"][0]["inverseBindMatrices"].get<int>()).bytes);
+  return out;
+}
+
+TEST_F(BakedGltf, LeavesOutWhatItReplaces) {
+  GltfFile file = animated_file();
+  for (json* object : {&file.json, &file.json["nodes"][1], &file.json["materials"][0]}) object->erase("extensions");
+  file.json.erase("extensionsUsed");
+  // Two textures that the light replaces, with a sampler of their own; one of glass; one that nothing uses.
+  file.json["samplers"] = {{{"wrapS", 33648}}, {{"wrapS", 10497}}};
+  for (std::uint32_t i = 0; i < 4; ++i)
+    file.add("textures", {{"source", file.add("images", {{"bufferView", file.add_view(noisy_png(i))},
+                                                         {"mimeType", "image/png"},
+                                                         {"name", std::string(1, static_cast<char>('A' + i))}})},
+                          {"sampler", i < 2 ? 0 : 1}});
+  file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  file.json["materials"][0]["normalTexture"] = {{"index", 1}};
+  file.add_shown_triangle({{"name", "glass"},
+                           {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 2}}}}},
+                           {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
+  file.json["scenes"][0]["nodes"].push_back(file.json["nodes"].size() - 1);
+  std::vector<float> matrices(32, 0);
+  for (const std::size_t i : {0, 5, 10, 15}) matrices[i] = matrices[16 + i] = 1;
+  file.json["skins"][0]["inverseBindMatrices"] = file.add_accessor(matrices, 5126, "MAT4", 2);
+  const std::string source = write_gltf(file);
+  bake(source);
+  const Parsed before(source), after(path("lit.glb"));
+  const json &a = before.whole, &b = after.whole;
+  const auto size = std::filesystem::file_size(path("lit.glb"));
+
+  ASSERT_EQ(b["images"].size(), 3u);
+  EXPECT_EQ(b["images"][0]["name"], "C");
+  EXPECT_EQ(b["images"][1]["name"], "D");
+  ASSERT_EQ(b["textures"].size(), 3u);
+  ASSERT_EQ(b["samplers"].size(), 2u);
+  EXPECT_EQ(b["samplers"][0], a["samplers"][1]);
+  const json& glass = b["materials"][3]["pbrMetallicRoughness"]["baseColorTexture"]["index"];
+  EXPECT_EQ(glass, 0);
+  EXPECT_EQ(image_bytes(after, glass), image_bytes(before, 2));
+  EXPECT_EQ(b["materials"][0]["emissiveTexture"]["index"], 2);
+  EXPECT_EQ(moving_bytes(after), moving_bytes(before));
+  const json& sphere = a["meshes"][0]["primitives"][0];
+  EXPECT_EQ(corner_bytes(before, 0, 0, sphere), corner_bytes(after, 0, 0, sphere));
+  for (const auto& [name, accessor] : b["accessors"].items())
+    EXPECT_LT(accessor.value("bufferView", 0), static_cast<int>(b["bufferViews"].size())) << name;
+
+  // An extension that may refer to anything.
+  file.json["nodes"][2]["extensions"]["VENDOR_sprite"]["image"] = 1;
+  file.json["extensionsUsed"] = {"VENDOR_sprite"};
+  bake(write_gltf(file));
+  const Parsed whole(path("lit.glb"));
+  ASSERT_EQ(whole.whole["images"].size(), 5u);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(whole.whole["images"][i], a["images"][i]);
+  EXPECT_GT(std::filesystem::file_size(path("lit.glb")), size + 2 * 64 * 64 * 3);
 }
 
 TEST_F(BakedGltf, RefusesAFileThatChangedMeanwhile) {

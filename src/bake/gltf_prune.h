@@ -1,0 +1,31 @@
+// What a glTF file no longer needs after its materials and vertices are replaced.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "bake/glb.h"
+
+namespace glowworm {
+
+/// Lists of a glTF file, in the order in which their entries are removed: each before those that it refers to.
+enum class GltfList : std::uint8_t { textures, samplers, images, accessors, buffer_views };
+inline constexpr std::size_t kGltfLists = 5;
+
+/// The entries of lists that something refers to.
+using GltfReferences = std::array<std::set<std::size_t>, kGltfLists>;
+
+/// References by glTF 2.0 and by the extensions that prunable() knows.
+GltfReferences references_in(const nlohmann::json& file);
+
+/// Whether all extensions of objects are known, so that no reference is missed. Extras are not read, but for those that
+/// bakes write.
+bool prunable(const nlohmann::json& file);
+
+/// Removes entries of `before` that nothing refers to any more, and the bytes that only they have. Entries without
+/// references before stay. Does nothing if the file is not prunable().
+/// @param before references in the file as it was; its entries have the same indices now
+void prune(const GltfReferences& before, GlbFile& file);
+
+}  // namespace glowworm
