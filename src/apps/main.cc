@@ -1,9 +1,10 @@
 #include <execinfo.h>
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "apps/commands.h"
+#include "core/names.h"
 #include "core/temporary_files.h"
 #include "render/options.h"
 #include "render/output.h"
@@ -42,24 +44,32 @@ std::string command_line(int argc, char** argv) {
   return text;
 }
 
-/// Suggests an option similar to an unknown one; "" if none is similar.
-std::string meant_option(const CLI::App& program, int argc, char** argv) {
+/// Throws a CommandLineError in the program's own words. @param error what CLI11 says @param first first argument
+[[noreturn]] void refuse(const CLI::App& program, const CLI::ParseError& error, const std::string& first) {
   std::vector<std::string> names;
-  for (const CLI::App* command : program.get_subcommands({}))
-    if (argc > 1 && command->get_name() == argv[1])
-      for (const CLI::Option* option : command->get_options())
-        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  for (int i = 2; i < argc; ++i) {
-    const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
-    const bool known = std::find(names.begin(), names.end(), word) != names.end();
-    if (word.starts_with("--") && !known)
-      if (const std::string text = did_you_mean(word, names); !text.empty()) return text;
+  if (program.get_subcommands().empty()) {
+    for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    throw CommandLineError(fmt::format("'{}' is not a command", first),
+                           fmt::format("{}Choose from: {}.", did_you_mean(first, names), fmt::join(names, ", ")));
   }
-  return "";
+  const CLI::App& command = *program.get_subcommands().front();
+  const std::string help = fmt::format("'glowworm {} --help' lists its arguments and options.", command.get_name());
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (const std::string& word : command.remaining())
+    if (word.starts_with("-"))
+      throw CommandLineError(fmt::format("'{}' is not an option of 'glowworm {}'", word, command.get_name()),
+                             did_you_mean(word.substr(0, word.find('=')), names) + help);
+  if (!command.remaining().empty())
+    throw CommandLineError(fmt::format("'{}' is one argument too many", command.remaining().front()), help);
+  const std::string text = error.what();
+  const std::size_t missing = text.find(": 1 required");
+  throw CommandLineError(missing == std::string::npos ? text : text.substr(0, missing) + " needs a value", help);
 }
 
 int run_program(int argc, char** argv) {
-  CLI::App program("Glowworm: global illumination from photon maps, fast on one CPU, with nothing to tune.");
+  CLI::App program("Glowworm: global illumination from photon maps, fast on one CPU, with nothing to tune.",
+                   "glowworm");
   program.set_version_flag("--version", std::string("glowworm ") + version());
   program.require_subcommand(1);
   program.footer(
@@ -80,11 +90,10 @@ int run_program(int argc, char** argv) {
   }
   try {
     program.parse(argc, argv);
-  } catch (const CLI::ExtrasError& error) {
-    throw CommandLineError(error.what(),
-                           meant_option(program, argc, argv) + "'--help' after the command lists its options.");
+  } catch (const CLI::Success& help) {
+    return program.exit(help);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : 2;
+    refuse(program, error, argv[1]);
   }
   return exit_status;
 }

@@ -38,7 +38,21 @@ class CommandLineTest : public ProgramTest {
 TEST_F(CommandLineTest, WithoutACommandPrintsHelp) {
   const Outcome outcome = run({});
   EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("Usage: glowworm [OPTIONS]"));
   EXPECT_THAT(outcome.err, HasSubstr("glowworm render builtin:cornell"));
+}
+
+TEST_F(CommandLineTest, WrongCommandLinesAreExplained) {
+  const std::vector<std::pair<Words, Words>> cases = {
+      {{"rendr"}, {"error: 'rendr' is not a command", "Did you mean 'render'?", "Choose from: render, "}},
+      {{"--size", "4x4"}, {"error: '--size' is not a command"}},
+      {{"render"}, {"error: scene is required", "'glowworm render --help'"}},
+      {{"render", "a.glb", "b.glb"}, {"error: 'b.glb' is one argument too many"}},
+      {{"render", "a.glb", "--sise=4x4"}, {"error: '--sise=4x4' is not an option of 'glowworm render'", "'--size'?"}},
+      {{"render", "a.glb", "-o"}, {"error: --output needs a value"}},
+      {{"measure", "a.glb"}, {"error: --output is required", "'glowworm measure --help'"}},
+  };
+  for (const auto& [words, texts] : cases) EXPECT_TRUE(refused(run(words), texts, 2)) << words[0];
 }
 
 TEST_F(CommandLineTest, TheLastOfARepeatedOptionWins) {
