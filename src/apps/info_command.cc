@@ -8,21 +8,46 @@
 #include "apps/commands.h"
 #include "apps/open_scene.h"
 #include "render/effects.h"
-#include "scene/light_sampling.h"
 #include "scene/scene.h"
+#include "session/light_rig.h"
 
 namespace glowworm {
 
 namespace {
 
-void print_scene(const Scene& scene) {
+struct NamedPower {
+  std::string name;
+  RGB power;  ///< W
+};
+
+/// The lights by the names that --light takes, with their power.
+std::vector<NamedPower> light_powers(const std::shared_ptr<const Scene>& scene) {
+  const std::vector<std::uint32_t>& triangles = scene->emissive_triangles();
+  std::map<std::uint32_t, RGB> of_emission;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    of_emission[scene->geometry().emission[triangles[i]]] += scene->source_powers()[i];
+  const auto power = [&](const RigLight& light) {
+    if (light.kind == RigLightKind::area) return of_emission[light.index];
+    if (light.kind == RigLightKind::environment) return scene->source_powers().back();
+    return scene->source_powers()[triangles.size() + light.index];
+  };
+  const LightRig rig(scene);
+  std::vector<NamedPower> lights;
+  for (const RigLight& light : rig.lights()) lights.push_back({light.name, power(light)});
+  return lights;
+}
+
+/// "(x, y, z)". Adding zero turns a zero below into one above, as people write it.
+std::string place_text(Vec3 v) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", v.x + 0.0f, v.y + 0.0f, v.z + 0.0f); }
+
+void print_scene(const std::shared_ptr<const Scene>& shared) {
+  const Scene& scene = *shared;
   const Geometry& g = scene.geometry();
   const Box3 b = scene.bounds();
   fmt::print("scene      {}\n", scene.name());
   fmt::print("triangles  {}\n", g.triangle_count());
   fmt::print("vertices   {}\n", g.positions.size());
-  fmt::print("bounds     ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m\n", b.min.x, b.min.y, b.min.z, b.max.x,
-             b.max.y, b.max.z);
+  fmt::print("bounds     {} to {} m\n", place_text(b.min), place_text(b.max));
   if (scene.film().width > 0) fmt::print("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
   std::map<std::uint32_t, std::size_t> uses;
   for (const std::uint32_t m : g.material) ++uses[m];
@@ -32,21 +57,14 @@ void print_scene(const Scene& scene) {
     fmt::print("  {:<32} {:<20} {} triangles\n", m.name, name(m.kind), uses[static_cast<std::uint32_t>(i)]);
   }
   fmt::print("textures   {}\n", scene.textures().size());
-  fmt::print("lights     {}: {} emissive triangles, {} point, spot or directional lights, {} environment\n",
-             scene.light_source_count(), scene.emissive_triangles().size(), scene.lights().size(),
-             scene.environment() ? 1 : 0);
-  for (std::size_t i = 0; i < scene.lights().size() + (scene.environment() ? 1 : 0); ++i) {
-    const auto source = static_cast<std::uint32_t>(scene.emissive_triangles().size() + i);
-    const RGB p = light_source_power(scene, source);
-    fmt::print("  {:<32} {:.4g} W (RGB {:.4g} {:.4g} {:.4g})\n", light_source_name(scene, source), luminance(p), p.r,
-               p.g, p.b);
-  }
-  fmt::print("power      {:.4g} W of luminance in all\n", scene.light_power().total());
+  const std::vector<NamedPower> lights = light_powers(shared);
+  fmt::print("lights     {}, with {} emissive triangles\n", lights.size(), scene.emissive_triangles().size());
+  for (const auto& [name, p] : lights)
+    fmt::print("  {:<32} {:.4g} W (RGB {:.4g} {:.4g} {:.4g})\n", name, luminance(p), p.r, p.g, p.b);
+  fmt::print("power      {:.4g} W in total (luminance)\n", scene.light_power().total());
   fmt::print("cameras    {}\n", scene.cameras().size());
-  for (const Camera& c : scene.cameras()) {
-    const Vec3 at = c.to_world.translation;
-    fmt::print("  {:<32} at ({:.4g}, {:.4g}, {:.4g})\n", c.name.empty() ? "(unnamed)" : c.name, at.x, at.y, at.z);
-  }
+  for (const Camera& c : scene.cameras())
+    fmt::print("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name, place_text(c.to_world.translation));
   for (const std::string& note : effect_notes(scene, RenderSettings{})) fmt::print("note: {}\n", note);
   for (const std::string& note : scene.notes()) fmt::print("note: {}\n", note);
 }
@@ -54,7 +72,8 @@ void print_scene(const Scene& scene) {
 nlohmann::json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 nlohmann::json numbers(RGB c) { return {c.r, c.g, c.b}; }
 
-void print_json(const Scene& scene) {
+void print_json(const std::shared_ptr<const Scene>& shared) {
+  const Scene& scene = *shared;
   using nlohmann::json;
   const Geometry& g = scene.geometry();
   json out = {{"name", scene.name()},
@@ -73,11 +92,8 @@ void print_json(const Scene& scene) {
     out["materials"].push_back({{"name", m.name}, {"kind", name(m.kind)}, {"triangles", uses[i]}});
   }
   out["emissive_triangles"] = scene.emissive_triangles().size();
-  for (std::size_t i = scene.emissive_triangles().size(); i < scene.light_source_count(); ++i) {
-    const auto source = static_cast<std::uint32_t>(i);
-    out["lights"].push_back(
-        {{"name", light_source_name(scene, source)}, {"power_rgb_w", numbers(light_source_power(scene, source))}});
-  }
+  for (const auto& [name, power] : light_powers(shared))
+    out["lights"].push_back({{"name", name}, {"power_rgb_w", numbers(power)}});
   for (const Camera& c : scene.cameras())
     out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(c.to_world.translation)}});
   for (const std::string& note : effect_notes(scene, RenderSettings{})) out["notes"].push_back(note);
@@ -105,7 +121,7 @@ Example:
     ImportOptions options;
     options.lazy_textures = true;
     const auto scene = open_scene(*path, options, changes->changes);
-    *as_json ? print_json(*scene) : print_scene(*scene);
+    *as_json ? print_json(scene) : print_scene(scene);
   });
 }
 

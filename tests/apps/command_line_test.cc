@@ -212,6 +212,27 @@ TEST_F(CommandLineTest, InfoPrintsJson) {
   EXPECT_EQ(json.at("objects").size(), 8u);
   EXPECT_EQ(json.at("cameras")[0].at("name"), "main");
   EXPECT_GT(json.at("power_w"), 0.0);
+  EXPECT_EQ(json.at("lights")[0].at("name"), "lamp");
+}
+
+TEST_F(CommandLineTest, InfoListsLightsByTheNamesThatLightTakes) {
+  const std::string scene = write("a.pbrt",
+                                  "LookAt 0 0 4 0 0 0 0 1 0 Camera \"perspective\" WorldBegin LightSource \"point\" "
+                                  "LightSource \"infinite\" AreaLightSource \"diffuse\" Shape \"disk\"");
+  const std::string told = run({"info", scene}).out;
+  const auto json = nlohmann::json::parse(run({"info", scene, "--json"}).out);
+  EXPECT_THAT(told, HasSubstr("lights     3, with "));
+  EXPECT_THAT(told, HasSubstr("at (0, 0, 4)"));
+  double sum = 0;
+  for (const auto& light : json.at("lights")) {
+    const std::string name = light.at("name");
+    EXPECT_THAT(told, HasSubstr("\n  " + name + "  "));
+    EXPECT_EQ(render(scene, {"--light", name + ",scale=2", "-o", "a.exr", "-q"}).status, 0) << name;
+    const auto rgb = light.at("power_rgb_w");
+    sum += 0.2126 * rgb[0].get<double>() + 0.7152 * rgb[1].get<double>() + 0.0722 * rgb[2].get<double>();
+  }
+  const double total = json.at("power_w");
+  EXPECT_NEAR(sum, total, 1e-4 * total);
 }
 
 /// What the program writes to a terminal of so many columns.
