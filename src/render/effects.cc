@@ -66,7 +66,7 @@ std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& 
   if (settings.integrator != Integrator::gather) return notes;
   const std::vector<bool> used = find_used(scene);
   std::size_t more = 0;
-  const char* caustics = settings.indirect_only ? "caustics off (--indirect-only)" : "caustics on";
+  const char* caustics = settings.indirect_only ? "would make caustics (off: --indirect-only)" : "makes caustics";
   for (std::size_t i = 0; i < used.size(); ++i) {
     const Material& m = scene.materials()[i];
     if (!used[i] || !makes_caustics(m)) continue;
@@ -75,12 +75,12 @@ std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& 
       ++more;
     } else if (textured && m.kind != MaterialKind::dielectric) {
       notes.push_back(
-          fmt::format("roughness by a texture on \"{}\": where it is below {}, {}", m.name, kSharpAlpha, caustics));
+          fmt::format("material \"{}\" {} where its texture has a roughness below {}", m.name, caustics, kSharpAlpha));
     } else {
-      notes.push_back(fmt::format("roughness {:.2g} on \"{}\": {}", sharpest_alpha(m), m.name, caustics));
+      notes.push_back(fmt::format("material \"{}\" (roughness {:.2g}) {}", m.name, sharpest_alpha(m), caustics));
     }
   }
-  if (more > 0) notes.push_back(fmt::format("{} more materials: {}", more, caustics));
+  if (more > 0) notes.push_back(fmt::format("more materials like these: {}", more));
   return notes;
 }
 

@@ -31,12 +31,12 @@ TEST(EffectNotes, NameTheMaterialsThatMakeCaustics) {
   const Scene scene =
       floors({material("paint", MaterialKind::diffuse, 0), material("glass", MaterialKind::dielectric, 0.02f),
               material("brushed", MaterialKind::conductor, 0.3f), material("mirror", MaterialKind::conductor, 0)});
-  EXPECT_THAT(effect_notes(scene, {}), testing::ElementsAre("roughness 0.02 on \"glass\": caustics on",
-                                                            "roughness 0 on \"mirror\": caustics on"));
+  EXPECT_THAT(effect_notes(scene, {}), testing::ElementsAre("material \"glass\" (roughness 0.02) makes caustics",
+                                                            "material \"mirror\" (roughness 0) makes caustics"));
   RenderSettings indirect;
   indirect.indirect_only = true;
   EXPECT_THAT(effect_notes(scene, indirect),
-              testing::Contains("roughness 0.02 on \"glass\": caustics off (--indirect-only)"));
+              testing::Contains("material \"glass\" (roughness 0.02) would make caustics (off: --indirect-only)"));
   RenderSettings path;
   path.integrator = Integrator::path;
   EXPECT_TRUE(effect_notes(scene, path).empty());
@@ -46,7 +46,7 @@ TEST(EffectNotes, SummariseManyMaterials) {
   const std::vector<Material> many(20, material("glass", MaterialKind::dielectric, 0));
   const std::vector<std::string> notes = effect_notes(floors(many), {});
   ASSERT_EQ(notes.size(), 9u);
-  EXPECT_EQ(notes.back(), "12 more materials: caustics on");
+  EXPECT_EQ(notes.back(), "more materials like these: 12");
 }
 
 }  // namespace
