@@ -64,6 +64,9 @@ void resolve_options(BakeOptions& o) {
                            "Give -o a name with this ending.");
   read_command_line([&] { check_part(o.settings); });
   if (o.is_part()) check_part_output(o.output, o.settings);
+  if (const std::string name = ending_of(o.atlas_picture); !o.atlas_picture.empty() && name != ".exr" && name != ".png")
+    throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .png", o.atlas_picture),
+                           "Give --atlas-picture a name with one of these endings.");
   if (o.is_part() && !o.atlas_picture.empty())
     throw CommandLineError("--atlas-picture needs the light of all parts", "Give it with --from.");
   if (!o.from.empty() && (o.is_part() || !o.resume.empty() || !o.settings.part.is_all()))

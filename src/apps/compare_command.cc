@@ -10,6 +10,7 @@
 #include "apps/table_options.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/log.h"
 #include "image/html_page.h"
 #include "image/image.h"
 #include "image/metrics.h"
@@ -73,17 +74,25 @@ int run_compare(const CompareOptions& o) {
   OutputFiles files;
   files.add_input("the image", o.image);
   files.add_input("the reference", o.reference);
-  prepare_output("--difference", o.difference, ".png", files);
+  prepare_output("-o", o.difference, ".png", files);
   prepare_output("--html", o.page, ".html", files);
   files.throw_if_any_failed();
   Image image = layer_of(read_image(o.image), o.layer), reference = layer_of(read_image(o.reference), o.layer);
+  const auto is_exposed = [](const std::string& path) {
+    return ending_of(path) == ".png" || ending_of(path) == ".jpg";
+  };
+  if (is_exposed(o.image) != is_exposed(o.reference))
+    warn("one picture was exposed for display (.png, .jpg), the other not: compare two .exr files");
   cut_both(o, image, reference);
   const ImageComparison c = compare_images(image, reference, o.leave_out);
   if (!o.difference.empty()) write_png(o.difference, difference_picture(image, reference), ToneCurve::srgb);
   if (!o.page.empty()) write_file(o.page, compare_page(image, reference, c, o.command_line));
   o.json ? print_json(c) : print_text(c);
   // Means exclude pixels that are not finite, but a picture with such pixels does not match its reference.
-  return o.limit > 0 && !(c.relative_rmse <= o.limit && c.non_finite_pixels == 0) ? 1 : 0;
+  if (!(o.limit > 0) || (c.relative_rmse <= o.limit && c.non_finite_pixels == 0)) return 0;
+  warn(c.non_finite_pixels > 0 ? fmt::format("{} pixels are not finite", c.non_finite_pixels)
+                               : fmt::format("relRMSE {:.6g} exceeds --limit {:g}", c.relative_rmse, o.limit));
+  return 1;
 }
 
 }  // namespace

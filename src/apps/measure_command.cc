@@ -144,11 +144,13 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
 void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& job, const Tracer& tracer,
                    OutputFiles& files) {
   const Film film = job.snapshot();
-  for (const std::string& name : o.outputs)
-    files.write(name, [&] {
+  for (const std::string& name : o.outputs) {
+    const bool written = files.write(name, [&] {
       write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
                                          : writer_of(o, name)(measurement_of(sensors, film)));
     });
+    if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
+  }
   if (!o.statistics.empty())
     files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
   files.throw_if_any_failed();

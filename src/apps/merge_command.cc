@@ -140,7 +140,7 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->option_text("FILE");
-  add_picture_options(*c, "", options->picture);
+  add_picture_options(*c, "Options", options->picture);
   c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");
   for (const char* name : {"--threads", "--memory", "--disk"}) add_table_option(*c, name, options->table);
   c->add_flag("-q,--quiet", options->quiet, "Print warnings and errors only");

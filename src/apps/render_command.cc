@@ -154,14 +154,17 @@ void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) t
 } catch (const Error&) {
 }
 
-std::string describe(const RenderSettings& s, const Scene& scene) {
+/// @param asked settings before those left to the program were chosen
+std::string describe(const RenderSettings& asked, const RenderSettings& s, const Scene& scene) {
   std::string text =
       fmt::format("{}: {} triangles, {}x{} pixels", scene.name(), scene.geometry().triangle_count(), s.width, s.height);
   if (s.bounds != PixelBounds{0, 0, s.width, s.height})
     text += fmt::format(" (only {}x{} at {},{})", s.bounds.width(), s.bounds.height(), s.bounds.x0, s.bounds.y0);
   const SampleRange range = s.sample_range();
-  text += s.part.is_all() ? fmt::format(", {} samples", s.samples)
-                          : fmt::format(", samples {} to {} of {}", range.first, range.end - 1, s.samples);
+  const bool open_ended = asked.samples == 0 && (s.time_limit_s > 0 || s.noise_target > 0);
+  text += open_ended        ? ", unlimited samples"
+          : s.part.is_all() ? fmt::format(", {} samples", s.samples)
+                            : fmt::format(", samples {} to {} of {}", range.first, range.end - 1, s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
   if (s.photons_traced > s.photons)
@@ -313,7 +316,7 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   }
   job.statistics().add_time(Phase::load, seconds_between(start, loaded));
   job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
-  inform(describe(job.settings(), *scene));
+  inform(describe(o.table.settings, job.settings(), *scene));
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
   const std::exception_ptr failure = attend(job, o.quiet,

@@ -82,9 +82,8 @@ void add_exposure_option(CLI::App& command, const std::string& group, std::optio
     exposure = good ? std::optional(stops) : std::nullopt;
   };
   command
-      .add_option_function<std::string>("--exposure", read,
-                                        "Exposure of PNG and window in stops: +1 is twice as bright; auto maps the "
-                                        "picture's mean to grey")
+      .add_option_function<std::string>(
+          "--exposure", read, "Exposure in stops: +1 is twice as bright; auto suits the picture, and is printed")
       ->take_last()
       ->option_text("auto|STOPS [auto]")
       ->group(group);

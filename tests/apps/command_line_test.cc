@@ -92,7 +92,8 @@ TEST_F(CommandLineTest, InvalidValuesEndWithStatus2) {
   write_picture("a.exr", 1);
   for (const char* option : {"--limit", "--leave-out"})
     EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", option, "nan"}), {option}, 2));
-  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "a.gif"}), {"a.gif"}, 2));
+  EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "a.gif"}), {"a.gif", "Give -o"}, 2));
+  EXPECT_TRUE(refused(run({"bake", "builtin:cornell", "-o", "a.glb", "--atlas-picture", "a.gif"}), {"a.gif"}, 2));
   EXPECT_TRUE(refused(run({"view", "builtin:cornell", "--mode", "fotons"}), {"Did you mean 'photons'?"}, 2));
   EXPECT_THAT(names(), ElementsAre("a.exr"));
 }
@@ -179,7 +180,12 @@ TEST_F(CommandLineTest, CompareCountsNonFinitePixelsAndPrintsJson) {
   write_picture("nan.exr", std::numeric_limits<float>::quiet_NaN());
   write_picture("b.exr", 1.5f);
   EXPECT_EQ(run({"compare", "a.exr", "a.exr", "--limit", "0.1"}).status, 0);
-  EXPECT_EQ(run({"compare", "nan.exr", "a.exr", "--limit", "0.1"}).status, 1);
+  const Outcome not_finite = run({"compare", "nan.exr", "a.exr", "--limit", "0.1"});
+  EXPECT_EQ(not_finite.status, 1);
+  EXPECT_THAT(not_finite.err, HasSubstr("1 pixels are not finite"));
+  const Outcome exceeded = run({"compare", "b.exr", "a.exr", "--limit", "0.1"});
+  EXPECT_EQ(exceeded.status, 1);
+  EXPECT_THAT(exceeded.err, HasSubstr("exceeds --limit 0.1"));
   const auto json = [&](const Words& more) {
     Words words = {"compare", "b.exr", "a.exr", "--json"};
     words.insert(words.end(), more.begin(), more.end());
@@ -193,6 +199,27 @@ TEST_F(CommandLineTest, CompareCountsNonFinitePixelsAndPrintsJson) {
   EXPECT_EQ(json({"--layer", "direct"}).at("mse"), 0);
   EXPECT_TRUE(refused(run({"compare", "a.exr", "b.exr", "--layer", "depth"}), {"depth", "direct"}));
   EXPECT_TRUE(refused(run({"compare", "a.exr", "b.exr", "--region", "0,0,5,5"}), {"0,0,5,5"}));
+}
+
+TEST_F(CommandLineTest, ComparingLinearAndExposedPicturesWarns) {
+  ASSERT_EQ(render("builtin:cornell", {"-o", "a.exr", "-o", "a.png"}).status, 0);
+  EXPECT_THAT(run({"compare", "a.png", "a.exr"}).err, HasSubstr("exposed for display"));
+  EXPECT_THAT(run({"compare", "a.png", "a.png"}).err, IsEmpty());
+  EXPECT_THAT(run({"compare", "a.exr", "a.exr"}).err, IsEmpty());
+}
+
+TEST_F(CommandLineTest, MergeListsItsPictureOptions) {
+  const std::string help = run({"merge", "--help"}).out;
+  for (const char* option : {"--precision", "--tone", "--exposure", "--false-color"})
+    EXPECT_THAT(help, HasSubstr(option));
+}
+
+TEST_F(CommandLineTest, ALimitOfTimeLeavesSamplesUnlimited) {
+  Words words = {"render", "builtin:cornell", "--size", "4x4", "--gather", "1", "--photons", "1k", "-o", "a.exr"};
+  words.insert(words.end(), {"--noise", "0.9"});
+  EXPECT_THAT(run(words).err, HasSubstr("4x4 pixels, unlimited samples x 1 gather rays"));
+  words.insert(words.end(), {"--samples", "2"});
+  EXPECT_THAT(run(words).err, HasSubstr("4x4 pixels, 2 samples x 1 gather rays"));
 }
 
 TEST_F(CommandLineTest, APartIsComparedWithTheWhole) {

@@ -42,6 +42,7 @@ TEST_F(MeasureTest, MeasuresALuminaireByTheCosineLaw) {
   const Outcome outcome = run({"measure", "a.pbrt", "--points", "a.pts", "--light", "lamp.ies@0,3,0", "--samples", "2",
                                "--photons", "1000", "-o", "a.csv", "-o", "a.json", "-o", "a.ply", "-o", "a.vtk"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("wrote a.vtk"));
   const std::vector<double> row = last_row(read(path("a.csv")));
   ASSERT_EQ(row.size(), 12u);
   // CIE 171:2006, 5.2: I0 h^2 / d^4.
