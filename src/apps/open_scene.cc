@@ -95,6 +95,8 @@ void take_luminaires(std::vector<std::string>& lights, SceneChanges& changes) {
 
 std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOptions& options,
                                         const SceneChanges& changes, OutputFiles* files) {
+  if (!changes.sky.empty() && (!changes.environment_file.empty() || changes.uniform_radiance))
+    warn("--environment has no effect with --sky");
   const InputRecord record;
   SceneDescription description = load_scene(path, options);
   change_scene(description, changes, options.budget);
@@ -110,7 +112,9 @@ std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOpt
 void tell_notes(const Scene& scene, const std::string& path) {
   for (const std::string& note : scene.notes()) {
     const bool is_wrong = note.find("' is magenta: ") != std::string::npos;
-    is_wrong ? warn(fmt::format("{}: {}", path, note)) : inform(fmt::format("note: {}: {}", path, note));
+    // Notes of formats with lines name the file themselves.
+    const std::string told = note.find(path) == std::string::npos ? fmt::format("{}: {}", path, note) : note;
+    is_wrong ? warn(told) : inform("note: " + told);
   }
 }
 

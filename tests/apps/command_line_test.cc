@@ -115,11 +115,23 @@ TEST_F(CommandLineTest, OptionsWithoutEffectAreNamed) {
       {{"--reorder", "8", "-o", "a.exr"}, "--reorder has no effect"},
       {{"--traced", "1k", "-o", "a.exr"}, "--traced has no effect"},
       {{"--crop", "0,0,1,0.5", "--pixel-bounds", "0,0,4,4", "-o", "a.exr"}, "--crop has no effect"},
+      {{"--environment", "1", "--sky", "cie:16", "-o", "a.exr"}, "--environment has no effect"},
   };
   for (const auto& [words, text] : cases) EXPECT_THAT(render("builtin:cornell", words).err, HasSubstr(text));
   const Outcome all = render("builtin:cornell", {"--aov", "depth", "--light-groups", "--precision", "float",
                                                  "--exposure", "1", "--tone", "srgb", "-o", "a.exr", "-o", "b.png"});
   EXPECT_THAT(all.err, Not(HasSubstr("no effect")));
+}
+
+TEST_F(CommandLineTest, NotesNameTheFileOnce) {
+  const std::string scene =
+      write("a.pbrt", "Sampler \"halton\" \"integer pixelsamples\" 4 WorldBegin Shape \"sphere\"");
+  const std::string told = render(scene, {"-o", "b.exr"}).err;
+  const std::size_t note = told.find("pixelsamples 4");
+  ASSERT_NE(note, std::string::npos) << told;
+  const std::size_t begin = told.rfind('\n', note) + 1;
+  const std::string line = told.substr(begin, told.find('\n', note) - begin);
+  EXPECT_EQ(line.find("a.pbrt"), line.rfind("a.pbrt")) << line;
 }
 
 TEST_F(CommandLineTest, EndingsMayBeCapitalAndStandardOutputTakesAnImageOrStatistics) {
