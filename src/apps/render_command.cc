@@ -241,6 +241,8 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
     inform(fmt::format(
         "note: --time left room for {} photons{}", settings.photons_traced,
         settings.integrator == Integrator::gather ? fmt::format(" and {} gather rays a sample", settings.gather) : ""));
+  if (job.ending() == Ending::time_up && settings.noise_target > 0)
+    inform("note: --time ended the render before the error of --noise was reached");
   warn_of_ending(job.ending(), any);
   if (failure) std::rethrow_exception(failure);
   files.throw_if_any_failed();

@@ -209,10 +209,10 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
                                                    : "the usual number, 400 a pixel with 16 samples"));
   note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel up to {}, and at "
-                   "most {}{}",
-                   chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kMinPhotons, kMaxPhotons,
-                   chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
+       fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel (no fewer than {}, no "
+                   "more than {}), and at most {}{}",
+                   chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons,
+                   kMaxPhotons, chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));

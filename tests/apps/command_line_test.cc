@@ -226,6 +226,20 @@ TEST_F(CommandLineTest, MergeListsItsPictureOptions) {
     EXPECT_THAT(help, HasSubstr(option));
 }
 
+TEST_F(CommandLineTest, ALimitOfTimeThatEndsBeforeTheNoiseIsTold) {
+  const Words words = {"render", "builtin:cornell", "--size", "4x4", "-v", "-o", "a.exr", "--noise"};
+  const auto told = [&](const char* noise, const char* seconds) {
+    Words all = words;
+    all.insert(all.end(), {noise, "--time", seconds});
+    return run(all).err;
+  };
+  EXPECT_THAT(told("0.000001", "0.5s"), HasSubstr("before the error of --noise was reached"));
+  const std::string reached = told("0.9", "100s");
+  EXPECT_THAT(reached, Not(HasSubstr("before the error")));
+  EXPECT_THAT(reached, HasSubstr("50000 photons: one for 200 gather rays of the picture, but at least 30 a pixel (no "
+                                 "fewer than 50000, no more than 500000), and at most 1000000"));
+}
+
 TEST_F(CommandLineTest, ALimitOfTimeLeavesSamplesUnlimited) {
   Words words = {"render", "builtin:cornell", "--size", "4x4", "--gather", "1", "--photons", "1k", "-o", "a.exr"};
   words.insert(words.end(), {"--noise", "0.9"});
