@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   state.mode = gather > 0 ? ViewMode::gather : ViewMode::photons;
   state.gather = std::max(gather, 1u);
   state.part = gather > 0 ? LightPart::indirect : LightPart::all;
-  state.secondary_gather = state.reuse = false;
+  state.secondary_gather = state.reuse = state.filter = false;
   session.next_frame(state, 0);
   // Arrays of a frame are made again in those of the frame before.
   state.camera = look(state.camera, nearest_up(state.camera), 0.002f, 0);

@@ -366,7 +366,7 @@ void table_of_views(const Scenes& scenes) {
       state.mode = row.mode;
       state.gather = row.gather;
       state.part = row.mode == ViewMode::photons ? LightPart::all : LightPart::indirect;
-      state.secondary_gather = state.reuse = false;
+      state.secondary_gather = state.reuse = state.filter = false;
       session.next_frame(state, clock);
       for (const bool anew : {true, false}) {
         std::vector<double> seconds;

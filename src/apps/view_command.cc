@@ -28,7 +28,6 @@ int run_view(const ViewOptions& o) {
 void add_start_options(CLI::App& c, ViewOptions& o) {
   add_choice(c, "--mode", o.mode, view_mode_names(), "What the pixels show")->group("View");
   add_choice(c, "--part", o.part, light_part_names(), "Which light is shown")->group("View");
-  c.add_flag("--filter", o.filter, "Smooth noise between edges")->group("View");
   c.add_flag("--no-reuse", o.no_reuse, "Do not reuse earlier frames")->group("View");
   add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve")->group("View");
   add_exposure_option(c, "View", o.exposure);
@@ -88,7 +87,7 @@ ViewState first_state(const ViewOptions& o, const Script& script, const Scene& s
   if (s.gather > 0) state.gather = s.gather;
   if (s.photons > 0) state.photons = s.photons;
   if (s.nearest > 0) state.nearest = s.nearest;
-  state.filter = o.filter;
+  state.filter = s.filter == Filtering::automatic;
   state.reuse = !o.no_reuse;
   if (script.width > 0) {
     state.width = script.width;

@@ -21,7 +21,7 @@ struct ViewOptions {
   std::uint32_t frames = 0;
   double fps = 15;
   bool adapt = false;
-  bool filter = false, no_reuse = false;
+  bool no_reuse = false;
 };
 
 /// Opens a scene with the scene options. Those of the camera do not apply to scenes dropped later.

@@ -71,7 +71,7 @@ void draw_picture(ViewModel& model) {
   if (choose("photons", photons, photon_count)) s.photons = std::stoull(photons[photon_count]);
   hint("Photons in the map: more are sharper, and take longer where a light changes");
   ImGui::Checkbox("smooth noise", &s.filter);
-  hint("Average noise between edges");
+  hint("Average pixels whose difference is noise, as renders do");
   ImGui::SameLine();
   ImGui::Checkbox("reuse frames", &s.reuse);
   hint("Reuse earlier frames where the same surface was visible");

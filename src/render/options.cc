@@ -290,7 +290,7 @@ std::vector<Option> method_options() {
              false, without_packets},
             &S::reorder, 1u << 20),
       choice(
-          {"--filter", kMethod, "filter", "", "auto", nullptr,
+          {"--filter", kMethod, "filter", "", "auto", "auto",
            "Filter of gathered light: auto averages pixels whose difference is noise; off leaves all samples as they "
            "are",
            true, without_gathering},

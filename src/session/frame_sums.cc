@@ -1,19 +1,41 @@
 #include "session/frame_sums.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/parallel.h"
+#include "render/filtered.h"
 
 namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kSummedAtOnce = 8192;
+constexpr std::size_t kPixelsAtOnce = 8192;
 
-void add_to(std::vector<RGB>& sum, const std::vector<RGB>& more, std::size_t first, std::size_t last) {
-  for (std::size_t i = first; i < last && i < more.size(); ++i) sum[i] += more[i];
+template <typename Work>
+void for_pixels(std::size_t pixels, Work&& work) {
+  parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) work(i);
+  });
+}
+
+ViewImage empty_image(const Camera& camera, int width, int height) {
+  ViewImage out;
+  out.camera = camera;
+  out.width = width;
+  out.height = height;
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  out.light.resize(pixels);
+  out.albedo.resize(pixels);
+  out.normal.resize(pixels);
+  out.depth.resize(pixels);
+  return out;
+}
+
+Vec3 unit(Vec3 normal) {
+  const float squared = length_squared(normal);
+  return squared > 0 ? normal / std::sqrt(squared) : Vec3{0, 0, 0};
 }
 
 RGB light_of(const SlotRadiance& r, LightPart part, std::size_t i) {
@@ -32,62 +54,65 @@ RGB light_of(const SlotRadiance& r, LightPart part, std::size_t i) {
 
 }  // namespace
 
-void FrameSums::add(PassResult&& pass) {
-  const std::size_t pixels = pass.first_hit.depth.size();
-  if (count_ == 0) {
-    sum_ = std::move(pass);
-    hits_.assign(pixels, 0);
-    for (std::size_t i = 0; i < pixels; ++i) {
-      float& depth = sum_.first_hit.depth[i];
-      hits_[i] = std::isfinite(depth) ? 1 : 0;
-      if (!hits_[i]) depth = 0;
-    }
-  } else {
-    parallel_for(0, pixels, kSummedAtOnce, [&](std::size_t first, std::size_t last) {
-      add_to(sum_.radiance.emitted, pass.radiance.emitted, first, last);
-      add_to(sum_.radiance.direct, pass.radiance.direct, first, last);
-      add_to(sum_.radiance.indirect, pass.radiance.indirect, first, last);
-      add_to(sum_.radiance.caustic, pass.radiance.caustic, first, last);
-      add_to(sum_.first_hit.albedo, pass.first_hit.albedo, first, last);
-      add_to(sum_.diagnosis, pass.diagnosis, first, last);
-      for (std::size_t i = first; i < last; ++i) {
-        sum_.first_hit.normal[i] += pass.first_hit.normal[i];
-        if (!std::isfinite(pass.first_hit.depth[i])) continue;
-        sum_.first_hit.depth[i] += pass.first_hit.depth[i];
-        ++hits_[i];
-      }
-    });
+ViewImage pass_image(const PassResult& pass, const Camera& camera, int width, int height, LightPart part,
+                     float factor) {
+  ViewImage out = empty_image(camera, width, height);
+  for_pixels(out.size(), [&](std::size_t i) {
+    out.light[i] = light_of(pass.radiance, part, i) * factor;
+    out.albedo[i] = pass.first_hit.albedo[i];
+    out.normal[i] = unit(pass.first_hit.normal[i]);
+    out.depth[i] = pass.first_hit.depth[i];
+  });
+  return out;
+}
+
+void FrameSums::clear() {
+  film_.reset();
+  reservation_.reset();
+  diagnosis_.clear();
+  count_ = 0;
+}
+
+void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
+  if (count_ == Film::kMaxSamples) return;
+  if (!film_) {
+    const PixelBounds bounds{0, 0, width, height};
+    // With moments in any case, so that the filter may be turned on while the view rests.
+    reservation_ = std::make_unique<Reservation>(budget_, "image", Film::bytes(bounds, true, {}, true));
+    film_.emplace(bounds, part == LightPart::indirect, true, PlaceLayers(), true);
+    diagnosis_.assign(pass.diagnosis.size(), RGB());
   }
+  SlotRadiance& light = pass.radiance;
+  const auto leave_out = [](std::vector<RGB>& layer) { std::fill(layer.begin(), layer.end(), RGB()); };
+  // The film itself knows indirect light as a part.
+  if (part == LightPart::direct || part == LightPart::caustic) {
+    leave_out(light.emitted);
+    leave_out(light.indirect);
+    leave_out(part == LightPart::direct ? light.caustic : light.direct);
+  }
+  film_->add(CameraTask{0, 0, width, height, count_, 1}, light, pass.first_hit, Geometry());
+  for_pixels(diagnosis_.size(), [&](std::size_t i) { diagnosis_[i] += pass.diagnosis[i]; });
   ++count_;
 }
 
-ViewImage FrameSums::image(const Camera& camera, int width, int height, LightPart part, float factor) const {
-  ViewImage out;
-  out.camera = camera;
-  out.width = width;
-  out.height = height;
-  const std::size_t pixels = hits_.size();
-  out.light.resize(pixels);
-  out.albedo.resize(pixels);
-  out.normal.resize(pixels);
-  out.depth.resize(pixels);
-  const float share = 1.0f / static_cast<float>(count_);
-  parallel_for(0, pixels, kSummedAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      out.light[i] = light_of(sum_.radiance, part, i) * (share * factor);
-      out.albedo[i] = sum_.first_hit.albedo[i] * share;
-      const Vec3 normal = sum_.first_hit.normal[i];
-      const float squared = length_squared(normal);
-      out.normal[i] = squared > 0 ? normal / std::sqrt(squared) : Vec3{0, 0, 0};
-      out.depth[i] =
-          hits_[i] ? sum_.first_hit.depth[i] / static_cast<float>(hits_[i]) : std::numeric_limits<float>::infinity();
-    }
+ViewImage FrameSums::image(const Camera& camera, LightPart part, float factor, bool filtered) const {
+  using Layer = Film::Layer;
+  const bool indirect_only = part == LightPart::indirect;
+  ViewImage out = empty_image(camera, film_->width(), film_->height());
+  const Reservation memory(budget_, "filter", filtered ? out.size() * kFilterBytes : 0);
+  if (filtered) out.light = filtered_picture(*film_, indirect_only).radiance;
+  for_pixels(out.size(), [&](std::size_t i) {
+    out.light[i] = (filtered ? out.light[i] : film_->radiance(i, indirect_only)) * factor;
+    out.albedo[i] = film_->mean(Layer::albedo, i);
+    const RGB n = film_->mean(Layer::normal, i);
+    out.normal[i] = unit({n.r, n.g, n.b});
+    out.depth[i] = film_->depth(i);
   });
   return out;
 }
 
 std::vector<RGB> FrameSums::diagnosis() const {
-  std::vector<RGB> means = sum_.diagnosis;
+  std::vector<RGB> means = diagnosis_;
   for (RGB& mean : means) mean *= 1.0f / static_cast<float>(count_);
   return means;
 }

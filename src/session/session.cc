@@ -74,6 +74,16 @@ class PassMemoryKeeper {
   MemoryBudget& budget_;
 };
 
+/// Most of the time of a view at rest that its filter takes, as a share of that of its passes; and the least growth of
+/// its samples from one filtered picture to the next, as an inverse share.
+constexpr double kFilterShare = 0.5;
+constexpr std::uint32_t kFilterGrowthInverse = 8;
+/// Fewest samples whose spread tells the filter of renders their noise.
+constexpr std::uint32_t kSamplesWithSpread = 2;
+
+/// Whether the view shows light that a render would filter.
+bool is_filtered(const ViewState& state) { return shows_light(state.mode) && filters(render_settings(state)); }
+
 int scaled(int side, float scale) {
   return std::max(1, static_cast<int>(std::lround(static_cast<float>(side) * scale)));
 }
@@ -152,8 +162,14 @@ void Session::forget_photons() {
   has_maps_ = false;
 }
 
-void Session::forget_frames() {
+void Session::forget_sums() {
   sums_.clear();
+  filtered_ = {};
+  next_filter_ = kSamplesWithSpread;
+}
+
+void Session::forget_frames() {
+  forget_sums();
   history_.clear();
 }
 
@@ -238,7 +254,7 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   const Change change = compare(state);
   const bool first = !started_;
   if (first || change.any()) {
-    sums_.clear();
+    forget_sums();
     refined_.forget();
     refined_guide_.reset();
   }
@@ -249,7 +265,7 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   started_ = true;
   const bool moving = change.any() || first || (settings_.adapt && interacting);
   // Frames that are mixed need independent noise; others must not flicker.
-  if (moving) first_sample_ = state.reuse && shows_light(state.mode) ? first_sample_ + 1 : 0;
+  if (moving) moving_sample_ = state.reuse && shows_light(state.mode) ? moving_sample_ + 1 : 0;
   // A timed frame is always finished: if every new state interrupted it, a moving view would show nothing.
   const Interrupt none;
   ViewFrame frame;
@@ -258,10 +274,13 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
     check_cancelled();
     frame = render(state, moving);
   }
-  const bool light = shows_light(state.mode);
-  if (light && (state.reuse || state.filter)) frame.image.find_positions();
-  if (light && state.reuse) reuse(frame, seconds);
-  if (light && state.filter) {
+  const bool light = shows_light(state.mode), filtered = is_filtered(state);
+  // The samples of one pass have no spread, which the filter of renders needs.
+  const bool preview = filtered && frame.samples < kSamplesWithSpread;
+  if (light && (state.reuse || preview)) frame.image.find_positions();
+  // Noise of earlier frames has no place in a filtered picture.
+  if (light && state.reuse && (preview || !filtered)) reuse(frame, seconds);
+  if (preview) {
     const Clock::time_point start = Clock::now();
     filter_preview(frame.image);
     frame.cost.filter_seconds = seconds_since(start);
@@ -313,22 +332,31 @@ ViewFrame Session::render(const ViewState& state, bool moving) {
   const FrameEffort effort = plan(state, moving);
   if (moving) update_maps(state, effort.photons, true);
   const PhotonMaps& maps = moving ? maps_ : resting_maps(state);
+  const Clock::time_point start = Clock::now();
   // A view at rest starts again, with better maps.
-  FrameSums own;
-  FrameSums& sums = moving ? own : sums_;
+  const std::uint32_t earlier = moving ? 0 : sums_.count();
   PassSettings pass = pass_settings(state, effort, moving);
   if (pass.patches) {
-    if (sums.count() % kPassesOfMaps == 0)
+    if (earlier % kPassesOfMaps == 0)
       gather_guide_ = learn_gather_guide(*tracer_, maps, state.camera, pass, budget_, statistics_);
     pass.guide = &gather_guide_;
   }
-  const CameraTask task{0, 0, pass.width, pass.height, first_sample_ + sums.count(), 1};
+  const CameraTask task{0, 0, pass.width, pass.height, moving ? moving_sample_ : earlier, 1};
   const PassMemoryKeeper keeper(pass_memory_, budget_);
   PassResult result = render_pass(*tracer_, maps, state.camera, task, pass, budget_, pass_memory_, statistics_);
   drop_infinite_samples(result.radiance);
-  sums.add(std::move(result));
-  ViewFrame frame = finish(state, sums, pass.width, pass.height);
+  ViewFrame frame;
   frame.moving = moving;
+  frame.is_light = shows_light(state.mode);
+  if (moving) {
+    const float factor = frame.is_light ? base_->film().scale : 1.0f;
+    frame.image = pass_image(result, state.camera, pass.width, pass.height, state.part, factor);
+    frame.samples = 1;
+    if (!frame.is_light) show_false_colors(state, result.diagnosis, frame);
+  } else {
+    sums_.add(std::move(result), pass.width, pass.height, state.part);
+    show_resting(state, seconds_since(start), frame);
+  }
   frame.effort = effort;
   frame.photons = needs_photons(state.mode) ? maps.global_count() : 0;
   if (needs_photons(state.mode)) frame.engine = maps.engines().front()->name();
@@ -349,17 +377,31 @@ void Session::reuse(ViewFrame& frame, double seconds) {
   frame.cost.reuse_seconds = seconds_since(start);
 }
 
-ViewFrame Session::finish(const ViewState& state, const FrameSums& sums, int width, int height) const {
-  ViewFrame frame;
-  const float factor = shows_light(state.mode) ? base_->film().scale : 1.0f;
-  frame.image = sums.image(state.camera, width, height, state.part, factor);
-  frame.samples = sums.count();
-  frame.is_light = shows_light(state.mode);
-  if (!frame.is_light) show_false_colors(state, sums, frame);
-  return frame;
+/// @param pass_seconds of the newest pass
+void Session::show_resting(const ViewState& state, double pass_seconds, ViewFrame& frame) {
+  const float factor = frame.is_light ? base_->film().scale : 1.0f;
+  frame.samples = sums_.count();
+  if (!is_filtered(state) || frame.samples < kSamplesWithSpread) {
+    frame.image = sums_.image(state.camera, state.part, factor, false);
+    if (!frame.is_light) show_false_colors(state, sums_.diagnosis(), frame);
+    return;
+  }
+  if (frame.samples >= next_filter_) {
+    const Clock::time_point start = Clock::now();
+    filtered_ = sums_.image(state.camera, state.part, factor, true);
+    filtered_samples_ = frame.samples;
+    frame.cost.filter_seconds = seconds_since(start);
+    // Frames that do not adapt must not depend on times.
+    const double passes = frame.cost.filter_seconds / (kFilterShare * std::max(pass_seconds, 1e-9));
+    const auto wait = static_cast<std::uint32_t>(std::clamp(passes, 1.0, 1e6));
+    next_filter_ =
+        frame.samples + (settings_.adapt ? std::max(wait, frame.samples / kFilterGrowthInverse) : std::uint32_t{1});
+  }
+  frame.image = filtered_;
+  frame.samples = filtered_samples_;
 }
 
-void Session::show_false_colors(const ViewState& state, const FrameSums& sums, ViewFrame& frame) const {
+void Session::show_false_colors(const ViewState& state, const std::vector<RGB>& diagnosis, ViewFrame& frame) const {
   ViewImage& image = frame.image;
   if (state.mode == ViewMode::albedo) {
     image.light = image.albedo;
@@ -373,10 +415,9 @@ void Session::show_false_colors(const ViewState& state, const FrameSums& sums, V
     }
     return;
   }
-  const std::vector<RGB> means = sums.diagnosis();
-  std::vector<float> values(means.size());
+  std::vector<float> values(diagnosis.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const PhotonDiagnosis d = photon_diagnosis(means[i]);
+    const PhotonDiagnosis d = photon_diagnosis(diagnosis[i]);
     values[i] = state.mode == ViewMode::density  ? d.density
                 : state.mode == ViewMode::radius ? d.mean_radius
                                                  : d.shader_operations;
@@ -391,7 +432,8 @@ void Session::show_false_colors(const ViewState& state, const FrameSums& sums, V
 void Session::learn(const ViewFrame& frame) {
   const FrameCost& cost = frame.cost;
   FrameWork work;
-  work.pixels = frame.image.size();
+  // Views at rest sum and filter, which frames in motion do not.
+  if (frame.moving) work.pixels = frame.image.size();
   work.photon_seconds = cost.phase(Phase::trace_photons) + cost.phase(Phase::build_photon_map);
   // Excludes correction, which frames in motion skip and which would make photons look expensive.
   if (frame.moving && cost.count(Counter::photons_stored) > 0) work.photons = cost.count(Counter::photons_stored);

@@ -32,9 +32,9 @@ struct SessionSettings {
 /// Renders frame after frame of one scene and redoes only what changed from state to state: the photon map survives a
 /// moved camera, radii and indices survive a changed mode, and light edits rebuild only the structure of moved lights.
 /// Frames of a changed view are quick: their maps lack boundary correction and bright patches unless these exist
-/// already. While the state stays, passes accumulate without end, with the maps of a Job; after some, with new photons
-/// and smaller radii, as in progressive renders. If frames do not adapt, they depend only on states and times, not on
-/// the machine.
+/// already. While the state stays, passes accumulate without end, with the maps, the film and the filter of a Job;
+/// after some, with new photons and smaller radii, as in progressive renders. If frames do not adapt, they depend only
+/// on states and times, not on the machine.
 class Session {
  public:
   /// Builds the acceleration structure, on all threads.
@@ -76,8 +76,9 @@ class Session {
   FrameEffort plan(const ViewState& state, bool moving) const;
   ViewFrame render(const ViewState& state, bool moving);
   void reuse(ViewFrame& frame, double seconds);
-  ViewFrame finish(const ViewState& state, const FrameSums& sums, int width, int height) const;
-  void show_false_colors(const ViewState& state, const FrameSums& sums, ViewFrame& frame) const;
+  void forget_sums();
+  void show_resting(const ViewState& state, double pass_seconds, ViewFrame& frame);
+  void show_false_colors(const ViewState& state, const std::vector<RGB>& diagnosis, ViewFrame& frame) const;
   void learn(const ViewFrame& frame);
 
   SessionSettings settings_;
@@ -100,14 +101,17 @@ class Session {
   bool guided_ = false;                                                // guide_ was asked for in this light
   std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
   PassMemory pass_memory_;
-  FrameSums sums_;
+  FrameSums sums_{budget_};
+  ViewImage filtered_;                  // newest filtered picture of sums_
+  std::uint32_t filtered_samples_ = 0;  // of that picture
+  std::uint32_t next_filter_ = 0;       // samples of the next one
   History history_;
   Pace pace_;
 
   bool started_ = false;
-  ViewState state_;                 // of the last frame
-  double history_seconds_ = 0;      // time of the last frame in the history
-  std::uint32_t first_sample_ = 0;  // number of the first camera sample of this view
+  ViewState state_;                  // of the last frame
+  double history_seconds_ = 0;       // time of the last frame in the history
+  std::uint32_t moving_sample_ = 0;  // number of the camera sample of the last frame in motion
 };
 
 }  // namespace glowworm

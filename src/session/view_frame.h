@@ -33,7 +33,7 @@ struct ViewFrame {
   bool is_light = true;       ///< radiance, which needs a tone curve; otherwise display colours
   ColorScale scale;           ///< of false colours
   std::string unit;           ///< of false colours: unit of the scale
-  std::uint32_t samples = 0;  ///< camera samples of each pixel
+  std::uint32_t samples = 0;  ///< camera samples of each pixel, that the picture shows
   bool moving = false;        ///< a timed frame of a moving view
   FrameEffort effort;
   std::uint64_t photons = 0;  ///< in its global map

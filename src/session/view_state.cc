@@ -15,6 +15,7 @@ RenderSettings render_settings(const ViewState& state) {
   settings.secondary_gather = state.secondary_gather;
   settings.width = state.width;
   settings.height = state.height;
+  settings.filter = state.filter ? Filtering::automatic : Filtering::off;
   return settings;
 }
 

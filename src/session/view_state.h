@@ -47,7 +47,7 @@ struct ViewState {
   std::uint32_t nearest = 50;       ///< k: target number of photons in an estimate
   int width = 512, height = 512;    ///< pixels
   bool secondary_gather = true;     ///< sharper corners, slower
-  bool filter = false;              ///< the edge-aware filter of the preview
+  bool filter = true;               ///< filter gathered light as renders do; frames in motion by filter_preview()
   bool reuse = true;                ///< reuse earlier frames where they show the same surface
 };
 

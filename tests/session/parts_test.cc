@@ -5,8 +5,11 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/memory_budget.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "session/camera_control.h"
+#include "session/frame_sums.h"
 #include "session/history.h"
 #include "session/light_rig.h"
 #include "session/pace.h"
@@ -244,6 +247,63 @@ TEST(History, FollowsASurfaceToWhereItIsNow) {
   }
   EXPECT_GT(all, 2000);
   EXPECT_GT(right, all * 95 / 100);
+}
+
+/// Passes of pixels with a light for each part, and noise in what is gathered.
+FrameSums sums_of(LightPart part, std::uint32_t passes, MemoryBudget& budget) {
+  constexpr int kWidth = 24, kHeight = 16;
+  FrameSums sums(budget);
+  for (std::uint32_t sample = 0; sample < passes; ++sample) {
+    PassResult pass;
+    pass.radiance.resize(kWidth * kHeight);
+    pass.first_hit.resize(kWidth * kHeight, false);
+    for (std::uint32_t i = 0; i < kWidth * kHeight; ++i) {
+      pass.radiance.emitted[i] = RGB(8);
+      pass.radiance.direct[i] = RGB(1);
+      pass.radiance.indirect[i] = RGB(1 + 2 * Sampler(SamplerKind::independent, 3, sample, i).next1());
+      pass.radiance.caustic[i] = RGB(4);
+      pass.first_hit.albedo[i] = RGB(0.5f);
+      pass.first_hit.normal[i] = {0, 0, 2};
+      pass.first_hit.depth[i] = 3;
+    }
+    sums.add(std::move(pass), kWidth, kHeight, part);
+  }
+  return sums;
+}
+
+TEST(FrameSums, ShowTheirPartOfTheLight) {
+  MemoryBudget budget(1 << 20);
+  const double wanted[] = {15, 1, 2, 4};
+  for (int part = 0; part < 4; ++part)
+    for (const bool filtered : {false, true}) {
+      const FrameSums sums = sums_of(static_cast<LightPart>(part), 16, budget);
+      const ViewImage image = sums.image(test_camera(), static_cast<LightPart>(part), 0.5f, filtered);
+      double mean = 0;
+      for (const RGB& light : image.light) mean += luminance(light) / static_cast<double>(image.size());
+      EXPECT_NEAR(mean, 0.5 * wanted[part], 0.02) << part;
+      EXPECT_EQ(image.normal[5], (Vec3{0, 0, 1}));
+      EXPECT_EQ(image.depth[5], 3);
+    }
+}
+
+TEST(FrameSums, StayWithinTheirBudget) {
+  MemoryBudget budget(1 << 20), small(1000);
+  EXPECT_THROW(sums_of(LightPart::all, 1, small), Error);
+  FrameSums sums = sums_of(LightPart::all, 1, budget);
+  EXPECT_LT(budget.available(), std::uint64_t{1} << 20);
+  sums.clear();
+  EXPECT_EQ(budget.available(), std::uint64_t{1} << 20);
+}
+
+/// A person who moves the view does not wait for the filter.
+TEST(FrameSums, FilterStopsWhenInterrupted) {
+  MemoryBudget budget(1 << 20);
+  const FrameSums sums = sums_of(LightPart::all, 2, budget);
+  Interrupt interrupt;
+  const CancellationScope scope(interrupt);
+  EXPECT_NO_THROW(sums.image(test_camera(), LightPart::all, 1, true));
+  interrupt.request();
+  EXPECT_THROW(sums.image(test_camera(), LightPart::all, 1, true), Cancelled);
 }
 
 TEST(PreviewFilter, SmoothsNoiseAndKeepsEdges) {

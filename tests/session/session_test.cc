@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "render/filtered.h"
 #include "render/job.h"
 #include "render/scheduler.h"
 #include "session/camera_control.h"
@@ -131,7 +132,7 @@ TEST_F(SessionTest, GivesTheSameBitsForAnyNumberOfThreads) {
     Session session(test_scene("cornell"), {});
     ViewState state = small_state(session);
     state.filter = true;
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < 8; ++i) {
       if (i == 2) state.camera = fly(state.camera, {0.02f, 0, 0.05f});
       if (i == 4) state.lights[0].move = {0.1f, -0.1f, 0};
       frames[run].push_back(session.next_frame(state, i / 30.0));
@@ -238,6 +239,47 @@ TEST_F(SessionTest, AdaptsToTheTimeAvailable) {
   EXPECT_EQ(frame.image.width, 320);
 }
 
+/// The filter takes longer than a pass of few rays: a view at rest runs it after more and more passes, and shows the
+/// newest filtered picture meanwhile.
+TEST(SessionFilter, RunsAtGrowingIntervalsWhereFramesAdapt) {
+  SessionSettings settings;
+  settings.adapt = true;
+  Session session(test_scene("cornell"), settings);
+  ViewState state = small_state(session);
+  state.filter = true;
+  ViewFrame last = session.next_frame(state, 0);
+  int passes = 0, pictures = 0;
+  for (int i = 1; i <= 64; ++i) {
+    const ViewFrame frame = session.next_frame(state, i);
+    ASSERT_FALSE(frame.moving);
+    if (frame.samples >= 16 && last.samples >= 16) {
+      ++passes;
+      pictures += frame.samples != last.samples;
+      EXPECT_EQ(frame.samples == last.samples, frame.image.light == last.image.light);
+    }
+    EXPECT_LE(frame.samples, static_cast<std::uint32_t>(i));
+    if (i > 2) {
+      EXPECT_GE(frame.samples, 2u);
+    }
+    last = frame;
+  }
+  EXPECT_LE(2 * pictures, passes + 1);
+}
+
+TEST(SessionFilter, MayBeTurnedOnAndOffAtRest) {
+  Session session(test_scene("cornell"), {}), plain(test_scene("cornell"), {});
+  ViewState state = small_state(session);
+  state.reuse = false;
+  for (int i = 0; i < 8; ++i) {
+    state.filter = i == 4 || i == 5;
+    const ViewFrame frame = session.next_frame(state, i);
+    state.filter = false;
+    const ViewFrame unfiltered = plain.next_frame(state, i);
+    EXPECT_EQ(frame.samples, unfiltered.samples);
+    EXPECT_EQ(frame.image.light == unfiltered.image.light, i != 4 && i != 5) << i;
+  }
+}
+
 TEST(SessionGuiding, SendsPhotonsWhereAViewAtRestNeedsThem) {
   SessionSettings settings;
   settings.adapt = true;
@@ -282,40 +324,53 @@ TEST(SessionInterruption, KeepsExistingPhotons) {
   EXPECT_GE(session.next_frame(state, 3).photons, 300'000u);
 }
 
-/// A view at rest is what a render of the same view, samples and photons is: one renderer makes both.
+/// The light of a picture is that of another, but for rounding.
+void expect_same(const std::vector<RGB>& shown, const std::vector<RGB>& wanted, float scale, const std::string& name) {
+  ASSERT_EQ(shown.size(), wanted.size());
+  float mean = 0;
+  for (const RGB& light : wanted) mean += luminance(light) * scale / static_cast<float>(wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(shown[i][c], wanted[i][c] * scale, 1e-5f * (wanted[i][c] * scale + mean)) << name << ", pixel " << i;
+}
+
+/// A view at rest is what a render of the same view, samples and photons is: one renderer makes both, and one filter.
 TEST(SlowSession, ShowsAtRestWhatAJobRenders) {
-  for (const char* name : {"cornell", "window-room", "glass-sphere"}) {
-    const auto scene = test_scene(name);
-    RenderSettings asked;
-    asked.width = 48;
-    asked.height = 36;
-    asked.samples = 5;
-    asked.gather = 16;
-    asked.photons = 50'000;
-    asked.nearest = 50;
-    asked.engine = "blocked";
-    Job job(scene, std::make_shared<const Tracer>(*scene), asked);
-    job.wait();
-    const Film film = job.snapshot();
-    Session session(scene, {});
-    ViewState state = small_state(session);
-    state.width = asked.width;
-    state.height = asked.height;
-    state.photons = asked.photons;
-    state.gather = asked.gather;
-    state.engine = asked.engine;
-    state.reuse = state.filter = false;
-    ViewFrame frame;
-    for (int i = 0; i < 6; ++i) frame = session.next_frame(state, i);
-    ASSERT_EQ(frame.samples, asked.samples);
-    double mean = 0;
-    for (std::size_t i = 0; i < film.pixel_count(); ++i) mean += luminance(film.radiance(i, false));
-    mean /= static_cast<double>(film.pixel_count());
-    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-      const float wanted = luminance(film.radiance(i, false)) * scene->film().scale;
-      EXPECT_NEAR(luminance(frame.image.light[i]), wanted, 1e-5 * (wanted + mean)) << name << ", pixel " << i;
+  for (const char* name : {"cornell", "window-room", "glass-sphere"})
+    for (const LightPart part : {LightPart::all, LightPart::indirect}) {
+      const auto scene = test_scene(name);
+      RenderSettings asked;
+      asked.width = 48;
+      asked.height = 36;
+      asked.samples = 5;
+      asked.gather = 16;
+      asked.photons = 50'000;
+      asked.nearest = 50;
+      asked.engine = "blocked";
+      asked.indirect_only = part == LightPart::indirect;
+      Job job(scene, std::make_shared<const Tracer>(*scene), asked);
+      job.wait();
+      const Film film = job.snapshot();
+      Session session(scene, {});
+      ViewState state = small_state(session);
+      state.width = asked.width;
+      state.height = asked.height;
+      state.photons = asked.photons;
+      state.gather = asked.gather;
+      state.engine = asked.engine;
+      state.part = part;
+      ViewFrame frame;
+      for (int i = 0; i < 6; ++i) frame = session.next_frame(state, i);
+      ASSERT_EQ(frame.samples, asked.samples);
+      const float scale = scene->film().scale;
+      expect_same(frame.image.light, unfiltered_picture(film, asked.indirect_only).radiance, scale, name);
+      Session filtering(scene, {});
+      state.filter = true;
+      // Earlier frames, soon before, leave no trace in a filtered picture.
+      for (int i = 0; i < 6; ++i) frame = filtering.next_frame(state, 0.01 * i);
+      ASSERT_EQ(frame.samples, asked.samples);
+      expect_same(frame.image.light, filtered_picture(film, asked.indirect_only).radiance, scale, name);
     }
-  }
 }
 
 }  // namespace
