@@ -53,6 +53,19 @@ constexpr int kBandRows = 64;
 // No format and no renderer needs more; products of several such numbers stay far below 2^64.
 constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
 
+void check_expansion(const std::string& path, const ImageFormat& format, int width, int height) {
+  const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  std::error_code unknown_size;
+  const std::uint64_t file_bytes = std::filesystem::file_size(path, unknown_size);
+  const double most = format.pixels_per_byte * static_cast<double>(file_bytes);
+  if (!unknown_size && most > 0 && static_cast<double>(pixels) > most) {
+    throw Error({path},
+                fmt::format("truncated or damaged: {} x {} pixels cannot come out of a file of {} bytes", width, height,
+                            file_bytes),
+                "Save or copy the file again.");
+  }
+}
+
 void check_header(const std::string& path, const ImageFormat& format, const ImageFileHeader& header, int depth) {
   const auto within = [](int value, int largest) { return value > 0 && value <= largest; };
   if (!within(header.width, kMaxSide) || !within(header.height, kMaxSide) || !within(header.channels, kMaxChannels) ||
@@ -69,15 +82,7 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
                             header.channels),
                 "Use a smaller picture.");
   }
-  std::error_code unknown_size;
-  const std::uint64_t file_bytes = std::filesystem::file_size(path, unknown_size);
-  const double most = format.pixels_per_byte * static_cast<double>(file_bytes);
-  if (!unknown_size && most > 0 && static_cast<double>(pixels) > most) {
-    throw Error({path},
-                fmt::format("truncated or damaged: {} x {} pixels cannot come out of a file of {} bytes", header.width,
-                            header.height, file_bytes),
-                "Save or copy the file again.");
-  }
+  check_expansion(path, format, header.width, header.height);
 }
 
 /// An open image file.
@@ -98,6 +103,9 @@ const ImageFormat& format_of(const std::string& path) {
     if (format->name == std::string_view("TGA") && !has_whole_palette(begin))
       throw Error({path}, "is a TGA file whose palette has fewer colours than its pixels may name",
                   "Save it without a palette, or as PNG.");
+    // OpenImageIO allocates the picture before it has read any of it.
+    if (format->name == std::string_view("GIF") && begin.size() == kFormatBytes)
+      check_expansion(path, *format, begin[6] | begin[7] << 8, begin[8] | begin[9] << 8);
     return *format;
   }
   const std::string other = unread_format(begin);

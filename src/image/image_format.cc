@@ -13,7 +13,8 @@ namespace {
 
 // Deflate expands a byte to at most 1032 bytes (258 bytes from two bits), or 8 one-bit pixels per byte. In JPEG, a
 // block of 8 x 8 pixels takes at least one bit. EXR's DWAA deflates runs of 128 bytes to two, with two-byte pixels. In
-// HDR, a run of 127 pixels takes 2 bytes for each of four channels; in TGA, one of 128 pixels takes 2 bytes.
+// HDR, a run of 127 pixels takes 2 bytes for each of four channels; in TGA, one of 128 pixels takes 2 bytes. In GIF, a
+// code of 12 bits stands for at most 4096 pixels.
 constexpr std::array kFormats = {
     ImageFormat{"PNG", "png", 8 * 1032, true},
     ImageFormat{"JPEG", "jpeg", 512, true},
@@ -23,7 +24,7 @@ constexpr std::array kFormats = {
     ImageFormat{"TGA", "targa", 64, false},
     ImageFormat{"BMP", "bmp", 0, false},
     ImageFormat{"WebP", "webp", 0, false},
-    ImageFormat{"GIF", "gif", 0, false},
+    ImageFormat{"GIF", "gif", 4096 / 1.5, false},
 };
 
 const ImageFormat* by_name(std::string_view name) {

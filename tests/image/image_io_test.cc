@@ -352,6 +352,12 @@ TEST_F(ImageIo, FilesMayBeAsSmallAsTheirFormatAllows) {
   EXPECT_THAT(message_of([&] { read_image(path("cut.png")); }), HasSubstr("cannot come out of a file of 400 bytes"));
 }
 
+TEST_F(ImageIo, AGifOfMorePixelsThanItCanHoldIsRefused) {
+  // 16,952 x 21,381 pixels: 1.4 GB in memory.
+  write_bytes("huge.gif", "GIF89a8B\x85Sj" + std::string(40, 'G'));
+  EXPECT_THAT(message_of([&] { read_image(path("huge.gif")); }), HasSubstr("16952 x 21381 pixels cannot come out"));
+}
+
 TEST_F(ImageIo, OtherFormatsAreNamedAndNotRead) {
   write_bytes("a.ppm", "P6\n1 1\n255\nabc");
   write_bytes("a.png", "FOR4\0\0\0\x10IMAG");
