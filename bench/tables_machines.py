@@ -219,7 +219,8 @@ def text_of(parts, shared, each, eight, rows, samples, faults, merged):
         *(f"| {n} | {s:.1f} | {m:.0f} |" for n, s, m in merged), "",
         "`merge` holds one film and blocks of a part, so its memory does not grow with the parts.", "",
         "## Ranks", "",
-        f"{MACHINES} ranks, atrium, {SIZE}, {samples} samples. Photons are not sent: without `--share`, each rank traces all.", "",
+        f"{MACHINES} ranks, atrium, {SIZE}, {samples} samples. Photons are not sent: without `--share`, each rank traces "
+        "all.", "",
         "| rank | MB sent | peak MB |", "| ---: | ---: | ---: |",
         *(f"| {r} | {'' if sent is None else f'{sent:.1f}'} | {peak:.0f} |" for r, sent, peak in rows), "",
         "A sample of a pixel is 76 bytes in the message of its task, 12 more for each light group or the places of "
@@ -238,8 +239,8 @@ def text_of(parts, shared, each, eight, rows, samples, faults, merged):
         f"Ranks stop scaling at {one / receiving:.0f} nodes, where rank 0 receives all the time. Sending sums of "
         "the samples of a task, or collecting in a tree, would move that point. Parts do not send samples; what they "
         "repeat bounds them, and merging, which a tree of `merge -o x.part` divides. With `--share`, each part reads "
-        f"{eight[1][2] / 1e6:.0f} MB more: {4096 * eight[1][2] / 1e9:.0f} GB in all for 4096 nodes, which the server of "
-        "the folder must bring.", ""]
+        f"{eight[1][2] / 1e6:.0f} MB more: {4096 * eight[1][2] / 1e9:.0f} GB in all for 4096 nodes, which the server "
+        "of the folder must bring.", ""]
     return "\n".join(lines)
 
 
