@@ -219,8 +219,8 @@ def text_of(parts, shared, each, eight, rows, samples, faults, merged):
         *(f"| {n} | {s:.1f} | {m:.0f} |" for n, s, m in merged), "",
         "`merge` holds one film and blocks of a part, so its memory does not grow with the parts.", "",
         "## Ranks", "",
-        f"{MACHINES} ranks, atrium, {SIZE}, {samples} samples. Photons are not sent: without `--share`, each rank traces "
-        "all.", "",
+        f"{MACHINES} ranks, atrium, {SIZE}, {samples} samples. Photons are not sent: without `--share`, each rank "
+        "traces all.", "",
         "| rank | MB sent | peak MB |", "| ---: | ---: | ---: |",
         *(f"| {r} | {'' if sent is None else f'{sent:.1f}'} | {peak:.0f} |" for r, sent, peak in rows), "",
         "A sample of a pixel is 76 bytes in the message of its task, 12 more for each light group or the places of "
