@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <condition_variable>
 #include <cstring>
@@ -28,6 +29,8 @@ namespace {
 
 constexpr FileKind kShareFile = {'G', 'L', 'O', 'W', 'S', 'H', '0', '1'};
 
+/// Bytes of a piece that are read at a time.
+constexpr std::uint64_t kReadAtOnce = std::uint64_t{1} << 24;
 /// One of so many looks is at all pieces that are not there.
 constexpr int kLooksAtAll = 10;
 
@@ -221,8 +224,15 @@ std::optional<std::vector<std::byte>> ShareFolder::read_piece(const std::string&
     PackedReader packed(file);
     std::uint64_t size = 0;
     if (header == title && packed.read(std::as_writable_bytes(std::span(&size, 1)))) {
-      std::vector<std::byte> bytes(size);
-      if (packed.read(bytes) && packed.at_end()) return bytes;
+      std::vector<std::byte> bytes;
+      bool whole = true;
+      // A damaged size may be anything.
+      while (whole && bytes.size() < size) {
+        const std::size_t before = bytes.size();
+        bytes.resize(before + std::min<std::uint64_t>(size - before, kReadAtOnce));
+        whole = packed.read(std::span(bytes).subspan(before));
+      }
+      if (whole && packed.at_end()) return bytes;
     }
   }
   warn(fmt::format("{} is damaged, or of another version: what it should hold is made again", path));

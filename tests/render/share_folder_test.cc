@@ -15,6 +15,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "render/packed_file.h"
 
 namespace glowworm {
 namespace {
@@ -150,6 +151,22 @@ TEST_F(ShareFolderTest, AFailedPieceLeavesNoClaim) {
   EXPECT_TRUE(fs::is_empty(share.folder()));
 }
 
+/// Makes a file say that its piece has 2^62 bytes.
+void forge_size(const fs::path& path) {
+  FileKind kind{};
+  std::ifstream old(path, std::ios::binary);
+  old.read(kind.data(), kind.size());
+  old.seekg(0);
+  const std::string title = read_header(old, kind, fs::file_size(path)).value();
+  AtomicFile file(path.string());
+  write_header(file, kind, title);
+  PackedWriter packed(file);
+  const std::uint64_t size = std::uint64_t{1} << 62;
+  packed.write(std::as_bytes(std::span(&size, 1)));
+  packed.finish();
+  file.commit();
+}
+
 TEST_F(ShareFolderTest, DamagedFilesAreMadeAgain) {
   divide_alone("other key");
   const std::vector<std::pair<const char*, std::function<void(const fs::path&)>>> damages = {
@@ -160,6 +177,7 @@ TEST_F(ShareFolderTest, DamagedFilesAreMadeAgain) {
        [](const fs::path& file) {
          std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(-30, std::ios::end).put('x');
        }},
+      {"of forged size", forge_size},
       {"of another render",
        [&](const fs::path& file) {
          fs::copy_file(file_of(3, "share", "other key"), file, fs::copy_options::overwrite_existing);
