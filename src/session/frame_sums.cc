@@ -11,11 +11,11 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kPixelsAtOnce = 8192;
+constexpr std::size_t kSummedAtOnce = 8192;
 
 template <typename Work>
 void for_pixels(std::size_t pixels, Work&& work) {
-  parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, pixels, kSummedAtOnce, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) work(i);
   });
 }
