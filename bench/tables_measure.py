@@ -49,7 +49,7 @@ def matrix():
     with tempfile.TemporaryDirectory() as folder:
         table, out = f"{folder}/t.json", f"{folder}/d.mtx"
         where = ["builtin:window-room", "--grid", "y=0.8,0.2"]
-        subprocess.run([PROGRAM, "measure", *where, "--samples", "1", "--photons", "1000", "-o", table, "-q"],
+        subprocess.run([PROGRAM, "measure", *where, "--samples", "2", "--photons", "1000", "-o", table, "-q"],
                        check=True)
         sensors = len(json.loads(pathlib.Path(table).read_text(encoding="utf-8"))["points"])
         start, before = time.monotonic(), processor_seconds()
