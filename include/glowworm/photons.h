@@ -37,8 +37,8 @@ class Photons {
 struct PhotonOptions {
   std::uint64_t photons = 500'000;  ///< the least number to store, if the lights reach surfaces
   std::uint32_t seed = 0;
-  bool caustic = false;                  ///< only photons with at least one bounce and only sharp bounces; straight
-                                         ///< through a pane is no bounce
+  /// Only photons with at least one bounce and only sharp ones. To pass straight through a pane is not a bounce.
+  bool caustic = false;
   const Interrupt* interrupt = nullptr;  ///< if requested, the function throws Cancelled
 };
 

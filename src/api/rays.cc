@@ -79,7 +79,7 @@ std::vector<std::uint8_t> Tracer::occluded(const Rays& rays) const {
   parallel_for(0, out.size(), kBlock, [&](std::size_t first, std::size_t last) {
     static thread_local std::vector<Ray> batch;
     make_rays(rays, first, last, batch);
-    tracer.occluded(batch, std::span(out).subspan(first, last - first), RayOrder::incoherent);
+    tracer.occluded(batch, std::span(out).subspan(first, last - first));
   });
   return out;
 }

@@ -49,7 +49,7 @@ std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeat
     if (!warned && is_late(job)) {
       bar.finish();
       warn(
-          "the time of --time is over, but not every pixel has a sample: the render continues until each has one, or "
+          "--time has run out, but not every pixel has a sample: the render continues until each has one, or "
           "until Ctrl-C. Give fewer --photons, fewer --gather or a smaller --size");
       warned = true;
     }

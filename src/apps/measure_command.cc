@@ -212,7 +212,8 @@ The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_
 the mean of the channels, relative_error the standard error of E_lx over E_lx.
 A .pts file has a sensor a line: x y z nx ny nz. Sensors inside of objects that are closed
 all around are refused, and left out of --grid. Sensors inside of an object without a
-bottom, or of one that is half as long as the scene, measure darkness. Photons are new for each sample, so that relative_error holds their noise.
+bottom, or of one that is half as long as the scene, measure darkness. Photons are new
+for each sample, so that relative_error contains their noise.
 
 Examples:
   glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv

@@ -14,7 +14,7 @@ namespace glowworm {
 /// The part of its path that a gather ray is on.
 enum class Segment : std::uint8_t {
   first,            ///< straight from the gather point
-  through_panes,    ///< as before, after panes; direct light, too
+  through_panes,    ///< the same after panes, which light samples pass, too
   chain,            ///< after a sharp bounce; lights seen through it belong to the caustic map
   secondary,        ///< straight from the end of a short ray (secondary gather); direct light is sampled there
   secondary_chain,  ///< after a sharp bounce of a secondary ray; lights count only if there is no caustic map

@@ -22,7 +22,7 @@ struct PhotonChunk {
   LargeArray<RGB> flux;              ///< as emitted, not divided by the number of paths
   LargeArray<std::uint32_t> light;   ///< source, counted as in Scene::light_power()
   LargeArray<std::uint32_t> path;    ///< index of the path in the chunk; only in pilot passes
-  LargeArray<std::uint8_t> caustic;  ///< at least one bounce before, panes apart, and all of them sharp
+  LargeArray<std::uint8_t> caustic;  ///< as in PhotonPass::caustic
   LargeArray<std::uint8_t> used;     ///< whether the image needs the place; only with a PhotonDemand
   FluxBalance balance;
   std::vector<std::uint32_t> emitted_light;  ///< of each path; kNone if there is no light

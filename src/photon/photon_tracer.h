@@ -42,9 +42,8 @@ struct FluxBalance {
 
 /// Photons of one pass. Flux is already divided by the number of emitted paths.
 struct PhotonPass {
-  PhotonBatch global;  ///< photons at every surface with a broad lobe, after any path
-  PhotonBatch
-      caustic;  ///< photons with at least one bounce and only sharp ones (a pane passed is no bounce); in `global`, too
+  PhotonBatch global;   ///< photons at every surface with a broad lobe, after any path
+  PhotonBatch caustic;  ///< those with at least one bounce and only sharp ones; a passage of a pane does not count
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.
   std::vector<std::uint32_t> global_source, caustic_source;
   std::uint64_t emitted = 0, stored = 0;  ///< paths, and photons of the global map, whether they are kept or not

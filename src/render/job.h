@@ -42,7 +42,7 @@ struct JobMaps {
   GatherGuide gather_guide;
   bool has_gather_guide = false;
   PhotonMaps maps;
-  std::optional<Film> rows;  ///< of a Job that has all its samples; the next one has them in advance, and resets this
+  std::optional<Film> rows;  ///< finished rows that the next Job starts with; it takes them out
 
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
 };

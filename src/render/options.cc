@@ -342,7 +342,7 @@ std::vector<Option> effort_options() {
       member(
           {"--share", kEffort, nullptr, "DIR", "none", nullptr,
            "Folder that all processes of a render see: they divide the photons, or later ones read those of earlier "
-           "ones. With --progressive that is what all samples have in common",
+           "ones. With --progressive, only the guides and the first pass of photons",
            false, without_photons},
           &S::share, [](const std::string& text) { return text == "none" ? "" : text; },
           [](const std::string& folder) { return folder.empty() ? "none" : folder; }, kAsItIs),

@@ -163,10 +163,6 @@ std::size_t guiding_paths(const RenderSettings& settings) {
   return static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));
 }
 
-PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings, SharedWork* shared) {
-  return guide_photons(tracer, tracer.scene().camera(settings.camera), settings, shared);
-}
-
 PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings,
                             SharedWork* shared) {
   if (!shared) return learn_guiding(tracer, view, settings);

@@ -22,8 +22,6 @@ std::size_t guiding_paths(const RenderSettings& settings);
 /// each guided by those before. If photons reach those places easily, emission stays unguided, bit for bit. Takes about
 /// half as long as the photons, and an eighth in the easy case. The result does not depend on the number of threads.
 /// @param settings resolved @param shared processes of which one makes the guide for all; null: none
-PhotonGuiding guide_photons(const Tracer& tracer, const RenderSettings& settings, SharedWork* shared = nullptr);
-/// As above, for a camera that is not in the scene, or for points.
 PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const RenderSettings& settings,
                             SharedWork* shared = nullptr);
 

@@ -27,11 +27,22 @@ bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) 
   return !opaque_image;
 }
 
-/// Whether any point of a material may be a pane.
-bool may_be_pane(const Material& m, const std::vector<Material>& all) {
-  if (m.kind == MaterialKind::mix) return may_be_pane(all[m.mix_a], all) || may_be_pane(all[m.mix_b], all);
-  return m.kind == MaterialKind::thin_dielectric ||
-         (m.kind == MaterialKind::metallic_roughness && m.thin && m.transmission.value > 0);
+/// For each material whether any point of it may be a pane.
+std::vector<bool> find_panes(const std::vector<Material>& materials) {
+  std::vector<bool> panes;
+  for (const Material& m : materials)
+    panes.push_back(m.kind == MaterialKind::thin_dielectric ||
+                    (m.kind == MaterialKind::metallic_roughness && m.thin && m.transmission.value > 0));
+  // The parts of a mix may come before or after it, and may be mixes themselves.
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t i = 0; i < panes.size(); ++i) {
+      const Material& m = materials[i];
+      if (m.kind != MaterialKind::mix || panes[i] || !(panes[m.mix_a] || panes[m.mix_b])) continue;
+      changed = panes[i] = true;
+    }
+  }
+  return panes;
 }
 
 /// Makes the axes of an environment orthonormal: scale has no meaning for directions, and shear would distort the sky.
@@ -99,10 +110,8 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   if (needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
-  for (const Material& m : d_.materials) {
-    material_has_alpha_.push_back(may_be_absent(m, d_.textures));
-    material_is_pane_.push_back(may_be_pane(m, d_.materials));
-  }
+  for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
+  material_is_pane_ = find_panes(d_.materials);
   find_light_sources();
   if (light_power_.total() > 0) return;
   if (has_lights(d_, *geometry_)) {

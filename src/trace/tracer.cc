@@ -203,8 +203,6 @@ void set_ray(RayPacket& packet, std::size_t i, const Ray& ray) {
 
 void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit8* p) { rtcIntersect8(valid, s, c, p); }
 void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit16* p) { rtcIntersect16(valid, s, c, p); }
-void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRay8* p) { rtcOccluded8(valid, s, c, p); }
-void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRay16* p) { rtcOccluded16(valid, s, c, p); }
 
 template <typename Packet, std::size_t kWidth>
 void intersect_packets(const Tracer::Implementation& self, std::span<const Ray> rays, std::span<Hit> hits,
@@ -230,18 +228,18 @@ void intersect_packets(const Tracer::Implementation& self, std::span<const Ray> 
 }
 
 /// Calls found(i, whether ray i is occluded) for each ray, after each packet.
-template <typename Packet, std::size_t kWidth, typename Found>
+template <typename Found>
 void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> rays, OcclusionContext& context,
                      Found&& found) {
-  for (std::size_t first = 0; first < rays.size(); first += kWidth) {
-    const std::size_t n = std::min(kWidth, rays.size() - first);
-    Packet packet;
-    alignas(64) int valid[kWidth];
-    for (std::size_t i = 0; i < kWidth; ++i) {
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const std::size_t n = std::min(kPacket, rays.size() - first);
+    RTCRay8 packet;
+    alignas(64) int valid[kPacket];
+    for (std::size_t i = 0; i < kPacket; ++i) {
       valid[i] = i < n ? -1 : 0;
       set_ray(packet, i, rays[first + std::min(i, n - 1)]);
     }
-    call(valid, self.world, &context.embree, &packet);
+    rtcOccluded8(valid, self.world, &context.embree, &packet);
     if (context.out_of_memory) throw std::bad_alloc();
     // Embree sets tfar to minus infinity where the ray is occluded.
     for (std::size_t i = 0; i < n; ++i) found(first + i, packet.tfar[i] < 0);
@@ -427,19 +425,15 @@ void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder 
     intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays, hits, context);
 }
 
-void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const {
-  OcclusionContext context{make_context(order, implementation_->single_sided)};
-  const auto note = [&](std::size_t i, bool hidden) { out[i] = hidden ? 1 : 0; };
-  if (order == RayOrder::camera)
-    occlude_packets<RTCRay16, kCoherentPacket>(*implementation_, rays, context, note);
-  else
-    occlude_packets<RTCRay8, kPacket>(*implementation_, rays, context, note);
+void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out) const {
+  OcclusionContext context{make_context(RayOrder::incoherent, false)};
+  occlude_packets(*implementation_, rays, context, [&](std::size_t i, bool hidden) { out[i] = hidden ? 1 : 0; });
 }
 
 void Tracer::transmittance(std::span<const Ray> rays, std::span<RGB> out) const {
   std::vector<PassedPane> passed;
   OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &passed : nullptr};
-  occlude_packets<RTCRay8, kPacket>(*implementation_, rays, context, [&](std::size_t i, bool hidden) {
+  occlude_packets(*implementation_, rays, context, [&](std::size_t i, bool hidden) {
     out[i] = RGB(hidden ? 0.0f : 1.0f);
     if (!hidden && !passed.empty())
       out[i] = through_panes(*implementation_, passed, static_cast<unsigned>(i % kPacket), rays[i].direction);

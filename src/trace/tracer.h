@@ -63,7 +63,7 @@ class Tracer {
   /// Traces a batch on the calling thread. hits.size() == rays.size().
   void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;
   /// Sets out[i] to 1 if something lies between t_min and t_max of ray i, else to 0.
-  void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out, RayOrder order) const;
+  void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out) const;
 
   /// Sets out[i] to transmittance() of ray i.
   void transmittance(std::span<const Ray> rays, std::span<RGB> out) const;

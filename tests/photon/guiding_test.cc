@@ -76,7 +76,7 @@ void expect_same_flux(const Arrivals& a, const Arrivals& b) {
 TEST(PhotonGuiding, BringsTwentyTimesThePhotonsThroughAWindowOfOnePercent) {
   const Scene scene(builtin_scene("window-room"));
   const Tracer tracer(scene);
-  const PhotonGuiding guiding = guide_photons(tracer, small_picture(scene));
+  const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), small_picture(scene));
   // The inner faces of the room, with those of the window's reveal, whose bounds stand in builtin_window_room().
   Box3 room;
   room.grow(Vec3{-2.55f, -0.05f, -2.05f});
@@ -111,7 +111,7 @@ SceneDescription fifty_rooms(int watched) {
 TEST(PhotonGuiding, FindsTheOneLampAmongFiftyThatLightsTheRoom) {
   const Scene scene(fifty_rooms(31));
   const Tracer tracer(scene);
-  const PhotonGuiding guiding = guide_photons(tracer, small_picture(scene));
+  const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), small_picture(scene));
   Box3 room;
   room.grow(Vec3{154.9f, -0.1f, -0.1f});
   room.grow(Vec3{159.1f, 3.1f, 4.1f});
@@ -148,7 +148,7 @@ SceneDescription house_on_a_plain() {
 TEST(PhotonGuiding, FindsASmallHouseOnALargePlain) {
   const Scene scene(house_on_a_plain());
   const Tracer tracer(scene);
-  const PhotonGuiding guiding = guide_photons(tracer, small_picture(scene));
+  const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), small_picture(scene));
   Box3 house;
   house.grow(Vec3{-1.99f, -0.01f, -2.01f});
   house.grow(Vec3{1.99f, 3.01f, 2.01f});
@@ -164,7 +164,7 @@ TEST(PhotonGuiding, DoesNothingIfEmissionNeedsNoGuiding) {
   for (const char* name : {"cornell", "furnace-box"}) {
     const Scene scene(builtin_scene(name));
     const Tracer tracer(scene);
-    const PhotonGuiding guiding = guide_photons(tracer, small_picture(scene));
+    const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), small_picture(scene));
     EXPECT_EQ(guiding.guide.cell_count(), 1u) << name;
     EXPECT_FALSE(guiding.demand.gathered.empty());
   }
@@ -179,7 +179,7 @@ TEST(PhotonGuiding, IsTheSameForAnyNumberOfThreads) {
   std::vector<float> weights[2];
   for (int i = 0; i < 2; ++i) {
     set_thread_count(i + 1);
-    const PhotonGuiding guiding = guide_photons(tracer, settings);
+    const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), settings);
     Sampler sampler(SamplerKind::independent, 1, 2, 3);
     for (int n = 0; n < 1000; ++n) {
       EmissionNumbers u = {sampler.next1(), sampler.next1(), sampler.next1(), sampler.next1(), sampler.next1()};

@@ -533,5 +533,26 @@ TEST(SceneChecks, EditsAreCheckedToo) {
   EXPECT_THROW(Scene(scene, edit), Error);
 }
 
+TEST(Scene, FindsPanesInMixesOfAnyDepth) {
+  SceneDescription d = floor_description();
+  const auto mix_of = [&](std::uint32_t a, std::uint32_t b) {
+    Material m;
+    m.kind = MaterialKind::mix;
+    m.mix_a = a;
+    m.mix_b = b;
+    d.materials.push_back(m);
+  };
+  // Each mixes the one before with itself: 2^80 ways lead to the first.
+  for (std::uint32_t i = 0; i < 80; ++i) mix_of(i, i);
+  Material pane;
+  pane.kind = MaterialKind::thin_dielectric;
+  d.materials.push_back(pane);
+  mix_of(83, 0);
+  mix_of(81, 0);
+  const Scene scene(std::move(d));
+  for (std::uint32_t i = 0; i <= 80; ++i) EXPECT_FALSE(scene.is_pane(i));
+  for (std::uint32_t i = 81; i <= 83; ++i) EXPECT_TRUE(scene.is_pane(i));
+}
+
 }  // namespace
 }  // namespace glowworm

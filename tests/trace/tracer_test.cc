@@ -211,7 +211,7 @@ TEST_P(TracerBatch, OfAnyCountMatchesSingleRays) {
     std::vector<Hit> hits(count + 1, sentinel);
     std::vector<std::uint8_t> hidden(count + 1, 77);
     tracer.intersect(rays, std::span(hits).first(count), GetParam());
-    tracer.occluded(rays, std::span(hidden).first(count), GetParam());
+    tracer.occluded(rays, std::span(hidden).first(count));
     EXPECT_EQ(hits[count].triangle, 12345u);
     EXPECT_EQ(hits[count].distance, -7);
     EXPECT_EQ(hidden[count], 77);
@@ -235,7 +235,7 @@ TEST_P(TracerBatch, RespectsTheLengthOfRays) {
   std::vector<Hit> hits(rays.size());
   std::vector<std::uint8_t> hidden(rays.size());
   tracer.intersect(rays, hits, GetParam());
-  tracer.occluded(rays, hidden, GetParam());
+  tracer.occluded(rays, hidden);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     EXPECT_EQ(hits[i].triangle != kNone, expected[i] == 1) << i;
     EXPECT_EQ(hidden[i], expected[i]) << i;
@@ -279,7 +279,7 @@ TEST_P(TracerBatch, PassesThroughAlphaCutouts) {
   tracer.intersect(rays, hits, GetParam());
   std::vector<Ray> shadow = rays;
   for (Ray& ray : shadow) ray.t_max = 1.5f;  // ends between sheet and floor
-  tracer.occluded(shadow, hidden, GetParam());
+  tracer.occluded(shadow, hidden);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const bool cut_out = rays[i].origin.x < 0;
     EXPECT_NEAR(hits[i].distance, cut_out ? 2 : 1, 1e-5f);
