@@ -89,6 +89,14 @@ def test_has_a_keyword_for_every_option():
     assert sorted(names) == sorted(keywords)
 
 
+def test_parts_share_their_photons_through_a_folder(square, tmp_path):
+    whole = glowworm.render(square, **TINY, filter="off")
+    for _ in range(2):
+        shared = glowworm.render(square, **TINY, filter="off", share=str(tmp_path / "photons"))
+        np.testing.assert_array_equal(shared.image, whole.image)
+    assert any((tmp_path / "photons").rglob("*"))
+
+
 def test_a_crop_is_a_part_of_the_picture(square):
     whole = glowworm.render(square, **TINY, filter="off")
     part = glowworm.render(square, **TINY, filter="off", crop=(0.25, 0.5, 0.75, 1))

@@ -241,6 +241,7 @@ def render(
     noise: Union[float, str, None] = None,
     memory: Union[int, str, None] = None,
     disk: Optional[str] = None,
+    share: Optional[str] = None,
 ) -> Picture:
     """Renders a scene and returns its picture.
 
