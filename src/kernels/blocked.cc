@@ -1,9 +1,5 @@
 #include "kernels/blocked.h"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/blocked.cc"
 #include <hwy/foreach_target.h>

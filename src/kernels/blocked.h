@@ -92,8 +92,4 @@ void blocked_sum_glossy(const BlockTree& tree, const QueryRun& run, const Glossy
 void blocked_find(const BlockTree& tree, const float position[3], const float normal[3], BlockedScratch& scratch,
                   std::vector<BlockedPhoton>& found, BlockedCounts& counts);
 
-/// blocked_sum() in plain C++, every photon of the blocks against every point in single precision: the reference for
-/// tests of the vector code. Does not count steps.
-void blocked_sum_reference(const BlockTree& tree, std::size_t blocks, const QueryRun& run, BlockedCounts& counts);
-
 }  // namespace glowworm

@@ -56,12 +56,4 @@ float sum_at_places(KernelShape shape, const WeightedPlaces& places, const Kerne
 /// `count` elements and the padding, in metres. The z of the ball's normal is above 0.
 float sum_on_plane(KernelShape shape, const float* x, const float* y, std::size_t count, const KernelBall& ball);
 
-/// The same as plain loops: the references for tests of the kernels. The hits have the same bits.
-std::size_t segment_hits_reference(const SegmentArrays& segments, const CornerAndEdges& triangle, float first,
-                                   std::uint32_t* segment, float* distance);
-double sum_at_places_reference(KernelShape shape, const WeightedPlaces& places, const KernelBall& ball,
-                               float min_cosine);
-double sum_on_plane_reference(KernelShape shape, const float* x, const float* y, std::size_t count,
-                              const KernelBall& ball);
-
 }  // namespace glowworm

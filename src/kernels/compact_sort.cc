@@ -1,6 +1,5 @@
 #include "kernels/compact_sort.h"
 
-#include <algorithm>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE

@@ -30,9 +30,6 @@ struct alignas(32) CompactRow {
 /// @param column  working memory for as many numbers, rounded up to a multiple of 8
 void compact_sort(std::span<CompactRow> rows, std::span<CompactRow> scratch, std::span<float> column);
 
-/// The same in plain C++: the reference for tests of the vector code.
-void compact_sort_reference(std::span<CompactRow> rows);
-
 /// The coordinate whose spread within these bounds extends a block most.
 /// @param low, high smallest and largest of each coordinate
 inline int compact_axis(const float* low, const float* high) {

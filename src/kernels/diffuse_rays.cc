@@ -1,7 +1,6 @@
 #include "kernels/diffuse_rays.h"
 
 #include "core/random.h"
-#include "core/vec.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/diffuse_rays.cc"

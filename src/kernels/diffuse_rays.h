@@ -47,8 +47,4 @@ void diffuse_squares(const DiffuseRayPoints& points, const DiffuseRayCell& cell,
 /// (bsdf/shaded_surface.h). Runs on the instruction set of set_simd().
 void diffuse_rays(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out);
 
-/// The same as plain loops over core/random.h and core/warp.h, bit for bit: the reference for tests of the kernels.
-void diffuse_squares_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out);
-void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out);
-
 }  // namespace glowworm

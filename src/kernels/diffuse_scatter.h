@@ -48,7 +48,4 @@ struct ScatteredPaths {
 /// normal determines the factor on the flux (bsdf/shaded_surface.h). Runs on the instruction set of set_simd().
 void diffuse_scatter(const ArrivedPaths& arrived, const ScatteredPaths& scattered);
 
-/// The same as plain loops over core/vec.h and core/warp.h, bit for bit: the reference for tests of the kernel.
-void diffuse_scatter_reference(const ArrivedPaths& arrived, const ScatteredPaths& scattered);
-
 }  // namespace glowworm

@@ -85,8 +85,4 @@ struct ForwardPair {
 void forward_collect(const ForwardTree& tree, const ForwardQueries& queries, std::size_t first, int lanes,
                      std::vector<ForwardPair>& pairs, ForwardCounts& counts);
 
-/// forward_gather() in plain C++, one query point at a time, for tests.
-void forward_gather_reference(const ForwardTree& tree, const ForwardQueries& queries, float* r, float* g, float* b,
-                              ForwardCounts& counts);
-
 }  // namespace glowworm

@@ -1,7 +1,6 @@
 #include "kernels/reverse.h"
 
 #include <bit>
-#include <type_traits>
 
 // The searches store vectors in structures, so their size must be known.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)

@@ -139,9 +139,4 @@ struct ReversePair {
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons,
                      std::span<const ReverseCluster> clusters, std::vector<ReversePair>& pairs, ReverseCounts& counts);
 
-/// reverse_sum() in plain C++, for tests: every photon of the clusters against every point of the part. Counts `tested`
-/// and `operations`.
-void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                           std::span<const ReverseCluster> clusters, ReverseCounts& counts);
-
 }  // namespace glowworm

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "density/density_scenes.h"
+#include "density/forward_reference.h"
 #include "density/radius.h"
 #include "kernels/simd.h"
 

@@ -11,6 +11,7 @@
 #include "density/density_scenes.h"
 #include "density/radius.h"
 #include "density/reverse_photons.h"
+#include "density/reverse_reference.h"
 #include "kernels/simd.h"
 
 namespace glowworm::density_tests {

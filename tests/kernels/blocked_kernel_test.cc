@@ -9,6 +9,7 @@
 #include "core/random.h"
 #include "core/vec.h"
 #include "kernels/blocked.h"
+#include "kernels/blocked_reference.h"
 #include "kernels/query_keys.h"
 #include "kernels/simd.h"
 

@@ -6,6 +6,7 @@
 
 #include "core/random.h"
 #include "kernels/boundary.h"
+#include "kernels/boundary_reference.h"
 #include "kernels/instruction_sets.h"
 
 namespace glowworm {

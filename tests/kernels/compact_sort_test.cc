@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "kernels/compact_sort_reference.h"
 #include "kernels/simd.h"
 
 namespace glowworm {

@@ -10,6 +10,7 @@
 
 #include "core/frame.h"
 #include "core/random.h"
+#include "kernels/diffuse_rays_reference.h"
 #include "kernels/instruction_sets.h"
 #include "kernels/sobol.h"
 

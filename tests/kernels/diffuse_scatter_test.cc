@@ -10,6 +10,7 @@
 
 #include "core/random.h"
 #include "core/vec.h"
+#include "kernels/diffuse_scatter_reference.h"
 #include "kernels/instruction_sets.h"
 
 namespace glowworm {

@@ -1,3 +1,4 @@
+#pragma once
 #include "core/frame.h"
 #include "core/offset_origin.h"
 #include "core/rgb.h"
@@ -63,7 +64,8 @@ std::uint32_t scatter(const ArrivedPaths& in, const ScatteredPaths& out, std::si
 
 }  // namespace
 
-void diffuse_scatter_reference(const ArrivedPaths& arrived, const ScatteredPaths& scattered) {
+/// diffuse_scatter() as a plain loop over core/vec.h and core/warp.h, bit for bit.
+inline void diffuse_scatter_reference(const ArrivedPaths& arrived, const ScatteredPaths& scattered) {
   for (std::size_t i = 0; i < arrived.count; ++i) scattered.outcome[i] = scatter(arrived, scattered, i);
 }
 

@@ -1,3 +1,4 @@
+#pragma once
 #include <algorithm>
 
 #include "core/random.h"
@@ -6,7 +7,9 @@
 
 namespace glowworm {
 
-void diffuse_squares_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out) {
+/// The kernels of kernels/diffuse_rays.h as plain loops over core/random.h and core/warp.h, bit for bit.
+inline void diffuse_squares_reference(const DiffuseRayPoints& points, const DiffuseRayCell& cell,
+                                      const DiffuseSquare& out) {
   for (std::size_t i = 0; i < points.count; ++i) {
     Sampler sampler(SamplerKind::sobol, cell.seed, hash_combine(points.sequence[i], cell.sequence_salt),
                     points.sample[i] * cell.sample_stride + cell.sample_offset);
@@ -16,7 +19,8 @@ void diffuse_squares_reference(const DiffuseRayPoints& points, const DiffuseRayC
   }
 }
 
-void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseSquare& square, const DiffuseRays& out) {
+inline void diffuse_rays_reference(const DiffuseRayPoints& points, const DiffuseSquare& square,
+                                   const DiffuseRays& out) {
   for (std::size_t i = 0; i < points.count; ++i) {
     const Vec3 local = square_to_cosine_hemisphere({square.x[i], square.y[i]});
     float side = 0, normals = 0;

@@ -1,3 +1,4 @@
+#pragma once
 #include "core/vec.h"
 #include "kernels/boundary.h"
 
@@ -12,8 +13,9 @@ double profile_within(KernelShape shape, double squared) { return squared < 1 ? 
 
 }  // namespace
 
-std::size_t segment_hits_reference(const SegmentArrays& segments, const CornerAndEdges& triangle, float first,
-                                   std::uint32_t* segment, float* distance) {
+/// The kernels of kernels/boundary.h as plain loops. The hits have the same bits.
+inline std::size_t segment_hits_reference(const SegmentArrays& segments, const CornerAndEdges& triangle, float first,
+                                          std::uint32_t* segment, float* distance) {
   const Vec3 corner = vec(triangle.corner), e = vec(triangle.edge[0]), f = vec(triangle.edge[1]);
   std::size_t found = 0;
   for (std::size_t i = 0; i < segments.count; ++i) {
@@ -28,8 +30,8 @@ std::size_t segment_hits_reference(const SegmentArrays& segments, const CornerAn
   return found;
 }
 
-double sum_at_places_reference(KernelShape shape, const WeightedPlaces& places, const KernelBall& ball,
-                               float min_cosine) {
+inline double sum_at_places_reference(KernelShape shape, const WeightedPlaces& places, const KernelBall& ball,
+                                      float min_cosine) {
   double sum = 0;
   for (std::size_t i = 0; i < places.count; ++i) {
     if (!(dot(vec(places.normal, i), vec(ball.normal)) > min_cosine)) continue;
@@ -39,8 +41,8 @@ double sum_at_places_reference(KernelShape shape, const WeightedPlaces& places, 
   return sum;
 }
 
-double sum_on_plane_reference(KernelShape shape, const float* x, const float* y, std::size_t count,
-                              const KernelBall& ball) {
+inline double sum_on_plane_reference(KernelShape shape, const float* x, const float* y, std::size_t count,
+                                     const KernelBall& ball) {
   double sum = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double dx = x[i] - ball.position[0], dy = y[i] - ball.position[1];

@@ -1,3 +1,4 @@
+#pragma once
 #include <algorithm>
 #include <numeric>
 #include <vector>
@@ -6,7 +7,8 @@
 
 namespace glowworm {
 
-void compact_sort_reference(std::span<CompactRow> rows) {
+/// compact_sort() in plain C++: the reference for tests of the vector code.
+inline void compact_sort_reference(std::span<CompactRow> rows) {
   if (rows.size() <= kCompactWidth) return;
   float low[8], high[8];
   for (int c = 0; c < 8; ++c) {

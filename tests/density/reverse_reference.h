@@ -1,4 +1,4 @@
-// The inner loop of reverse photon mapping in plain C++.
+#pragma once
 #include "kernels/reverse.h"
 
 namespace glowworm {
@@ -45,8 +45,10 @@ void add_to_part(const ReverseSubtreeView& part, const ReversePhotons& photons, 
 
 }  // namespace
 
-void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                           std::span<const ReverseCluster> clusters, ReverseCounts& counts) {
+/// reverse_sum() in plain C++, for tests: every photon of the clusters against every point of the part. Counts `tested`
+/// and `operations`.
+inline void reverse_sum_reference(const ReverseSubtreeView& part, const ReversePhotons& photons,
+                                  std::span<const ReverseCluster> clusters, ReverseCounts& counts) {
   for (const ReverseCluster& cluster : clusters) {
     for (std::uint32_t j = cluster.first; j < cluster.first + cluster.count; ++j) add_to_part(part, photons, j, counts);
   }

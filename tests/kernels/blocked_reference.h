@@ -1,8 +1,12 @@
+#pragma once
 #include "kernels/blocked.h"
 
 namespace glowworm {
 
-void blocked_sum_reference(const BlockTree& tree, std::size_t blocks, const QueryRun& run, BlockedCounts& counts) {
+/// blocked_sum() in plain C++, every photon of the blocks against every point in single precision: the reference for
+/// tests of the vector code. Does not count steps.
+inline void blocked_sum_reference(const BlockTree& tree, std::size_t blocks, const QueryRun& run,
+                                  BlockedCounts& counts) {
   for (std::size_t i = 0; i < run.count; ++i) {
     float sum[3] = {0, 0, 0};
     for (std::size_t block = 0; block < blocks; ++block)

@@ -1,3 +1,4 @@
+#pragma once
 #include <bit>
 #include <cmath>
 
@@ -56,8 +57,9 @@ class Walk {
 
 }  // namespace
 
-void forward_gather_reference(const ForwardTree& tree, const ForwardQueries& queries, float* r, float* g, float* b,
-                              ForwardCounts& counts) {
+/// forward_gather() in plain C++, one query point at a time, for tests.
+inline void forward_gather_reference(const ForwardTree& tree, const ForwardQueries& queries, float* r, float* g,
+                                     float* b, ForwardCounts& counts) {
   if (tree.count == 0) return;
   for (std::size_t i = 0; i < queries.count; ++i) {
     Walk walk(tree, queries, i, counts);
