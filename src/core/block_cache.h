@@ -12,7 +12,7 @@
 
 namespace glowworm {
 
-/// A set-associative write-back cache of numbered blocks with least-recently-used replacement. It allocates all its
+/// A set-associative cache of numbered blocks with least-recently-used replacement. It allocates all its
 /// memory at construction. Thread-safe: each set has its own lock.
 class BlockCache {
  public:
@@ -25,12 +25,10 @@ class BlockCache {
         sets_(blocks / ways_),
         cache_(sets_.size() * ways_ * block_bytes) {}
 
-  /// Calls use(bytes, dirty) with the set locked, where `bytes` is the block and `bool& dirty` says whether it differs
-  /// from the file. If the block is not cached, load(bytes) fills it first. If a dirty block must be evicted to make
-  /// room, store(number, bytes) writes it before that. Exceptions of these functions pass through; a block that failed
-  /// to load is not kept.
-  template <class Load, class Store, class Use>
-  void access(std::uint64_t block, Load&& load, Store&& store, Use&& use) {
+  /// Calls use(bytes of the block) with the set locked. If the block is not cached, load(bytes) fills it first.
+  /// Exceptions of these functions pass through; a block that failed to load is not kept.
+  template <class Load, class Use>
+  void access(std::uint64_t block, Load&& load, Use&& use) {
     // Each round through the sets is rotated by a prime, so that files of equal size do not compete for the same sets.
     const auto index = static_cast<std::size_t>((block + block / sets_.size() * 7919) % sets_.size());
     Set& set = sets_[index];
@@ -46,14 +44,13 @@ class BlockCache {
     Slot& slot = set.slots[way];
     const std::span<std::byte> bytes = cache_.span().subspan((index * ways_ + way) * block_bytes_, block_bytes_);
     if (slot.block != block) {
-      if (slot.dirty) store(slot.block, bytes);
       // The old number must not match while the new contents are loading.
       slot = Slot();
       load(bytes);
       slot.block = block;
     }
     slot.last_use = ++set.time;
-    use(bytes, slot.dirty);
+    use(bytes);
   }
 
   /// Memory held by the blocks, in bytes.
@@ -63,7 +60,6 @@ class BlockCache {
   struct Slot {
     std::uint64_t block = ~std::uint64_t{0};  // none
     std::uint64_t last_use = 0;
-    bool dirty = false;
   };
   struct Set {
     std::mutex mutex;

@@ -54,8 +54,7 @@ std::filesystem::path temporary_folder() {
   return folder && *folder ? folder : "/tmp";
 }
 
-UnnamedFile::UnnamedFile(const std::string& folder)
-    : folder_(folder.empty() ? temporary_folder().string() : folder), descriptor_(open_unnamed(folder_)) {}
+UnnamedFile::UnnamedFile() : folder_(temporary_folder().string()), descriptor_(open_unnamed(folder_)) {}
 
 UnnamedFile::~UnnamedFile() { close(descriptor_); }
 

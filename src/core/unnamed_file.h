@@ -12,9 +12,8 @@ namespace glowworm {
 /// reads bytes that another writes.
 class UnnamedFile {
  public:
-  /// @param folder where to store the file; empty: TMPDIR, or else /tmp
-  /// Throws Error if no file can be created there.
-  explicit UnnamedFile(const std::string& folder = {});
+  /// Makes the file in temporary_folder(). Throws Error if it cannot.
+  UnnamedFile();
   ~UnnamedFile();
   UnnamedFile(const UnnamedFile&) = delete;
   UnnamedFile& operator=(const UnnamedFile&) = delete;

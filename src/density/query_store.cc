@@ -9,32 +9,13 @@ namespace glowworm {
 
 namespace {
 
-// Cells an axis, as a power of two: few enough for a small directory of each portion, many enough for even runs.
-constexpr int kGridBits = 4;
-constexpr std::size_t kCells = std::size_t{1} << (3 * kGridBits);
-// Runs of a portion are some tens of kilobytes; larger blocks would be read only in part.
-constexpr std::size_t kBlockBytes = std::size_t{1} << 16;
 // Records copied at a time.
 constexpr std::size_t kRecordsAtOnce = 4096;
 
-PagedSettings disk_settings(std::uint64_t cache_bytes) {
-  PagedSettings settings;
-  settings.on_disk = true;
-  settings.block_bytes = kBlockBytes;
-  settings.cache_blocks = std::max<std::size_t>(static_cast<std::size_t>(cache_bytes / kBlockBytes), 1);
-  return settings;
-}
-
 }  // namespace
 
-QueryStore::QueryStore(const Box3& bounds, std::size_t most_points, std::uint64_t cache_bytes)
-    : grid_(bounds, kGridBits),
-      points_(most_points, disk_settings(cache_bytes / 2)),
-      bsdfs_(most_points, disk_settings(cache_bytes / 4)),
-      answers_(most_points, disk_settings(cache_bytes / 4)) {}
-
 void QueryStore::append(const QueryPoints& portion) {
-  if (portion.size() > points_.size() - size_) throw Error("more query points than there was room made for");
+  if (portion.size() > most_points_ - size_) throw Error("more query points than there was room made for");
   std::vector<std::uint16_t> cells(portion.size());
   Portion& entry = portions_.emplace_back();
   entry.first = entry.next = size_;
@@ -48,6 +29,7 @@ void QueryStore::append(const QueryPoints& portion) {
   for (std::size_t i = 0; i < portion.size(); ++i) order[next[cells[i]]++] = static_cast<std::uint32_t>(i);
   for (std::size_t first = 0; first < order.size(); first += kRecordsAtOnce) {
     records_.clear();
+    some_bsdfs_.clear();
     for (std::size_t i = first; i < std::min(first + kRecordsAtOnce, order.size()); ++i) {
       const std::uint32_t p = order[i];
       Record record{portion.position[p],
@@ -58,13 +40,15 @@ void QueryStore::append(const QueryPoints& portion) {
                     portion.bsdf[p],
                     p};
       if (record.bsdf != kLambertianQuery) {
-        bsdfs_.set(bsdf_count_, portion.bsdfs[record.bsdf]);
-        record.bsdf = static_cast<std::uint32_t>(bsdf_count_++);
+        some_bsdfs_.push_back(portion.bsdfs[record.bsdf]);
+        record.bsdf = static_cast<std::uint32_t>(bsdf_count_ + some_bsdfs_.size() - 1);
       }
       records_.push_back(record);
     }
-    points_.write(size_, records_);
+    points_.write(size_, records_, traffic_);
+    bsdfs_.write(bsdf_count_, some_bsdfs_, traffic_);
     size_ += records_.size();
+    bsdf_count_ += some_bsdfs_.size();
   }
 }
 
@@ -118,12 +102,17 @@ void QueryStore::read(const Piece& piece, QueryPoints& to) {
   const std::size_t end = piece.first + piece.count;
   for (std::size_t first = piece.first; first < end; first += records_.size()) {
     records_.resize(std::min(kRecordsAtOnce, end - first));
-    points_.read(first, records_);
+    points_.read(first, records_, traffic_);
+    // The BSDFs of adjacent points are adjacent, too.
+    const auto has_bsdf = [](const Record& r) { return r.bsdf != kLambertianQuery; };
+    const auto with_bsdf = std::find_if(records_.begin(), records_.end(), has_bsdf);
+    some_bsdfs_.resize(static_cast<std::size_t>(std::count_if(with_bsdf, records_.end(), has_bsdf)));
+    if (!some_bsdfs_.empty()) bsdfs_.read(with_bsdf->bsdf, some_bsdfs_, traffic_);
     for (const Record& r : records_) {
       if (r.bsdf == kLambertianQuery)
         to.push_back(r.position, r.normal, r.reflectance, r.weight, r.gather_point);
       else
-        to.push_back(r.position, r.normal, bsdfs_.get(r.bsdf), r.weight, r.gather_point);
+        to.push_back(r.position, r.normal, some_bsdfs_[r.bsdf - with_bsdf->bsdf], r.weight, r.gather_point);
       numbers_.push_back(r.number);
     }
   }
@@ -136,7 +125,7 @@ void QueryStore::answer(std::span<const Piece> pieces, const QueryPoints& run, s
     some_answers_.clear();
     for (const std::size_t end = at + piece.count; at < end; ++at)
       some_answers_.push_back({run.weight[at] * radiance[at], run.gather_point[at], numbers_[at]});
-    answers_.write(piece.first, some_answers_);
+    answers_.write(piece.first, some_answers_, traffic_);
   }
 }
 
@@ -145,17 +134,10 @@ void QueryStore::add_answers(const Portion& portion, std::span<RGB> target) {
   std::vector<Answer> in_order(portion.next - portion.first);
   for (std::size_t first = portion.first; first < portion.next; first += some_answers_.size()) {
     some_answers_.resize(std::min(kRecordsAtOnce, portion.next - first));
-    answers_.read(first, some_answers_);
+    answers_.read(first, some_answers_, traffic_);
     for (const Answer& a : some_answers_) in_order[a.number] = a;
   }
   for (const Answer& a : in_order) target[a.target] += a.light;
-}
-
-PagedCounts QueryStore::counts() const {
-  PagedCounts sum = points_.counts();
-  sum += bsdfs_.counts();
-  sum += answers_.counts();
-  return sum;
 }
 
 }  // namespace glowworm

@@ -20,8 +20,7 @@ void TexelStore::write(std::uint64_t first, std::span<const std::byte> blocks) {
 void TexelStore::read(std::uint64_t block, std::size_t offset, std::span<std::byte> to) {
   cache_.access(
       block, [&](std::span<std::byte> data) { file_.read(block * kBlockBytes, data); },
-      [](std::uint64_t, std::span<const std::byte>) {},  // blocks are written once, bypassing the cache
-      [&](std::span<std::byte> data, bool&) { std::memcpy(to.data(), data.data() + offset, to.size()); });
+      [&](std::span<std::byte> data) { std::memcpy(to.data(), data.data() + offset, to.size()); });
 }
 
 namespace {

@@ -13,7 +13,6 @@
 #include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "core/statistics.h"
-#include "density/paged_array.h"
 #include "render/adaptive.h"
 #include "render/checkpoint.h"
 #include "render/crew.h"
@@ -141,8 +140,8 @@ class Job {
   const PointGrid* points() const { return points_.get(); }
   /// Groups of lights that the film keeps apart; null: none.
   const LightGroups* light_groups() const { return light_groups_.get(); }
-  /// Statistics of the caches of query point files, after the end of the render.
-  const PagedCounts& paged_counts() const { return memory_.paged; }
+  /// Query points to and from files, after the end of the render.
+  const DiskTraffic& query_traffic() const { return memory_.disk; }
   std::uint64_t photon_map_bytes() const { return photon_map_bytes_; }
   std::uint64_t query_point_bytes() const { return query_point_bytes_; }
   /// Memory of the process at the start of the render: program, scene and acceleration structure.

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -180,12 +179,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
       {"active_lanes",
        steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
       {"lanes", engine_traits(settings.engine).lanes()}};
-  const PagedCounts& paged = job.paged_counts();
-  out["paged"] = {{"hits", paged.hits},
-                  {"misses", paged.misses},
-                  {"hit_rate", paged.hit_rate()},
-                  {"bytes_read", paged.bytes_read},
-                  {"bytes_written", paged.bytes_written}};
+  out["paged"] = {{"bytes_read", job.query_traffic().read}, {"bytes_written", job.query_traffic().written}};
   const std::uint64_t reserved = job.budget().peak(), resident = job.peak_resident();
   const std::uint64_t beside_scene = job.peak_beside_scene_bytes();
   out["lights"] = json::array();

@@ -1,7 +1,6 @@
 // From the film to files: the image with its layers, and the statistics.
 #pragma once
 #include <string>
-#include <vector>
 
 #include "image/image.h"
 #include "render/film.h"

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "density/query_store.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
 #include "render/scheduler.h"
@@ -12,9 +11,6 @@
 namespace glowworm {
 
 namespace {
-
-/// Memory of the cache of a query point file.
-constexpr std::uint64_t kMinCache = std::uint64_t{1} << 20, kMaxCache = std::uint64_t{64} << 20;
 
 class PassRenderer {
  public:
@@ -163,10 +159,8 @@ class PassRenderer {
       }
       return;
     }
-    const std::uint64_t cache_bytes = std::clamp(budget_.available() / 2, kMinCache, kMaxCache);
-    const Reservation cache(budget_, "disk cache", cache_bytes);
     // A ray that ends on a translucent sheet gives two query points.
-    QueryStore store(maps_.bounds(), 2 * points.size() * rays_each, cache_bytes);
+    QueryStore store(maps_.bounds(), 2 * points.size() * rays_each);
     for (std::size_t first = 0; first < points.size(); first += step) {
       trace(first);
       const PhaseTimer timer(statistics_, Phase::reorder);
@@ -185,7 +179,8 @@ class PassRenderer {
         out_.radiance.groups[i][slot] += light[slot];
       }
     }
-    memory_.paged += store.counts();
+    memory_.disk.read += store.traffic().read;
+    memory_.disk.written += store.traffic().written;
   }
 
   void count_photons(const GatherPoints& points) {

@@ -6,7 +6,7 @@
 
 #include "core/memory_budget.h"
 #include "core/statistics.h"
-#include "density/paged_array.h"
+#include "density/query_store.h"
 #include "gather/point_pass.h"
 #include "points/query_points.h"
 #include "render/photon_maps.h"
@@ -57,7 +57,7 @@ struct PassMemory {
   QueryPoints secondary_queries;       ///< of the secondary gather, for the caustic map
   LargeVector<RGB> found;              ///< radiance of the query points
   std::uint64_t most_query_bytes = 0;  ///< peak size of query points
-  PagedCounts paged;                   ///< statistics of the files' caches
+  DiskTraffic disk;                    ///< of query points
 
   /// Frees the arrays; keeps the counts.
   void clear();

@@ -29,7 +29,6 @@ TEST_F(DiskTest, GivesTheSamePictureToTheBit) {
   const nlohmann::json s = read_json("s.json");
   EXPECT_GT(s["paged"]["bytes_written"], 0);
   EXPECT_GT(s["paged"]["bytes_read"], 0);
-  EXPECT_GT(s["paged"]["misses"], 0);
   const Image a = read_image(path("never.exr")), b = read_image(path("always.exr"));
   for (const char* channel : {"R", "G", "B"})
     EXPECT_TRUE(std::ranges::equal(a.channel(channel), b.channel(channel))) << channel;
