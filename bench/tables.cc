@@ -59,15 +59,12 @@ QueryPoints runs_of(const QueryPoints& points, const std::vector<std::uint32_t>&
     chosen[order.empty() ? place : order[place]] = place / run % step == 0;
   QueryPoints some;
   some.bsdfs = points.bsdfs;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!chosen[i]) continue;
-    some.position.push_back(points.position[i]);
-    some.normal.push_back(points.normal[i]);
-    some.reflectance.push_back(points.reflectance[i]);
-    some.weight.push_back(points.weight[i]);
-    some.gather_point.push_back(points.gather_point[i]);
-    some.bsdf.push_back(points.bsdf[i]);
-  }
+  QueryPoints::for_arrays(
+      [&](auto& to, const auto& from) {
+        for (std::size_t i = 0; i < from.size(); ++i)
+          if (chosen[i]) to.push_back(from[i]);
+      },
+      some, points);
   return some;
 }
 

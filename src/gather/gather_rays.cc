@@ -66,43 +66,36 @@ std::uint32_t octahedral_cell(Vec3 d, int bits) {
 
 }  // namespace
 
+template <class Work>
+void GatherRays::for_arrays(const Work& work) {
+  work(rays);
+  work(weight);
+  work(pdf);
+  work(point);
+  work(stratum);
+  work(segment);
+  work(bounces);
+  work(absorption);
+}
+
 void GatherRays::reserve(std::size_t n) {
-  rays.reserve(n);
+  for_arrays([n](auto& array) { array.reserve(n); });
   hits.reserve(n);
-  weight.reserve(n);
-  pdf.reserve(n);
-  point.reserve(n);
-  stratum.reserve(n);
-  segment.reserve(n);
-  bounces.reserve(n);
-  absorption.reserve(n);
 }
 
 void GatherRays::clear() { shrink(0); }
 
 void GatherRays::move(std::size_t from, std::size_t to) {
-  if (from == to) return;
-  rays[to] = rays[from];
-  weight[to] = weight[from];
-  pdf[to] = pdf[from];
-  point[to] = point[from];
-  stratum[to] = stratum[from];
-  segment[to] = segment[from];
-  bounces[to] = bounces[from];
-  absorption[to] = absorption[from];
+  if (from != to) for_arrays([from, to](auto& array) { array[to] = array[from]; });
 }
 
-void GatherRays::shrink(std::size_t n) { resize(n, 0); }
+void GatherRays::shrink(std::size_t n) {
+  for_arrays([n](auto& array) { array.resize(n); });
+}
 
 void GatherRays::resize(std::size_t n, std::uint32_t cell) {
-  rays.resize(n);
-  weight.resize(n);
-  pdf.resize(n);
-  point.resize(n);
   stratum.resize(n, cell);
-  segment.resize(n, Segment::first);
-  bounces.resize(n, 0);
-  absorption.resize(n);
+  shrink(n);
 }
 
 void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {

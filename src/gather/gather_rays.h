@@ -34,6 +34,9 @@ struct GatherRays {
   std::vector<RGB> absorption;        ///< absorption of the volume that the last bounce entered
 
   std::size_t size() const { return rays.size(); }
+  /// Calls `work` for each of the arrays but `hits`.
+  template <class Work>
+  void for_arrays(const Work& work);
   void reserve(std::size_t n);
   void clear();
   /// Overwrites ray `to` with ray `from`.

@@ -60,6 +60,20 @@ struct GatherPoints {
   LargeVector<RGB> throughput;  ///< of the camera path up to the point
 
   std::size_t size() const { return slot.size(); }
+  /// Calls work(array of each...) for each of the arrays.
+  template <class Work, class... Points>
+  static void for_arrays(const Work& work, Points&... points) {
+    work(points.slot...);
+    work(points.sequence...);
+    work(points.sample...);
+    work(points.position...);
+    work(points.normal...);
+    work(points.offset...);
+    work(points.frame...);
+    work(points.wo...);
+    work(points.bsdf...);
+    work(points.throughput...);
+  }
   /// Reserves memory for n points.
   void reserve(std::size_t n);
   /// Removes all points but keeps their memory.

@@ -18,17 +18,19 @@ struct PhotonBatch {
   LargeVector<Vec3> normal;     ///< unit, geometric, on the side where the photon arrived
 
   std::size_t size() const { return position.size(); }
+  /// Calls work(array of each batch...) for each of the arrays.
+  template <class Work, class... Batches>
+  static void for_arrays(const Work& work, Batches&... batches) {
+    work(batches.position...);
+    work(batches.direction...);
+    work(batches.flux...);
+    work(batches.normal...);
+  }
   void resize(std::size_t n) {
-    position.resize(n);
-    direction.resize(n);
-    flux.resize(n);
-    normal.resize(n);
+    for_arrays([n](auto& array) { array.resize(n); }, *this);
   }
   void reserve(std::size_t n) {
-    position.reserve(n);
-    direction.reserve(n);
-    flux.reserve(n);
-    normal.reserve(n);
+    for_arrays([n](auto& array) { array.reserve(n); }, *this);
   }
   void clear() { resize(0); }
   void push_back(Vec3 p, Vec3 d, RGB f, Vec3 n) {
@@ -41,8 +43,6 @@ struct PhotonBatch {
   /// Photon i of the result is photon order[i] of this batch.
   PhotonBatch permuted(std::span<const std::uint32_t> order) const;
   Box3 bounds() const;
-  /// Sum of all flux, in W, added up in double precision.
-  RGB total_flux() const;
   static constexpr std::size_t kBytesEach = 3 * sizeof(Vec3) + sizeof(RGB);
 };
 

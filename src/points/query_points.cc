@@ -3,22 +3,12 @@
 namespace glowworm {
 
 void QueryPoints::clear() {
-  position.clear();
-  normal.clear();
-  reflectance.clear();
-  bsdf.clear();
+  for_arrays([](auto& array) { array.clear(); }, *this);
   bsdfs.clear();
-  weight.clear();
-  gather_point.clear();
 }
 
 void QueryPoints::reserve(std::size_t n) {
-  position.reserve(n);
-  normal.reserve(n);
-  reflectance.reserve(n);
-  bsdf.reserve(n);
-  weight.reserve(n);
-  gather_point.reserve(n);
+  for_arrays([n](auto& array) { array.reserve(n); }, *this);
 }
 
 void QueryPoints::push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target) {
@@ -29,13 +19,9 @@ void QueryPoints::push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint
 
 void QueryPoints::append(const QueryPoints& other) {
   const auto offset = static_cast<std::uint32_t>(bsdfs.size());
-  position.insert(position.end(), other.position.begin(), other.position.end());
-  normal.insert(normal.end(), other.normal.begin(), other.normal.end());
-  reflectance.insert(reflectance.end(), other.reflectance.begin(), other.reflectance.end());
-  weight.insert(weight.end(), other.weight.begin(), other.weight.end());
-  gather_point.insert(gather_point.end(), other.gather_point.begin(), other.gather_point.end());
-  bsdfs.insert(bsdfs.end(), other.bsdfs.begin(), other.bsdfs.end());
-  bsdf.insert(bsdf.end(), other.bsdf.begin(), other.bsdf.end());
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  for_arrays(append, *this, other);
+  append(bsdfs, other.bsdfs);
   if (!other.bsdfs.empty() && offset > 0)
     for (std::size_t i = size() - other.size(); i < size(); ++i)
       if (bsdf[i] != kLambertianQuery) bsdf[i] += offset;

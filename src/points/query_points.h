@@ -31,6 +31,16 @@ struct QueryPoints {
   LargeVector<std::uint32_t> gather_point;  ///< the gather point (or any other target index) of this point
 
   std::size_t size() const { return position.size(); }
+  /// Calls work(array of each...) for each of the arrays with an element a point.
+  template <class Work, class... Points>
+  static void for_arrays(const Work& work, Points&... points) {
+    work(points.position...);
+    work(points.normal...);
+    work(points.reflectance...);
+    work(points.bsdf...);
+    work(points.weight...);
+    work(points.gather_point...);
+  }
   /// Removes all points but keeps their memory.
   void clear();
   /// Reserves memory for n points, but none for bsdfs.
