@@ -1,11 +1,10 @@
 #include "image/image_format.h"
 
-#include <strings.h>
-
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <string_view>
+
+#include "core/text.h"
 
 namespace glowworm {
 
@@ -74,8 +73,8 @@ constexpr Mark kUnreadMarks[] = {
 };
 
 bool is_tga(std::string_view bytes, const std::string& name) {
-  const std::string ending = std::filesystem::path(name).extension().string();
-  if (strcasecmp(ending.c_str(), ".tga") != 0 && strcasecmp(ending.c_str(), ".tpic") != 0) return false;
+  const std::string ending = lower_ending(name);
+  if (ending != ".tga" && ending != ".tpic") return false;
   if (bytes.size() < kFormatBytes) return false;
   const int map_type = bytes[1], image_type = bytes[2];
   return map_type <= 1 && (image_type & ~8) >= 1 && (image_type & ~8) <= 3;

@@ -1,22 +1,11 @@
-#include <algorithm>
-#include <cctype>
 #include <cstring>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "image/image.h"
 #include "image/image_file.h"
 
 namespace glowworm {
-
-namespace {
-
-bool ends_with_ignoring_case(const std::string& text, std::string_view ending) {
-  return text.size() >= ending.size() &&
-         std::equal(ending.begin(), ending.end(), text.end() - static_cast<std::ptrdiff_t>(ending.size()),
-                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
-}
-
-}  // namespace
 
 Image read_image(const std::string& path) {
   const ImageFileData data = read_image_file(path, true);
@@ -49,8 +38,8 @@ void check_not_empty(const std::string& path, const Image& image) {
 }
 
 void write_image(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
-  if (ends_with_ignoring_case(path, ".exr")) return write_exr(path, image);
-  if (ends_with_ignoring_case(path, ".png")) return write_png(path, image, curve, exposure);
+  if (lower(path).ends_with(".exr")) return write_exr(path, image);
+  if (lower(path).ends_with(".png")) return write_png(path, image, curve, exposure);
   throw Error({path}, "the ending does not say which kind of image file to write",
               "End the path in .exr (linear, all layers) or .png (8 bits, tone mapped).");
 }

@@ -1,7 +1,5 @@
 #include "import/import.h"
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <new>
 #include <string_view>
@@ -10,6 +8,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/text.h"
 #include "import/assimp/import.h"
 #include "import/gltf/import.h"
 #include "import/mesh_file.h"
@@ -21,13 +20,6 @@ namespace glowworm {
 namespace {
 
 constexpr std::string_view kBuiltinPrefix = "builtin:";
-
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 void check_is_file(const std::string& path) {
   if (path.find('\0') != std::string::npos) {
@@ -50,7 +42,7 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
   if (path_or_builtin.starts_with(kBuiltinPrefix)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
   const std::string& path = path_or_builtin;
   check_is_file(path);
-  const std::string extension = lower_extension(path);
+  const std::string extension = lower_ending(path);
   if (extension == ".pbrt") return load_pbrt(path, options);
   if (extension == ".gltf" || extension == ".glb") return load_gltf(path, options);
   if (extension == ".obj") return load_obj(path, options);

@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <span>
 #include <string_view>
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "image/texture_file.h"
 #include "import/ies/luminaire.h"
 #include "import/mesh_tools.h"
@@ -21,26 +20,11 @@ namespace glowworm {
 
 namespace {
 
-/// Parses exactly values.size() finite numbers, separated by commas, or by a semicolon after the third. Returns false
-/// for any other text.
-bool parse_numbers(std::string_view text, std::span<float> values) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
-    if (error != std::errc() || !std::isfinite(values[i])) return false;
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    if (i + 1 == values.size()) break;
-    if (text.empty() || !(text[0] == ',' || (i == 2 && text[0] == ';'))) return false;
-    text.remove_prefix(1);
-  }
-  return text.empty();
-}
-
 /// Parses a radiance; empty if the text is not made of numbers.
 std::optional<RGB> parse_radiance(const std::string& text) {
-  float v[3];
-  if (parse_numbers(text, {v, 1})) return RGB(v[0]);
-  if (parse_numbers(text, v)) return RGB(v[0], v[1], v[2]);
-  return std::nullopt;
+  const std::vector<float> v = numbers_of<float>(text);
+  if (v.size() == 1) return RGB(v[0]);
+  return v.size() == 3 ? std::optional(RGB(v[0], v[1], v[2])) : std::nullopt;
 }
 
 /// Rotates z up to y up and scales lengths and absorption, which is per metre. Intensities, fluxes and radiances are
@@ -103,8 +87,12 @@ void parse_environment(const std::string& text, SceneChanges& changes) {
 }
 
 std::array<Vec3, 2> parse_look_at(const std::string& text) {
-  float v[6];
-  if (!parse_numbers(text, v) || (v[0] == v[3] && v[1] == v[4] && v[2] == v[5]))
+  const std::size_t half = text.find(';');
+  const bool in_halves = half != std::string::npos && numbers_of<float>(text.substr(0, half)).size() == 3;
+  std::string with_commas = text;
+  if (in_halves) with_commas[half] = ',';
+  const std::vector<float> v = numbers_of<float>(with_commas);
+  if (v.size() != 6 || (v[0] == v[3] && v[1] == v[4] && v[2] == v[5]))
     throw Error(fmt::format("--look-at '{}' is not an eye and a target", text),
                 "Give six numbers, the places of two different points, for example 0,1.6,5,0,1,0.");
   return {Vec3{v[0], v[1], v[2]}, Vec3{v[3], v[4], v[5]}};

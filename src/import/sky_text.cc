@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <vector>
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/text.h"
 #include "import/daylight.h"
 #include "scene/sky_model.h"
 
@@ -25,28 +25,13 @@ constexpr std::string_view kCie = "cie:", kPerez = "perez:", kWeather = "epw:";
               "perez:600,120,6,21,10.5,52.5,13.4,1; or epw:FILE,MONTH,DAY,HOUR[,GROUND] with an hour from 1 to 24.");
 }
 
-/// Numbers with commas between them; none where the text is anything else.
-std::vector<double> numbers_of(std::string_view text) {
-  std::vector<double> out;
-  while (true) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || !std::isfinite(value)) return {};
-    out.push_back(value);
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    if (text.empty()) return out;
-    if (text[0] != ',') return {};
-    text.remove_prefix(1);
-  }
-}
-
 struct CieText {
   int type = 0;
   double altitude = 45, azimuth = 180, lux = 10'000, ground = 0.2;
 };
 
 CieText read_cie(const std::string& text) {
-  const std::vector<double> v = numbers_of(std::string_view(text).substr(kCie.size()));
+  const std::vector<double> v = numbers_of<double>(std::string_view(text).substr(kCie.size()));
   if ((v.size() != 1 && v.size() < 3) || v.size() > 5) refuse(text);
   CieText out;
   out.type = v[0] >= 1 && v[0] <= 16 && v[0] == std::floor(v[0]) ? static_cast<int>(v[0]) : 0;
@@ -70,7 +55,7 @@ struct PerezText {
 };
 
 PerezText read_perez(const std::string& text) {
-  const std::vector<double> v = numbers_of(std::string_view(text).substr(kPerez.size()));
+  const std::vector<double> v = numbers_of<double>(std::string_view(text).substr(kPerez.size()));
   if (v.size() != 8 && v.size() != 9) refuse(text);
   PerezText out{{static_cast<int>(v[2]), static_cast<int>(v[3]), v[4], v[5], v[6], v[7]}, {v[0], v[1]}};
   if (v.size() > 8) out.ground = v[8];
@@ -94,7 +79,7 @@ WeatherText read_weather(const std::string& text) {
     std::size_t comma = rest.size();
     for (int i = 0; i < count && comma != std::string_view::npos && comma > 0; ++i) comma = rest.rfind(',', comma - 1);
     if (comma == std::string_view::npos || comma == 0) continue;
-    const std::vector<double> v = numbers_of(rest.substr(comma + 1));
+    const std::vector<double> v = numbers_of<double>(rest.substr(comma + 1));
     if (v.size() != static_cast<std::size_t>(count) || !is_date(v[0], v[1]) || !(v[2] >= 1 && v[2] <= 24)) continue;
     WeatherText out{std::string(rest.substr(0, comma)), static_cast<int>(v[0]), static_cast<int>(v[1]),
                     static_cast<int>(v[2])};

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "render/options.h"
 #include "session/camera_control.h"
 
@@ -40,17 +39,8 @@ std::string view_text(const Camera& camera) {
 }
 
 Camera camera_of_view(const Camera& camera, const std::string& text) {
-  float v[9];
-  std::string_view rest = text;
-  bool good = true;
-  for (int i = 0; i < 9 && good; ++i) {
-    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), v[i]);
-    good = error == std::errc() && std::isfinite(v[i]);
-    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-    if (i < 8) good = good && !rest.empty() && rest[0] == ',';
-    if (good && i < 8) rest.remove_prefix(1);
-  }
-  if (!good || !rest.empty())
+  const std::vector<float> v = numbers_of<float>(text);
+  if (v.size() != 9)
     throw Error(fmt::format("--view '{}' is not a view", text),
                 "Give nine numbers: eye, target and up, for example 0,1,5,0,1,0,0,1,0.");
   Camera out = placed(camera, {v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});

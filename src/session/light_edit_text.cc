@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <string_view>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "session/light_rig.h"
 
 namespace glowworm {
@@ -16,32 +16,19 @@ namespace {
               "(metres; axis times radians).");
 }
 
-/// Parses numbers with colons between them; false if there are not exactly `count`.
-bool read_numbers(std::string_view text, float* out, int count) {
-  for (int i = 0; i < count; ++i) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out[i]);
-    if (error != std::errc() || !std::isfinite(out[i])) return false;
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    if (i + 1 == count) break;
-    if (text.empty() || text[0] != ':') return false;
-    text.remove_prefix(1);
-  }
-  return text.empty();
-}
-
 bool read_part(std::string_view part, LightEdit& edit) {
-  float v[3];
   if (part == "off") {
     edit.on = false;
     return true;
   }
-  if (part.starts_with("scale=")) return read_numbers(part.substr(6), &edit.scale, 1) && edit.scale >= 0;
-  if (part.starts_with("move=") || part.starts_with("turn=")) {
-    if (!read_numbers(part.substr(5), v, 3)) return false;
-    (part[0] == 'm' ? edit.move : edit.turn) = {v[0], v[1], v[2]};
-    return true;
+  const std::vector<float> v = numbers_of<float>(part.substr(part.find('=') + 1), ':');
+  if (part.starts_with("scale=") && v.size() == 1) {
+    edit.scale = v[0];
+    return edit.scale >= 0;
   }
-  return false;
+  if (v.size() != 3 || !(part.starts_with("move=") || part.starts_with("turn="))) return false;
+  (part[0] == 'm' ? edit.move : edit.turn) = {v[0], v[1], v[2]};
+  return true;
 }
 
 }  // namespace

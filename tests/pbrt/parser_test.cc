@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "pbrt/pbrt_testing.h"
 
 namespace glowworm {
@@ -217,7 +218,7 @@ TEST(PbrtParser, IncludesFilesWithPlacesOfTheirOwn) {
   PbrtDiagnostics diagnostics;
   MemoryBudget budget;
   std::vector<std::string> seen;
-  parse_pbrt_file(main, diagnostics, budget, [&](PbrtDirective& d) {
+  parse_pbrt_text(read_input_file(main), main, diagnostics, budget, [&](PbrtDirective& d) {
     seen.push_back(std::string(d.name) + "@" + std::filesystem::path(*d.place.file).filename().string() + ":" +
                    std::to_string(d.place.line));
   });
@@ -233,7 +234,7 @@ TEST(PbrtParser, ImportIsIsolated) {
   PbrtDiagnostics diagnostics;
   MemoryBudget budget;
   std::vector<std::string_view> seen;
-  parse_pbrt_file(main, diagnostics, budget, [&](PbrtDirective& d) { seen.push_back(d.name); });
+  parse_pbrt_text(read_input_file(main), main, diagnostics, budget, [&](PbrtDirective& d) { seen.push_back(d.name); });
   EXPECT_EQ(seen, (std::vector<std::string_view>{"AttributeBegin", "Translate", "AttributeEnd"}));
 }
 

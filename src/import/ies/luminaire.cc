@@ -2,25 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/text.h"
 
 namespace glowworm {
 
 namespace {
-
-std::string lower_ending(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 [[noreturn]] void refuse(const std::string& text) {
   throw Error(
@@ -63,16 +54,7 @@ bool is_luminaire_text(const std::string& text) {
 Light luminaire_of_text(const std::string& text) {
   const std::size_t at = text.rfind('@');
   if (at == std::string::npos) refuse(text);
-  std::vector<float> v;
-  for (const char *p = text.data() + at + 1, *end = text.data() + text.size();;) {
-    float value = 0;
-    const auto [rest, error] = std::from_chars(p, end, value);
-    if (error != std::errc() || !std::isfinite(value)) refuse(text);
-    v.push_back(value);
-    if (rest == end) break;
-    if (*rest != ',') refuse(text);
-    p = rest + 1;
-  }
+  const std::vector<float> v = numbers_of<float>(std::string_view(text).substr(at + 1));
   if (v.size() != 3 && v.size() != 6 && v.size() != 7) refuse(text);
   Vec3 aim{0, -1, 0};
   if (v.size() > 3) aim = {v[3], v[4], v[5]};

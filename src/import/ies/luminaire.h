@@ -1,9 +1,7 @@
 // Photometric files of luminaires: IES LM-63 and EULUMDAT.
 #pragma once
-#include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "scene/scene.h"
 

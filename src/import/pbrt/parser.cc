@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "import/pbrt/file.h"
 #include "import/pbrt/tokens.h"
 
@@ -77,14 +78,6 @@ const Signature* find_signature(std::string_view name) {
     if (signature.name == name) return &signature;
   }
   return nullptr;
-}
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return out;
 }
 
 /// The remedy for an unknown directive: suggests one that differs only in case.
@@ -349,13 +342,6 @@ void Parser::check_values(const PbrtParameter& parameter) {
 void parse_pbrt_text(std::string_view text, const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget,
                      const PbrtSink& sink) {
   Parser(path, diagnostics, budget, sink).parse(text, path);
-}
-
-void parse_pbrt_file(const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget,
-                     const PbrtSink& sink) {
-  Reservation held(budget, "scene files", 0);
-  const std::string text = read_pbrt_file(path, held);
-  parse_pbrt_text(text, path, diagnostics, budget, sink);
 }
 
 bool is_pbrt_v3(std::string_view text) {
