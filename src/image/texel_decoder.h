@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "core/rgb.h"
 #include "image/image_file.h"
 #include "image/texture_file.h"
 
@@ -20,7 +19,12 @@ class TexelDecoder {
 
   /// Sample `index` of an array as a linear number; 0 if it is not finite.
   float color(const std::byte* samples, std::size_t index) const;
-  /// The same without the transfer function.
+  /// The colour whose samples begin at `first`: one if it is grey, else three.
+  RGB color(const std::byte* samples, std::size_t first, bool grey) const {
+    if (grey) return RGB(color(samples, first));
+    return {color(samples, first), color(samples, first + 1), color(samples, first + 2)};
+  }
+  /// A sample without the transfer function.
   float alpha(const std::byte* samples, std::size_t index) const;
 
  private:

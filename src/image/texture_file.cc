@@ -62,11 +62,11 @@ Taps taps_of(float t, int size, TextureWrap wrap, TextureFilter filter) {
 
 class DecodedTexture final : public TextureFile {
  public:
-  DecodedTexture(std::shared_ptr<const TexelArray> texels, const TextureOptions& options)
-      : TextureFile(texels->width, texels->height, texels->has_alpha, options),
+  DecodedTexture(std::shared_ptr<const ImageFileData> texels, const TextureOptions& options)
+      : TextureFile(texels->header.width, texels->header.height, texels->header.alpha_channel >= 0, options),
         texels_(std::move(texels)),
-        decoder_(texels_->type, resolve_encoding(options, texels_->transfer)),
-        channels_(static_cast<std::size_t>(texels_->color_channels) + (texels_->has_alpha ? 1 : 0)) {}
+        decoder_(texels_->header.type, resolve_encoding(options, texels_->header.transfer)),
+        channels_(static_cast<std::size_t>(texels_->header.channels)) {}
 
   std::uint64_t memory_bytes() const override { return texels_->samples.size(); }
 
@@ -77,18 +77,13 @@ class DecodedTexture final : public TextureFile {
           static_cast<std::size_t>(y[i / 2]) * static_cast<std::size_t>(width()) + static_cast<std::size_t>(x[i % 2]);
       const std::byte* samples = texels_->samples.data();
       const std::size_t first = texel * channels_;
-      if (texels_->color_channels == 1) {
-        out[i].color = RGB(decoder_.color(samples, first));
-      } else {
-        out[i].color = {decoder_.color(samples, first), decoder_.color(samples, first + 1),
-                        decoder_.color(samples, first + 2)};
-      }
-      out[i].alpha = texels_->has_alpha ? decoder_.alpha(samples, first + channels_ - 1) : 1;
+      out[i].color = decoder_.color(samples, first, channels_ < 3);
+      out[i].alpha = has_alpha() ? decoder_.alpha(samples, first + channels_ - 1) : 1;
     }
   }
 
  private:
-  std::shared_ptr<const TexelArray> texels_;
+  std::shared_ptr<const ImageFileData> texels_;
   TexelDecoder decoder_;
   std::size_t channels_;
 };
@@ -115,35 +110,24 @@ RGB TextureFile::color(Vec2 uv) const { return look_up(uv).color; }
 
 float TextureFile::alpha(Vec2 uv) const { return has_alpha_ ? look_up(uv).alpha : 1; }
 
-std::shared_ptr<const TexelArray> read_texels(const std::string& path) {
-  ImageFileData data = read_image_file(path, false);
-  ImageFileHeader& header = data.header;
-  if (is_opaque(header, data.samples)) header.alpha_channel = -1;
-  auto texels = std::make_shared<TexelArray>();
-  texels->width = header.width;
-  texels->height = header.height;
-  texels->type = header.type;
-  texels->transfer = header.transfer;
-  texels->color_channels = header.channels >= 3 ? 3 : 1;
-  texels->has_alpha = header.alpha_channel >= 0;
+std::shared_ptr<const ImageFileData> read_texels(const std::string& path) {
+  auto texels = std::make_shared<ImageFileData>(read_image_file(path, false));
+  ImageFileHeader& header = texels->header;
+  if (is_opaque(header, texels->samples)) header.alpha_channel = -1;
   const int kept = kept_channels(header);
-  if (kept == header.channels && (!texels->has_alpha || header.alpha_channel == kept - 1)) {
-    texels->samples = std::move(data.samples);
-    return texels;
-  }
-  texels->samples.resize(data.samples.size() / static_cast<std::size_t>(header.channels) *
-                         static_cast<std::size_t>(kept));
-  keep_channels(header, data.samples, texels->samples.data());
+  if (kept == header.channels && (header.alpha_channel < 0 || header.alpha_channel == kept - 1)) return texels;
+  std::vector<std::byte> samples(texels->samples.size() / static_cast<std::size_t>(header.channels) *
+                                 static_cast<std::size_t>(kept));
+  keep_channels(header, texels->samples, samples.data());
+  texels->samples = std::move(samples);
+  header.channels = kept;
+  if (header.alpha_channel >= 0) header.alpha_channel = kept - 1;
   return texels;
 }
 
-std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const TexelArray> texels,
+std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const ImageFileData> texels,
                                                 const TextureOptions& options) {
   return std::make_shared<DecodedTexture>(std::move(texels), options);
-}
-
-std::shared_ptr<const TextureFile> open_texture(const std::string& path, const TextureOptions& options) {
-  return make_texture(read_texels(path), options);
 }
 
 }  // namespace glowworm

@@ -74,25 +74,14 @@ class TextureFile {
   TextureOptions options_;
 };
 
-/// Texels as in a file: 1 or 3 colour channels and, last, alpha if it is not 1 everywhere; interleaved.
-struct TexelArray {
-  int width = 0, height = 0;
-  int color_channels = 3;
-  bool has_alpha = false;
-  SampleType type = SampleType::uint8;
-  TransferFunction transfer;  ///< as named in the file
-  std::vector<std::byte> samples;
-};
-
-/// Reads a file's texels. Throws Error as read_image_file() does. Channels that textures do not use are dropped.
-std::shared_ptr<const TexelArray> read_texels(const std::string& path);
+/// Reads a file's texels: 1 or 3 colour channels and, last, alpha if it is not 1 everywhere. Throws Error as
+/// read_image_file() does.
+std::shared_ptr<const ImageFileData> read_texels(const std::string& path);
 
 /// A texture of texels in memory. Several textures may share the texels.
-std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const TexelArray> texels,
+/// @param texels with the channels of read_texels()
+std::shared_ptr<const TextureFile> make_texture(std::shared_ptr<const ImageFileData> texels,
                                                 const TextureOptions& options);
-
-/// Reads a file into a texture; throws Error as read_image_file does.
-std::shared_ptr<const TextureFile> open_texture(const std::string& path, const TextureOptions& options = {});
 
 /// All textures of a scene. Each file is read once, and the memory of texels is limited. Thread-safe.
 class TextureLibrary {

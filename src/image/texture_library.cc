@@ -53,8 +53,7 @@ class StoredTexture final : public TextureFile {
     }
     const bool grey = texels_.header.channels < 3;
     Texel texel;
-    texel.color = grey ? RGB(decoder_.color(samples, 0))
-                       : RGB{decoder_.color(samples, 0), decoder_.color(samples, 1), decoder_.color(samples, 2)};
+    texel.color = decoder_.color(samples, 0, grey);
     if (has_alpha()) texel.alpha = decoder_.alpha(samples, grey ? 1 : 3);
     return texel;
   }
@@ -77,7 +76,7 @@ struct TextureLibrary::State {
   Reservation held{*budget, "textures", 0};
   std::mutex mutex;
   std::uint64_t resident = 0;
-  std::map<std::string, std::shared_ptr<const TexelArray>> whole;
+  std::map<std::string, std::shared_ptr<const ImageFileData>> whole;
   std::map<std::string, StoredTexels> stored;
   std::shared_ptr<TexelStore> store;
   std::uint64_t blocks = 0;  // used blocks of the store

@@ -23,6 +23,11 @@ namespace {
 
 using testing::HasSubstr;
 
+/// Reads a file into a texture.
+std::shared_ptr<const TextureFile> open_texture(const std::string& path, const TextureOptions& options = {}) {
+  return make_texture(read_texels(path), options);
+}
+
 class TextureFiles : public TemporaryFolder {
  protected:
   template <typename T>
@@ -143,10 +148,10 @@ TEST_F(TextureFiles, EveryHalfIsDecodedExactly) {
   std::vector<float> expected(codes.size());
   ASSERT_TRUE(OIIO::convert_pixel_values(OIIO::TypeDesc::HALF, codes.data(), OIIO::TypeDesc::FLOAT, expected.data(),
                                          static_cast<int>(codes.size())));
-  auto texels = std::make_shared<TexelArray>();
-  texels->width = texels->height = 256;
-  texels->color_channels = 1;
-  texels->type = SampleType::half;
+  auto texels = std::make_shared<ImageFileData>();
+  texels->header.width = texels->header.height = 256;
+  texels->header.channels = 1;
+  texels->header.type = SampleType::half;
   texels->samples.resize(codes.size() * 2);
   std::memcpy(texels->samples.data(), codes.data(), texels->samples.size());
   TextureOptions options;
