@@ -49,19 +49,14 @@ SceneDescription load_ply(const std::string& path, const ImportOptions& options)
   PlyMesh source = read_ply(path, *options.budget);
   NoteCounter notes;
   if (source.has_colors) notes.add("mesh with colours at its vertices, not used");
-  Geometry mesh;
-  mesh.positions = std::move(source.positions);
-  mesh.normals = std::move(source.normals);
-  mesh.uvs = std::move(source.uvs);
-  mesh.triangles = std::move(source.triangles);
-  mesh.normals.resize(mesh.positions.size());
-  mesh.uvs.resize(mesh.positions.size());
+  source.normals.resize(source.positions.size());
+  source.uvs.resize(source.positions.size());
   PhongMaterial material;
   material.name = "DefaultMaterial";
   material.diffuse = RGB(kDefaultAlbedo);
   material.diffuse_map.name = source.texture;
   if (!source.texture.empty()) material.diffuse = RGB(1.0f);
-  return scene_of(std::move(mesh), material, path, options, notes);
+  return scene_of(std::move(source), material, path, options, notes);
 }
 
 SceneDescription load_stl(const std::string& path, const ImportOptions& options) {

@@ -194,11 +194,11 @@ std::shared_ptr<const TextureImage> TextureCache::missing(const std::string& nam
   return state_->magenta;
 }
 
-std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& path, const TextureOptions& options) {
-  check_cancelled();
-  if (state_->failed.contains(path)) return state_->magenta;
+template <typename Read>
+std::shared_ptr<const TextureImage> TextureCache::or_magenta(const std::string& name, const Read& read) {
+  if (state_->failed.contains(name)) return state_->magenta;
   try {
-    return state_->read_file(path, options);
+    return read();
   } catch (const MemoryError&) {
     throw;
   } catch (const MissingLibrary&) {
@@ -206,8 +206,13 @@ std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& p
   } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
-    return missing(path, e.what());
+    return missing(name, e.what());
   }
+}
+
+std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& path, const TextureOptions& options) {
+  check_cancelled();
+  return or_magenta(path, [&] { return state_->read_file(path, options); });
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_needed_file(const std::string& path,
@@ -218,18 +223,7 @@ std::shared_ptr<const TextureImage> TextureCache::load_needed_file(const std::st
 std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string& name,
                                                               std::span<const std::uint8_t> bytes,
                                                               const TextureOptions& options) {
-  if (state_->failed.contains(name)) return state_->magenta;
-  try {
-    return state_->read_memory(name, bytes, options);
-  } catch (const MemoryError&) {
-    throw;
-  } catch (const MissingLibrary&) {
-    throw;
-  } catch (const Cancelled&) {
-    throw;
-  } catch (const std::exception& e) {
-    return missing(name, e.what());
-  }
+  return or_magenta(name, [&] { return state_->read_memory(name, bytes, options); });
 }
 
 std::string find_texture_file(const std::string& folder, const std::string& name) {
@@ -254,12 +248,24 @@ std::string find_texture_file(const std::string& folder, const std::string& name
   return first.string();
 }
 
+std::uint32_t add_node(std::vector<TextureNode>& textures, TextureNode node) {
+  textures.push_back(std::move(node));
+  return static_cast<std::uint32_t>(textures.size() - 1);
+}
+
 std::uint32_t add_image_node(std::vector<TextureNode>& textures, std::shared_ptr<const TextureImage> image) {
   TextureNode node;
   node.kind = TextureKind::image;
   node.image = std::move(image);
-  textures.push_back(std::move(node));
-  return static_cast<std::uint32_t>(textures.size() - 1);
+  return add_node(textures, std::move(node));
+}
+
+std::uint32_t add_product_node(std::vector<TextureNode>& textures, std::uint32_t a, std::uint32_t b) {
+  TextureNode node;
+  node.kind = TextureKind::scale;
+  node.child_a = a;
+  node.child_b = b;
+  return add_node(textures, std::move(node));
 }
 
 }  // namespace glowworm

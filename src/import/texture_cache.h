@@ -37,6 +37,10 @@ class TextureCache {
 
  private:
   struct State;
+  /// What `read` returns, or the magenta image.
+  template <typename Read>
+  std::shared_ptr<const TextureImage> or_magenta(const std::string& name, const Read& read);
+
   std::unique_ptr<State> state_;
 };
 
@@ -44,7 +48,9 @@ class TextureCache {
 /// and the file name alone; then ignores capitalisation. If there is no such file, returns the first of these.
 std::string find_texture_file(const std::string& folder, const std::string& name);
 
-/// Adds a texture node that shows an image, and returns its index.
+/// Adds a texture node, one that shows an image, or one of the product of two nodes. Returns its index.
+std::uint32_t add_node(std::vector<TextureNode>& textures, TextureNode node);
 std::uint32_t add_image_node(std::vector<TextureNode>& textures, std::shared_ptr<const TextureImage> image);
+std::uint32_t add_product_node(std::vector<TextureNode>& textures, std::uint32_t a, std::uint32_t b);
 
 }  // namespace glowworm

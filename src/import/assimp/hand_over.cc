@@ -118,10 +118,14 @@ void transfer(Archive& archive, std::vector<T>& values) {
   }
 }
 
+template <typename Archive, typename... Members>
+void transfer_all(Archive& archive, Members&... members) {
+  (transfer(archive, members), ...);
+}
+
 template <typename Archive>
 void transfer(Archive& archive, PhongTexture& t) {
-  transfer(archive, t.name);
-  transfer(archive, t.embedded);
+  transfer_all(archive, t.name, t.embedded);
   transfer_enum(archive, t.wrap_u, TextureWrap::black);
   transfer_enum(archive, t.wrap_v, TextureWrap::black);
   transfer(archive, t.by_second_uvs);
@@ -129,49 +133,32 @@ void transfer(Archive& archive, PhongTexture& t) {
 
 template <typename Archive>
 void transfer(Archive& archive, PhongMaterial& m) {
-  transfer(archive, m.name);
-  for (RGB* color : {&m.diffuse, &m.specular, &m.emissive, &m.filter}) transfer(archive, *color);
-  for (float* number : {&m.exponent, &m.opacity, &m.ior}) transfer(archive, *number);
-  transfer(archive, m.model);
-  transfer(archive, m.metallic);
-  transfer(archive, m.roughness);
-  for (PhongTexture* map : {&m.diffuse_map, &m.opacity_map, &m.emissive_map, &m.normal_map}) transfer(archive, *map);
-  transfer(archive, m.has_metal_maps);
+  transfer_all(archive, m.name, m.diffuse, m.specular, m.emissive, m.filter, m.exponent, m.opacity, m.ior, m.model,
+               m.metallic, m.roughness, m.diffuse_map, m.opacity_map, m.emissive_map, m.normal_map, m.has_metal_maps);
 }
 
 template <typename Archive>
 void transfer(Archive& archive, ForeignMesh& m) {
-  transfer(archive, m.name);
-  transfer(archive, m.material);
-  for (bool* flag : {&m.has_points_or_lines, &m.has_bones, &m.has_colors}) transfer(archive, *flag);
-  transfer(archive, m.positions);
-  transfer(archive, m.normals);
-  transfer(archive, m.uvs);
-  transfer(archive, m.triangles);
+  transfer_all(archive, m.name, m.material, m.has_points_or_lines, m.has_bones, m.has_colors, m.positions, m.normals,
+               m.uvs, m.triangles);
 }
 
 template <typename Archive>
 void transfer(Archive& archive, ForeignInstance& i) {
-  transfer(archive, i.mesh);
-  transfer(archive, i.to_world);
+  transfer_all(archive, i.mesh, i.to_world);
 }
 
 template <typename Archive>
 void transfer(Archive& archive, ForeignCamera& c) {
-  transfer(archive, c.name);
-  transfer(archive, c.to_world);
-  for (Vec3* vector : {&c.position, &c.look_at, &c.up}) transfer(archive, *vector);
-  for (float* number : {&c.aspect, &c.horizontal_fov, &c.orthographic_width}) transfer(archive, *number);
+  transfer_all(archive, c.name, c.to_world, c.position, c.look_at, c.up, c.aspect, c.horizontal_fov,
+               c.orthographic_width);
 }
 
 template <typename Archive>
 void transfer(Archive& archive, ForeignLight& l) {
-  transfer(archive, l.name);
-  transfer(archive, l.to_world);
+  transfer_all(archive, l.name, l.to_world);
   transfer_enum(archive, l.kind, ForeignLightKind::other);
-  transfer(archive, l.intensity);
-  for (Vec3* vector : {&l.position, &l.direction}) transfer(archive, *vector);
-  for (float* number : {&l.inner_angle, &l.outer_angle}) transfer(archive, *number);
+  transfer_all(archive, l.intensity, l.position, l.direction, l.inner_angle, l.outer_angle);
 }
 
 template <typename Archive>
@@ -184,13 +171,8 @@ void transfer_mark(Archive& archive, std::uint32_t expected) {
 template <typename Archive>
 void transfer(Archive& archive, ForeignScene& scene) {
   transfer_mark(archive, kMagic);
-  transfer(archive, scene.embedded);
-  transfer(archive, scene.materials);
-  transfer(archive, scene.meshes);
-  transfer(archive, scene.instances);
-  transfer(archive, scene.cameras);
-  transfer(archive, scene.lights);
-  transfer(archive, scene.animations);
+  transfer_all(archive, scene.embedded, scene.materials, scene.meshes, scene.instances, scene.cameras, scene.lights,
+               scene.animations);
   transfer_mark(archive, kEnd);
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <span>
 
 #include "core/error.h"
 #include "import/gltf/check.h"

@@ -118,18 +118,12 @@ std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEnco
   outer.kind = TextureKind::scale;
   outer.uv_scale = scale;
   outer.child_a = id;
-  description_.textures.push_back(std::move(outer));
-  return static_cast<std::uint32_t>(description_.textures.size() - 1);
+  return add_node(description_.textures, std::move(outer));
 }
 
 std::uint32_t GltfMaterials::product(std::uint32_t a, std::uint32_t b) {
   if (a == kNone || b == kNone) return a == kNone ? b : a;
-  TextureNode node;
-  node.kind = TextureKind::scale;
-  node.child_a = a;
-  node.child_b = b;
-  description_.textures.push_back(std::move(node));
-  return static_cast<std::uint32_t>(description_.textures.size() - 1);
+  return add_product_node(description_.textures, a, b);
 }
 
 std::uint32_t GltfMaterials::square(std::uint32_t id) { return product(id, id); }
@@ -137,8 +131,7 @@ std::uint32_t GltfMaterials::square(std::uint32_t id) { return product(id, id); 
 std::uint32_t GltfMaterials::times_vertex_color(std::uint32_t id) {
   TextureNode node;
   node.kind = TextureKind::vertex_color;
-  description_.textures.push_back(std::move(node));
-  return product(id, static_cast<std::uint32_t>(description_.textures.size() - 1));
+  return product(id, add_node(description_.textures, std::move(node)));
 }
 
 void GltfMaterials::set_base(const tinygltf::Material& source, Material& material) {

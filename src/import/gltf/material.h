@@ -1,8 +1,6 @@
 // Materials of glTF files.
 #pragma once
 #include <cstdint>
-#include <string>
-#include <vector>
 
 #include "import/gltf/mesh.h"
 #include "import/notes.h"

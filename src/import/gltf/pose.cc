@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
-#include <cmath>
-#include <string>
-
 #include "core/error.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/document.h"

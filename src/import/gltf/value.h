@@ -3,7 +3,6 @@
 #include <tiny_gltf.h>
 
 #include <cmath>
-#include <string>
 
 #include "core/rgb.h"
 #include "core/vec.h"

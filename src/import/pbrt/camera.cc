@@ -15,8 +15,7 @@ float field_of_view(const PbrtParameters& parameters) {
   // pbrt-v3: half the angle of view along the picture's height.
   if (parameters.has("halffov")) degrees = 2 * parameters.real("halffov", 45);
   if (degrees > 0 && degrees < 180) return degrees;
-  parameters.diagnostics().error(parameters.place(), fmt::format("a field of view of {} degrees", degrees),
-                                 "Give \"float fov\" between 0 and 180.");
+  parameters.error(fmt::format("a field of view of {} degrees", degrees), "Give \"float fov\" between 0 and 180.");
   return 90;
 }
 
@@ -24,8 +23,7 @@ void set_window(Camera& camera, const PbrtParameters& parameters) {
   const auto window = parameters.numbers("screenwindow", PbrtType::real);
   if (window.empty()) return;
   if (window.size() != 4 || window[0] == window[1] || window[2] == window[3]) {
-    parameters.diagnostics().error(parameters.place(), "screenwindow is not a rectangle",
-                                   "Give four numbers: left, right, bottom and top.");
+    parameters.error("screenwindow is not a rectangle", "Give four numbers: left, right, bottom and top.");
     return;
   }
   for (int i = 0; i < 4; ++i) camera.window[i] = static_cast<float>(window[i]);
@@ -38,8 +36,8 @@ void set_pixel_bounds(FilmRequest& film, const PbrtParameters& parameters) {
   const double size[2] = {static_cast<double>(film.width), static_cast<double>(film.height)};
   if (bounds.size() != 4 || bounds[0] >= bounds[1] || bounds[2] >= bounds[3] || bounds[0] >= size[0] ||
       bounds[2] >= size[1] || bounds[1] <= 0 || bounds[3] <= 0) {
-    parameters.diagnostics().error(parameters.place(), "pixelbounds is not a part of the picture",
-                                   "Give x0 x1 y0 y1 in pixels with x0 < x1 and y0 < y1.");
+    parameters.error("pixelbounds is not a part of the picture",
+                     "Give x0 x1 y0 y1 in pixels with x0 < x1 and y0 < y1.");
     return;
   }
   for (std::size_t i = 0; i < 4; ++i)
@@ -54,8 +52,8 @@ void set_crop(FilmRequest& film, const PbrtParameters& parameters) {
       crop[3] <= 1) {
     for (int i = 0; i < 4; ++i) film.crop[i] = static_cast<float>(crop[i]);
   } else {
-    parameters.diagnostics().error(parameters.place(), "cropwindow is not a part of the picture",
-                                   "Give x0 x1 y0 y1 with 0 <= x0 < x1 <= 1, and the same for y.");
+    parameters.error("cropwindow is not a part of the picture",
+                     "Give x0 x1 y0 y1 with 0 <= x0 < x1 <= 1, and the same for y.");
   }
 }
 
@@ -65,7 +63,7 @@ void set_frame_aspect(Camera& camera, const PbrtParameters& parameters) {
   if (!parameters.has("frameaspectratio") || parameters.has("screenwindow")) return;
   const float aspect = parameters.real("frameaspectratio", 1);
   if (!(aspect > 0)) {
-    parameters.diagnostics().error(parameters.place(), "frameaspectratio must be positive", "Give width over height.");
+    parameters.error("frameaspectratio must be positive", "Give width over height.");
     return;
   }
   const float wide = std::max(aspect, 1.0f), high = std::max(1 / aspect, 1.0f);
@@ -91,13 +89,11 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
     camera.half_extent = std::tan(field_of_view(parameters) * kPi / 360);
   } else if (kind == "realistic" || kind == "spherical" || kind == "environment") {
     parameters.use_all();
-    parameters.diagnostics().note(
-        parameters.place(), fmt::format("not supported, replaced by a perspective one: camera {}", in_quotes(kind)));
+    parameters.note(fmt::format("not supported, replaced by a perspective one: camera {}", in_quotes(kind)));
     camera.half_extent = std::tan(45 * kPi / 360);
     return camera;
   } else {
-    parameters.diagnostics().error(parameters.place(), fmt::format("unknown camera {}", in_quotes(kind)),
-                                   "Supported: perspective and orthographic.");
+    parameters.error(fmt::format("unknown camera {}", in_quotes(kind)), "Supported: perspective and orthographic.");
     return camera;
   }
   set_window(camera, parameters);
@@ -105,7 +101,7 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
   camera.lens_radius = std::max(parameters.real("lensradius", 0), 0.0f);
   camera.focal_distance = parameters.real("focaldistance", 1e6f);
   if (camera.lens_radius > 0 && !(camera.focal_distance > 0)) {
-    parameters.diagnostics().error(parameters.place(), "focaldistance must be positive", "Give it in scene units.");
+    parameters.error("focaldistance must be positive", "Give it in scene units.");
   }
   static_cast<void>(exposure_time(parameters));
   parameters.note_unused(fmt::format("camera {}", in_quotes(kind)));
@@ -114,39 +110,35 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
 
 void note_render_settings(std::string_view directive, const std::string& kind, const PbrtParameters& parameters,
                           FilmRequest& film) {
-  PbrtDiagnostics& diagnostics = parameters.diagnostics();
   if (directive == "Sampler") {
     const int samples = std::clamp(parameters.integer("pixelsamples", 0), 0, 1 << 20);
     if (samples == 0) return;
     film.samples = static_cast<std::uint32_t>(samples);
-    diagnostics.note(
-        parameters.place(),
+    parameters.note(
         fmt::format("used only as the default of --samples with --integrator path: pixelsamples {}", samples));
   } else if (directive == "Integrator") {
     if (parameters.has("maxdepth"))
-      diagnostics.note(parameters.place(), fmt::format("not supported, paths have no length limit: maxdepth {}",
-                                                       parameters.integer("maxdepth", 0)));
+      parameters.note(
+          fmt::format("not supported, paths have no length limit: maxdepth {}", parameters.integer("maxdepth", 0)));
   } else if (directive == "PixelFilter") {
     // A box filter of one pixel, of any radius, is closest to the filter used here.
     if (kind != "box")
-      diagnostics.note(parameters.place(),
-                       fmt::format("not supported, replaced by a box of one pixel: pixel filter {}", in_quotes(kind)));
+      parameters.note(fmt::format("not supported, replaced by a box of one pixel: pixel filter {}", in_quotes(kind)));
   }
 }
 
 FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters, float exposure_seconds) {
   FilmRequest film;
   if (kind != "rgb" && kind != "image" && kind != "gbuffer" && kind != "spectral") {
-    parameters.diagnostics().error(parameters.place(), fmt::format("unknown film {}", in_quotes(kind)),
-                                   "Supported: rgb, gbuffer and spectral.");
+    parameters.error(fmt::format("unknown film {}", in_quotes(kind)), "Supported: rgb, gbuffer and spectral.");
     return film;
   }
   constexpr int kLongestSide = 1 << 16;
   film.width = parameters.integer("xresolution", 1280);
   film.height = parameters.integer("yresolution", 720);
   if (film.width < 1 || film.height < 1 || film.width > kLongestSide || film.height > kLongestSide) {
-    parameters.diagnostics().error(parameters.place(), fmt::format("a picture of {} x {}", film.width, film.height),
-                                   fmt::format("Give sides between 1 and {} pixels.", kLongestSide));
+    parameters.error(fmt::format("a picture of {} x {}", film.width, film.height),
+                     fmt::format("Give sides between 1 and {} pixels.", kLongestSide));
     film.width = film.height = 0;
   }
   set_crop(film, parameters);
@@ -155,11 +147,10 @@ FilmRequest make_film(const std::string& kind, const PbrtParameters& parameters,
   film.file = name.substr(name.find_last_of('/') + 1);
   const std::string sensor = parameters.string("sensor", "cie1931");
   if (sensor != "cie1931") {
-    parameters.diagnostics().note(parameters.place(),
-                                  fmt::format("not supported, only its exposure counts: sensor {}", in_quotes(sensor)));
+    parameters.note(fmt::format("not supported, only its exposure counts: sensor {}", in_quotes(sensor)));
   }
   if (parameters.has("whitebalance") && parameters.real("whitebalance", 0) != 0) {
-    parameters.diagnostics().note(parameters.place(), "not supported: whitebalance of the film");
+    parameters.note("not supported: whitebalance of the film");
   }
   // PixelSensor::Create of pbrt-v4: exposure time times ISO / 100.
   film.scale = exposure_seconds * parameters.real("iso", 100) / 100 * parameters.real("scale", 1);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "core/error.h"
@@ -58,11 +57,12 @@ std::optional<RGB> read_blackbody(const PbrtParameters& parameters, const PbrtPa
   return blackbody_rgb(kelvin) * (count == 2 ? static_cast<float>(parameter.numbers[1]) : 1.0f);
 }
 
-std::optional<RGB> read_named_spectrum(PbrtContext& context, const PbrtParameters& parameters,
+std::optional<RGB> read_spectral_color(PbrtContext& context, const PbrtParameters& parameters,
                                        const PbrtParameter& parameter, PbrtColorUse use) {
-  const std::string& name = parameter.strings[0];
-  if (const auto light = named_illuminant(name)) return light;
-  if (const auto glass = named_glass(name)) return RGB(*glass);
+  if (!parameter.strings.empty()) {
+    if (const auto light = named_illuminant(parameter.strings[0])) return light;
+    if (const auto glass = named_glass(parameter.strings[0])) return RGB(*glass);
+  }
   const auto spectrum = read_spectrum(context, parameters, parameter);
   if (!spectrum) return std::nullopt;
   switch (use) {
@@ -136,14 +136,7 @@ std::optional<RGB> read_color(PbrtContext& context, const PbrtParameters& parame
       if (has_count(parameters, parameter, 1)) color = RGB(static_cast<float>(parameter.numbers[0]));
       break;
     case PbrtType::spectrum:
-      if (!parameter.strings.empty()) {
-        color = read_named_spectrum(context, parameters, parameter, use);
-      } else if (const auto spectrum = read_spectrum(context, parameters, parameter)) {
-        color = use == PbrtColorUse::reflectance ? reflectance_rgb(*spectrum)
-                : use == PbrtColorUse::unbounded ? RGB(static_cast<float>(photopic_mean(*spectrum)))
-                : context.v3                     ? emission_rgb(*spectrum)
-                                                 : illuminant_rgb(*spectrum);
-      }
+      color = read_spectral_color(context, parameters, parameter, use);
       break;
     case PbrtType::texture:
       return std::nullopt;
@@ -189,13 +182,14 @@ std::string metal_of(const PbrtParameter& parameter, std::string_view ending) {
 /// The spectrum of one of a conductor's two parameters; that of copper if not given; empty if it is a colour.
 std::optional<SampledSpectrum> index_spectrum(PbrtContext& context, const PbrtParameters& parameters,
                                               const PbrtParameter* parameter, bool is_k) {
-  if (!parameter) return is_k ? named_metal("Cu")->k : named_metal("Cu")->eta;
+  const auto of = [&](const MetalSpectra& metal) { return is_k ? metal.k : metal.eta; };
+  if (!parameter) return of(*named_metal("Cu"));
   if (parameter->type != PbrtType::spectrum) return std::nullopt;
   const std::string metal = metal_of(*parameter, is_k ? "-k" : "-eta");
   if (metal.empty()) return read_spectrum(context, parameters, *parameter);
-  if (const auto known = named_metal(metal)) return is_k ? known->k : known->eta;
+  if (const auto known = named_metal(metal)) return of(*known);
   parameters.diagnostics().note(parameter->place, "not known, copper is used: metal " + in_quotes(metal));
-  return is_k ? named_metal("Cu")->k : named_metal("Cu")->eta;
+  return of(*named_metal("Cu"));
 }
 
 RGB channel_index(PbrtContext& context, const PbrtParameters& parameters, const PbrtParameter* parameter, bool is_k,
@@ -211,11 +205,9 @@ RGB channel_index(PbrtContext& context, const PbrtParameters& parameters, const 
         "Give the complex index of refraction of the metal, or a \"reflectance\".");
     return otherwise;
   }
-  if (parameter) {
-    const auto spectrum = index_spectrum(context, parameters, parameter, is_k);
-    return spectrum ? RGB(static_cast<float>(photopic_mean(*spectrum))) : otherwise;
-  }
-  return otherwise;
+  if (!parameter) return otherwise;
+  const auto spectrum = index_spectrum(context, parameters, parameter, is_k);
+  return spectrum ? RGB(static_cast<float>(photopic_mean(*spectrum))) : otherwise;
 }
 
 }  // namespace

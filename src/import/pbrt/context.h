@@ -10,6 +10,7 @@
 #include "core/rgb.h"
 #include "image/texture_file.h"
 #include "import/pbrt/diagnostics.h"
+#include "import/pbrt/file.h"
 #include "import/pbrt/parameters.h"
 #include "scene/scene.h"
 
@@ -46,7 +47,9 @@ struct PbrtContext {
   std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;
 
   /// Full path of a file named in a parameter.
-  std::string resolve(const std::string& name, const PbrtPlace& place) const;
+  std::string resolve(const std::string& name, const PbrtPlace& place) const {
+    return resolve_pbrt_path(name, main_file, place.file ? *place.file : main_file);
+  }
 };
 
 }  // namespace glowworm

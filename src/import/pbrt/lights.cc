@@ -21,9 +21,8 @@ RGB light_color(PbrtContext& context, const PbrtParameters& parameters, const ch
   const RGB color = color_or(context, parameters, name, PbrtColorUse::illuminant, RGB(1.0f));
   const RGB scaled = color * color_or(context, parameters, "scale", PbrtColorUse::unbounded, RGB(1.0f));
   if (luminance(scaled) >= 0) return scaled;
-  parameters.diagnostics().error(parameters.place(),
-                                 fmt::format("the light is negative: ({:g}, {:g}, {:g})", scaled.r, scaled.g, scaled.b),
-                                 "Give it a positive value.");
+  parameters.error(fmt::format("the light is negative: ({:g}, {:g}, {:g})", scaled.r, scaled.g, scaled.b),
+                   "Give it a positive value.");
   return RGB(0.0f);
 }
 
@@ -31,8 +30,8 @@ RGB light_color(PbrtContext& context, const PbrtParameters& parameters, const ch
 Vec3 direction_or_error(const PbrtParameters& parameters, Vec3 v) {
   const float l = length(v);
   if (l > 0 && std::isfinite(l)) return v / l;
-  parameters.diagnostics().error(parameters.place(), "the light has no direction: \"from\" and \"to\" are the same",
-                                 "Give two points apart from each other.");
+  parameters.error("the light has no direction: \"from\" and \"to\" are the same",
+                   "Give two points apart from each other.");
   return {0, 0, -1};
 }
 
@@ -59,20 +58,18 @@ class LightBuilder {
     if (kind == "goniometric") {
       if (is_photometric_file(parameters_.string("filename", ""))) return photometric();
       parameters_.use_all();
-      note("not supported, read as a point light: goniometric light");
+      parameters_.note("not supported, read as a point light: goniometric light");
       return point();
     }
     if (kind == "projection") {
       parameters_.use_all();
-      return note("not supported, left out: projection light");
+      return parameters_.note("not supported, left out: projection light");
     }
-    parameters_.diagnostics().error(parameters_.place(), fmt::format("unknown light {}", in_quotes(kind)),
-                                    "Supported: point, spot, distant and infinite.");
+    parameters_.error(fmt::format("unknown light {}", in_quotes(kind)),
+                      "Supported: point, spot, distant and infinite.");
   }
 
  private:
-  void note(const std::string& text) { parameters_.diagnostics().note(parameters_.place(), text); }
-
   /// The intensity (W sr^-1) of a light. If "power" is given, intensity is scaled to it; `steradians` is the light's
   /// integral over directions divided by its maximum.
   RGB intensity(float steradians) {
@@ -97,9 +94,8 @@ class LightBuilder {
       light = read_luminaire(context_.resolve(parameters_.string("filename", ""), parameters_.place()));
     } catch (const Error& error) {
       const std::string message = error.what();
-      parameters_.diagnostics().error(parameters_.place(),
-                                      "the photometric file cannot be read: " + message.substr(0, message.find('\n')),
-                                      "Put a whole file where the scene says, or leave the light out.");
+      parameters_.error("the photometric file cannot be read: " + message.substr(0, message.find('\n')),
+                        "Put a whole file where the scene says, or leave the light out.");
       return;
     }
     light.intensity *= light_color(context_, parameters_, "I");
@@ -119,8 +115,8 @@ class LightBuilder {
     const float cone = parameters_.real("coneangle", 30);
     const float delta = parameters_.real("conedeltaangle", 5);
     if (!(cone > 0 && cone <= 180) || !(delta >= 0)) {
-      parameters_.diagnostics().error(parameters_.place(), "a spot light needs a coneangle between 0 and 180 degrees",
-                                      "Give \"float coneangle\" and \"float conedeltaangle\".");
+      parameters_.error("a spot light needs a coneangle between 0 and 180 degrees",
+                        "Give \"float coneangle\" and \"float conedeltaangle\".");
       return;
     }
     light.cos_outer = std::cos(cone * kPi / 180);
@@ -151,14 +147,15 @@ class LightBuilder {
     environment.name = "infinite light";
     const std::string file = parameters_.string("filename", parameters_.string("mapname", ""));
     static_cast<void>(parameters_.find("samples"));
-    if (parameters_.has("portal")) note("not needed, the whole sky is sampled: portal of an infinite light");
+    if (parameters_.has("portal"))
+      parameters_.note("not needed, the whole sky is sampled: portal of an infinite light");
     environment.scale = light_color(context_, parameters_, "L");
     environment.to_world = rotation_of(parameters_, to_world_);
     if (!file.empty()) read_image(environment, file);
     const float illuminance = parameters_.real("illuminance", -1);
     // A hemisphere of radiance 1 gives an irradiance of pi.
     if (illuminance > 0) environment.scale *= illuminance / (kPi * mean_luminance(environment));
-    if (context_.scene.environment) note("there is more than one infinite light, the last one is used");
+    if (context_.scene.environment) parameters_.note("there is more than one infinite light, the last one is used");
     context_.scene.environment = std::move(environment);
   }
 
@@ -203,10 +200,8 @@ class LightBuilder {
       throw;
     } catch (const Error& error) {
       const std::string message = error.what();
-      context_.diagnostics.error(
-          parameters_.place(),
-          "the image of an infinite light cannot be read: " + message.substr(0, message.find('\n')),
-          "Put the file there, or remove the light.");
+      parameters_.error("the image of an infinite light cannot be read: " + message.substr(0, message.find('\n')),
+                        "Put the file there, or remove the light.");
       return nullptr;
     }
   }
@@ -231,7 +226,7 @@ class LightBuilder {
       environment.mapping = EnvironmentMapping::equal_area;
       return;
     }
-    if (!context_.v3) note("taken as a lat-long map, since it is not square: image of an infinite light");
+    if (!context_.v3) parameters_.note("taken as a lat-long map, since it is not square: image of an infinite light");
     environment.mapping = EnvironmentMapping::lat_long;
     // pbrt's lat-long maps have z up and run from +x towards +y; those of Environment have y up and run from +z towards
     // -x.
@@ -264,8 +259,7 @@ void add_light(PbrtContext& context, const std::string& kind, const PbrtParamete
 PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters) {
   PbrtAreaLight light;
   if (kind != "diffuse" && kind != "area") {
-    parameters.diagnostics().error(parameters.place(), fmt::format("unknown area light {}", in_quotes(kind)),
-                                   "The only area light is \"diffuse\".");
+    parameters.error(fmt::format("unknown area light {}", in_quotes(kind)), "The only area light is \"diffuse\".");
     return light;
   }
   light.emission.name = "area light";

@@ -74,8 +74,8 @@ class MaterialBuilder {
       (this->*entry.recipe)();
       return true;
     }
-    if (!is_interface_material(kind)) return false;
-    material_.alpha.value = 0;
+    if (!kind.empty() && kind != "interface" && kind != "none") return false;
+    material_.alpha.value = 0;  // the surface does not exist
     return true;
   }
 
@@ -83,24 +83,23 @@ class MaterialBuilder {
     static constexpr std::array<std::string_view, 8> kKnown = {"subsurface", "hair",         "measured",   "disney",
                                                                "fourier",    "kdsubsurface", "principled", "merl"};
     if (std::find(kKnown.begin(), kKnown.end(), kind) == kKnown.end()) {
-      parameters_.diagnostics().error(parameters_.place(), fmt::format("unknown material {}", in_quotes(kind)),
-                                      "Supported: diffuse, coateddiffuse, conductor, coatedconductor, dielectric, "
-                                      "thindielectric, diffusetransmission, mix and interface.");
+      parameters_.error(fmt::format("unknown material {}", in_quotes(kind)),
+                        "Supported: diffuse, coateddiffuse, conductor, coatedconductor, dielectric, "
+                        "thindielectric, diffusetransmission, mix and interface.");
       return;
     }
     for (const char* name : {"reflectance", "color", "Kd"}) {
       if (parameters_.has(name)) material_.reflectance = color_input(context_, parameters_, name, RGB(0.5f));
     }
     parameters_.use_all();
-    parameters_.diagnostics().note(
-        parameters_.place(), fmt::format("not supported, replaced by a diffuse one: material {}", in_quotes(kind)));
+    parameters_.note(fmt::format("not supported, replaced by a diffuse one: material {}", in_quotes(kind)));
   }
 
   void diffuse() {
     material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
     // Standard deviation of pbrt-v3's Oren-Nayar model.
     if (parameters_.has("sigma") && parameters_.real("sigma", 0) != 0) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, read as 0: sigma of a diffuse material");
+      parameters_.note("not supported, read as 0: sigma of a diffuse material");
     }
   }
 
@@ -115,8 +114,7 @@ class MaterialBuilder {
       if (input->texture != kNone) {
         input->value = mean_of(context_.scene.textures, *input);
         input->texture = kNone;
-        parameters_.diagnostics().note(parameters_.place(),
-                                       "its mean is used: a roughness texture with \"remaproughness\" true");
+        parameters_.note("its mean is used: a roughness texture with \"remaproughness\" true");
       }
       input->value = remapped(input->value);
     }
@@ -137,7 +135,7 @@ class MaterialBuilder {
     if (!parameters_.has("albedo")) return;
     const ColorInput albedo = color_input(context_, parameters_, "albedo", RGB(0.0f));
     if (!is_black(albedo.value)) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, read as absorbing: albedo of a coat");
+      parameters_.note("not supported, read as absorbing: albedo of a coat");
     }
   }
 
@@ -152,8 +150,7 @@ class MaterialBuilder {
   void conductor_base(const std::string& prefix) {
     if (parameters_.has("reflectance")) {
       if (parameters_.has(prefix + "eta") || parameters_.has(prefix + "k")) {
-        parameters_.diagnostics().error(parameters_.place(), "a conductor with both reflectance and eta or k",
-                                        "Give only one of them.");
+        parameters_.error("a conductor with both reflectance and eta or k", "Give only one of them.");
       }
       material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
       material_.use_reflectance = material_.reflectance.texture != kNone;
@@ -180,7 +177,7 @@ class MaterialBuilder {
     FloatInput other;
     roughness("interface.", 0, material_.coat_roughness, other);
     if (other.value != material_.coat_roughness.value) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, read as isotropic: roughness of a coat");
+      parameters_.note("not supported, read as isotropic: roughness of a coat");
     }
     material_.ior = read_index_of_refraction(context_, parameters_, "interface.eta", 1.5f);
     coat("thickness");
@@ -220,8 +217,7 @@ class MaterialBuilder {
       names = {parameters_.string("namedmaterial2", ""), parameters_.string("namedmaterial1", "")};
     }
     if (names.size() != 2) {
-      parameters_.diagnostics().error(parameters_.place(), "a mix needs the names of two materials",
-                                      "Give \"string materials\" [ \"one\" \"other\" ].");
+      parameters_.error("a mix needs the names of two materials", "Give \"string materials\" [ \"one\" \"other\" ].");
       return;
     }
     material_.kind = MaterialKind::mix;
@@ -268,8 +264,7 @@ class MaterialBuilder {
     material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
     roughness("", 0.1f, material_.roughness_u, material_.roughness_v);
     ignore({"Ks", "Kr", "Kt", "opacity", "index"});
-    parameters_.diagnostics().note(parameters_.place(),
-                                   "taken as coateddiffuse: a plastic, uber or substrate material of pbrt-v3");
+    parameters_.note("taken as coateddiffuse: a plastic, uber or substrate material of pbrt-v3");
   }
 
   void translucent() {
@@ -280,8 +275,7 @@ class MaterialBuilder {
     material_.reflectance.value *= reflect;
     material_.transmittance.value *= transmit;
     ignore({"Ks", "roughness", "remaproughness"});
-    parameters_.diagnostics().note(parameters_.place(),
-                                   "taken as diffusetransmission: a translucent material of pbrt-v3");
+    parameters_.note("taken as diffusetransmission: a translucent material of pbrt-v3");
   }
 
   void common() {
@@ -306,8 +300,6 @@ class MaterialBuilder {
 };
 
 }  // namespace
-
-bool is_interface_material(const std::string& kind) { return kind.empty() || kind == "interface" || kind == "none"; }
 
 Material make_material(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
                        const PbrtMaterialByName& by_name) {

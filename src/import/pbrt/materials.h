@@ -18,7 +18,4 @@ using PbrtMaterialByName = std::function<std::uint32_t(const std::string& name, 
 Material make_material(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
                        const PbrtMaterialByName& by_name);
 
-/// Whether a kind means that the surface does not exist ("interface", "none" or "").
-bool is_interface_material(const std::string& kind);
-
 }  // namespace glowworm

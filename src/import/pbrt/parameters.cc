@@ -92,6 +92,10 @@ void PbrtParameters::error(const PbrtParameter& parameter, const std::string& me
   diagnostics_->error(parameter.place, message, remedy);
 }
 
+void PbrtParameters::error(const std::string& message, const std::string& remedy) const {
+  diagnostics_->error(place_, message, remedy);
+}
+
 const PbrtParameter* PbrtParameters::find_number(std::string_view name, std::size_t count) const {
   const PbrtParameter* found = find(name);
   if (!found) return nullptr;

@@ -72,8 +72,11 @@ class PbrtParameters {
   std::span<const double> numbers(std::string_view name, PbrtType type) const;
   std::span<const std::string> strings(std::string_view name) const;
 
-  /// Reports an error at a parameter.
+  /// Reports an error at a parameter, or at the directive.
   void error(const PbrtParameter& parameter, const std::string& message, const std::string& remedy) const;
+  void error(const std::string& message, const std::string& remedy) const;
+  /// Adds a note with the place of the directive.
+  void note(const std::string& text) const { diagnostics_->note(place_, text); }
   /// Marks all parameters as used, if the directive is left out as a whole.
   void use_all() const;
   /// Adds a note for every unused parameter.

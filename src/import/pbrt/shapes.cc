@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/error.h"
 #include "import/mesh_tools.h"
@@ -32,8 +31,7 @@ class ShapeBuilder {
     if (kind == "curve" || kind == "cone" || kind == "paraboloid" || kind == "hyperboloid" || kind == "heightfield" ||
         kind == "heightfield2" || kind == "nurbs") {
       parameters_.use_all();
-      parameters_.diagnostics().note(parameters_.place(),
-                                     fmt::format("not supported, left out: shape {}", in_quotes(kind)));
+      parameters_.note(fmt::format("not supported, left out: shape {}", in_quotes(kind)));
       return std::nullopt;
     }
     return fail(fmt::format("unknown shape {}", in_quotes(kind)),
@@ -42,7 +40,7 @@ class ShapeBuilder {
 
  private:
   std::optional<PbrtMesh> fail(const std::string& message, const std::string& remedy) {
-    parameters_.diagnostics().error(parameters_.place(), message, remedy);
+    parameters_.error(message, remedy);
     return std::nullopt;
   }
 
@@ -133,20 +131,15 @@ class ShapeBuilder {
     if (!file || name.empty()) return fail("a plymesh without a file name", "Give \"string filename\".");
     if (parameters_.has("displacement")) {
       parameters_.use_all();
-      parameters_.diagnostics().note(parameters_.place(), "not supported: displacement of a mesh");
+      parameters_.note("not supported: displacement of a mesh");
     }
-    PlyMesh ply;
+    PbrtMesh mesh;
     try {
-      ply = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
+      mesh.geometry = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
     } catch (const Error& error) {
       parameters_.error(*file, fmt::format("cannot read {}: {}", in_quotes(name), error.what()), "");
       return std::nullopt;
     }
-    PbrtMesh mesh;
-    mesh.geometry.positions = std::move(ply.positions);
-    mesh.geometry.normals = std::move(ply.normals);
-    mesh.geometry.uvs = std::move(ply.uvs);
-    mesh.geometry.triangles = std::move(ply.triangles);
     one_patch_a_triangle(mesh);
     return mesh;
   }
@@ -199,7 +192,7 @@ class ShapeBuilder {
     const auto corners = indices(positions.size(), 4);
     if (!corners) return std::nullopt;
     if (parameters_.has("emissionfilename")) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported: emissionfilename of a bilinearmesh");
+      parameters_.note("not supported: emissionfilename of a bilinearmesh");
     }
     PbrtMesh mesh;
     Reservation held(*context_.budget, "meshes", 0);
@@ -235,8 +228,7 @@ class ShapeBuilder {
     const std::size_t left = kMaxSubdivided - std::min(kMaxSubdivided, context_.subdivided_triangles);
     while (most < levels && (control.triangles.size() << (2 * (most + 1))) <= left) ++most;
     if (most < levels) {
-      parameters_.diagnostics().note(parameters_.place(),
-                                     fmt::format("subdivided {} times only, for size: loopsubdiv", most));
+      parameters_.note(fmt::format("subdivided {} times only, for size: loopsubdiv", most));
       levels = most;
     }
     // Memory of two meshes and the edges of one.

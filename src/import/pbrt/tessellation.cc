@@ -1,7 +1,6 @@
 #include "import/pbrt/tessellation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 

@@ -2,31 +2,22 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cstdlib>
-#include <filesystem>
 #include <utility>
+
+#include "core/text.h"
+#include "import/texture_cache.h"
 
 namespace glowworm {
 
 namespace {
 
-std::uint32_t add_node(PbrtContext& context, TextureNode node) {
-  context.scene.textures.push_back(std::move(node));
-  return static_cast<std::uint32_t>(context.scene.textures.size() - 1);
-}
-
 std::uint32_t as_node(PbrtContext& context, const PbrtTexture& texture) {
   if (texture.node != kNone && texture.value == RGB(1.0f)) return texture.node;
   TextureNode constant;
   constant.value = texture.value;
-  const std::uint32_t factor = add_node(context, constant);
-  if (texture.node == kNone) return factor;
-  TextureNode product;
-  product.kind = TextureKind::scale;
-  product.child_a = texture.node;
-  product.child_b = factor;
-  return add_node(context, product);
+  const std::uint32_t factor = add_node(context.scene.textures, constant);
+  return texture.node == kNone ? factor : add_product_node(context.scene.textures, texture.node, factor);
 }
 
 /// A parameter of a texture: a number, a colour or another texture.
@@ -52,8 +43,7 @@ class TextureBuilder {
     if (kind == "imagemap") return image_map();
     if (kind == "checkerboard") return checkerboard();
     parameters_.use_all();
-    parameters_.diagnostics().note(parameters_.place(),
-                                   fmt::format("not supported, replaced by mid-grey: texture {}", in_quotes(kind)));
+    parameters_.note(fmt::format("not supported, replaced by mid-grey: texture {}", in_quotes(kind)));
     return {RGB(0.5f), kNone};
   }
 
@@ -67,11 +57,8 @@ class TextureBuilder {
       const PbrtTexture& textured = a.node == kNone ? b : a;
       return {a.value * b.value, textured.node, textured.channel};
     }
-    TextureNode node;
-    node.kind = TextureKind::scale;
-    node.child_a = as_node(context_, a);
-    node.child_b = as_node(context_, b);
-    return {RGB(1.0f), add_node(context_, node)};
+    const std::uint32_t a_node = as_node(context_, a), b_node = as_node(context_, b);
+    return {RGB(1.0f), add_product_node(context_.scene.textures, a_node, b_node)};
   }
 
   PbrtTexture mix() {
@@ -84,12 +71,12 @@ class TextureBuilder {
     node.child_a = as_node(context_, a);
     node.child_b = as_node(context_, b);
     node.child_amount = as_node(context_, amount);
-    return {RGB(1.0f), add_node(context_, node)};
+    return {RGB(1.0f), add_node(context_.scene.textures, node)};
   }
 
   PbrtTexture checkerboard() {
     if (parameters_.integer("dimension", 2) != 2) {
-      parameters_.diagnostics().note(parameters_.place(), "not supported, read as two-dimensional: 3D checkerboard");
+      parameters_.note("not supported, read as two-dimensional: 3D checkerboard");
     }
     TextureNode node;
     node.kind = TextureKind::checkerboard;
@@ -97,14 +84,13 @@ class TextureBuilder {
     node.child_b = as_node(context_, operand(context_, parameters_, "tex2", is_float_, 0));
     set_mapping(node);
     static_cast<void>(parameters_.string("aamode", ""));
-    return {RGB(1.0f), add_node(context_, node)};
+    return {RGB(1.0f), add_node(context_.scene.textures, node)};
   }
 
   PbrtTexture image_map() {
     const std::string file = parameters_.string("filename", "");
     if (file.empty()) {
-      parameters_.diagnostics().error(parameters_.place(), "an imagemap without a file name",
-                                      "Give \"string filename\".");
+      parameters_.error("an imagemap without a file name", "Give \"string filename\".");
       return {};
     }
     const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options(file));
@@ -148,16 +134,15 @@ class TextureBuilder {
   }
 
   void bad_value(const char* parameter, const std::string& value) {
-    parameters_.diagnostics().error(parameters_.place(), fmt::format("{} {}", parameter, in_quotes(value)),
-                                    "wrap is repeat, clamp or black; encoding is sRGB, linear or \"gamma 2.2\".");
+    parameters_.error(fmt::format("{} {}", parameter, in_quotes(value)),
+                      "wrap is repeat, clamp or black; encoding is sRGB, linear or \"gamma 2.2\".");
   }
 
   void set_mapping(TextureNode& node) {
     const std::string mapping = parameters_.string("mapping", "uv");
     if (mapping != "uv") {
       parameters_.use_all();
-      parameters_.diagnostics().note(
-          parameters_.place(), fmt::format("not supported, mapped by uv: texture mapping {}", in_quotes(mapping)));
+      parameters_.note(fmt::format("not supported, mapped by uv: texture mapping {}", in_quotes(mapping)));
       return;
     }
     node.uv_scale = {parameters_.real("uscale", 1), parameters_.real("vscale", 1)};
@@ -194,8 +179,7 @@ const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& para
 
 TextureOptions default_image_options(const std::string& file) {
   TextureOptions options;
-  std::string extension = std::filesystem::path(file).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_ending(file);
   const bool floats = extension == ".exr" || extension == ".hdr";
   options.encoding = floats ? TextureEncoding::linear : TextureEncoding::srgb;
   return options;
@@ -203,25 +187,20 @@ TextureOptions default_image_options(const std::string& file) {
 
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
                                 const TextureOptions& options) {
-  TextureNode node;
-  node.kind = TextureKind::image;
-  node.image = context.load_image(context.resolve(file, parameters.place()), options);
-  return add_node(context, node);
+  return add_image_node(context.scene.textures, context.load_image(context.resolve(file, parameters.place()), options));
 }
 
 void define_texture(PbrtContext& context, const std::string& name, const std::string& value_type,
                     const std::string& kind, const PbrtParameters& parameters) {
   const bool is_float = value_type == "float";
   if (!is_float && value_type != "spectrum" && value_type != "color") {
-    parameters.diagnostics().error(parameters.place(), fmt::format("a texture of type {}", in_quotes(value_type)),
-                                   "Expected float or spectrum.");
+    parameters.error(fmt::format("a texture of type {}", in_quotes(value_type)), "Expected float or spectrum.");
     return;
   }
   const PbrtTexture texture = TextureBuilder(context, parameters, is_float).build(kind);
   auto& table = is_float ? context.float_textures : context.spectrum_textures;
   if (!table.insert_or_assign(name, texture).second) {
-    parameters.diagnostics().note(
-        parameters.place(), fmt::format("defined again, later uses take the new one: texture {}", in_quotes(name)));
+    parameters.note(fmt::format("defined again, later uses take the new one: texture {}", in_quotes(name)));
   }
 }
 

@@ -15,8 +15,7 @@ Vec3 three(const PbrtDirective& directive, std::size_t first) {
 std::optional<Transform> from_matrix(const PbrtDirective& directive) {
   const double w = directive.numbers[15];
   if (directive.numbers[3] != 0 || directive.numbers[7] != 0 || directive.numbers[11] != 0 || w == 0) {
-    directive.parameters.diagnostics().error(directive.place, "the matrix is not affine",
-                                             "Every fourth number must be 0, the last one 1.");
+    directive.parameters.error("the matrix is not affine", "Every fourth number must be 0, the last one 1.");
     return std::nullopt;
   }
   const auto s = static_cast<float>(1 / w);
@@ -28,8 +27,8 @@ std::optional<Transform> rotation(const PbrtDirective& directive) {
   const Vec3 axis = three(directive, 1);
   const float l = length(axis);
   if (!(l > 0) || !std::isfinite(l)) {
-    directive.parameters.diagnostics().error(directive.place, "Rotate around an axis of zero length",
-                                             "Give an angle in degrees and an axis, as Rotate 90 0 1 0.");
+    directive.parameters.error("Rotate around an axis of zero length",
+                               "Give an angle in degrees and an axis, as Rotate 90 0 1 0.");
     return std::nullopt;
   }
   const Vec3 a = axis / l;
@@ -45,9 +44,8 @@ std::optional<Transform> look_at_transform(const PbrtDirective& directive) {
   const Vec3 eye = three(directive, 0), forward = three(directive, 3) - eye, up = three(directive, 6);
   const Vec3 right = cross(up, forward);
   if (!(length(right) > 0) || !is_finite(right)) {
-    directive.parameters.diagnostics().error(directive.place,
-                                             "LookAt: eye and target coincide, or up is parallel to the view",
-                                             "Give three numbers each for eye, target and up.");
+    directive.parameters.error("LookAt: eye and target coincide, or up is parallel to the view",
+                               "Give three numbers each for eye, target and up.");
     return std::nullopt;
   }
   const Vec3 z = normalize(forward), x = normalize(cross(normalize(up), z));

@@ -1,23 +1,16 @@
 // Meshes from PLY files.
 #pragma once
-#include <array>
-#include <cstdint>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/memory_budget.h"
-#include "core/vec.h"
+#include "scene/geometry.h"
 
 namespace glowworm {
 
 /// The mesh of a PLY file: vertices and triangles. Quadrilaterals are split along their shorter diagonal, larger faces
-/// by cut_polygon().
-struct PlyMesh {
-  std::vector<Vec3> positions;
-  std::vector<Vec3> normals;  ///< one per vertex, or empty
-  std::vector<Vec2> uvs;      ///< one per vertex, or empty
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+/// by cut_polygon(). There is one normal and one texture vertex per vertex, or none.
+struct PlyMesh : Geometry {
   std::size_t quads = 0;         ///< number of faces with four corners
   std::size_t larger_faces = 0;  ///< number of faces with more corners
   bool has_colors = false;       ///< vertices have colours, which are not supported
