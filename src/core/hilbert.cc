@@ -82,23 +82,6 @@ std::uint64_t hilbert_key_of_morton(std::uint64_t morton, int bits) {
   return key;
 }
 
-std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits) {
-  return hilbert_key_of_morton(morton_code(x, y, z), bits);
-}
-
-GridCell hilbert_cell(std::uint64_t key, int bits) {
-  GridCell cell{0, 0, 0};
-  unsigned orientation = 0;
-  for (int level = bits - 1; level >= 0; --level) {
-    const unsigned octant = kHilbert.octant[orientation][key >> (3 * level) & 7];
-    cell.x = cell.x << 1 | (octant & 1);
-    cell.y = cell.y << 1 | (octant >> 1 & 1);
-    cell.z = cell.z << 1 | (octant >> 2 & 1);
-    orientation = kHilbert.place[orientation][octant] >> 3;
-  }
-  return cell;
-}
-
 CubeGrid::CubeGrid(const Box3& box, int bits) {
   const float cells = static_cast<float>(1u << bits);
   last_ = cells - 1;

@@ -34,17 +34,11 @@ std::uint64_t morton_code(std::uint32_t x, std::uint32_t y, std::uint32_t z);
 /// @param bits 0 to 21; bits of `morton` above 3 * bits are ignored
 std::uint64_t hilbert_key_of_morton(std::uint64_t morton, int bits);
 
-/// The position of cell (x, y, z) on the Hilbert curve in a grid of 2^bits cells per axis: 0 to 8^bits - 1.
-std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits);
-
 /// A cell of a grid.
 struct GridCell {
   std::uint32_t x, y, z;
   friend bool operator==(const GridCell&, const GridCell&) = default;
 };
-
-/// The inverse of hilbert_key().
-GridCell hilbert_cell(std::uint64_t key, int bits);
 
 /// A grid of equal cubes, 2^bits along each axis, that covers a box. The longest side of the box determines their size.
 class CubeGrid {

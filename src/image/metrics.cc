@@ -109,29 +109,4 @@ Image difference_picture(const Image& image, const Image& reference, float full_
   return picture;
 }
 
-ZTest z_test(const EstimateSpan& a, const EstimateSpan& b, double significance) {
-  const std::size_t n = a.mean.size();
-  if (b.mean.size() != n || a.variance_of_mean.size() != n || b.variance_of_mean.size() != n) {
-    throw Error("the estimates of a z-test differ in size");
-  }
-  ZTest result;
-  result.entries = n;
-  // 1 - (1 - significance)^(1/n), accurate even for millions of entries.
-  result.threshold = n == 0 ? 0 : -std::expm1(std::log1p(-significance) / static_cast<double>(n));
-  for (std::size_t i = 0; i < n; ++i) {
-    const double difference = std::abs(static_cast<double>(a.mean[i]) - static_cast<double>(b.mean[i]));
-    const double variance = static_cast<double>(a.variance_of_mean[i]) + static_cast<double>(b.variance_of_mean[i]);
-    double p;
-    if (variance > 0) {
-      p = std::erfc(difference / std::sqrt(2 * variance));
-    } else {
-      p = difference <= 1e-5 * std::max(std::abs(a.mean[i]), std::abs(b.mean[i])) ? 1 : 0;
-    }
-    // A NaN mean agrees with nothing.
-    if (!(p >= result.threshold)) ++result.rejected;
-    result.smallest_p = std::isnan(p) ? 0 : std::min(result.smallest_p, p);
-  }
-  return result;
-}
-
 }  // namespace glowworm

@@ -1,7 +1,6 @@
 // Measures of the difference between a picture and its reference.
 #pragma once
 #include <cstddef>
-#include <span>
 
 #include "core/rgb.h"
 #include "image/image.h"
@@ -31,27 +30,5 @@ ImageComparison compare_images(const Image& image, const Image& reference, doubl
 /// picture is too bright, blue where it is too dark, saturated at an error of `full_scale`, and green where a number is
 /// not finite. Values are linear; use write_png() with ToneCurve::srgb.
 Image difference_picture(const Image& image, const Image& reference, float full_scale = 0.5f);
-
-/// A picture of estimates: for each entry (pixel and channel) the mean and the variance of that mean.
-struct EstimateSpan {
-  std::span<const float> mean;
-  std::span<const float> variance_of_mean;
-};
-
-/// The outcome of z_test.
-struct ZTest {
-  std::size_t entries = 0;
-  std::size_t rejected = 0;  ///< number of entries with a p-value below `threshold`
-  double smallest_p = 1;
-  double threshold = 0;  ///< threshold for one entry that gives the requested significance for all together
-  bool passed() const { return rejected == 0; }
-};
-
-/// Tests for each entry whether two unbiased estimates have the same mean. The test is two-sided; the difference of
-/// means over the root of the summed variances is taken as standard normal. `significance` is the probability of a
-/// false alarm over all entries together (Sidak's correction; for rendered pictures: Subr and Arvo, "Statistical
-/// Hypothesis Testing for Assessing Monte Carlo Estimators", Pacific Graphics 2007). Entries without variance must
-/// agree to a relative error of 1e-5. Throws Error if the spans differ in size.
-ZTest z_test(const EstimateSpan& a, const EstimateSpan& b, double significance = 0.01);
 
 }  // namespace glowworm

@@ -21,7 +21,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint8_t kCloseImage = 2, kCreateImage = 4, kUpdateImage = 6;
+constexpr std::uint8_t kCreateImage = 4, kUpdateImage = 6;
 constexpr const char* kDefaultPort = "14158";
 /// Approximate size of a packet's pixels in bytes: tev shows large pictures as they arrive.
 constexpr std::size_t kPacketBytes = std::size_t{1} << 20;
@@ -160,8 +160,7 @@ TevPacket TevPacket::create_image(std::string_view name, const Image& image) {
   packet.add_text(name);
   packet.add(static_cast<std::int32_t>(image.width()));
   packet.add(static_cast<std::int32_t>(image.height()));
-  packet.add(static_cast<std::int32_t>(image.channels().size()));
-  for (const ImageChannel& channel : image.channels()) packet.add_text(channel.name);
+  packet.add_names(image);
   packet.finish();
   return packet;
 }
@@ -179,13 +178,6 @@ TevPacket TevPacket::update_image(std::string_view name, const Image& image, int
   const auto offset = static_cast<std::size_t>(first) * static_cast<std::size_t>(image.width());
   for (const ImageChannel& channel : image.channels())
     packet.add_bytes(channel.samples.data() + offset, static_cast<std::size_t>(pixels) * sizeof(float));
-  packet.finish();
-  return packet;
-}
-
-TevPacket TevPacket::close_image(std::string_view name) {
-  TevPacket packet(kCloseImage);
-  packet.add_text(name);
   packet.finish();
   return packet;
 }

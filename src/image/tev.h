@@ -18,8 +18,6 @@ class TevPacket {
   static TevPacket create_image(std::string_view name, const Image& image);
   /// Rows [first, last) of all channels, channel by channel (UpdateImage, version 3, kind 6).
   static TevPacket update_image(std::string_view name, const Image& image, int first, int last);
-  /// Removes a picture (CloseImage, kind 2).
-  static TevPacket close_image(std::string_view name);
 
   const std::vector<char>& bytes() const { return bytes_; }
 

@@ -95,7 +95,6 @@ class PhotonMaps {
   bool is_building() const { return *building_; }
   /// Photons in the global map, and in the caustic map.
   std::size_t global_count() const { return global_.count; }
-  std::size_t caustic_count() const { return caustic_.count; }
   /// Engines over the global map: one, or one for each group of lights, whose sums are the light of all.
   using Engines = std::vector<std::unique_ptr<DensityEngine>>;
   const Engines& engines() const { return global_.engines; }

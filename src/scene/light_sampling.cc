@@ -238,13 +238,6 @@ EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position
   return out;
 }
 
-RGB light_source_power(const Scene& scene, std::uint32_t source) {
-  const std::size_t last = scene.source_powers().size() - 1;
-  const auto parts = static_cast<float>(scene.light_source_count() - last);
-  // Parts of the environment count as equal.
-  return source < last ? scene.source_powers()[source] : scene.source_powers()[last] / parts;
-}
-
 std::string light_source_name(const Scene& scene, std::uint32_t source) {
   const std::size_t triangles = scene.emissive_triangles().size();
   if (source < triangles) {

@@ -50,8 +50,6 @@ struct EmittedPhoton {
 /// Emits a photon: chooses the source in proportion to power, then position and direction by the source's emission.
 EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position, Vec2 u_direction);
 
-/// The power of a light source in W (RGB), counted as in Scene::light_power().
-RGB light_source_power(const Scene& scene, std::uint32_t source);
 /// A name for messages and statistics.
 std::string light_source_name(const Scene& scene, std::uint32_t source);
 

@@ -12,6 +12,25 @@
 namespace glowworm {
 namespace {
 
+/// The position of cell (x, y, z) on the Hilbert curve in a grid of 2^bits cells per axis: 0 to 8^bits - 1.
+std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int bits) {
+  return hilbert_key_of_morton(morton_code(x, y, z), bits);
+}
+
+/// The inverse of hilbert_key().
+GridCell hilbert_cell(std::uint64_t key, int bits) {
+  GridCell cell{0, 0, 0};
+  unsigned orientation = 0;
+  for (int level = bits - 1; level >= 0; --level) {
+    const unsigned octant = kHilbert.octant[orientation][key >> (3 * level) & 7];
+    cell.x = cell.x << 1 | (octant & 1);
+    cell.y = cell.y << 1 | (octant >> 1 & 1);
+    cell.z = cell.z << 1 | (octant >> 2 & 1);
+    orientation = kHilbert.place[orientation][octant] >> 3;
+  }
+  return cell;
+}
+
 int steps_between(GridCell a, GridCell b) {
   return std::abs(static_cast<int>(a.x) - static_cast<int>(b.x)) +
          std::abs(static_cast<int>(a.y) - static_cast<int>(b.y)) +

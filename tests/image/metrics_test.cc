@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "support/z_test.h"
 
 namespace glowworm {
 namespace {

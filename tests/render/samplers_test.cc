@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "builtin/builtin.h"
-#include "image/metrics.h"
 #include "render/render_testing.h"
 #include "support/scene_test_name.h"
+#include "support/z_test.h"
 
 namespace glowworm {
 namespace {

@@ -12,6 +12,14 @@
 namespace glowworm {
 namespace {
 
+/// The power of a light source in W (RGB), counted as in Scene::light_power().
+RGB light_source_power(const Scene& scene, std::uint32_t source) {
+  const std::size_t last = scene.source_powers().size() - 1;
+  const auto parts = static_cast<float>(scene.light_source_count() - last);
+  // Parts of the environment count as equal.
+  return source < last ? scene.source_powers()[source] : scene.source_powers()[last] / parts;
+}
+
 constexpr int kLightCases = static_cast<int>(LightCase::count_);
 
 EmittedPhoton photon(const Scene& scene, std::uint32_t i) {
