@@ -1,10 +1,17 @@
 #include "builtin/mesh_builder.h"
 #include "builtin/scenes.h"
-#include "builtin/spectra.h"
 
 namespace glowworm {
 
 namespace {
+
+// Source: Cornell University Program of Computer Graphics, "Cornell Box Data",
+// https://www.graphics.cornell.edu/online/box/data.html. The RGB reflectances give light of the lamp, reflected once,
+// exactly the colour of the measured spectra (tests/builtin/spectra.h, whose test compares them).
+constexpr RGB kWhite{0.738595486f, 0.735403061f, 0.750717759f};
+constexpr RGB kGreen{0.118561327f, 0.381829917f, 0.023513047f};
+constexpr RGB kRed{0.448860288f, 0.0391712077f, 0.0102728242f};
+constexpr RGB kLamp{20.6240044f, 10.9080219f, 2.76196551f};  ///< W sr^-1 m^-2
 
 // The source gives millimetres.
 Vec3 mm(float x, float y, float z) { return {x / 1000, y / 1000, z / 1000}; }
@@ -30,12 +37,12 @@ void add_block(MeshBuilder& mesh, const Vec3 (&top)[4]) {
 SceneDescription builtin_cornell() {
   SceneDescription scene;
   scene.name = "cornell";
-  const std::uint32_t white = add_diffuse(scene, "white", cornell_reflectance(kCornellWhite));
-  const std::uint32_t green = add_diffuse(scene, "green", cornell_reflectance(kCornellGreen));
-  const std::uint32_t red = add_diffuse(scene, "red", cornell_reflectance(kCornellRed));
+  const std::uint32_t white = add_diffuse(scene, "white", kWhite);
+  const std::uint32_t green = add_diffuse(scene, "green", kGreen);
+  const std::uint32_t red = add_diffuse(scene, "red", kRed);
   // The source gives the lamp's own reflectance as 0.78.
   const std::uint32_t lamp = add_diffuse(scene, "lamp", RGB(0.78f));
-  const std::uint32_t light = add_emission(scene, "lamp", cornell_color(cornell_light()));
+  const std::uint32_t light = add_emission(scene, "lamp", kLamp);
 
   MeshBuilder mesh(scene.geometry);
   mesh.set_material(white);
