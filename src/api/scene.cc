@@ -1,7 +1,6 @@
 // The public header glowworm/scene.h.
 #include "glowworm/scene.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -53,6 +52,13 @@ glowworm::Camera inner(const Camera& camera) {
   return out;
 }
 
+template <typename T>
+std::vector<std::string> names_of(const std::vector<T>& things) {
+  std::vector<std::string> names;
+  for (const T& thing : things) names.push_back(thing.name);
+  return names;
+}
+
 }  // namespace
 
 Scene::Scene(std::shared_ptr<const Implementation> implementation) : implementation_(std::move(implementation)) {}
@@ -68,17 +74,9 @@ const std::string& Scene::name() const { return implementation_->scene->name(); 
 std::size_t Scene::triangle_count() const { return implementation_->scene->geometry().triangle_count(); }
 const std::vector<std::string>& Scene::notes() const { return implementation_->scene->notes(); }
 
-std::vector<std::string> Scene::cameras() const {
-  std::vector<std::string> names;
-  for (const glowworm::Camera& camera : implementation_->scene->cameras()) names.push_back(camera.name);
-  return names;
-}
+std::vector<std::string> Scene::cameras() const { return names_of(implementation_->scene->cameras()); }
 
-std::vector<std::string> Scene::materials() const {
-  std::vector<std::string> names;
-  for (const glowworm::Material& material : implementation_->scene->materials()) names.push_back(material.name);
-  return names;
-}
+std::vector<std::string> Scene::materials() const { return names_of(implementation_->scene->materials()); }
 
 std::span<const Vec3> Scene::positions() const {
   static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3));

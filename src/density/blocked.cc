@@ -9,7 +9,6 @@
 #include <mutex>
 #include <optional>
 
-#include "core/error.h"
 #include "core/parallel.h"
 #include "density/blocked_index.h"
 #include "density/blocked_queries.h"
@@ -191,10 +190,7 @@ class BlockedEngine final : public DensityEngine {
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
-    if (policy.kind == RadiusKind::nearest)
-      throw Error("the blocked density engine cannot take the k nearest photons",
-                  "Use --engine knn, or a radius for each photon.");
-    check_policy(photons, policy);
+    check_policy(photons, policy, "blocked");
     index_ = BlockedIndex();
     index_ = BlockedIndex(photons, policy);
   }

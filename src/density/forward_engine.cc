@@ -62,10 +62,7 @@ class ForwardEngine final : public DensityEngine {
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
-    if (policy.kind == RadiusKind::nearest) {
-      throw Error("the forward engine has no k-nearest estimate", "use fixed or per-photon radii, or the knn engine");
-    }
-    check_policy(photons, policy);
+    check_policy(photons, policy, "forward");
     map_ = build_forward_map(photons, policy);
     policy_ = policy;
     policy_.radii = {};

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
 #include "density/knn.h"
@@ -46,10 +45,7 @@ class KnnEngine final : public DensityEngine {
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
-    if (policy.kind == RadiusKind::nearest && !nearest_)
-      throw Error("the single density engine cannot take the k nearest photons",
-                  "Use --engine knn, or a radius for each photon.");
-    check_policy(photons, policy);
+    check_policy(photons, policy, nearest_ ? nullptr : "single");
     policy_ = policy;
     map_.build(photons,
                policy.kind == RadiusKind::per_photon ? std::span<const float>(policy.radii) : std::span<const float>());

@@ -211,10 +211,7 @@ class ReverseEngine final : public DensityEngine {
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
-    if (policy.kind == RadiusKind::nearest) {
-      throw Error("the reverse engine has no k-nearest estimate", "use fixed or per-photon radii, or the knn engine");
-    }
-    check_policy(photons, policy);
+    check_policy(photons, policy, "reverse");
     photons_ = ReversePhotonArray();
     photons_ = ReversePhotonArray(photons, policy, options_.cluster_size);
   }

@@ -8,10 +8,13 @@
 
 namespace glowworm {
 
-void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy) {
+void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy, const char* without_nearest) {
   const auto usable = [](float radius) { return std::isfinite(radius) && radius >= 0; };
   switch (policy.kind) {
     case RadiusKind::nearest:
+      if (without_nearest)
+        throw Error(fmt::format("the {} density engine cannot take the k nearest photons", without_nearest),
+                    "Use --engine knn, or a radius for each photon.");
       if (policy.k == 0) throw Error("a k-nearest density estimate needs at least one photon (k is 0)");
       if (!usable(policy.max_radius))
         throw Error(fmt::format("maximal photon radius {} is no length", policy.max_radius));

@@ -1,7 +1,6 @@
 // Shading of photons for all engines: checks of the policy, and query points that are not Lambertian.
 #pragma once
 #include <array>
-#include <span>
 #include <vector>
 
 #include "density/engine.h"
@@ -9,7 +8,8 @@
 namespace glowworm {
 
 /// Throws Error if the policy does not fit the photons: wrong number of radii, negative or infinite radii.
-void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy);
+/// @param without_nearest an engine that cannot take the k nearest photons; null: it can
+void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy, const char* without_nearest = nullptr);
 
 /// Photons of one query point, to be shaded at once.
 struct GatheredPhotons {

@@ -23,6 +23,16 @@ void check_size(std::size_t given, const Image& image, std::string_view layer) {
                             image.pixel_count(), image.width(), image.height()));
   }
 }
+
+template <typename Pixel>
+void add_three(Image& image, std::string_view layer, std::string_view letters, std::span<const Pixel> pixels) {
+  check_size(pixels.size(), image, layer);
+  for (int c = 0; c < 3; ++c) {
+    const std::span<float> plane =
+        image.add_channel(channel_name(layer, letters.substr(static_cast<std::size_t>(c), 1)));
+    for (std::size_t i = 0; i < pixels.size(); ++i) plane[i] = pixels[i][c];
+  }
+}
 }  // namespace
 
 Image::Image(int width, int height) : width_(width), height_(height) {
@@ -56,27 +66,9 @@ std::span<float> Image::add_channel(const std::string& name) {
   return channels_.back().samples;
 }
 
-void Image::add_rgb(std::string_view layer, std::span<const RGB> pixels) {
-  check_size(pixels.size(), *this, layer);
-  const std::span<float> r = add_channel(channel_name(layer, "R")), g = add_channel(channel_name(layer, "G")),
-                         b = add_channel(channel_name(layer, "B"));
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    r[i] = pixels[i].r;
-    g[i] = pixels[i].g;
-    b[i] = pixels[i].b;
-  }
-}
+void Image::add_rgb(std::string_view layer, std::span<const RGB> pixels) { add_three(*this, layer, "RGB", pixels); }
 
-void Image::add_vec3(std::string_view layer, std::span<const Vec3> pixels) {
-  check_size(pixels.size(), *this, layer);
-  const std::span<float> x = add_channel(channel_name(layer, "X")), y = add_channel(channel_name(layer, "Y")),
-                         z = add_channel(channel_name(layer, "Z"));
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    x[i] = pixels[i].x;
-    y[i] = pixels[i].y;
-    z[i] = pixels[i].z;
-  }
-}
+void Image::add_vec3(std::string_view layer, std::span<const Vec3> pixels) { add_three(*this, layer, "XYZ", pixels); }
 
 void Image::add_scalar(const std::string& name, std::span<const float> pixels) {
   check_size(pixels.size(), *this, name);

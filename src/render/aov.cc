@@ -54,6 +54,14 @@ void add_channel(Image& image, const std::string& name, const Film& film, Value&
   image.add_scalar(name, pixels);
 }
 
+/// A row of one channel. @param value of a pixel, by its source and its index
+Aov scalar_row(const char* name, const char* channel, PlaceLayers needs, float (*value)(const Source&, std::size_t)) {
+  const auto write = [channel, value](Image& image, const Source& from) {
+    add_channel(image, channel, from.film, [&](std::size_t i) { return value(from, i); });
+  };
+  return {name, 1, needs, write};
+}
+
 void add_uv(Image& image, const Source& from) {
   for (const auto& [channel, at] : {std::pair{"uv.U", 0}, {"uv.V", 1}})
     add_channel(image, channel, from.film, [&, at = at](std::size_t i) { return from.film.mean(Layer::uv, i)[at]; });
@@ -122,12 +130,7 @@ const std::vector<Aov>& table() {
       rgb_row("caustic", Layer::caustic),
       rgb_row("albedo", Layer::albedo),
       vector_row("normal", Layer::normal, {}),
-      {"depth",
-       1,
-       {},
-       [](Image& image, const Source& from) {
-         add_channel(image, "depth.Z", from.film, [&](std::size_t i) { return from.film.depth(i); });
-       }},
+      scalar_row("depth", "depth.Z", {}, [](const Source& from, std::size_t i) { return from.film.depth(i); }),
       {"unfiltered",
        3,
        {},
@@ -137,34 +140,15 @@ const std::vector<Aov>& table() {
            pixels[i] = from.film.radiance(i, from.info.settings.indirect_only) * from.info.scale;
          image.add_rgb("unfiltered", pixels);
        }},
-      {"noise",
-       1,
-       {},
-       [](Image& image, const Source& from) {
-         add_channel(image, "noise.Y", from.film,
-                     [&](std::size_t i) { return std::sqrt(from.picture.variance[i]) * from.info.scale; });
-       }},
-      {"samples",
-       1,
-       {},
-       [](Image& image, const Source& from) {
-         add_channel(image, "samples.Y", from.film,
-                     [&](std::size_t i) { return static_cast<float>(from.film.sample_count(i)); });
-       }},
-      {"radius", 1, kRadius,
-       [](Image& image, const Source& from) {
-         add_channel(image, "radius.Y", from.film, [&](std::size_t i) { return from.film.radius(i); });
-       }},
-      {"bias", 1, kBias,
-       [](Image& image, const Source& from) {
-         add_channel(image, "bias.Y", from.film, [&](std::size_t i) { return from.film.bias(i) * from.info.scale; });
-       }},
-      {"alpha",
-       1,
-       {},
-       [](Image& image, const Source& from) {
-         add_channel(image, "A", from.film, [&](std::size_t i) { return from.film.coverage(i); });
-       }},
+      scalar_row(
+          "noise", "noise.Y", {},
+          [](const Source& from, std::size_t i) { return std::sqrt(from.picture.variance[i]) * from.info.scale; }),
+      scalar_row("samples", "samples.Y", {},
+                 [](const Source& from, std::size_t i) { return static_cast<float>(from.film.sample_count(i)); }),
+      scalar_row("radius", "radius.Y", kRadius, [](const Source& from, std::size_t i) { return from.film.radius(i); }),
+      scalar_row("bias", "bias.Y", kBias,
+                 [](const Source& from, std::size_t i) { return from.film.bias(i) * from.info.scale; }),
+      scalar_row("alpha", "A", {}, [](const Source& from, std::size_t i) { return from.film.coverage(i); }),
       vector_row("position", Layer::position, kPosition),
       {"uv", 2, kUv, add_uv},
       {"object-id", 1, kObjects,

@@ -184,6 +184,11 @@ RTCIntersectContext make_context(RayOrder order, bool single_sided) {
   return context;
 }
 
+RTCRay embree_ray(const Ray& r) {
+  const Vec3 &o = r.origin, &d = r.direction;
+  return {o.x, o.y, o.z, r.t_min, d.x, d.y, d.z, 0, r.t_max, ~0u, 0, 0};
+}
+
 /// Fills lane i of a packet's rays.
 template <typename RayPacket>
 void set_ray(RayPacket& packet, std::size_t i, const Ray& ray) {
@@ -360,18 +365,7 @@ std::uint64_t Tracer::bytes() const {
 Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
   RTCIntersectContext context = make_context(order, implementation_->single_sided);
   RTCRayHit query;
-  query.ray = {ray.origin.x,
-               ray.origin.y,
-               ray.origin.z,
-               ray.t_min,
-               ray.direction.x,
-               ray.direction.y,
-               ray.direction.z,
-               0,
-               ray.t_max,
-               ~0u,
-               0,
-               0};
+  query.ray = embree_ray(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(implementation_->world, &context, &query);
@@ -387,18 +381,7 @@ Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
 namespace {
 /// Traces one ray of occlusion.
 bool is_occluded(const Tracer::Implementation& self, const Ray& ray, OcclusionContext& context) {
-  RTCRay query = {ray.origin.x,
-                  ray.origin.y,
-                  ray.origin.z,
-                  ray.t_min,
-                  ray.direction.x,
-                  ray.direction.y,
-                  ray.direction.z,
-                  0,
-                  ray.t_max,
-                  ~0u,
-                  0,
-                  0};
+  RTCRay query = embree_ray(ray);
   rtcOccluded1(self.world, &context.embree, &query);
   if (context.out_of_memory) throw std::bad_alloc();
   return query.tfar < 0;
