@@ -1,8 +1,6 @@
 // The public header glowworm/photons.h.
 #include "glowworm/photons.h"
 
-#include <algorithm>
-#include <limits>
 #include <string>
 #include <utility>
 

@@ -2,7 +2,6 @@
 #include "glowworm/picture.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "api/picture_implementation.h"
 #include "core/error.h"

@@ -1,7 +1,6 @@
 // The public header glowworm/rays.h.
 #include "glowworm/rays.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>

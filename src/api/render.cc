@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <thread>
-#include <utility>
 
 #include "api/picture_implementation.h"
 #include "api/run_job.h"

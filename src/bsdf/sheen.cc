@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "bsdf/fresnel.h"
-#include "core/frame.h"
 
 namespace glowworm::bsdf_detail {
 

@@ -1,4 +1,3 @@
-#include <cmath>
 
 #include "builtin/atrium_parts.h"
 #include "builtin/scenes.h"

@@ -1,7 +1,5 @@
 #include "builtin/ornaments.h"
 
-#include <utility>
-
 namespace glowworm {
 
 Outline& Outline::start(float radius, float y) {

@@ -1,6 +1,5 @@
 // The engine without an index: every photon against every query point.
 #include <algorithm>
-#include <numeric>
 
 #include "core/parallel.h"
 #include "density/engines.h"

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "density/kd_tree.h"
-#include "density/radius.h"
 #include "points/photon_batch.h"
 
 namespace glowworm {

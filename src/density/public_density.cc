@@ -1,5 +1,4 @@
 // The public header glowworm/density.h.
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>

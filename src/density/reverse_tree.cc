@@ -1,7 +1,6 @@
 #include "density/reverse_tree.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "core/error.h"

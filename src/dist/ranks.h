@@ -1,7 +1,6 @@
 // Processes of one render on several machines, which pass messages.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "measure/sensors.h"
 #include "render/job.h"
 #include "scene/scene.h"
 

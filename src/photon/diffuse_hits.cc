@@ -1,7 +1,5 @@
 #include "photon/diffuse_hits.h"
 
-#include <algorithm>
-
 #include "scene/surface.h"
 
 namespace glowworm {

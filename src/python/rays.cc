@@ -3,7 +3,6 @@
 
 #include <pybind11/stl.h>
 
-#include <cmath>
 #include <string>
 
 #include "python/arrays.h"

@@ -1,7 +1,6 @@
 // Short segments through all the surface near a cluster of photons.
 #pragma once
 #include <array>
-#include <span>
 #include <vector>
 
 #include "core/frame.h"

@@ -1,7 +1,6 @@
 #include "render/path_tracer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/offset_origin.h"

@@ -1,7 +1,5 @@
 #include "scene/diffuse_triangles.h"
 
-#include <algorithm>
-
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 

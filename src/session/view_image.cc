@@ -1,7 +1,6 @@
 #include "session/view_image.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/parallel.h"
 #include "session/camera_control.h"
