@@ -1,4 +1,5 @@
-// Photon maps: how fast they are built and searched, beside nanoflann on the same points in the same order.
+// Photons: how fast they are traced, and their maps built and searched, beside nanoflann on the same points in the same
+// order.
 // --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium).
 #include <benchmark/benchmark.h>
 
@@ -15,6 +16,7 @@
 #include "density/radius.h"
 #include "density/reorder.h"
 #include "glowworm/density.h"
+#include "photon/photon_tracer.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
 
@@ -25,6 +27,11 @@ constexpr std::size_t kPhotons = 500000, kQueries = 400000;
 constexpr std::uint32_t kNearest = 45;
 
 std::string scene_name = "atrium";
+
+const Stage& stage() {
+  static const Stage made("builtin:" + scene_name);
+  return made;
+}
 
 /// Photons and query points, made once; the query points also along the Hilbert curve.
 struct Cloud {
@@ -42,7 +49,7 @@ struct Cloud {
     settings.photons = kPhotons;
     settings.width = settings.height = 80;
     settings.gather = kQueries / (80 * 80) + 1;
-    Recording recording = record(Stage("builtin:" + scene_name), settings);
+    Recording recording = record(stage(), settings);
     photons = std::move(recording.photons);
     photon_points.positions = photons.position;
     points = std::move(recording.points);
@@ -160,6 +167,19 @@ void nanoflann_build(benchmark::State& state) {
   set_rate(state, "photons", static_cast<double>(cloud().photons.size()));
 }
 
+void tracing(benchmark::State& state) {
+  const Tracer& tracer = *stage().tracer;
+  set_thread_count(static_cast<int>(state.range(0)));
+  PhotonPassSettings settings;
+  settings.photons = kPhotons;
+  for (auto _ : state) {
+    Statistics statistics;
+    benchmark::DoNotOptimize(trace_photons(tracer, settings, statistics).global.size());
+  }
+  set_thread_count(0);
+  set_rate(state, "photons", static_cast<double>(settings.photons));
+}
+
 void tree_build(benchmark::State& state) {
   const Cloud& c = cloud();
   set_thread_count(static_cast<int>(state.range(0)));
@@ -243,6 +263,7 @@ BENCHMARK(map_radius)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(public_sum, one_radius, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(public_sum, radius_for_each, false)->Unit(benchmark::kMillisecond);
 BENCHMARK(nanoflann_build)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(tracing)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(tree_build)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(radii)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
