@@ -36,6 +36,14 @@ void check_cancelled();
 void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
                   const std::function<void(std::size_t first, std::size_t last)>& body);
 
+/// parallel_for() of body(i) for each i below `count`.
+template <class Body>
+void parallel_for_each(std::size_t count, std::size_t grain, const Body& body) {
+  parallel_for(0, count, grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) body(i);
+  });
+}
+
 /// Runs both functions, possibly in parallel, and returns when both are done.
 void parallel_invoke(const std::function<void()>& a, const std::function<void()>& b);
 

@@ -52,23 +52,21 @@ LargeArray<CompactRow> sorted_photons(const PhotonBatch& photons, const RadiusPo
   }
   LargeArray<CompactRow> sorted(order.size());
   std::atomic<bool> all_count{true};
-  parallel_for(0, order.size(), kIndexGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      // Photons are in memory in the order of tracing, which is random in space.
-      const std::uint32_t soon = order[std::min(i + kIndexAhead, order.size() - 1)];
-      __builtin_prefetch(&photons.position[soon]);
-      __builtin_prefetch(&photons.normal[soon]);
-      if (policy.kind == RadiusKind::per_photon) __builtin_prefetch(&policy.radii[soon]);
-      const std::uint32_t p = order[i];
-      const Vec3 position = photons.position[p], normal = photons.normal[p];
-      float radius = radius_of(policy, p);
-      if (!counts(position, normal, radius)) {
-        radius = 0;
-        all_count.store(false, std::memory_order_relaxed);
-      }
-      sorted[i] = {{position.x, position.y, position.z, normal.x, normal.y, normal.z, radius, 0}};
-      sorted[i].set_index(p);
+  parallel_for_each(order.size(), kIndexGrain, [&](std::size_t i) {
+    // Photons are in memory in the order of tracing, which is random in space.
+    const std::uint32_t soon = order[std::min(i + kIndexAhead, order.size() - 1)];
+    __builtin_prefetch(&photons.position[soon]);
+    __builtin_prefetch(&photons.normal[soon]);
+    if (policy.kind == RadiusKind::per_photon) __builtin_prefetch(&policy.radii[soon]);
+    const std::uint32_t p = order[i];
+    const Vec3 position = photons.position[p], normal = photons.normal[p];
+    float radius = radius_of(policy, p);
+    if (!counts(position, normal, radius)) {
+      radius = 0;
+      all_count.store(false, std::memory_order_relaxed);
     }
+    sorted[i] = {{position.x, position.y, position.z, normal.x, normal.y, normal.z, radius, 0}};
+    sorted[i].set_index(p);
   });
   CompactRow* const end =
       all_count ? sorted.end() : std::remove_if(sorted.begin(), sorted.end(), [](const CompactRow& row) {
@@ -208,16 +206,15 @@ void BlockedIndex::build_nodes() {
     const bool lowest = level_first_.empty();
     level_first_.push_back(first);
     nodes_.resize(first + count);
-    parallel_for(0, count, kIndexGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        for (int c = 0; c < kBlockWidth; ++c) {
-          const std::size_t child = i * kBlockWidth + static_cast<std::size_t>(c);
-          if (child >= children)
-            clear_child(nodes_[first + i], c);
-          else
-            set_child(nodes_[first + i], c,
-                      lowest ? bounds_of_block(blocks_[child]) : bounds_of_node(nodes_[first_child + child]));
-        }
+    parallel_for_each(count, kIndexGrain, [&](std::size_t i) {
+      for (int c = 0; c < kBlockWidth; ++c) {
+        const std::size_t child = i * kBlockWidth + static_cast<std::size_t>(c);
+        if (child >= children)
+          clear_child(nodes_[first + i], c);
+        else
+          set_child(nodes_[first + i], c,
+                    lowest ? bounds_of_block(blocks_[child]) : bounds_of_node(nodes_[first_child + child]));
+      }
     });
     first_child = first;
     children = count;

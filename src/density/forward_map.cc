@@ -121,25 +121,23 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
   const bool own = policy.kind == RadiusKind::per_photon;
   const float norm = static_cast<float>(kernel_norm(policy.kernel)) * kInversePi;
   const std::size_t count = order.size();
-  parallel_for(0, count, kParallelPhotons, [&](std::size_t first, std::size_t last) {
-    for (std::size_t at = first; at < last; ++at) {
-      // Photons are in memory in the order of tracing, which is random in space.
-      const std::uint32_t soon = order[std::min(at + kPrefetchDistance, count - 1)];
-      __builtin_prefetch(&photons.position[soon]);
-      __builtin_prefetch(&photons.flux[soon]);
-      __builtin_prefetch(&photons.normal[soon]);
-      __builtin_prefetch(&photons.direction[soon]);
-      const std::uint32_t index = order[at];
-      const float radius = own ? policy.radii[index] : policy.radius;
-      const float inverse = 1 / (radius * radius);
-      const bool counts = std::isfinite(inverse);
-      const Vec3 position = photons.position[index], normal = photons.normal[index];
-      const RGB flux = photons.flux[index] * (counts ? inverse * norm : 0.0f);
-      map.hot[at] = {position.x, position.y, position.z, counts ? inverse : std::numeric_limits<float>::infinity()};
-      map.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
-      map.direction[at] = photons.direction[index];
-      if (own) map.reach[at] = {radius, 0, 0};
-    }
+  parallel_for_each(count, kParallelPhotons, [&](std::size_t at) {
+    // Photons are in memory in the order of tracing, which is random in space.
+    const std::uint32_t soon = order[std::min(at + kPrefetchDistance, count - 1)];
+    __builtin_prefetch(&photons.position[soon]);
+    __builtin_prefetch(&photons.flux[soon]);
+    __builtin_prefetch(&photons.normal[soon]);
+    __builtin_prefetch(&photons.direction[soon]);
+    const std::uint32_t index = order[at];
+    const float radius = own ? policy.radii[index] : policy.radius;
+    const float inverse = 1 / (radius * radius);
+    const bool counts = std::isfinite(inverse);
+    const Vec3 position = photons.position[index], normal = photons.normal[index];
+    const RGB flux = photons.flux[index] * (counts ? inverse * norm : 0.0f);
+    map.hot[at] = {position.x, position.y, position.z, counts ? inverse : std::numeric_limits<float>::infinity()};
+    map.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
+    map.direction[at] = photons.direction[index];
+    if (own) map.reach[at] = {radius, 0, 0};
   });
 }
 
@@ -193,8 +191,8 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   map.direction = LargeArray<Vec3>(count);
   if (policy.kind == RadiusKind::per_photon) map.reach = LargeArray<ForwardReach>(count);
   LargeArray<KdPoint> points(count), scratch(count);
-  parallel_for(0, count, kParallelPhotons, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
+  parallel_for_each(count, kParallelPhotons, [&](std::size_t i) {
+    points[i] = {photons.position[i], static_cast<std::uint32_t>(i)};
   });
   LargeArray<std::uint32_t> order(count);
   TreeBuilder(map.nodes, order).subtree(points.data(), scratch.data(), count, 0);

@@ -186,8 +186,8 @@ class Builder {
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size) {
   if (positions.size() >= kMaxPoints) throw Error("a photon map holds fewer than 2^30 photons at once");
   LargeArray<KdPoint> points(positions.size());
-  parallel_for(0, positions.size(), kPointGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) points[i] = {positions[i], static_cast<std::uint32_t>(i)};
+  parallel_for_each(positions.size(), kPointGrain, [&](std::size_t i) {
+    points[i] = {positions[i], static_cast<std::uint32_t>(i)};
   });
   return build_kd_tree(std::move(points), leaf_size);
 }

@@ -79,14 +79,12 @@ void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) 
   direction_ = LargeArray<Vec3>(count);
   flux_ = LargeArray<RGB>(count);
   radius_squared_ = LargeArray<float>(radii.empty() ? 0 : count);
-  parallel_for(0, count, kKnnGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const std::uint32_t index = tree_.points[i].index;
-      normal_[i] = photons.normal[index];
-      direction_[i] = photons.direction[index];
-      flux_[i] = photons.flux[index];
-      if (!radii.empty()) radius_squared_[i] = radii[index] * radii[index];
-    }
+  parallel_for_each(count, kKnnGrain, [&](std::size_t i) {
+    const std::uint32_t index = tree_.points[i].index;
+    normal_[i] = photons.normal[index];
+    direction_[i] = photons.direction[index];
+    flux_[i] = photons.flux[index];
+    if (!radii.empty()) radius_squared_[i] = radii[index] * radii[index];
   });
   find_node_radii();
 }

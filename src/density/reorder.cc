@@ -43,9 +43,7 @@ class OctreeOrder {
       const std::array<std::size_t, 9> ends = divide_parallel(cell);
       for (unsigned place = 8; place-- > 0;) large.push_back(child(cell, ends, place));
     }
-    parallel_for(0, small.size(), 4, [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) order_within(small[i]);
-    });
+    parallel_for_each(small.size(), 4, [&](std::size_t i) { order_within(small[i]); });
     return std::move(points_);
   }
 
@@ -120,9 +118,7 @@ class OctreeOrder {
 template <typename Key>
 std::vector<std::uint32_t> indices_of(const std::vector<KeyedIndex<Key>>& sorted) {
   std::vector<std::uint32_t> order(sorted.size());
-  parallel_for(0, sorted.size(), kReorderPiece, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) order[i] = sorted[i].index;
-  });
+  parallel_for_each(sorted.size(), kReorderPiece, [&](std::size_t i) { order[i] = sorted[i].index; });
   return order;
 }
 
@@ -130,9 +126,8 @@ std::vector<std::uint32_t> indices_of(const std::vector<KeyedIndex<Key>>& sorted
 template <typename Key, typename Function>
 std::vector<KeyedIndex<Key>> keyed(std::span<const Vec3> points, const Function& key) {
   std::vector<KeyedIndex<Key>> pairs(points.size());
-  parallel_for(0, points.size(), kReorderPiece, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i)
-      pairs[i] = {static_cast<Key>(key(points[i])), static_cast<std::uint32_t>(i)};
+  parallel_for_each(points.size(), kReorderPiece, [&](std::size_t i) {
+    pairs[i] = {static_cast<Key>(key(points[i])), static_cast<std::uint32_t>(i)};
   });
   return pairs;
 }

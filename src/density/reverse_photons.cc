@@ -62,27 +62,25 @@ ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusP
   for (auto& field : fields_) field.assign(count + kReversePadding, 0.0f);
   direction_.resize(count);
   std::vector<float> radii(count);
-  parallel_for(0, count, kReverseGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const std::uint32_t index = indices[tree.points[i].index];
-      const Vec3 p = photons.position[index], normal = photons.normal[index];
-      const double h = radius_of(index);
-      const RGB flux = photons.flux[index];
-      const double scale = norm / (h * h);
-      const float values[kFields] = {p.x,
-                                     p.y,
-                                     p.z,
-                                     static_cast<float>(1 / (h * h)),
-                                     normal.x,
-                                     normal.y,
-                                     normal.z,
-                                     static_cast<float>(flux.r * scale),
-                                     static_cast<float>(flux.g * scale),
-                                     static_cast<float>(flux.b * scale)};
-      for (int f = 0; f < kFields; ++f) fields_[f][i] = values[f];
-      direction_[i] = photons.direction[index];
-      radii[i] = radius_of(index);
-    }
+  parallel_for_each(count, kReverseGrain, [&](std::size_t i) {
+    const std::uint32_t index = indices[tree.points[i].index];
+    const Vec3 p = photons.position[index], normal = photons.normal[index];
+    const double h = radius_of(index);
+    const RGB flux = photons.flux[index];
+    const double scale = norm / (h * h);
+    const float values[kFields] = {p.x,
+                                   p.y,
+                                   p.z,
+                                   static_cast<float>(1 / (h * h)),
+                                   normal.x,
+                                   normal.y,
+                                   normal.z,
+                                   static_cast<float>(flux.r * scale),
+                                   static_cast<float>(flux.g * scale),
+                                   static_cast<float>(flux.b * scale)};
+    for (int f = 0; f < kFields; ++f) fields_[f][i] = values[f];
+    direction_[i] = photons.direction[index];
+    radii[i] = radius_of(index);
   });
   make_clusters(radii, std::clamp(cluster_size, 1u, ReverseCluster::kMaxCount));
 }

@@ -239,13 +239,11 @@ ReverseTree::ReverseTree(const QueryPoints& points, std::span<const std::uint32_
     Converter(tree, sorted, nodes_, subtrees_).run();
   }
   std::fill_n(points_.data() + size_ * kReverseFields, kReversePadding, 0.0f);
-  parallel_for(0, subtrees_.size(), kSubtreeGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t s = first; s < last; ++s) {
-      const ReverseSubtree& subtree = subtrees_[s];
-      for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
-        const ReverseNode& node = nodes_[subtree.root + i];
-        if (node.is_leaf()) fill_leaf(node, sorted, points, points_.data());
-      }
+  parallel_for_each(subtrees_.size(), kSubtreeGrain, [&](std::size_t s) {
+    const ReverseSubtree& subtree = subtrees_[s];
+    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
+      const ReverseNode& node = nodes_[subtree.root + i];
+      if (node.is_leaf()) fill_leaf(node, sorted, points, points_.data());
     }
   });
 }

@@ -98,9 +98,7 @@ void share_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
 
 void scale(PhotonPass& pass, std::uint64_t emitted) {
   const float factor = static_cast<float>(1.0 / static_cast<double>(emitted));
-  parallel_for(0, pass.global.size(), kScaledAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) pass.global.flux[i] *= factor;
-  });
+  parallel_for_each(pass.global.size(), kScaledAtOnce, [&](std::size_t i) { pass.global.flux[i] *= factor; });
   for (RGB& flux : pass.caustic.flux) flux *= factor;
   const double exact = 1.0 / static_cast<double>(emitted);
   FluxBalance& b = pass.balance;

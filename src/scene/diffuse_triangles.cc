@@ -46,9 +46,8 @@ DiffuseTriangle diffuse_triangle(const Geometry& g, const Material& m, std::uint
 
 LargeVector<DiffuseTriangle> diffuse_triangles(const Geometry& geometry, const std::vector<Material>& materials) {
   LargeVector<DiffuseTriangle> out(geometry.triangle_count());
-  parallel_for(0, out.size(), kTrianglesAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i)
-      out[i] = diffuse_triangle(geometry, materials[geometry.material[i]], static_cast<std::uint32_t>(i));
+  parallel_for_each(out.size(), kTrianglesAtOnce, [&](std::size_t i) {
+    out[i] = diffuse_triangle(geometry, materials[geometry.material[i]], static_cast<std::uint32_t>(i));
   });
   return out;
 }

@@ -101,12 +101,10 @@ std::vector<RGB> triangle_powers(const Geometry& g, const SceneDescription& scen
   }
   const int most = most_parts(parts);
   std::vector<RGB> powers(triangles.size());
-  parallel_for(0, triangles.size(), 256, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const std::uint32_t t = triangles[i];
-      const float sides = scene.emissions[g.emission[t]].two_sided ? 2.0f : 1.0f;
-      powers[i] = mean_radiance(g, scene, t, std::min(parts[i], most), parts[i] <= most) * (kPi * g.area(t) * sides);
-    }
+  parallel_for_each(triangles.size(), 256, [&](std::size_t i) {
+    const std::uint32_t t = triangles[i];
+    const float sides = scene.emissions[g.emission[t]].two_sided ? 2.0f : 1.0f;
+    powers[i] = mean_radiance(g, scene, t, std::min(parts[i], most), parts[i] <= most) * (kPi * g.area(t) * sides);
   });
   return powers;
 }

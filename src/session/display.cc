@@ -18,11 +18,9 @@ constexpr std::size_t kPixelsAtOnce = 16384;
 void Display::tabulate(ToneCurve curve, float exposure) {
   if (tabulated_ && curve == curve_ && exposure == exposure_) return;
   table_.resize(kEntries);
-  parallel_for(0, kEntries, 8192, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const auto value = std::bit_cast<float>((static_cast<std::uint32_t>(i) << kDropped) + (1u << (kDropped - 1)));
-      table_[i] = to_byte(tone_map(RGB(value), curve, exposure).g);
-    }
+  parallel_for_each(kEntries, 8192, [&](std::size_t i) {
+    const auto value = std::bit_cast<float>((static_cast<std::uint32_t>(i) << kDropped) + (1u << (kDropped - 1)));
+    table_[i] = to_byte(tone_map(RGB(value), curve, exposure).g);
   });
   tabulated_ = true;
   curve_ = curve;
@@ -42,13 +40,11 @@ const std::vector<std::uint8_t>& Display::bytes(const ViewFrame& frame, ToneCurv
     const std::uint32_t place = std::bit_cast<std::uint32_t>(value) >> kDropped;
     return place < kEntries ? table_[place] : 255;
   };
-  parallel_for(0, light.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      bytes_[4 * i] = look_up(light[i].r);
-      bytes_[4 * i + 1] = look_up(light[i].g);
-      bytes_[4 * i + 2] = look_up(light[i].b);
-      bytes_[4 * i + 3] = 255;
-    }
+  parallel_for_each(light.size(), kPixelsAtOnce, [&](std::size_t i) {
+    bytes_[4 * i] = look_up(light[i].r);
+    bytes_[4 * i + 1] = look_up(light[i].g);
+    bytes_[4 * i + 2] = look_up(light[i].b);
+    bytes_[4 * i + 3] = 255;
   });
   return bytes_;
 }

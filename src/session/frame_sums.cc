@@ -14,9 +14,7 @@ constexpr std::size_t kSummedAtOnce = 8192;
 
 template <typename Work>
 void for_pixels(std::size_t pixels, Work&& work) {
-  parallel_for(0, pixels, kSummedAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) work(i);
-  });
+  parallel_for_each(pixels, kSummedAtOnce, [&](std::size_t i) { work(i); });
 }
 
 ViewImage empty_image(const Camera& camera, int width, int height) {

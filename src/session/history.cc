@@ -50,15 +50,13 @@ History::Found History::look_up(Vec3 position, Vec3 normal, bool hit) const {
 
 void History::blend_with_last(ViewImage& image, float weight, double seconds, std::span<float> weights) const {
   const auto kept = static_cast<float>(std::pow(kRest, std::max(seconds, 0.0) / kLifetime));
-  parallel_for(0, image.size(), kMixedAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
-      if (found.weight <= 0) continue;
-      // The mean over all frames, but the old share is limited by its age.
-      const float old = std::min(found.weight / (found.weight + weight), kept);
-      image.light[i] = lerp(image.light[i], found.light, old);
-      if (!weights.empty()) weights[i] = weight / (1 - old);
-    }
+  parallel_for_each(image.size(), kMixedAtOnce, [&](std::size_t i) {
+    const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
+    if (found.weight <= 0) return;
+    // The mean over all frames, but the old share is limited by its age.
+    const float old = std::min(found.weight / (found.weight + weight), kept);
+    image.light[i] = lerp(image.light[i], found.light, old);
+    if (!weights.empty()) weights[i] = weight / (1 - old);
   });
 }
 

@@ -91,11 +91,10 @@ void filter_preview(ViewImage& image, int passes) {
   float light_scale = kLightScale;
   for (int pass = 0; pass < passes; ++pass, light_scale /= 2) {
     const WaveletPass wavelet(image, from, 1 << pass, light_scale);
-    parallel_for(0, static_cast<std::size_t>(image.height), 8, [&](std::size_t first, std::size_t last) {
-      for (std::size_t y = first; y < last; ++y)
-        for (int x = 0; x < image.width; ++x)
-          to[y * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)] =
-              wavelet.filtered(x, static_cast<int>(y));
+    parallel_for_each(static_cast<std::size_t>(image.height), 8, [&](std::size_t y) {
+      for (int x = 0; x < image.width; ++x)
+        to[y * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)] =
+            wavelet.filtered(x, static_cast<int>(y));
     });
     std::swap(from, to);
   }

@@ -15,13 +15,12 @@ constexpr std::size_t kRows = 8;
 
 void ViewImage::find_positions() {
   position.resize(size());
-  parallel_for(0, static_cast<std::size_t>(height), kRows, [&](std::size_t first, std::size_t last) {
-    for (std::size_t y = first; y < last; ++y)
-      for (int x = 0; x < width; ++x) {
-        const std::size_t i = y * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-        const Vec2 film{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
-        position[i] = unproject(camera, film, width, height, std::min(depth[i], kFar));
-      }
+  parallel_for_each(static_cast<std::size_t>(height), kRows, [&](std::size_t y) {
+    for (int x = 0; x < width; ++x) {
+      const std::size_t i = y * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+      const Vec2 film{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
+      position[i] = unproject(camera, film, width, height, std::min(depth[i], kFar));
+    }
   });
 }
 
