@@ -31,8 +31,9 @@ Seams find_seams(const Geometry& geometry, std::span<const BakeFace> faces, std:
                  const Atlas& atlas);
 
 /// Changes texels along seams as little as possible, in the sense of least squares, so that bilinear filtering shows
-/// the same on both sides: conjugate gradients over the normal equations, channel by channel.
-void close_seams(const Seams& seams, std::vector<RGB>& texels);
+/// the same on both sides: conjugate gradients over the normal equations of each group of seams that share texels,
+/// channel by channel.
+void close_seams(Seams seams, std::vector<RGB>& texels);
 
 /// The largest difference between the two sides of a seam, over all places; black where there are none.
 RGB largest_step(const Seams& seams, std::span<const RGB> texels);

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <span>
+#include <utility>
 
 namespace glowworm {
 
@@ -27,29 +30,38 @@ class CellGrid {
     count_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
   }
 
-  /// Calls visit(cell) for every cell whose centre lies well inside of the face, either way it winds.
+  /// Calls visit(counts) for the row of cells, in each row, whose centres lie well inside of the face, either way it
+  /// winds.
   template <typename Visit>
-  void for_each_inside(const std::array<Vec2, 3>& face, const Visit& visit) const {
-    constexpr float kInside = 1e-3f;
+  void for_each_row(const std::array<Vec2, 3>& face, const Visit& visit) {
+    constexpr double kInside = 1e-3;
     std::array<Vec2, 3> p;
     for (std::size_t i = 0; i < 3; ++i) p[i] = (face[i] - low_) * scale_;
-    const float area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
+    double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
     if (!(std::abs(area) > 0)) return;
-    const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
+    if (area < 0) std::swap(p[1], p[2]);
+    area = std::abs(area);
     const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
-    for (int y = static_cast<int>(y0); y <= std::min(static_cast<int>(y1), height_ - 1); ++y)
-      for (int x = static_cast<int>(x0); x <= std::min(static_cast<int>(x1), width_ - 1); ++x) {
-        const Vec2 c{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
-        bool inside = true;
-        for (std::size_t i = 0; i < 3; ++i) {
-          const Vec2 a = p[i], b = p[(i + 1) % 3];
-          inside = inside && ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / area > kInside;
-        }
-        if (inside) visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x));
+    for (int y = static_cast<int>(y0); y <= std::min(static_cast<int>(y1), height_ - 1); ++y) {
+      double first = 0.5, end = width_ + 0.5;  // centres
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vec2 a = p[i], d = p[(i + 1) % 3] - a;
+        // Inside: d.x (y + 0.5 - a.y) - d.y (x - a.x) > kInside area.
+        const double left = d.x * (y + 0.5 - a.y) - kInside * area;
+        if (d.y < 0) first = std::max(first, a.x + left / d.y);
+        if (d.y > 0) end = std::min(end, a.x + left / d.y);
+        if (d.y == 0 && !(left > 0)) end = 0;
       }
+      if (!(first < end)) continue;
+      const auto x0 = static_cast<int>(std::ceil(first - 0.5)), x1 = static_cast<int>(std::ceil(end - 0.5));
+      if (x0 < x1)
+        visit(std::span(count_).subspan(
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x0),
+            static_cast<std::size_t>(x1 - x0)));
+    }
   }
 
-  std::vector<std::uint8_t>& count() { return count_; }
+  const std::vector<std::uint8_t>& count() const { return count_; }
 
  private:
   Vec2 low_;
@@ -67,12 +79,14 @@ std::vector<std::uint32_t> drop_overlaps(Chart& chart) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < chart.faces.size(); ++i) {
     bool overlaps = false;
-    grid.for_each_inside(chart.corners[i], [&](std::size_t cell) { overlaps = overlaps || grid.count()[cell] > 0; });
+    grid.for_each_row(chart.corners[i], [&](std::span<std::uint8_t> row) {
+      overlaps = overlaps || std::memchr(row.data(), 1, row.size()) != nullptr;
+    });
     if (overlaps) {
       dropped.push_back(chart.faces[i]);
       continue;
     }
-    grid.for_each_inside(chart.corners[i], [&](std::size_t cell) { grid.count()[cell] = 1; });
+    grid.for_each_row(chart.corners[i], [](std::span<std::uint8_t> row) { std::memset(row.data(), 1, row.size()); });
     chart.faces[kept] = chart.faces[i];
     chart.corners[kept++] = chart.corners[i];
   }
@@ -84,8 +98,8 @@ std::vector<std::uint32_t> drop_overlaps(Chart& chart) {
 double overlapping_share(const Chart& chart, int cells) {
   CellGrid grid(chart, cells);
   for (const auto& face : chart.corners)
-    grid.for_each_inside(face, [&](std::size_t cell) {
-      grid.count()[cell] = static_cast<std::uint8_t>(std::min(grid.count()[cell] + 1, 2));
+    grid.for_each_row(face, [](std::span<std::uint8_t> row) {
+      for (std::uint8_t& n : row) n = static_cast<std::uint8_t>(std::min(n + 1, 2));
     });
   std::size_t covered = 0, twice = 0;
   for (const std::uint8_t n : grid.count()) {

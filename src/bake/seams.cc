@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "bake/fill.h"
 #include "core/parallel.h"
@@ -40,16 +40,40 @@ void add_side(const Atlas& atlas, const ChartPlace& place, Vec2 p, float sign, s
 
 float distance(Vec2 a, Vec2 b) { return std::hypot(b.x - a.x, b.y - a.y); }
 
+/// Sorts places so that those that depend on each other, because they share texels or others link them, follow one
+/// another. Returns where each such group begins, and the end of the last. @param texels of all atlases
+std::vector<std::size_t> sort_into_groups(std::vector<Seams::Place>& places, std::size_t texels) {
+  std::vector<std::uint32_t> parent(texels);
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const Seams::Place& place : places)
+    for (const std::uint32_t texel : place.texel) {
+      const std::uint32_t a = root(place.texel[0]), b = root(texel);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  const auto group = [&](const Seams::Place& place) { return root(place.texel[0]); };
+  std::stable_sort(places.begin(), places.end(), [&](const auto& a, const auto& b) { return group(a) < group(b); });
+  std::vector<std::size_t> begin;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (i == 0 || group(places[i]) != group(places[i - 1])) begin.push_back(i);
+  begin.push_back(places.size());
+  return begin;
+}
+
 /// The normal equations of a set of seams: for each channel, the sum over places of (weights . texels)^2, and over
 /// texels of kStiffness (texel - what it was)^2.
 class SeamSystem {
  public:
-  explicit SeamSystem(const Seams& seams) : places_(seams.places) {
-    for (const Seams::Place& place : places_)
+  /// @param places of one group; their texels are numbered anew, as in texels()
+  explicit SeamSystem(std::span<Seams::Place> places) : places_(places) {
+    for (const Seams::Place& place : places)
       texels_.insert(texels_.end(), std::begin(place.texel), std::end(place.texel));
     std::sort(texels_.begin(), texels_.end());
     texels_.erase(std::unique(texels_.begin(), texels_.end()), texels_.end());
-    for (Seams::Place& place : places_)
+    for (Seams::Place& place : places)
       for (std::uint32_t& t : place.texel)
         t = static_cast<std::uint32_t>(std::lower_bound(texels_.begin(), texels_.end(), t) - texels_.begin());
   }
@@ -117,9 +141,17 @@ class SeamSystem {
     return sum;
   }
 
-  std::vector<Seams::Place> places_;  ///< their texels count in texels_
+  std::span<const Seams::Place> places_;
   std::vector<std::uint32_t> texels_;
 };
+
+/// Solves for one channel.
+void close_channel(const SeamSystem& system, int channel, std::vector<RGB>& texels) {
+  std::vector<double> start;
+  for (const std::uint32_t texel : system.texels()) start.push_back(texels[texel][channel]);
+  const std::vector<double> solved = system.solve(std::move(start));
+  for (std::size_t i = 0; i < solved.size(); ++i) texels[system.texels()[i]][channel] = static_cast<float>(solved[i]);
+}
 
 }  // namespace
 
@@ -162,19 +194,17 @@ Seams find_seams(const Geometry& geometry, std::span<const BakeFace> faces, std:
   return seams;
 }
 
-void close_seams(const Seams& seams, std::vector<RGB>& texels) {
-  const SeamSystem system(seams);
-  std::array<std::vector<double>, 3> solved;
-  parallel_for(0, 3, 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t c = first; c < last; ++c) {
-      std::vector<double> start;
-      for (const std::uint32_t texel : system.texels()) start.push_back(texels[texel][static_cast<int>(c)]);
-      solved[c] = system.solve(start);
+void close_seams(Seams seams, std::vector<RGB>& texels) {
+  // Groups share no texel. Small systems stay in the cache and take few steps.
+  const std::vector<std::size_t> begin = sort_into_groups(seams.places, texels.size());
+  parallel_for(0, begin.size() - 1, 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t g = first; g < last; ++g) {
+      const SeamSystem system({seams.places.data() + begin[g], begin[g + 1] - begin[g]});
+      parallel_for(0, 3, 1, [&](std::size_t from, std::size_t to) {
+        for (int c = static_cast<int>(from); c < static_cast<int>(to); ++c) close_channel(system, c, texels);
+      });
     }
   });
-  for (std::size_t i = 0; i < system.texels().size(); ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      texels[system.texels()[i]][static_cast<int>(c)] = static_cast<float>(solved[c][i]);
 }
 
 RGB largest_step(const Seams& seams, std::span<const RGB> texels) {

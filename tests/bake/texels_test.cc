@@ -187,6 +187,20 @@ TEST(BakeSeams, CloseBesideTexelsThatCannotBecomeDarker) {
   EXPECT_GT(texels[0].r, 0.7f);
 }
 
+TEST(BakeSeams, CloseEachGroupAsIfItWereAlone) {
+  const Seams::Place dark{{0, 1, 1, 1, 2, 2, 2, 2}, {0.5f, 0.5f, 0, 0, -1, 0, 0, 0}};
+  const Seams::Place light{{4, 5, 6, 6, 7, 7, 7, 8}, {0.25f, 0.5f, 0.25f, 0, -0.3f, 0, -0.3f, -0.4f}};
+  const Seams::Place linked{{8, 3, 3, 3, 9, 9, 9, 9}, {1, 0, 0, 0, -1, 0, 0, 0}};
+  const std::vector<RGB> before{RGB(0.9f), RGB(0), RGB(0),    RGB(0.2f), RGB(0.5f),
+                                RGB(0.7f), RGB(1), RGB(0.3f), RGB(0.4f), RGB(0.1f)};
+  std::vector<RGB> alone = before, together = before;
+  close_seams({{dark}}, alone);
+  close_seams({{light, linked}}, alone);
+  close_seams({{light, dark, linked}}, together);
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(together[i], alone[i]) << i;
+  EXPECT_LT(largest_step({{light, dark, linked}}, together).r, 0.02f);
+}
+
 TEST(BakeSeams, LeaveCreasesAlone) {
   const FlatMesh flat(box_mesh(), {64, 0});
   EXPECT_TRUE(find_seams(flat.geometry, flat.faces, flat.charts, flat.atlas).places.empty());
