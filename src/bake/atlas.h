@@ -35,7 +35,8 @@ struct Atlas {
   std::vector<ChartPlace> places;  ///< one a chart
 };
 
-/// Texels of gutter around each chart, so that bilinear filtering and two levels of mipmaps read nothing of another.
+/// Texels of gutter around each chart, so that bilinear filtering of the texture and of its first mipmap reads nothing
+/// of another. The second mipmap would need 5, the third 11.
 inline constexpr int kGutter = 2;
 
 /// Packs charts (stb_rect_pack). Throws Error where so many charts do not fit into any number of atlases of that side.

@@ -219,7 +219,10 @@ std::vector<json> remove(const std::set<std::size_t>& entries, GltfList list, js
     file.erase(name);
   else
     file[name] = std::move(left);
-  for_references(file, list, [&](json& reference) { reference = index.at(reference.get<std::size_t>()); });
+  for_references(file, list, [&](json& reference) {
+    // Importers show what refers to no entry as missing.
+    if (const auto at = reference.get<std::size_t>(); at < index.size()) reference = index[at];
+  });
   return removed;
 }
 

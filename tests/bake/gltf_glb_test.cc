@@ -414,6 +414,7 @@ TEST_F(BakedGltf, LeavesOutWhatItReplaces) {
   file.json["materials"][0]["normalTexture"] = {{"index", 1}};
   file.add_shown_triangle({{"name", "glass"},
                            {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 2}}}}},
+                           {"occlusionTexture", {{"index", 9}}},
                            {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}});
   file.json["scenes"][0]["nodes"].push_back(file.json["nodes"].size() - 1);
   std::vector<float> matrices(32, 0);
@@ -433,6 +434,7 @@ TEST_F(BakedGltf, LeavesOutWhatItReplaces) {
   EXPECT_EQ(b["samplers"][0], a["samplers"][1]);
   const json& glass = b["materials"][3]["pbrMetallicRoughness"]["baseColorTexture"]["index"];
   EXPECT_EQ(glass, 0);
+  EXPECT_EQ(b["materials"][3]["occlusionTexture"]["index"], 9) << "there is no such texture";
   EXPECT_EQ(image_bytes(after, glass), image_bytes(before, 2));
   EXPECT_EQ(b["materials"][0]["emissiveTexture"]["index"], 2);
   EXPECT_EQ(moving_bytes(after), moving_bytes(before));
