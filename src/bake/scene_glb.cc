@@ -120,6 +120,8 @@ class SceneWriter {
 
   json primitive(const PrimitiveKey& key, const std::vector<OutputFace>& faces) {
     const Geometry& g = scene_.geometry();
+    const int number = material(key);
+    const bool has_own_uvs = uses_first_uvs(file_.json["materials"][static_cast<std::size_t>(number)]);
     PrimitiveVertices v;
     for (const OutputFace& f : faces) {
       const auto& corners = g.triangles[f.face.triangle];
@@ -129,18 +131,28 @@ class SceneWriter {
         const std::uint32_t vertex = corners[c];
         const Vec3 own = g.normals[vertex];
         const Vec3 n = length_squared(own) > 0 ? face_forward(normalize(own), flat) : flat;
-        v.indices.push_back(v.add(g.positions[vertex], n, g.uvs[vertex], light_uv(f, c)));
+        v.indices.push_back(v.add(g.positions[vertex], n, has_own_uvs ? g.uvs[vertex] : Vec2{}, light_uv(f, c)));
       }
     }
     json attributes = {{"POSITION", file_.add_vectors(v.positions, true)},
                        {"NORMAL", file_.add_vectors(v.normals, false)}};
-    for (Vec2& uv : v.uvs) uv.y = 1 - uv.y;
-    attributes["TEXCOORD_0"] = file_.add_pairs(v.uvs);
+    if (has_own_uvs) {
+      for (Vec2& uv : v.uvs) uv.y = 1 - uv.y;
+      attributes["TEXCOORD_0"] = file_.add_pairs(v.uvs);
+    }
     if (const int layer = std::get<3>(key); layer >= 0 && format_ == BakeFormat::vertex)
       attributes["COLOR_0"] = file_.add_vectors(colors_at(v.light_uvs, layer), false);
     else if (layer >= 0)
       attributes["TEXCOORD_1"] = file_.add_pairs(v.light_uvs);
-    return {{"attributes", attributes}, {"indices", file_.add_indices(v.indices)}, {"material", material(key)}};
+    // Sets of coordinates count from 0, so one accessor serves as both.
+    if (attributes.contains("TEXCOORD_1") && !has_own_uvs) attributes["TEXCOORD_0"] = attributes["TEXCOORD_1"];
+    return {{"attributes", attributes}, {"indices", file_.add_indices(v.indices)}, {"material", number}};
+  }
+
+  /// Whether the base colour of a material is a texture of the scene.
+  static bool uses_first_uvs(const json& material) {
+    const json& pbr = material["pbrMetallicRoughness"];
+    return pbr.contains("baseColorTexture") && pbr["baseColorTexture"].value("texCoord", 0) == 0;
   }
 
   Vec2 light_uv(const OutputFace& f, std::size_t corner) const {

@@ -338,6 +338,7 @@ TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
   for (const auto& mesh : json.at("meshes"))
     for (const auto& primitive : mesh.at("primitives")) {
       const auto& attributes = primitive.at("attributes");
+      EXPECT_FALSE(attributes.contains("TEXCOORD_0")) << "no texture is read there";
       const bool lamp = !attributes.contains("COLOR_0");
       EXPECT_EQ(lamp, mesh.at("name") == "lamp");
       if (lamp) continue;
