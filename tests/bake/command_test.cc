@@ -1,5 +1,7 @@
 // glowworm bake, as a person runs it.
 #include <csignal>
+#include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "apps/program.h"
 #include "image/image.h"
@@ -41,6 +43,30 @@ TEST_F(BakeCommand, WritesTexturesOfFullRangeBesideTheFile) {
   const Outcome same = run(words({"--texture", "exr", "-o", "a.glb", "--atlas-picture", "a.0.exr"}));
   EXPECT_TRUE(refused(same, {"a.0.exr"}, 2));
   EXPECT_TRUE(refused(run(words({"--texture", "exr", "--format", "vertex", "-o", "a.glb"})), {"no textures"}, 2));
+}
+
+TEST_F(BakeCommand, KeepsTheTextureCoordinatesOfTexturesOnly) {
+  ASSERT_EQ(run(words({"-o", "lit.glb", "--atlas-picture", "light.png"})).status, 0);
+  write("room.mtl", "newmtl picture\nmap_Kd light.png\nnewmtl plain\nKd 0.5 0.5 0.5\n");
+  write("room.obj",
+        "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+        "usemtl picture\nf 1/1 2/2 3/3\nusemtl plain\nf 1/1 3/3 4/4\n");
+  const Outcome outcome = run({"bake", "room.obj", "--environment", "1,1,1", "--format", "lightmap", "--atlas", "64",
+                               "--samples", "1", "--photons", "5k", "-o", "room.glb"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string glb = read(path("room.glb"));
+  std::uint32_t size = 0;
+  std::memcpy(&size, glb.data() + 12, sizeof size);
+  const auto file = nlohmann::json::parse(glb.substr(20, size));
+  std::size_t primitives = 0;
+  for (const auto& mesh : file["meshes"])
+    for (const auto& primitive : mesh["primitives"]) {
+      const auto& attributes = primitive["attributes"];
+      const bool own = file["materials"][primitive["material"].get<std::size_t>()]["name"] == "picture";
+      EXPECT_EQ(attributes["TEXCOORD_0"] != attributes["TEXCOORD_1"], own);
+      ++primitives;
+    }
+  EXPECT_EQ(primitives, 2u);
 }
 
 TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {
