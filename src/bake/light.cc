@@ -87,7 +87,7 @@ void TexelIrradiance::take(const Film& film, const PointGrid& grid, const Render
   const bool indirect_only = settings.indirect_only;
   const std::vector<RGB> picture =
       (filters(settings)
-           ? filtered_picture(film, indirect_only, {first_row - film.bounds().y0, end_row - film.bounds().y0})
+           ? filtered_texels(film, indirect_only, {first_row - film.bounds().y0, end_row - film.bounds().y0})
            : unfiltered_picture(film, indirect_only))
           .radiance;
   const auto width = static_cast<std::size_t>(grid.width);

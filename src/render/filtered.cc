@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/parallel.h"
+#include "filter/edge_filter.h"
 #include "filter/light_filter.h"
 
 namespace glowworm {
@@ -62,6 +63,60 @@ FilterGuides guides_of(const Film& film, Layer layer) {
   return guides;
 }
 
+/// What filter_edges() takes, without the variance.
+EdgePicture edges_of(const Film& film) {
+  const std::size_t n = film.pixel_count();
+  EdgePicture out;
+  out.width = film.width();
+  out.height = film.height();
+  out.normal.resize(n);
+  out.depth.resize(n);
+  out.albedo.resize(n);
+  out.samples.resize(n);
+  for_pixels(film, [&](std::size_t i) {
+    const RGB normal = film.mean(Layer::normal, i);
+    out.normal[i] = {normal.r, normal.g, normal.b};
+    const float hits = film.coverage(i);
+    out.depth[i] = hits > 0 ? hits * film.depth(i) : 0;
+    out.albedo[i] = film.mean(Layer::albedo, i);
+    out.samples[i] = film.sample_count(i);
+  });
+  return out;
+}
+
+/// @param edges also filter edges
+FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges) {
+  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
+  std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
+  for (const Layer layer : {Layer::direct, Layer::indirect}) {
+    if (indirect_only && layer == Layer::direct) continue;
+    const LightEstimate estimate = estimate_of(film, layer);
+    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), rows);
+    for_pixels(film, [&](std::size_t i) {
+      const RGB albedo = shading_albedo(film, i);
+      const float factor = luminance(albedo) * luminance(albedo);
+      out.radiance[i] += filtered.light[i] * albedo;
+      out.variance[i] += filtered.variance[i] * factor;
+      of_light[i] += estimate.variance[i] * factor;
+      stratified[i] += filtered.unfiltered[i] * factor;
+    });
+  }
+  if (edges) {
+    EdgePicture picture = edges_of(film);
+    picture.variance = stratified;
+    filter_edges(picture, out.radiance, out.variance);
+  }
+  // What varies beside, as at edges of surfaces, stays. Its samples are stratified as those of light.
+  for_pixels(film, [&](std::size_t i) {
+    const float other = std::max(film.variance(i) - of_light[i], 0.0f);
+    out.variance[i] += of_light[i] > 0 ? other * std::min(stratified[i] / of_light[i], 1.0f) : other;
+  });
+  if (!indirect_only)
+    for_pixels(film,
+               [&](std::size_t i) { out.radiance[i] += film.mean(Layer::emitted, i) + film.mean(Layer::caustic, i); });
+  return out;
+}
+
 }  // namespace
 
 double mean_luminance(const FilmPicture& picture) {
@@ -91,31 +146,12 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
   return out;
 }
 
-FilmPicture filtered_picture(const Film& film, bool indirect_only, FilteredRows rows) {
-  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
-  std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
-  for (const Layer layer : {Layer::direct, Layer::indirect}) {
-    if (indirect_only && layer == Layer::direct) continue;
-    const LightEstimate estimate = estimate_of(film, layer);
-    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), rows);
-    for_pixels(film, [&](std::size_t i) {
-      const RGB albedo = shading_albedo(film, i);
-      const float factor = luminance(albedo) * luminance(albedo);
-      out.radiance[i] += filtered.light[i] * albedo;
-      out.variance[i] += filtered.variance[i] * factor;
-      of_light[i] += estimate.variance[i] * factor;
-      stratified[i] += filtered.unfiltered[i] * factor;
-    });
-  }
-  // What varies beside, as at edges of surfaces, stays. Its samples are stratified as those of light.
-  for_pixels(film, [&](std::size_t i) {
-    const float other = std::max(film.variance(i) - of_light[i], 0.0f);
-    out.variance[i] += of_light[i] > 0 ? other * std::min(stratified[i] / of_light[i], 1.0f) : other;
-  });
-  if (!indirect_only)
-    for_pixels(film,
-               [&](std::size_t i) { out.radiance[i] += film.mean(Layer::emitted, i) + film.mean(Layer::caustic, i); });
-  return out;
+FilmPicture filtered_picture(const Film& film, bool indirect_only) {
+  return filtered_film(film, indirect_only, {}, true);
+}
+
+FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows) {
+  return filtered_film(film, indirect_only, rows, false);
 }
 
 }  // namespace glowworm

@@ -19,10 +19,15 @@ struct FilmPicture {
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 
 /// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, and adds what is seen directly
-/// and caustic light as they are: their noise is small, or that of the photons, which samples share.
+/// and caustic light as they are: their noise is small, or that of the photons, which samples share. Then filters edges
+/// (filter/edge_filter.h).
 /// @param film with moments (Film::has_moments())
+FilmPicture filtered_picture(const Film& film, bool indirect_only);
+
+/// As filtered_picture(), for a film of texels. It leaves edges as they are: texels beside each other may be of
+/// surfaces far apart.
 /// @param rows of the film that are wanted; the others have no meaning
-FilmPicture filtered_picture(const Film& film, bool indirect_only, FilteredRows rows = {});
+FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows);
 
 /// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with m the
 /// luminance of the pixel and M that of the picture. What photons that all samples share add to it is not in it.
@@ -32,7 +37,7 @@ double relative_error(const FilmPicture& picture);
 double mean_luminance(const FilmPicture& picture);
 double relative_variance(const FilmPicture& picture, std::size_t pixel, double mean_luminance);
 
-/// Bytes that filtered_picture() takes for each pixel.
+/// Bytes that these take for each pixel.
 inline constexpr std::uint64_t kFilterBytes = kFilterBytesEach;
 
 }  // namespace glowworm
