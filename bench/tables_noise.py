@@ -4,6 +4,9 @@
 Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
 samples with the same photons, relative as the predicted one is (relative_error() in src/render/filtered.h).
 
+A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
+chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.
+
 usage: tables_noise.py [--samples N] [SCENE...]     scenes of ../shared are left out where there are none
 """
 import argparse
@@ -19,6 +22,9 @@ import glowworm  # noqa: E402
 from tables_equal_time import SCENES, path_of  # noqa: E402
 
 TARGETS = (0.1, 0.05, 0.025)
+RENDERS, SAMPLES = 16, 16
+# The median and the 99.9% quantile of chi-squared of 15 degrees of freedom.
+MEDIAN, RARE = 14.339, 37.697
 
 
 def luminance(picture):
@@ -47,6 +53,18 @@ def rows(name, samples):
         yield f"| {name} | {target} | {mean:.1f} | {predicted:.4f} | {true:.4f} | {predicted / true:.2f} |"
 
 
+def spread_row(name):
+    """Of renders that have their samples from parts of one picture, so the same photons."""
+    scene = glowworm.Scene.load(path_of(name))
+    pictures = [glowworm.render(scene, samples=RENDERS * SAMPLES, part=f"{i + 1}/{RENDERS}", size=SCENES[name][1],
+                                aov="noise", progress=False) for i in range(RENDERS)]
+    variance = np.var([luminance(p) for p in pictures], axis=0, ddof=1)
+    predicted = np.mean([np.square(p["noise"]) for p in pictures], axis=0).reshape(variance.shape)
+    noisy = predicted > 0
+    chi_squared = (RENDERS - 1) * variance[noisy] / predicted[noisy]
+    return f"| {name} | {np.median(chi_squared) / MEDIAN:.2f} | {np.mean(chi_squared > RARE):.1%} |"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=int, default=128)
@@ -54,12 +72,16 @@ def main():
     options = parser.parse_args()
     lines = ["# Predicted and true error of renders with --noise", "", "Made by `bench/tables_noise.py`, which says how.", "",
              "| scene | --noise | samples a pixel | predicted | true | predicted / true |", "| --- |" + " --- |" * 5]
-    for name in options.scenes:
-        if not path_of(name).startswith("builtin:") and not os.path.exists(path_of(name)):
-            continue
+    scenes = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
+    for name in scenes:
         for line in rows(name, options.samples):
             lines.append(line)
             print(line, flush=True)
+    lines += ["", f"Chi-squared of {RENDERS} renders of {SAMPLES} samples (0.1% of normal numbers are above that quantile):",
+              "", "| scene | median / its expectation | above the 99.9% quantile |", "| --- | --- | --- |"]
+    for name in scenes:
+        lines.append(spread_row(name))
+        print(lines[-1], flush=True)
     results = os.path.join(ROOT, "bench/results/noise.md")
     os.makedirs(os.path.dirname(results), exist_ok=True)
     with open(results, "w", encoding="utf-8") as file:
