@@ -40,7 +40,7 @@ BakeBand band_of(const Checkpoint& checkpoint, const PointGrid& grid, bool filte
   if (first < 0 || end <= first || end > grid.height || !whole ||
       checkpoint.above.size() != static_cast<std::size_t>(first) * static_cast<std::size_t>(grid.width))
     throw Error("the checkpoint is not of a bake of as many texels or probes",
-                "Give --atlas, --texels-per-metre or --spacing as they were, or remove the file to start anew.");
+                "Give --atlas, --texels-per-metre or --spacing as they were, or remove the file to start again.");
   return band_of(grid, filtered, first, end);
 }
 

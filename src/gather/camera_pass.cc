@@ -377,8 +377,7 @@ void FirstHit::resize(std::size_t slots, bool places) {
   depth.assign(slots, 0);
   triangle.assign(places ? slots : 0, kNone);
   barycentric.assign(places ? slots : 0, Vec2());
-  radius.clear();
-  bias.clear();
+  for (std::vector<float>& value : values) value.clear();
 }
 
 void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,

@@ -1,11 +1,13 @@
 // The camera pass: camera rays, followed through sharp bounces to the gather points.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "core/statistics.h"
 #include "points/gather_points.h"
 #include "points/query_points.h"
+#include "points/slot_value.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -25,11 +27,9 @@ struct FirstHit {
   // Filled on request.
   std::vector<std::uint32_t> triangle;  ///< first triangle hit; kNone if there is none
   std::vector<Vec2> barycentric;        ///< position on that triangle
-  /// Mean radius of the photons around the gather point, metres; 0 if there are none. Empty unless render_pass() is
-  /// asked for it.
-  std::vector<float> radius;
-  /// Estimated bias of the luminance by the photons' radii, W sr^-1 m^-2. Empty unless render_pass() is asked for it.
-  std::vector<float> bias;
+  /// By SlotValue; infinity where a slot has no such value. Empty unless render_pass() is asked for them.
+  std::array<std::vector<float>, kSlotValues> values;
+  std::vector<float>& of(SlotValue value) { return values[static_cast<std::size_t>(value)]; }
 
   /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates
   void resize(std::size_t slots, bool places);

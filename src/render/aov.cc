@@ -117,10 +117,8 @@ void add_cryptomatte(Image& image, const std::string& layer, const Film& film, c
   image.metadata[key + "manifest"] = names_json(manifest);
 }
 
-constexpr PlaceLayers kPosition{true, false, false, false}, kUv{false, true, false, false};
-constexpr PlaceLayers kObjects{false, false, true, false}, kMaterials{false, false, false, true};
-constexpr PlaceLayers kBoth{false, false, true, true}, kRadius{false, false, false, false, true};
-constexpr PlaceLayers kBias{false, false, false, false, false, true};
+constexpr PlaceLayers kPosition{.position = true}, kUv{.uv = true}, kObjects{.objects = true};
+constexpr PlaceLayers kMaterials{.materials = true}, kBoth{.objects = true, .materials = true};
 
 const std::vector<Aov>& table() {
   static const std::vector<Aov> rows = {
@@ -145,9 +143,11 @@ const std::vector<Aov>& table() {
           [](const Source& from, std::size_t i) { return std::sqrt(from.picture.variance[i]) * from.info.scale; }),
       scalar_row("samples", "samples.Y", {},
                  [](const Source& from, std::size_t i) { return static_cast<float>(from.film.sample_count(i)); }),
-      scalar_row("radius", "radius.Y", kRadius, [](const Source& from, std::size_t i) { return from.film.radius(i); }),
-      scalar_row("bias", "bias.Y", kBias,
-                 [](const Source& from, std::size_t i) { return from.film.bias(i) * from.info.scale; }),
+      scalar_row("radius", "radius.Y", {.values = SlotValue::radius},
+                 [](const Source& from, std::size_t i) { return from.film.value(SlotValue::radius, i); }),
+      scalar_row(
+          "bias", "bias.Y", {.values = SlotValue::bias},
+          [](const Source& from, std::size_t i) { return from.film.value(SlotValue::bias, i) * from.info.scale; }),
       scalar_row("alpha", "A", {}, [](const Source& from, std::size_t i) { return from.film.coverage(i); }),
       vector_row("position", Layer::position, kPosition),
       {"uv", 2, kUv, add_uv},
@@ -188,8 +188,7 @@ PlaceLayers RenderSettings::place_layers() const {
     out.uv |= needs.uv;
     out.objects |= needs.objects;
     out.materials |= needs.materials;
-    out.radius |= needs.radius;
-    out.bias |= needs.bias;
+    out.values |= needs.values;
   }
   return out;
 }

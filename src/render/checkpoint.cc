@@ -117,7 +117,7 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   Checkpoint out;
   if (!parse(reader, out))
     throw Error({path}, "this is not a whole checkpoint of this program",
-                "Remove the file, or leave --resume out, to start anew.");
+                "Remove the file, or leave --resume out, to start again.");
   return out;
 }
 

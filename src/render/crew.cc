@@ -45,8 +45,7 @@ std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) 
   out.put(task);
   out.put(result.not_finite);
   out.put<std::uint8_t>(!result.first_hit.triangle.empty());
-  out.put<std::uint8_t>(!result.first_hit.radius.empty());
-  out.put<std::uint8_t>(!result.first_hit.bias.empty());
+  for (const std::vector<float>& value : result.first_hit.values) out.put<std::uint8_t>(!value.empty());
   out.put(static_cast<std::uint32_t>(result.radiance.groups.size()));
   for (const auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
                             &result.radiance.caustic, &result.first_hit.albedo})
@@ -56,21 +55,22 @@ std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) 
   out.put_array(result.first_hit.depth);
   out.put_array(result.first_hit.triangle);
   out.put_array(result.first_hit.barycentric);
-  out.put_array(result.first_hit.radius);
-  out.put_array(result.first_hit.bias);
+  for (const std::vector<float>& value : result.first_hit.values) out.put_array(value);
   return out.take();
 }
 
 TaskResult unpacked(Unpacker& in, const CameraTask& task) {
   TaskResult result;
   result.not_finite = in.take<std::uint64_t>();
-  const bool places = in.take<std::uint8_t>() != 0, radius = in.take<std::uint8_t>() != 0;
-  const bool bias = in.take<std::uint8_t>() != 0;
+  const bool places = in.take<std::uint8_t>() != 0;
+  std::array<bool, kSlotValues> has_value;
+  for (bool& has : has_value) has = in.take<std::uint8_t>() != 0;
+  const auto values = static_cast<std::size_t>(std::count(has_value.begin(), has_value.end(), true));
   const std::size_t groups = in.take<std::uint32_t>();
   const std::size_t slots = task.slot_count();
   constexpr std::size_t kBytes = 5 * sizeof(RGB) + sizeof(Vec3) + sizeof(float);
   constexpr std::size_t kOfPlaces = sizeof(std::uint32_t) + sizeof(Vec2);
-  if (in.left() != slots * (kBytes + groups * sizeof(RGB) + (places ? kOfPlaces : 0) + (radius + bias) * sizeof(float)))
+  if (in.left() != slots * (kBytes + groups * sizeof(RGB) + (places ? kOfPlaces : 0) + values * sizeof(float)))
     throw Error("a rank sent the result of another task");
   for (auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
                       &result.radiance.caustic, &result.first_hit.albedo})
@@ -81,8 +81,7 @@ TaskResult unpacked(Unpacker& in, const CameraTask& task) {
   in.take_array(result.first_hit.depth, slots);
   in.take_array(result.first_hit.triangle, places ? slots : 0);
   in.take_array(result.first_hit.barycentric, places ? slots : 0);
-  in.take_array(result.first_hit.radius, radius ? slots : 0);
-  in.take_array(result.first_hit.bias, bias ? slots : 0);
+  for (std::size_t i = 0; i < kSlotValues; ++i) in.take_array(result.first_hit.values[i], has_value[i] ? slots : 0);
   return result;
 }
 

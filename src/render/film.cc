@@ -87,9 +87,10 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   uv_.resize(places.uv ? n : 0);
   objects_.resize(places.objects ? n : 0);
   materials_.resize(places.materials ? n : 0);
-  radius_sum_.resize(places.radius ? n : 0);
-  radius_count_.resize(places.radius ? n : 0);
-  bias_sum_.resize(places.bias ? n : 0);
+  for (std::size_t i = 0; i < kSlotValues; ++i) {
+    value_sum_[i].resize(places.values.has(i) ? n : 0);
+    value_count_[i].resize(places.values.has(i) ? n : 0);
+  }
   depth_sum_.resize(layers ? n : 0);
   depth_count_.resize(layers ? n : 0);
   count_.resize(n);
@@ -103,7 +104,7 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
       (places.position + places.uv) * kLight + (places.objects + places.materials) * sizeof(IdCounts) +
-      places.radius * (sizeof(LightSum) + sizeof(std::uint32_t)) + places.bias * sizeof(LightSum);
+      static_cast<std::uint64_t>(places.values.count()) * (sizeof(LightSum) + sizeof(std::uint32_t));
   return bounds.pixel_count() * (kAlways + of_places + light_groups * kLight +
                                  (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
 }
@@ -171,12 +172,13 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     depth_sum_[pixel] += first_hit.depth[slot];
     ++depth_count_[pixel];
   }
-  // The path tracer has no photons.
-  if (places_.radius && !first_hit.radius.empty() && first_hit.radius[slot] > 0) {
-    radius_sum_[pixel] += first_hit.radius[slot];
-    ++radius_count_[pixel];
+  for (std::size_t i = 0; i < kSlotValues; ++i) {
+    // The path tracer has no photons.
+    const std::vector<float>& values = first_hit.values[i];
+    if (!places_.values.has(i) || values.empty() || !std::isfinite(values[slot])) continue;
+    value_sum_[i][pixel] += values[slot];
+    ++value_count_[i][pixel];
   }
-  if (places_.bias && !first_hit.bias.empty()) bias_sum_[pixel] += first_hit.bias[slot];
   if (!has_moments()) return;
   const float albedo = shading_albedo(first_hit.albedo[slot]);
   for (int i = 0; i < 2; ++i) {
@@ -231,14 +233,10 @@ float Film::depth(std::size_t pixel) const {
   return static_cast<float>(depth_sum_[pixel].value() / depth_count_[pixel]);
 }
 
-float Film::bias(std::size_t pixel) const {
-  if (!places_.bias || count_[pixel] == 0) return 0;
-  return static_cast<float>(bias_sum_[pixel].value() / count_[pixel]);
-}
-
-float Film::radius(std::size_t pixel) const {
-  if (!places_.radius || radius_count_[pixel] == 0) return 0;
-  return static_cast<float>(radius_sum_[pixel].value() / radius_count_[pixel]);
+float Film::value(SlotValue value, std::size_t pixel) const {
+  const auto i = static_cast<std::size_t>(value);
+  if (!places_.values.has(value) || value_count_[i][pixel] == 0) return 0;
+  return static_cast<float>(value_sum_[i][pixel].value() / value_count_[i][pixel]);
 }
 
 float Film::coverage(std::size_t pixel) const {
@@ -284,9 +282,10 @@ void Film::for_arrays(Work&& work, Films&... films) {
   work(films.objects_...);
   work(films.materials_...);
   work(films.depth_sum_...);
-  work(films.radius_sum_...);
-  work(films.radius_count_...);
-  work(films.bias_sum_...);
+  for (std::size_t i = 0; i < kSlotValues; ++i) {
+    work(films.value_sum_[i]...);
+    work(films.value_count_[i]...);
+  }
   work(films.square_sum_...);
   for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
 }

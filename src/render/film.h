@@ -78,10 +78,8 @@ class Film {
   std::size_t light_group_count() const { return groups_.size(); }
   /// Mean depth over the samples that hit something; infinity if none did.
   float depth(std::size_t pixel) const;
-  /// Mean radius of the photons over the samples that found any, metres; 0 if none did, or if radii are not kept.
-  float radius(std::size_t pixel) const;
-  /// Estimated bias of the luminance of photons' light, W sr^-1 m^-2; 0 if it is not kept.
-  float bias(std::size_t pixel) const;
+  /// Mean over the samples that have this value; 0 if none has, or if it is not kept.
+  float value(SlotValue value, std::size_t pixel) const;
   /// Share of the samples that hit something.
   float coverage(std::size_t pixel) const;
 
@@ -162,10 +160,12 @@ class Film {
   std::vector<std::array<UnitSum, 3>> albedo_, normal_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
   std::vector<IdCounts> objects_, materials_;
-  std::vector<LightSum> depth_sum_, radius_sum_, bias_sum_;
+  std::vector<LightSum> depth_sum_;
+  std::array<std::vector<LightSum>, kSlotValues> value_sum_;
+  std::array<std::vector<std::uint32_t>, kSlotValues> value_count_;
   std::vector<SquareSum> square_sum_;  // of the luminance of single samples
   std::vector<SquareSum> moments_[2];  // of direct and indirect light: its luminance squared, over albedo
-  std::vector<std::uint32_t> depth_count_, radius_count_, count_;
+  std::vector<std::uint32_t> depth_count_, count_;
   std::uint64_t not_finite_ = 0;
 };
 

@@ -175,12 +175,12 @@ RenderSettings Job::settings() const {
 void Job::resume(const Checkpoint& checkpoint) {
   check_same_render(key(), parse_key(checkpoint.key), "the checkpoint");
   if (!film_.restore(checkpoint.film) || film_.whole_passes() != checkpoint.passes)
-    throw Error("the checkpoint holds sums that no render can give", "Remove the file to start anew.");
+    throw Error("the checkpoint holds sums that no render can give", "Remove the file to start again.");
   if (!settings_.part.is_all() && checkpoint.passes > settings_.sample_range().count())
     throw Error("the checkpoint holds samples beyond those of the part",
-                "Give the --part that it is of, or remove the file to start anew.");
+                "Give the same --part again, or remove the file to start again.");
   if (!checkpoint.round.empty() && !is_round_of(settings_.bounds, checkpoint.round))
-    throw Error("the checkpoint holds numbers of samples that no render can give", "Remove the file to start anew.");
+    throw Error("the checkpoint holds numbers of samples that no render can give", "Remove the file to start again.");
   passes_ = checkpoint.passes;
   round_ = checkpoint.round;
 }
@@ -263,8 +263,8 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
     wanted.more_caustic_photons =
         affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
   wanted.light_groups = light_groups_;
-  wanted.diagnosed = s.place_layers().radius;
-  wanted.narrow = s.place_layers().bias;
+  wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
+  wanted.narrow = s.place_layers().values.has(SlotValue::bias);
   wanted.kept = false;
   wanted.shared = sharers(wanted.pass);
   return wanted;
@@ -280,8 +280,7 @@ PassSettings Job::pass_settings() const {
   pass.light_samples = s.light_samples;
   pass.seed = s.seed;
   pass.places = s.place_layers().of_triangles();
-  pass.radius = s.place_layers().radius;
-  pass.bias = s.place_layers().bias;
+  pass.values = s.place_layers().values;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;

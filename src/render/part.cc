@@ -141,7 +141,7 @@ std::optional<Part> parse_header(const std::string& text) {
 
 [[noreturn]] void refuse(const std::string& path) {
   throw Error({path}, "this is not a whole part of a picture by this program",
-              "Copy the file anew, or render the part again (glowworm render --part).");
+              "Copy the file again, or render the part again (glowworm render --part).");
 }
 
 /// Opens the file and reads its header.

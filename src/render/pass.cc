@@ -1,6 +1,7 @@
 #include "render/pass.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/parallel.h"
@@ -26,9 +27,9 @@ class PassRenderer {
 
   PassResult render(CameraTasks tasks) {
     check_cancelled();
-    if (settings_.bias) bias_.assign(tasks.slot_count(), RGB());
+    if (finds_bias()) bias_.assign(tasks.slot_count(), RGB());
     find_light(tasks);
-    for (const RGB& bias : bias_) out_.first_hit.bias.push_back(luminance(bias));
+    for (const RGB& bias : bias_) out_.first_hit.of(SlotValue::bias).push_back(luminance(bias));
     return std::move(out_);
   }
 
@@ -53,12 +54,12 @@ class PassRenderer {
       camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
                           memory_.queries, statistics_);
       look_up_global(memory_.queries);
-      if (settings_.radius) find_radii(memory_.queries);
+      if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries);
       return;
     }
     camera_pass(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
     if (settings_.kind == PassKind::gather) {
-      if (settings_.radius) find_radii(memory_.queries = gather_points_as_queries(points));
+      if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries = gather_points_as_queries(points));
       gather_light(points);
     }
     if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
@@ -80,9 +81,9 @@ class PassRenderer {
       engines[i]->estimate(queries, memory_.found, statistics_);
       complete(queries, memory_.found, target, statistics_);
       if (settings_.light_groups) complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
-      if (settings_.bias) add_bias(queries, 2);
+      if (finds_bias()) add_bias(queries, 2);
     }
-    if (!settings_.bias || !narrow) return;
+    if (!finds_bias() || !narrow) return;
     // Not the render's lookups.
     Statistics others;
     memory_.found.assign(queries.size(), RGB());
@@ -149,7 +150,7 @@ class PassRenderer {
       if (caustics) look_up_caustic(memory_.secondary_queries, out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
-    if (!settings_.by_disk || settings_.bias) {
+    if (!settings_.by_disk || finds_bias()) {
       for (std::size_t first = 0; first < points.size(); first += step) {
         trace(first);
         if (settings_.kind == PassKind::count_gathered)
@@ -192,15 +193,19 @@ class PassRenderer {
       count(memory_.queries = gather_points_as_queries(points), statistics_);
   }
 
-  /// Fills FirstHit::radius. The counters of the render leave these lookups out. Changes `queries`.
+  bool finds_bias() const { return settings_.values.has(SlotValue::bias); }
+
+  /// Fills SlotValue::radius. The counters of the render leave these lookups out. Changes `queries`.
   void find_radii(QueryPoints& queries) {
     const std::size_t slots = out_.first_hit.depth.size();
-    out_.first_hit.radius.assign(slots, 0);
+    std::vector<float>& radius = out_.first_hit.of(SlotValue::radius);
+    radius.assign(slots, std::numeric_limits<float>::infinity());
     if (maps_.empty()) return;
     out_.diagnosis.assign(slots, RGB());
     Statistics not_the_renders;
     count(queries, not_the_renders);
-    for (std::size_t i = 0; i < slots; ++i) out_.first_hit.radius[i] = photon_diagnosis(out_.diagnosis[i]).mean_radius;
+    for (std::size_t i = 0; i < slots; ++i)
+      if (const float mean = photon_diagnosis(out_.diagnosis[i]).mean_radius; mean > 0) radius[i] = mean;
     out_.diagnosis = {};
   }
 
@@ -257,9 +262,8 @@ PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View&
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
-  const Reservation reservation(
-      budget, "camera samples",
-      tasks.slot_count() * bytes_per_slot(groups, settings.radius + settings.bias, settings.places));
+  const Reservation reservation(budget, "camera samples",
+                                tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
 }
 

@@ -32,7 +32,7 @@ struct PassSettings {
   std::uint32_t light_samples = 0;  ///< light samples of each gather point
   std::uint32_t seed = 0;
   bool places = false;                                  ///< fill FirstHit::triangle and barycentric, too
-  bool radius = false, bias = false;                    ///< kinds gather and photons: fill these of FirstHit, too
+  SlotValues values;                                    ///< kinds gather and photons: fill these of FirstHit, too
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   bool patches = true;                                  ///< send some gather rays to bright patches

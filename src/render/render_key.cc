@@ -73,20 +73,20 @@ std::string names_of(const PlaceLayers& layers) {
   for (const auto& [kept, name] : {std::pair{layers.position, "position"},
                                    {layers.uv, "uv"},
                                    {layers.objects, "objects"},
-                                   {layers.materials, "materials"},
-                                   {layers.radius, "radius"},
-                                   {layers.bias, "bias"}})
+                                   {layers.materials, "materials"}})
     if (kept) names += names.empty() ? name : std::string(",") + name;
+  for (std::size_t i = 0; i < kSlotValues; ++i)
+    if (layers.values.has(i)) names += (names.empty() ? "" : ",") + std::string(kSlotValueNames[i]);
   return names.empty() ? "none" : names;
 }
 
 [[noreturn]] void refuse_other_program(const std::string& kept, const std::string& what, const std::string& own,
                                        const std::string& other) {
-  throw Error(fmt::format("{} is of another render: its {} is {}, and here it is {}", kept, what, other, own),
-              what == kVersion ? "Go on with that version of the program, or remove the file to start anew."
+  throw Error(fmt::format("{} belongs to another render: its {} is {}, but this render has {}", kept, what, other, own),
+              what == kVersion ? "Continue with that version of the program, or remove the file to start again."
               : what == kKernels
-                  ? fmt::format("Give --simd {} on a machine that has it, or remove the file to start anew.", other)
-                  : "Go on where it was begun, or on a machine alike, or remove the file to start anew.");
+                  ? fmt::format("Give --simd {} on a machine that has it, or remove the file to start again.", other)
+                  : "Continue on the machine where it began, or one like it, or remove the file to start again.");
 }
 
 }  // namespace
@@ -139,12 +139,12 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
     if (value == part.value) continue;
     if (part.name == kLayers)
       throw Error(fmt::format("{} is of a render {} --aov", kept, value == "given" ? "with" : "without"),
-                  value == "given" ? "Give --aov with any of the layers, or remove the file to start anew."
-                                   : "Leave --aov out, or remove the file to start anew: it holds no layers.");
+                  value == "given" ? "Give --aov with any of the layers, or remove the file to start again."
+                                   : "Leave --aov out, or remove the file to start again: it holds no layers.");
     if (part.name == kFirstSample)
       throw Error(fmt::format("{} is of another part: it begins with sample {}, and this render with sample {}", kept,
                               value, part.value),
-                  "Give the --part that it is of, or remove the file to start anew.");
+                  "Give the same --part again, or remove the file to start again.");
     if (is_of_scene(part.name)) {
       parts.push_back(part.name);
       continue;
@@ -155,11 +155,11 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
   if (!parts.empty())
     throw Error(fmt::format("{} is of another scene: its {} differ", kept, fmt::join(parts, ", ")),
                 "Give the scene as it was, with the same --camera, --view and --light, or remove the file to start "
-                "anew.");
+                "again.");
   if (settings.empty()) return;
-  throw Error(fmt::format("{} is of another render: {}", kept, fmt::join(settings, "; ")),
-              remedy.empty() ? "Remove the file to start anew."
-                             : fmt::format("Give {}, or remove the file to start anew.", fmt::join(remedy, " ")));
+  throw Error(fmt::format("{} belongs to another render: {}", kept, fmt::join(settings, "; ")),
+              remedy.empty() ? "Remove the file to start again."
+                             : fmt::format("Give {}, or remove the file to start again.", fmt::join(remedy, " ")));
 }
 
 RenderKey key_of_whole(RenderKey key) {

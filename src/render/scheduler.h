@@ -19,11 +19,11 @@ struct Schedule {
 
 /// Bytes of a camera sample during its task: its gather point, twice while they are joined, and its light.
 /// @param light_groups whose light is kept apart
-/// @param of_photons   how many of radius and bias are kept
+/// @param values       SlotValues that are kept
 /// @param places       whether the triangles of first hits are kept
-constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, int of_photons = 0, bool places = false) {
+constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false) {
   return 3 * GatherPoints::kBytesEach + (4 + light_groups) * sizeof(RGB) + 28 +
-         static_cast<std::uint64_t>(of_photons) * (sizeof(RGB) + sizeof(float)) +
+         static_cast<std::uint64_t>(values) * (sizeof(RGB) + sizeof(float)) +
          (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0);
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.

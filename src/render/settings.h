@@ -7,6 +7,7 @@
 #include "core/disk_memory.h"
 #include "core/random.h"
 #include "density/engine.h"
+#include "points/slot_value.h"
 
 namespace glowworm {
 
@@ -83,10 +84,9 @@ struct SampleRange {
 /// What a film keeps of the places that camera rays end at.
 struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
-  bool radius = false;  ///< of the photons there
-  bool bias = false;    ///< of density estimation
+  SlotValues values = {};  ///< of the photons there
 
-  bool any() const { return of_triangles() || radius || bias; }
+  bool any() const { return of_triangles() || !values.empty(); }
   /// Whether FirstHit::triangle and barycentric are needed.
   bool of_triangles() const { return position || uv || objects || materials; }
   bool operator==(const PlaceLayers&) const = default;

@@ -91,7 +91,7 @@ TEST(Layers, RadiusIsThatOfThePhotonsAndNothingOfPaths) {
       const Film film = stage.render(settings);
       std::vector<float> out;
       for (std::size_t i = 0; i < film.pixel_count(); ++i)
-        if (film.radius(i) > 0) out.push_back(film.radius(i));
+        if (film.value(SlotValue::radius, i) > 0) out.push_back(film.value(SlotValue::radius, i));
       return out;
     };
     const std::vector<float> few = radii(20), many = radii(80);
@@ -132,7 +132,7 @@ TEST(Layers, BiasIsWhatWideRadiiAddOrTakeAway) {
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
       const float error = luminance(film.radiance(i, false)) - luminance(truth.radiance(i, false));
       before += std::pow(error, 2);
-      after += std::pow(error - film.bias(i), 2);
+      after += std::pow(error - film.value(SlotValue::bias, i), 2);
     }
     // Errors of higher order are left, those at the floor's edge, and the noise of the photons.
     EXPECT_LT(after, 0.5 * before) << engine << " " << before;
@@ -148,7 +148,7 @@ TEST(Layers, RadiusShrinksFromPassToPass) {
     settings.samples = samples;
     const Film film = stage.render(settings);
     double sum = 0;
-    for (std::size_t i = 0; i < film.pixel_count(); ++i) sum += film.radius(i);
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) sum += film.value(SlotValue::radius, i);
     return sum;
   };
   EXPECT_LT(mean(8), 0.95 * mean(1));
