@@ -23,7 +23,7 @@
 namespace glowworm::bench {
 namespace {
 
-constexpr std::size_t kPhotons = 500000, kQueries = 400000;
+constexpr std::size_t kPhotons = 500000, kQueries = 2000000;
 constexpr std::uint32_t kNearest = 45;
 
 std::string scene_name = "atrium";

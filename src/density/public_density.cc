@@ -1,6 +1,8 @@
 // The public header glowworm/density.h.
+#include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <mutex>
 #include <utility>
 
 #include "core/error.h"
@@ -30,6 +32,9 @@ void check_length(std::size_t length, std::size_t wanted, const char* what) {
                 " positions");
 }
 
+/// Points of a lookup: enough of them lie close together, and their arrays stay small.
+constexpr std::size_t kPointsAtOnce = std::size_t{1} << 21;
+
 /// Direction of photons and points that have none: all normals agree.
 constexpr glowworm::Vec3 kAnyNormal{0, 0, 1};
 
@@ -53,6 +58,21 @@ struct DensityIndex::Implementation {
   std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
   std::size_t count = 0;
   bool normals = false;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<QueryPoints>> idle;  ///< of calls that have ended: memory used before costs less
+
+  /// The points of a call, with memory of an earlier call where there is some.
+  std::unique_ptr<QueryPoints> take_points() {
+    const std::lock_guard lock(mutex);
+    if (idle.empty()) return std::make_unique<QueryPoints>();
+    std::unique_ptr<QueryPoints> points = std::move(idle.back());
+    idle.pop_back();
+    return points;
+  }
+  void give_back(std::unique_ptr<QueryPoints> points) {
+    const std::lock_guard lock(mutex);
+    idle.push_back(std::move(points));
+  }
 
   Implementation(const PhotonArrays& photons, RadiusPolicy policy, Kernel kernel)
       : count(photons.position.size()), normals(!photons.normal.empty()) {
@@ -104,18 +124,22 @@ std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<con
   const std::size_t count = position.size();
   const auto* places = reinterpret_cast<const glowworm::Vec3*>(position.data());
   const auto* normals = reinterpret_cast<const glowworm::Vec3*>(normal.data());
-  QueryPoints points;
-  points.position.assign(places, places + count);
-  if (normal.empty())
-    points.normal.assign(count, kAnyNormal);
-  else
-    points.normal.assign(normals, normals + count);
-  // With a Lambertian reflectance of pi the radiance is the sum itself.
-  points.reflectance.assign(count, RGB(kPi));
-  points.bsdf.assign(count, kLambertianQuery);
   std::vector<Rgb> out(count);
+  std::unique_ptr<QueryPoints> points = implementation_->take_points();
   Statistics statistics;
-  implementation_->engine->estimate(points, {reinterpret_cast<RGB*>(out.data()), count}, statistics);
+  for (std::size_t first = 0; first < count; first += kPointsAtOnce) {
+    const std::size_t n = std::min(kPointsAtOnce, count - first);
+    points->position.assign(places + first, places + first + n);
+    if (normal.empty())
+      points->normal.assign(n, kAnyNormal);
+    else
+      points->normal.assign(normals + first, normals + first + n);
+    // With a Lambertian reflectance of pi the radiance is the sum itself.
+    points->reflectance.assign(n, RGB(kPi));
+    points->bsdf.assign(n, kLambertianQuery);
+    implementation_->engine->estimate(*points, {reinterpret_cast<RGB*>(&out[first]), n}, statistics);
+  }
+  implementation_->give_back(std::move(points));
   return out;
 }
 
