@@ -2,8 +2,11 @@
 #include "render/options.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <set>
+#include <string>
 
 #include "builtin/builtin.h"
 #include "core/error.h"
@@ -88,7 +91,11 @@ TEST(Options, AreInTheKeyOrChangeNoBits) {
     const bool in_key = render_key(*stage.scene, changed) != key;
     EXPECT_EQ(in_key, option.shows || option.name == std::string("--camera")) << option.name;
     if (!in_key && !ends.contains(option.name)) {
+      if (!changed.share.empty()) changed.share = testing::TempDir() + "options_test." + std::to_string(getpid());
       EXPECT_EQ(stage.render(changed).save(), bits) << option.name;
+      if (!changed.share.empty()) {
+        EXPECT_GT(std::filesystem::remove_all(changed.share), 1u);
+      }
     }
   }
 }
