@@ -18,6 +18,8 @@ enum class Kernel : std::uint8_t {
   epanechnikov,  ///< 2 / pi (1 - d^2)
   gaussian,      ///< exp(-d^2 / (2 s^2)) with s = 1/3, cut at d = 1 and normalised
 };
+/// Names of the kernels, in the order of Kernel: "box" and so on.
+std::vector<std::string> kernel_names();
 
 /// Photons as arrays of one length n. They are copied.
 struct PhotonArrays {

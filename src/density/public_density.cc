@@ -85,6 +85,8 @@ struct DensityIndex::Implementation {
   }
 };
 
+std::vector<std::string> kernel_names() { return glowworm::kernel_names(); }
+
 std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k) {
   if (k == 0) throw Error("radii for 0 photons were asked for", "Ask for 1 or more.");
   const std::vector<Rgb> flux(position.size());

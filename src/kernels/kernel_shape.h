@@ -1,6 +1,6 @@
 // The kernels K of the density estimators, over the unit disc: names, norms and profiles. To add a shape, add an entry
-// to each list and function here and to the function in kernels/kernel_shape-inl.h. For the public interface, add it to
-// Kernel in include/glowworm/density.h and to kernel_of() in python/photons.cc. Tests take all of kKernelShapes.
+// to each list and function here, to the function in kernels/kernel_shape-inl.h, and to Kernel in
+// include/glowworm/density.h. Tests take all of kKernelShapes.
 #pragma once
 #include <cmath>
 #include <cstdint>

@@ -18,13 +18,13 @@ using api::PhotonMap;
 using api::Photons;
 
 Kernel kernel_of(const std::string& name) {
-  static const std::pair<const char*, Kernel> kernels[] = {{"box", Kernel::box},
-                                                           {"cone", Kernel::cone},
-                                                           {"epanechnikov", Kernel::epanechnikov},
-                                                           {"gaussian", Kernel::gaussian}};
-  for (const auto& [known, kernel] : kernels)
-    if (name == known) return kernel;
-  throw py::value_error("kernel '" + name + "' is not one of box, cone, epanechnikov, gaussian");
+  std::string known;
+  const std::vector<std::string> names = api::kernel_names();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (name == names[i]) return static_cast<Kernel>(i);
+    known += (i == 0 ? "" : ", ") + names[i];
+  }
+  throw py::value_error("kernel '" + name + "' is not one of " + known);
 }
 
 /// An array of the photons that keeps them alive.
