@@ -298,14 +298,13 @@ class GltfWriter {
                       AttributeWriter& writer) {
     json out = {{"attributes", primitive["attributes"]}};
     if (primitive.contains("targets")) out["targets"] = primitive["targets"];
-    const auto write = [&](json& attributes) {
-      for (const auto& [name, accessor] : attributes.items())
-        accessor = writer.write(name, accessor, vertices.arranged(), turned && name == "NORMAL");
-    };
     if (!vertices.unchanged() || writer.is_compressed()) {
-      write(out["attributes"]);
+      for (const auto& [name, accessor] : out["attributes"].items())
+        accessor = writer.write(name, accessor, vertices.arranged(), turned && name == "NORMAL");
       if (out.contains("targets"))
-        for (json& target : out["targets"]) write(target);
+        for (json& target : out["targets"])
+          for (const auto& [name, accessor] : target.items())
+            accessor = writer.write_target(accessor, vertices.arranged(), turned && name == "NORMAL");
     }
     json& attributes = out["attributes"];
     if (format_ == BakeFormat::vertex) {

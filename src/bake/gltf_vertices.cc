@@ -145,14 +145,23 @@ GltfElements AttributeWriter::elements(const std::string& name, int accessor) co
 
 int AttributeWriter::write(const std::string& name, int accessor, const std::vector<LitVertices::Entry>& vertices,
                            bool turned) {
-  GltfElements from = elements(name, accessor);
   json out = file_.json["accessors"][static_cast<std::size_t>(accessor)];
-  for (const char* key : {"bufferView", "byteOffset", "sparse"}) out.erase(key);
-  out["count"] = vertices.size();
+  GltfElements from = elements(name, accessor);
   if (draco_ && draco_->attributes.contains(name)) {
     out["componentType"] = from.component_type;
     out.erase("normalized");
   }
+  return write(std::move(out), std::move(from), vertices, turned);
+}
+
+int AttributeWriter::write_target(int accessor, const std::vector<LitVertices::Entry>& vertices, bool turned) {
+  return write(file_.json["accessors"][static_cast<std::size_t>(accessor)], raw_elements(document_, accessor), vertices,
+               turned);
+}
+
+int AttributeWriter::write(json out, GltfElements from, const std::vector<LitVertices::Entry>& vertices, bool turned) {
+  for (const char* key : {"bufferView", "byteOffset", "sparse"}) out.erase(key);
+  out["count"] = vertices.size();
   if (from.bytes.empty()) return file_.add("accessors", out);
   if (turned) negate(from);
   const std::size_t stride = (from.size + 3) / 4 * 4;  // of vertex attributes: glTF 2.0, section 3.6.2.4

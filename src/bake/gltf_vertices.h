@@ -49,7 +49,7 @@ class LitVertices {
   bool unchanged_ = true;
 };
 
-/// Attributes of a primitive, and of its morph targets, for other vertices.
+/// Attributes of a primitive, and those of its morph targets, which no file compresses by Draco, for other vertices.
 class AttributeWriter {
  public:
   AttributeWriter(const GltfDocument& document, int mesh, std::size_t primitive, GlbFile& file);
@@ -58,6 +58,8 @@ class AttributeWriter {
   bool is_compressed() const { return draco_.has_value(); }
   /// Adds an accessor with the values of an attribute. @param turned negates them
   int write(const std::string& name, int accessor, const std::vector<LitVertices::Entry>& vertices, bool turned);
+  /// The same for an attribute of a morph target.
+  int write_target(int accessor, const std::vector<LitVertices::Entry>& vertices, bool turned);
   /// The values of an attribute as floats, `components` each.
   std::vector<float> floats(const std::string& name, int accessor, std::size_t components) const;
   /// Components of an attribute.
@@ -65,6 +67,8 @@ class AttributeWriter {
 
  private:
   GltfElements elements(const std::string& name, int accessor) const;
+  /// @param out accessor to complete
+  int write(nlohmann::json out, GltfElements from, const std::vector<LitVertices::Entry>& vertices, bool turned);
 
   const GltfDocument& document_;
   GlbFile& file_;

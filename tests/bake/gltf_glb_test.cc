@@ -335,9 +335,14 @@ TEST_F(BakedGltf, WritesCompressedMeshesPlain) {
       file.add("accessors", {{"componentType", 5125}, {"type", "SCALAR"}, {"count", 3 * mesh->num_faces()}});
   const json compressed = {{"bufferView", view},
                            {"attributes", {{"POSITION", mesh->attribute(attribute)->unique_id()}}}};
-  file.add("meshes", {{"primitives",
+  // Morph targets are never compressed.
+  const std::vector<float> shift(3 * mesh->num_points(), 0.25f);
+  const int target = file.add_accessor(shift, 5126, "VEC3", mesh->num_points());
+  file.add("meshes", {{"weights", {0.5}},
+                      {"primitives",
                        {{{"attributes", {{"POSITION", positions}}},
                          {"indices", indices},
+                         {"targets", {{{"POSITION", target}}}},
                          {"extensions", {{"KHR_draco_mesh_compression", compressed}}}}}}});
   file.add("nodes", {{"mesh", 0}});
   add_lamp(file);
