@@ -73,13 +73,19 @@ void resolve_options(BakeOptions& o) {
     throw CommandLineError("--from computes no light", "Leave out --part, --resume and -o with a part.");
   if (o.is_probes() && !(o.spacing > 0))
     throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
-  if (o.texture != "png" && (o.is_probes() || o.format == "vertex"))
+  if (o.texture != "png" && (o.format == "vertex" || (o.is_probes() && o.texture != "exr")))
     throw CommandLineError(fmt::format("--format {} has no textures", o.format), "Leave --texture out.");
   if (o.is_probes()) o.settings.filter = Filtering::off;
   o.settings.separate_layers = filters(o.settings);
   keep_heap_small(o.settings.memory_bytes);
   if (o.side != std::floor(o.side))
     throw CommandLineError(fmt::format("--atlas '{}' is not a whole number of texels", o.side));
+}
+
+/// Name of the picture of probes: probes.exr beside probes.json. "" where there is none.
+std::string probes_picture(const BakeOptions& o) {
+  const bool has_one = o.is_probes() && o.texture == "exr" && !o.is_part();
+  return has_one ? std::filesystem::path(o.output).replace_extension("exr").string() : "";
 }
 
 void prepare_outputs(const BakeOptions& o, OutputFiles& files) {
@@ -89,7 +95,9 @@ void prepare_outputs(const BakeOptions& o, OutputFiles& files) {
   if (!o.atlas_picture.empty()) files.add("--atlas-picture", o.atlas_picture);
   if (!o.resume.empty()) files.add("--resume", o.resume);
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
-  for (const std::string& path : {o.output, o.atlas_picture, o.resume})
+  const std::string picture = probes_picture(o);
+  if (!picture.empty()) files.add("--texture", picture);
+  for (const std::string& path : {o.output, o.atlas_picture, o.resume, picture})
     if (!path.empty()) files.probe(path);
   files.throw_if_any_failed();
 }
@@ -162,6 +170,10 @@ void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, cons
                   OutputFiles& files) {
   if (files.write(o.output, [&] { write_file(o.output, probes_json(probes, irradiance, o.command_line)); }))
     inform(fmt::format("wrote {}", o.output));
+  const std::string picture = probes_picture(o);
+  if (picture.empty()) return;
+  if (files.write(picture, [&] { write_exr(picture, probes_image(probes, irradiance, o.command_line)); }))
+    inform(fmt::format("wrote {}", picture));
 }
 
 void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance irradiance, const BakePlaces& places,
@@ -314,7 +326,8 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
       ->group("Textures");
   add_choice(c, "--texture", o.texture, {"png", "exr", "rgbm"},
              "png: 8 bits and a scale, in the file; also beside it, named in the materials' extras: exr: half floats, "
-             "as OUTPUT.0.exr; rgbm: 8 bits and a multiplier, as OUTPUT.0.rgbm.png")
+             "as OUTPUT.0.exr (probes: their coefficients, as OUTPUT.exr); rgbm: 8 bits and a multiplier, as "
+             "OUTPUT.0.rgbm.png")
       ->check(refuse_ktx2)
       ->group("Textures");
   add_choice(c, "--light", o.light, {"all", "indirect"}, "Light to bake: indirect leaves direct light to the viewer")

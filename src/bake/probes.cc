@@ -14,6 +14,8 @@ namespace glowworm {
 
 namespace {
 
+using nlohmann::json;
+
 constexpr int kAxes = 6;
 
 Vec3 probe_direction(int i) {
@@ -36,6 +38,28 @@ std::array<float, 9> harmonics(Vec3 n) {
           0.315392f * (3 * n.z * n.z - 1),
           1.092548f * n.x * n.z,
           0.546274f * (n.x * n.x - n.y * n.y)};
+}
+
+std::vector<ProbeLight> fit_probes(const ProbeGrid& probes, const std::vector<RGB>& irradiance) {
+  std::vector<ProbeLight> out;
+  for (std::size_t p = 0; p < probes.position.size(); ++p) {
+    std::array<RGB, kProbeDirections> measured;
+    std::copy_n(irradiance.begin() + static_cast<std::ptrdiff_t>(p * kProbeDirections), kProbeDirections,
+                measured.begin());
+    out.push_back(fit_probe(measured));
+  }
+  return out;
+}
+
+/// The grid without its light.
+json describe(const ProbeGrid& probes, const std::string& command_line) {
+  return {{"command", command_line},
+          {"unit", "irradiance, W m^-2, linear RGB (Rec. 709)"},
+          {"basis", "real orthonormal spherical harmonics of the normal: 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2"},
+          {"origin", {probes.origin.x, probes.origin.y, probes.origin.z}},
+          {"spacing", probes.spacing},
+          {"counts", probes.counts},
+          {"order", "x runs fastest, then y, then z; null: inside of a solid object"}};
 }
 
 }  // namespace
@@ -101,26 +125,29 @@ RGB evaluate(const ProbeLight& light, Vec3 normal) {
   return out;
 }
 
+Image probes_image(const ProbeGrid& probes, const std::vector<RGB>& irradiance, const std::string& command_line) {
+  Image out(probes.counts[0], probes.counts[1] * probes.counts[2]);
+  std::vector<RGB> layer(probes.position.size());
+  const std::vector<ProbeLight> lights = fit_probes(probes, irradiance);
+  for (std::size_t k = 0; k < ProbeLight().size(); ++k) {
+    for (std::size_t p = 0; p < layer.size(); ++p) layer[p] = probes.is_inside[p] ? RGB() : lights[p][k];
+    out.add_rgb(fmt::format("Y{}", k), layer);
+  }
+  const json grid = describe(probes, command_line);
+  for (const char* name : {"command", "unit", "basis"}) out.metadata[name] = grid[name].get<std::string>();
+  for (const char* name : {"origin", "spacing", "counts"}) out.metadata[name] = grid[name].dump();
+  return out;
+}
+
 std::string probes_json(const ProbeGrid& probes, const std::vector<RGB>& irradiance, const std::string& command_line) {
-  using nlohmann::json;
-  json list = json::array();
-  for (std::size_t p = 0; p < probes.position.size(); ++p) {
-    std::array<RGB, kProbeDirections> measured;
-    std::copy_n(irradiance.begin() + static_cast<std::ptrdiff_t>(p * kProbeDirections), kProbeDirections,
-                measured.begin());
+  json out = describe(probes, command_line);
+  json& list = out["probes"] = json::array();
+  const std::vector<ProbeLight> lights = fit_probes(probes, irradiance);
+  for (std::size_t p = 0; p < lights.size(); ++p) {
     json coefficients = json::array();
-    for (const RGB& c : fit_probe(measured)) coefficients.push_back({c.r, c.g, c.b});
+    for (const RGB& c : lights[p]) coefficients.push_back({c.r, c.g, c.b});
     list.push_back(probes.is_inside[p] ? json() : coefficients);
   }
-  const json out = {
-      {"command", command_line},
-      {"unit", "irradiance, W m^-2, linear RGB (Rec. 709)"},
-      {"basis", "real orthonormal spherical harmonics of the normal: 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2"},
-      {"origin", {probes.origin.x, probes.origin.y, probes.origin.z}},
-      {"spacing", probes.spacing},
-      {"counts", probes.counts},
-      {"order", "x runs fastest, then y, then z; null: inside of a solid object"},
-      {"probes", list}};
   return out.dump() + "\n";
 }
 

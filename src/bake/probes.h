@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gather/point_pass.h"
+#include "image/image.h"
 #include "render/film.h"
 #include "trace/tracer.h"
 
@@ -40,6 +41,11 @@ ProbeLight fit_probe(const std::array<RGB, kProbeDirections>& irradiance);
 
 /// Value of irradiance for a unit normal.
 RGB evaluate(const ProbeLight& light, Vec3 normal);
+
+/// The grid and its light as a picture: a column for each x, a row for each z and y, of which y runs faster. Layer Yi
+/// has coefficient i of fit_probe(), 0 inside of solid objects; the metadata have the grid as the JSON file has it.
+/// @param irradiance of the cells of probe_points()
+Image probes_image(const ProbeGrid& probes, const std::vector<RGB>& irradiance, const std::string& command_line);
 
 /// The grid and its light as JSON. @param irradiance of the cells of probe_points()
 std::string probes_json(const ProbeGrid& probes, const std::vector<RGB>& irradiance, const std::string& command_line);

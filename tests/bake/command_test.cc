@@ -30,9 +30,17 @@ TEST_F(BakeCommand, WritesAFileInEveryFormat) {
     EXPECT_EQ(read(path("light.png")).substr(1, 3), "PNG");
     EXPECT_EQ(run({"info", "lit.glb"}).status, 0);
   }
-  const Outcome probes = run(words({"--format", "probes", "--spacing", "0.2", "-o", "probes.json"}));
+  const Outcome probes =
+      run(words({"--format", "probes", "--spacing", "0.2", "--texture", "exr", "-o", "probes.json"}));
   EXPECT_EQ(probes.status, 0) << probes.err;
-  EXPECT_EQ(read_json("probes.json")["probes"].size(), 8u);
+  const nlohmann::json grid = read_json("probes.json");
+  ASSERT_EQ(grid["probes"].size(), 8u);
+  const Image picture = read_image(path("probes.exr"));
+  EXPECT_EQ(picture.metadata.at("spacing"), grid["spacing"].dump());
+  const std::vector<RGB> coefficient = picture.rgb("Y3");
+  ASSERT_EQ(coefficient.size(), 8u);
+  for (std::size_t i = 0; i < coefficient.size(); ++i)
+    EXPECT_NEAR(coefficient[i].g, grid["probes"][i].is_null() ? 0 : grid["probes"][i][3][1].get<float>(), 1e-3);
 }
 
 TEST_F(BakeCommand, WritesTexturesOfFullRangeBesideTheFile) {
