@@ -181,7 +181,7 @@ void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance ir
   const BakeLayout& layout = places.layout;
   const BakeFormat format = format_of(o.format);
   const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
-  const float exposure = o.exposure ? *o.exposure : automatic_exposure(layout, light);
+  const float exposure = o.exposure ? *o.exposure : automatic_exposure(scene, layout, light);
   const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
   const BakeNotes notes{exposure, o.command_line, write_texture_files(o, layout.atlas, light, files), places.gltf,
                         o.settings.indirect_only};

@@ -27,7 +27,6 @@ using nlohmann::json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kLights = "KHR_lights_punctual";
-constexpr const char* kStrength = "KHR_materials_emissive_strength";
 constexpr const char* kVariants = "KHR_materials_variants";
 constexpr float kLumensPerWatt = 683;  ///< as the importer takes them
 
@@ -385,10 +384,7 @@ class GltfWriter {
   void scale_lights() {
     for (std::size_t m = 0; m < materials_.size(); ++m) {
       json& material = file_.json["materials"][m];
-      const json glow = material.value("emissiveFactor", json({0, 0, 0}));
-      if (material != materials_[m] || glow == json({0, 0, 0}) || light_.gain() == 1) continue;
-      json& strength = material["extensions"][kStrength]["emissiveStrength"];
-      strength = (strength.is_number() ? strength.get<float>() : 1.0f) * light_.gain();
+      if (material == materials_[m]) light_.scale_glow(material);
     }
     if (!file_.json.contains("extensions") || !file_.json["extensions"].contains(kLights)) return;
     const bool is_baked = format_ == BakeFormat::lightmap && !notes_.indirect_only;

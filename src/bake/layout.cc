@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "bake/light.h"
 #include "core/error.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
@@ -108,13 +109,88 @@ std::string plural(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
+/// Some triangles, seen from one side.
+struct TriangleSide {
+  std::span<const std::uint32_t> triangles;
+  bool back = false;
+};
+
+/// Random points: a row for each of `sides`, kPlaces long.
+constexpr std::size_t kPlaces = 16;
+PointGrid places_on(const Scene& scene, const std::vector<TriangleSide>& sides) {
+  PointGrid grid;
+  grid.width = kPlaces;
+  grid.height = static_cast<int>(sides.size());
+  grid.on_surfaces = true;
+  for (const TriangleSide& side : sides)
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+      const std::uint32_t triangle = side.triangles[i * side.triangles.size() / kPlaces];
+      const auto number = static_cast<std::uint32_t>(i);
+      const Vec2 u{to_unit_float(hash_combine(triangle, 2 * number)),
+                   to_unit_float(hash_combine(triangle, 2 * number + 1))};
+      const SurfacePoint point = surface_point(scene, triangle, square_to_triangle(u));
+      grid.position.push_back(point.position);
+      grid.normal.push_back(side.back ? -point.geometric_normal : point.geometric_normal);
+    }
+  return grid;
+}
+
+/// An estimate of the mean irradiance on each of `sides`, W m^-2.
+std::vector<RGB> mean_light(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
+                            const std::vector<TriangleSide>& sides) {
+  std::vector<RGB> out(sides.size());
+  if (sides.empty()) return out;
+  RenderSettings settings;
+  settings.integrator = Integrator::path;
+  settings.samples = static_cast<std::uint32_t>(std::clamp<std::size_t>(16384 / sides.size(), 4, 64));
+  Job job(scene, tracer, settings, nullptr, 0, std::make_shared<const PointGrid>(places_on(*scene, sides)));
+  job.wait();
+  const Film film = job.snapshot();
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) out[i / kPlaces] += film.radiance(i, false) / float{kPlaces};
+  return out;
+}
+
+/// For each emission of the scene, whether its triangles are left as they are: they glow evenly, and what they reflect
+/// is less than kFaint of that.
+std::vector<bool> find_lamps(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer) {
+  constexpr float kFaint = 0.1f;
+  const Geometry& g = scene->geometry();
+  std::vector<std::vector<std::uint32_t>> triangles(scene->emissions().size());
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
+    const bool reflects =
+        is_bakeable(*scene, g.material[t]) && !is_black(scene->materials()[g.material[t]].reflectance.value);
+    if (g.emission[t] != kNone && reflects) triangles[g.emission[t]].push_back(t);
+  }
+  std::vector<bool> out(triangles.size(), true);
+  std::vector<TriangleSide> sides;
+  std::vector<std::size_t> emission;
+  for (std::size_t e = 0; e < triangles.size(); ++e) {
+    if (triangles[e].empty()) continue;
+    out[e] = scene->emissions()[e].radiance.texture == kNone;
+    if (!out[e]) continue;
+    sides.push_back({triangles[e]});
+    emission.push_back(e);
+  }
+  const std::vector<RGB> light = mean_light(scene, tracer, sides);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const RGB albedo = baked_albedo(*scene, sides[i].triangles[0], {1 / 3.0f, 1 / 3.0f});
+    const RGB reflected = light[i] * albedo * kInversePi;
+    out[emission[i]] =
+        max_component(reflected) < kFaint * max_component(scene->emissions()[emission[i]].radiance.value);
+  }
+  return out;
+}
+
 /// The fronts of all triangles to bake.
-std::vector<BakeFace> baked_fronts(const Scene& scene, std::vector<std::string>& notes) {
+/// @param lamps for each emission, whether its triangles are lamps
+std::vector<BakeFace> baked_fronts(const Scene& scene, const std::vector<bool>& lamps,
+                                   std::vector<std::string>& notes) {
   const Geometry& g = scene.geometry();
   std::vector<BakeFace> out;
   std::map<std::uint32_t, std::size_t> left;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
-    if (g.emission[t] != kNone || is_dark(scene, g.material[t])) continue;
+    const bool glows = g.emission[t] != kNone;
+    if (glows ? lamps[g.emission[t]] : is_dark(scene, g.material[t])) continue;
     if (is_bakeable(scene, g.material[t]))
       out.push_back({t, false});
     else
@@ -132,27 +208,6 @@ struct Group {
   OpenSides open;
 };
 
-/// Points on the backs of groups that are open on both sides, and then on their fronts: a row each, kPlaces long.
-constexpr std::size_t kPlaces = 16;
-PointGrid group_points(const Scene& scene, const std::vector<const Group*>& groups) {
-  PointGrid grid;
-  grid.width = kPlaces;
-  grid.height = static_cast<int>(2 * groups.size());
-  grid.on_surfaces = true;
-  for (const bool back : {true, false})
-    for (const Group* group : groups)
-      for (std::size_t i = 0; i < kPlaces; ++i) {
-        const std::uint32_t triangle = group->triangles[i * group->triangles.size() / kPlaces];
-        const auto number = static_cast<std::uint32_t>(i);
-        const Vec2 u{to_unit_float(hash_combine(triangle, 2 * number)),
-                     to_unit_float(hash_combine(triangle, 2 * number + 1))};
-        const SurfacePoint point = surface_point(scene, triangle, square_to_triangle(u));
-        grid.position.push_back(point.position);
-        grid.normal.push_back(back ? -point.geometric_normal : point.geometric_normal);
-      }
-  return grid;
-}
-
 /// Closes the sides of groups that get less than a ten-thousandth of the mean light, such as the inside of a
 /// box without a bottom.
 void close_dark_sides(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
@@ -162,17 +217,14 @@ void close_dark_sides(const std::shared_ptr<const Scene>& scene, const std::shar
   for (const auto& [number, group] : groups)
     if (group.open.front && group.open.back) both.push_back(&group);
   if (both.empty()) return;
-  RenderSettings settings;
-  settings.integrator = Integrator::path;
-  settings.samples = static_cast<std::uint32_t>(std::clamp<std::size_t>(8192 / both.size(), 4, 64));
-  Job job(scene, tracer, settings, nullptr, 0, std::make_shared<const PointGrid>(group_points(*scene, both)));
-  job.wait();
-  const Film film = job.snapshot();
-  std::vector<double> light(2 * both.size(), 0);
+  std::vector<TriangleSide> sides;
+  for (const bool back : {true, false})
+    for (const Group* group : both) sides.push_back({group->triangles, back});
+  std::vector<double> light;
   double sum = 0;
-  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    light[i / kPlaces] += luminance(film.radiance(i, false));
-    sum += luminance(film.radiance(i, false));
+  for (const RGB& irradiance : mean_light(scene, tracer, sides)) {
+    light.push_back(luminance(irradiance));
+    sum += light.back();
   }
   const double least = kDark * sum / static_cast<double>(light.size());
   std::size_t i = 0;
@@ -242,7 +294,7 @@ BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_
                    const AtlasRequest& request) {
   const Geometry& g = scene->geometry();
   BakeLayout layout;
-  layout.faces = with_sides(scene, tracer, baked_fronts(*scene, layout.notes));
+  layout.faces = with_sides(scene, tracer, baked_fronts(*scene, find_lamps(scene, tracer), layout.notes));
   if (layout.faces.empty())
     throw Error("the scene has no surface to bake", "Lamps, glass and mirrors are left as they are.");
   OwnCharts own = own_charts(g, layout.faces);

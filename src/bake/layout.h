@@ -25,9 +25,9 @@ bool is_bakeable(const Scene& scene, std::uint32_t material);
 /// Whether nearly all rays from a place meet the backs of surfaces.
 bool is_inside_solid(const Scene& scene, const Tracer& tracer, Vec3 position);
 
-/// Chooses the faces to bake and lays them out: all but those of lamps, glass and mirrors. Where light arrives on the
-/// backs of a surface that is seen from both sides, its backs are baked, too. Throws Error if nothing is left, or if an
-/// atlas is too small.
+/// Chooses the faces to bake and lays them out: all but those of glass, mirrors, and lamps whose own light is all that
+/// shows. Where light arrives on the backs of a surface that is seen from both sides, its backs are baked, too. Throws
+/// Error if nothing is left, or if an atlas is too small.
 BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
                    const AtlasRequest& request);
 

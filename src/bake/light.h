@@ -14,7 +14,8 @@ namespace glowworm {
 /// Quantity of a baked texture.
 enum class TexelLight {
   irradiance,  ///< W m^-2
-  radiance     ///< of a diffuse surface: albedo times irradiance over pi, W sr^-1 m^-2
+  radiance,    ///< of a diffuse surface: albedo times irradiance over pi, and what it emits, W sr^-1 m^-2
+  tint         ///< what the base colour is multiplied by to show that: radiance times pi over albedo, W m^-2
 };
 
 /// Irradiance of texels as Jobs compute it, one entry for each of layout.texels.
@@ -36,8 +37,8 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
 /// diffuse.
 RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// The exposure in stops that maps the mean of the covered texels to grey.
-float automatic_exposure(const BakeLayout& layout, const std::vector<RGB>& light);
+/// The exposure in stops that maps the mean of the covered texels to grey; without those of lamps, if there are others.
+float automatic_exposure(const Scene& scene, const BakeLayout& layout, const std::vector<RGB>& light);
 
 /// Levels of brightness of charts; each is a quarter of the one before.
 inline constexpr int kLightLevels = 6;

@@ -14,6 +14,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr const char* kStrength = "KHR_materials_emissive_strength";
+
 /// Removes all reflection.
 void make_black(json& material) {
   json& pbr = material["pbrMetallicRoughness"];
@@ -79,6 +81,13 @@ Vec3 LightWriter::color_at(Vec2 uv, int layer) const {
   return color;
 }
 
+void LightWriter::scale_glow(json& material) const {
+  const json glow = material.value("emissiveFactor", json({0, 0, 0}));
+  if (glow == json({0, 0, 0}) || gain_ == 1) return;
+  json& strength = material["extensions"][kStrength]["emissiveStrength"];
+  strength = (strength.is_number() ? strength.get<float>() : 1.0f) * gain_;
+}
+
 void LightWriter::light_material(json& material, int layer, int uv_set) const {
   const auto atlas = static_cast<std::size_t>(layer / kLightLevels);
   const float scale = light_.scale_of_level(layer % kLightLevels) * gain_;
@@ -88,6 +97,7 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     const json texture = {{"index", textures_[atlas]}, {"texCoord", uv_set}};
     extensions["MOZ_lightmap"] = texture;
     extensions["MOZ_lightmap"]["intensity"] = scale;
+    scale_glow(material);
     if (!material.contains("extras") || material["extras"].is_object())
       material["extras"]["lightmap"] = {{"texture", texture["index"]}, {"texCoord", uv_set}, {"intensity", scale}};
   } else {
@@ -109,7 +119,7 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     material["pbrMetallicRoughness"]["baseColorTexture"] = texture;
   } else if (format_ != BakeFormat::lightmap) {
     make_black(material);
-    extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", scale}};
+    extensions[kStrength] = {{"emissiveStrength", scale}};
     material["emissiveFactor"] = {1, 1, 1};
     material["emissiveTexture"] = texture;
   }

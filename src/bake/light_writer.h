@@ -32,6 +32,8 @@ class LightWriter {
   /// Makes a glTF material show the light of a layer.
   /// @param uv_set of the coordinates for light
   void light_material(nlohmann::json& material, int layer, int uv_set) const;
+  /// Multiplies what a glTF material emits by gain().
+  void scale_glow(nlohmann::json& material) const;
   /// The factor from radiance to the values of the file.
   float gain() const { return gain_; }
 

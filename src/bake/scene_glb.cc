@@ -96,16 +96,20 @@ class SceneWriter {
       for (std::uint32_t i = 0; i < layout_.charts[c].faces.size(); ++i) {
         const BakeFace face = layout_.faces[layout_.charts[c].faces[i]];
         const std::uint32_t t = face.triangle;
-        const bool one_sided = sides[t] == 3 || scene_.materials()[g.material[t]].single_sided;
-        out[{g.object_of(t), g.material[t], kNone, light_.layer_of(c), one_sided}].push_back({face, c, i});
+        const bool one_sided = sides[t] == 3 || is_one_sided(t);
+        out[{g.object_of(t), g.material[t], g.emission[t], light_.layer_of(c), one_sided}].push_back({face, c, i});
       }
     for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
       if (sides[t] != 0) continue;
-      const bool one_sided = g.emission[t] != kNone ? !scene_.emissions()[g.emission[t]].two_sided
-                                                    : scene_.materials()[g.material[t]].single_sided;
-      out[{g.object_of(t), g.material[t], g.emission[t], -1, one_sided}].push_back({{t, false}, kNone, 0});
+      out[{g.object_of(t), g.material[t], g.emission[t], -1, is_one_sided(t)}].push_back({{t, false}, kNone, 0});
     }
     return out;
+  }
+
+  bool is_one_sided(std::uint32_t triangle) const {
+    const std::uint32_t emission = scene_.geometry().emission[triangle];
+    if (emission != kNone) return !scene_.emissions()[emission].two_sided;
+    return scene_.materials()[scene_.geometry().material[triangle]].single_sided;
   }
 
   void write_objects() {
@@ -172,7 +176,7 @@ class SceneWriter {
     if (found != materials_.end()) return found->second;
     const auto [object, source, emission, layer, one_sided] = key;
     const Material& m = scene_.materials()[source];
-    json out = emission != kNone ? lamp(emission) : layer >= 0 ? baked(m, layer) : plain(m);
+    json out = layer >= 0 ? baked(m, layer, emission) : emission != kNone ? lamp(emission) : plain(m);
     if (!m.name.empty()) out["name"] = m.name;
     if (!one_sided) out["doubleSided"] = true;
     return materials_[own] = file_.add("materials", std::move(out));
@@ -185,18 +189,20 @@ class SceneWriter {
         {"extensions", {{kSpecular, {{"specularFactor", 0}}}}}};
   }
 
-  static json glowing(RGB factor, float strength) {
+  json lamp(std::uint32_t emission) const {
+    const RGB radiance = scene_.emissions()[emission].radiance.value * light_.gain();
+    if (is_unlit()) return unlit(radiance);
     json out = black();
-    out["emissiveFactor"] = triple(factor);
-    out["extensions"][kStrengthExtension] = {{"emissiveStrength", strength}};
+    add_glow(radiance, out);
     return out;
   }
 
-  json lamp(std::uint32_t emission) {
-    const RGB radiance = scene_.emissions()[emission].radiance.value * light_.gain();
+  /// Makes a material emit. @param radiance in the units of the file
+  static void add_glow(RGB radiance, json& material) {
     const float most = max_component(radiance);
-    if (!(most > 0)) return black();
-    return is_unlit() ? unlit(radiance) : glowing(radiance / most, most);
+    if (!(most > 0)) return;
+    material["emissiveFactor"] = triple(radiance / most);
+    material["extensions"][kStrengthExtension] = {{"emissiveStrength", most}};
   }
 
   static json unlit(RGB color) {
@@ -205,10 +211,12 @@ class SceneWriter {
             {"extensions", {{kUnlit, json::object()}}}};
   }
 
-  json baked(const Material& m, int layer) {
+  json baked(const Material& m, int layer, std::uint32_t emission) {
     const bool shows_base = format_ == BakeFormat::lightmap || format_ == BakeFormat::vertex;
     json out = plain(m, shows_base || m.alpha.texture != kNone);
     light_.light_material(out, layer, 1);
+    if (format_ == BakeFormat::lightmap && emission != kNone)
+      add_glow(scene_.emissions()[emission].radiance.value * light_.gain(), out);
     return out;
   }
 
@@ -312,8 +320,8 @@ BakeFormat format_of(std::string_view name) {
 }
 
 TexelLight quantity_of(BakeFormat format) {
-  const bool irradiance = format == BakeFormat::lightmap || format == BakeFormat::vertex;
-  return irradiance ? TexelLight::irradiance : TexelLight::radiance;
+  if (format == BakeFormat::vertex) return TexelLight::tint;
+  return format == BakeFormat::lightmap ? TexelLight::irradiance : TexelLight::radiance;
 }
 
 float scale_of(BakeFormat format, float exposure) {

@@ -239,6 +239,53 @@ TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
   EXPECT_NE(layout.notes[1].find("'mirror'"), std::string::npos);
 }
 
+/// A room with a panel that glows: material 1, at x = 1.
+SceneDescription room_with_panel(RGB emission, bool textured) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(2);
+  d.materials[1].reflectance.value = {0.5f, 0.25f, 0};
+  const std::uint32_t glow = add_emission(d, emission);
+  if (textured) {
+    d.emissions[glow].radiance.texture = static_cast<std::uint32_t>(d.textures.size());
+    d.textures.emplace_back();
+  }
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1, glow);
+  return d;
+}
+
+TEST(BakedLight, HasWhatSurfacesEmit) {
+  const RGB faint{0.02f, 0.03f, 0.01f};
+  const BakeStage room(room_with_panel(faint, false), {64, 0});
+  const std::vector<RGB> irradiance = room.light(by_gathering(1, 4), TexelLight::irradiance);
+  const std::vector<RGB> radiance = room.light(by_gathering(1, 4), TexelLight::radiance);
+  const std::vector<RGB> tint = room.light(by_gathering(1, 4), TexelLight::tint);
+  const Geometry& g = room.stage.scene->geometry();
+  std::size_t texels = 0;
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    const std::uint32_t f = room.layout.texels.face[i];
+    if (f == kNone || g.material[room.layout.faces[f].triangle] != 1) continue;
+    ++texels;
+    const RGB emitted = room.layout.faces[f].back ? RGB() : faint;
+    const RGB expected = RGB{0.5f, 0.25f, 0} * irradiance[i] * kInversePi + emitted;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[i][c], expected[c], 1e-3f * expected[c] + 1e-5f);
+    for (int c = 0; c < 2; ++c)
+      EXPECT_NEAR(RGB({0.5f, 0.25f, 0})[c] * tint[i][c] * kInversePi, expected[c], 1e-3f * expected[c]);
+  }
+  EXPECT_GT(texels, 20u);
+}
+
+TEST(BakeLayout, BakesWhatGlowsInPlacesOrLittle) {
+  const auto bakes_panel = [](RGB emission, bool textured) {
+    const Stage stage(room_with_panel(emission, textured));
+    const BakeLayout layout = lay_out(stage.scene, stage.tracer, {64, 0});
+    return std::any_of(layout.faces.begin(), layout.faces.end(),
+                       [&](const BakeFace& face) { return stage.scene->geometry().material[face.triangle] == 1; });
+  };
+  EXPECT_TRUE(bakes_panel(RGB(0.1f), false));
+  EXPECT_FALSE(bakes_panel(RGB(20.0f), false)) << "a lamp";
+  EXPECT_TRUE(bakes_panel(RGB(20.0f), true)) << "its texture may be black in most places";
+}
+
 TEST(BakedLight, IsEncodedWithinACode) {
   const BakeStage cornell(builtin_scene("cornell"), {32, 0});
   const std::vector<RGB> light = cornell.light(by_gathering(1, 4), TexelLight::radiance);
