@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "import/texture_cache.h"
+#include "import/texture_nodes.h"
 
 namespace glowworm {
 

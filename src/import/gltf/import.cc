@@ -26,6 +26,7 @@
 #include "import/mesh_tools.h"
 #include "import/notes.h"
 #include "import/texture_cache.h"
+#include "import/texture_nodes.h"
 
 namespace glowworm {
 

@@ -10,6 +10,7 @@
 
 #include "import/gltf/document.h"
 #include "import/gltf/value.h"
+#include "import/texture_nodes.h"
 
 namespace glowworm {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/text.h"
-#include "import/texture_cache.h"
+#include "import/texture_nodes.h"
 
 namespace glowworm {
 

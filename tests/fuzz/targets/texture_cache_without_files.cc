@@ -37,12 +37,4 @@ std::shared_ptr<const TextureImage> TextureCache::missing(const std::string&, co
 
 std::string find_texture_file(const std::string& folder, const std::string& name) { return folder + "/" + name; }
 
-std::uint32_t add_image_node(std::vector<TextureNode>& textures, std::shared_ptr<const TextureImage> image) {
-  TextureNode node;
-  node.kind = TextureKind::image;
-  node.image = std::move(image);
-  textures.push_back(std::move(node));
-  return static_cast<std::uint32_t>(textures.size() - 1);
-}
-
 }  // namespace glowworm
