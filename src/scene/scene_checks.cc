@@ -36,6 +36,10 @@ void check_geometry(const SceneDescription& d) {
   check_size(g.emission.size(), g.triangles.size(), "emission indices");
   for (std::size_t v = 0; v < g.positions.size(); ++v)
     if (!is_within_bounds(g.positions[v])) check_within_bounds(g.positions[v], fmt::format("vertex {}", v));
+  const float size = length(g.bounds().diagonal());
+  if (size < kMinSceneSize)
+    throw Error(fmt::format("the scene is {:g} m across, but its size must be at least {:g} m", size, kMinSceneSize),
+                "Scale the scene up.");
   for (std::size_t t = 0; t < g.triangles.size(); ++t) {
     for (const std::uint32_t vertex : g.triangles[t])
       if (vertex >= g.positions.size())

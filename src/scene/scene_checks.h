@@ -4,9 +4,10 @@
 
 namespace glowworm {
 
-/// Maximum coordinate and length of a scene in metres. Embree accepts only coordinates below 1.844e18, so that squares
-/// stay far from overflow, and aborts on some beyond that.
-inline constexpr float kMaxCoordinate = 1e18f;
+/// Maximum coordinate and length of a scene, and minimum diagonal of the box around it, in metres. Embree multiplies
+/// distances by areas of triangles: beyond 7e12 m these products overflow, and for fine meshes below 1e-11 m they
+/// vanish.
+inline constexpr float kMaxCoordinate = 1e12f, kMinSceneSize = 1e-9f;
 /// Maximum radiance, intensity or irradiance of a light, so that sums over lights and samples stay finite.
 inline constexpr float kMaxLight = 1e30f;
 
@@ -16,8 +17,8 @@ bool is_within_bounds(Vec3 p);
 void check_within_bounds(Vec3 p, const std::string& what);
 
 /// Throws Error if a description has an index out of range, arrays of unequal length, a vertex, camera or lens that is
-/// not finite or too far out, a light that is negative or too bright, textures or mixed materials that refer to
-/// themselves, or no triangle.
+/// not finite or too far out, less than the minimum size, a light that is negative or too bright, textures or mixed
+/// materials that refer to themselves, or no triangle.
 void check_description(const SceneDescription& description);
 /// The same for only lights and cameras, as in a SceneEdit.
 void check_lights(const SceneDescription& description);

@@ -6,6 +6,7 @@
 
 #include "builtin/builtin.h"
 #include "render/render_testing.h"
+#include "scene/scene_checks.h"
 #include "support/goodness_of_fit.h"
 #include "support/scene_test_name.h"
 
@@ -49,12 +50,16 @@ class ScaledScenes : public testing::TestWithParam<const char*> {};
 
 /// Numbers times a power of two are rounded alike, so that any length in the program that is not the scene's shows.
 TEST_P(ScaledScenes, LookTheSameToTheBitAtPowersOfTwo) {
+  const float size = length(builtin_scene(GetParam()).geometry.bounds().diagonal());
+  const float smallest = std::ldexp(1.0f, std::ilogb(kMinSceneSize / size) + 1);
+  // Cameras may stand as far outside.
+  const float largest = std::ldexp(1.0f, std::ilogb(kMaxCoordinate / size) - 1);
   for (const Integrator integrator : kIntegrators) {
     RenderSettings settings = settings_of(integrator, 16, 1);
     settings.integrator = integrator;
     const std::vector<RGB> original = pixels(Stage(placed(GetParam(), 1, 0)).render(settings));
     EXPECT_GT(mean(original).luminance(), 0);
-    for (const float scale : {0x1p-20f, 0x1p+20f})
+    for (const float scale : {smallest, 0x1p-20f, 0x1p+20f, largest})
       EXPECT_EQ(pixels(Stage(placed(GetParam(), scale, 0)).render(settings)), original)
           << "scale " << scale << ", integrator " << static_cast<int>(integrator);
   }
@@ -75,8 +80,8 @@ struct Place {
 };
 /// A hundred sizes away, coordinates are rounded to a hundred-thousandth of the scene, and the picture's pixels with
 /// them; ten thousand sizes away to a thousandth, and rays begin as far from surfaces.
-constexpr Place kPlaces[] = {
-    {1e-6f, 0, false, 1e-5}, {1e6f, 0, false, 1e-5}, {1e-3f, 100, true, 1e-4}, {1, 1e4f, true, 0.02}};
+constexpr Place kPlaces[] = {{1e-6f, 0, false, 1e-5}, {1e-3f, 0, false, 1e-5},  {1e6f, 0, false, 1e-5},
+                             {1, 10, true, 1e-5},     {1e-3f, 100, true, 1e-4}, {1, 1e4f, true, 0.02}};
 
 std::vector<double> block_means(const Stage& stage, RenderSettings settings, std::uint32_t seed) {
   settings.seed = seed;
@@ -110,7 +115,7 @@ struct Differences {
 class SlowScaledScenes : public testing::TestWithParam<const char*> {};
 
 /// Paired over seeds. 8 standard errors of 16 seeds: by Student's distribution a chance of one in a million for each
-/// of the 1,776 means.
+/// of the 2,664 means.
 TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
   constexpr double kErrors = 8;
   for (const Integrator integrator : {Integrator::path, Integrator::gather}) {
