@@ -160,6 +160,7 @@ class BakedGltf : public GltfTest {
     options.gltf_parts = std::make_shared<GltfParts>();
     const auto scene = std::make_shared<const Scene>(load_scene(source, options));
     const auto tracer = std::make_shared<const Tracer>(*scene);
+    scene_notes = scene->notes();
     Outcome out{lay_out(scene, tracer, request), {}, scene->geometry().triangle_count()};
     out.grid = texel_points(*scene, *tracer, out.layout);
     const std::vector<RGB> light(out.layout.texels.face.size(), RGB(0.5f));
@@ -168,6 +169,8 @@ class BakedGltf : public GltfTest {
     write("lit.glb", glb_of_scene(*scene, out.layout, encode_light(out.layout, light, 1), format, notes));
     return out;
   }
+
+  std::vector<std::string> scene_notes;  ///< of the last bake
 
   /// Expects that a point of each triangle of lit.glb, not in its middle, reads the texel of that place.
   void expect_light_in_place(const Outcome& baked, std::size_t dark_triangles) {
@@ -253,6 +256,7 @@ TEST_F(BakedGltf, KeepsAllButLight) {
 
 TEST_F(BakedGltf, PutsLightWhereItBelongs) {
   const Outcome baked = bake(write_gltf(animated_file()));
+  EXPECT_THAT(scene_notes, HasNote("skin: its mesh gets the light of the file's pose"));
   expect_light_in_place(baked, 1);
   // The floor is lit from above and from below, so its back is a primitive of its own.
   const Parsed after(path("lit.glb"));

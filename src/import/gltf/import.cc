@@ -74,6 +74,7 @@ class GltfBuilder {
     description_.emission_may_be_decoration = true;
     note_variants();
     notes_.add("animation: the first moment is shown", model_.animations.size());
+    if (parts_) notes_.add("skin: its mesh gets the light of the file's pose", model_.skins.size());
     notes_.write_to(description_.notes);
     return std::move(description_);
   }
