@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "gather/cell_place.h"
 
 namespace glowworm {
 
@@ -77,7 +78,8 @@ void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, Sl
   const auto add = [&](int x, int y, std::uint32_t sample) {
     const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
     if (!grid.has(cell)) return;
-    const SurfacePoint point = white_point(scene, grid, cell);
+    SurfacePoint point = white_point(scene, grid, cell);
+    point.position = place_in_cell(grid, cell, sample);
     mark_point(grid, cell, first_hit, slot);
     points.slot.push_back(static_cast<std::uint32_t>(slot));
     points.sequence.push_back(static_cast<std::uint32_t>(cell));

@@ -6,6 +6,7 @@
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "gather/cell_place.h"
 #include "gather/direct_light.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
@@ -52,10 +53,11 @@ class Path {
         radiance_(radiance),
         first_hit_(first_hit) {}
 
-  /// The light that arrives at a point of the grid.
-  void trace_from(const PointGrid& grid, std::size_t cell) {
+  /// The light that arrives at the place of a sample of a cell of the grid.
+  void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
     mark_point(grid, cell, first_hit_, slot_);
-    const SurfacePoint point = white_point(scene_, grid, cell);
+    SurfacePoint point = white_point(scene_, grid, cell);
+    point.position = place_in_cell(grid, cell, sample);
     const Bsdf bsdf = white_bsdf();
     throughput_ = RGB(kPi);
     add_sampled_light(point, bsdf, point.geometric_normal);
@@ -189,7 +191,7 @@ void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, cons
       first_hit.depth[slot] = std::numeric_limits<float>::infinity();
       if (!view.points->has(pixel)) return 0;
       Path path = start(sampler);
-      path.trace_from(*view.points, pixel);
+      path.trace_from(*view.points, pixel, sample);
       return path.shadow_rays;
     }
     const Vec2 u = sampler.next2();

@@ -7,6 +7,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "gather/cell_place.h"
 #include "render/render_testing.h"
 #include "scene/scene_parts.h"
 
@@ -74,6 +75,37 @@ TEST(SlowPointGrid, AgreesWithThePathTracerOnSurfacesAndApart) {
     EXPECT_GT(paths, 0);
     EXPECT_NEAR(photons / paths, 1, 0.01) << on_surfaces;
   }
+}
+
+TEST(PointGrid, SpreadsSamplesOverCellsAmidTheirSurface) {
+  constexpr int kSide = 4;
+  PointGrid grid;
+  grid.width = grid.height = kSide;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const auto x = static_cast<float>(i % kSide), y = static_cast<float>(i / kSide);
+    grid.position.push_back({2 * x, y, x < 3 ? 0.0f : 1.0f});  // The last column bends.
+    grid.normal.push_back({0, 0, 1});
+    grid.surface.push_back(y < 3 ? 7 : 8);
+  }
+  const auto extent = [&](std::size_t cell) {
+    Box3 box;
+    for (std::uint32_t sample = 0; sample < 64; ++sample) box.grow(place_in_cell(grid, cell, sample));
+    return box;
+  };
+  const Box3 amid = extent(kSide + 1);
+  EXPECT_NEAR(amid.min.x, 1, 0.1f);
+  EXPECT_NEAR(amid.max.x, 3, 0.1f);
+  EXPECT_NEAR(amid.min.y, 0.5f, 0.05f);
+  EXPECT_NEAR(amid.max.y, 1.5f, 0.05f);
+  const auto is_point = [&](std::size_t cell) { return length(extent(cell).diagonal()) == 0; };
+  EXPECT_TRUE(is_point(kSide + 2)) << "bent";
+  EXPECT_TRUE(is_point(2 * kSide + 1)) << "beside another surface";
+  EXPECT_TRUE(is_point(0)) << "at the rim";
+  grid.normal[kSide] = {0, 0, 0};
+  EXPECT_TRUE(is_point(kSide + 1)) << "beside a cell without a point";
+  grid.normal[kSide] = {0, 0, 1};
+  grid.surface.clear();
+  EXPECT_TRUE(is_point(kSide + 1)) << "a grid of points";
 }
 
 TEST(PointGrid, GetsCausticsApartFromSurfaces) {
