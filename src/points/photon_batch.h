@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/box.h"
 #include "core/large_array.h"
@@ -42,8 +43,22 @@ struct PhotonBatch {
   void append(const PhotonBatch& other);
   /// Photon i of the result is photon order[i] of this batch.
   PhotonBatch permuted(std::span<const std::uint32_t> order) const;
+  /// Photon i of this batch is photon places[i] of the result.
+  PhotonBatch moved(std::span<const std::uint32_t> places) const;
   Box3 bounds() const;
   static constexpr std::size_t kBytesEach = 3 * sizeof(Vec3) + sizeof(RGB);
 };
+
+/// Element i is element places[i] of the result.
+template <class Array>
+Array moved(const Array& from, std::span<const std::uint32_t> places) {
+  Array to(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) to[places[i]] = from[i];
+  return to;
+}
+
+/// Places that put points of one cell of a coarse grid together, in their order, and cells along a Hilbert curve. Work
+/// that goes through space then touches few pages of memory at a time.
+std::vector<std::uint32_t> places_by_cell(std::span<const Vec3> points);
 
 }  // namespace glowworm

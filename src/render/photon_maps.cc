@@ -30,6 +30,9 @@ constexpr double kCausticShare = 0.5;
 constexpr std::uint64_t kSmoothCausticPasses = 4;
 /// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
 constexpr double kCausticPhotonsPerRay = 2;
+/// Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
+/// would be on another page. Fewer photons keep the order in which they were traced.
+constexpr std::size_t kMostUnordered = std::size_t{1} << 22;
 /// Radius of a kernel of half the area.
 constexpr float kNarrow = 0.70710678f;
 
@@ -170,6 +173,13 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_.photons = std::exchange(pass_.caustic, PhotonBatch());
   global_.sources = std::exchange(pass_.global_source, {});
   caustic_.sources = std::exchange(pass_.caustic_source, {});
+  for (Map* map : {&global_, &caustic_}) {
+    if (map->photons.size() <= kMostUnordered) continue;
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    const std::vector<std::uint32_t> places = places_by_cell(map->photons.position);
+    map->photons = map->photons.moved(places);
+    if (!map->sources.empty()) map->sources = moved(map->sources, places);
+  }
   global_.count = global_.photons.size();
   caustic_.count = first_caustic_ = caustic_.photons.size();
   caustic_passes_ = 1;
