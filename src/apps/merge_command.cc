@@ -62,7 +62,7 @@ std::string samples_text(const std::vector<SampleRange>& ranges) {
 /// Says which samples are not there.
 void tell_samples(const Part& all, const Film& film, std::size_t parts) {
   const std::uint32_t wanted = all.picture.settings.samples, there = all.sample_count();
-  inform(fmt::format("merged {} parts: {} of {} samples of each pixel", parts, there, wanted));
+  inform(fmt::format("merged {} part{}: {} of {} samples of each pixel", parts, parts == 1 ? "" : "s", there, wanted));
   std::vector<SampleRange> missing;
   std::uint32_t end = 0;
   for (const SampleRange& range : all.ranges) {

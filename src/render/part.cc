@@ -223,6 +223,9 @@ Part united(const std::vector<PartFile>& parts, bool mixed) {
     if (mixed) all.key = common_key(all.key, file.part.key);
     RenderSettings& settings = all.picture.settings;
     settings.samples = std::max(settings.samples, file.part.picture.settings.samples);
+    for (const std::string& aov : file.part.picture.settings.aovs)
+      if (std::find(settings.aovs.begin(), settings.aovs.end(), aov) == settings.aovs.end())
+        settings.aovs.push_back(aov);
     all.picture.seconds += file.part.picture.seconds;
     for (const SampleRange& range : file.part.ranges) taken.push_back({range, &file});
   }

@@ -46,8 +46,8 @@ struct PartFile {
   Part part;
 };
 
-/// The part that all parts make together. Throws Error that names the files if two parts are of different renders, or
-/// have a sample in common.
+/// The part that all parts make together, with the layers of all of them. Throws Error that names the files if two
+/// parts are of different renders, or have a sample in common.
 /// @param mixed take parts that other instruction sets have computed
 Part united(const std::vector<PartFile>& parts, bool mixed);
 

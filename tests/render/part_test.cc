@@ -156,6 +156,14 @@ TEST_F(PartTest, LaterPartsAddSamples) {
   expect_same_pictures(make_image(merged(parts), all.picture), make_image(stage.render(small_picture(8)), all.picture));
 }
 
+TEST_F(PartTest, MergedPartsHaveTheLayersOfAll) {
+  RenderSettings with_depth = small_picture(2), with_normal = with_depth;
+  with_depth.aovs = {"depth"};
+  with_normal.aovs = {"normal", "depth"};
+  const std::vector<PartFile> parts = {render(with_depth, {1, 2}, "1"), render(with_normal, {2, 2}, "2")};
+  EXPECT_EQ(united(parts, false).picture.settings.aovs, std::vector<std::string>({"depth", "normal"}));
+}
+
 TEST_F(PartTest, APartContinuesFromItsOwnCheckpointAlone) {
   RenderSettings settings = small_picture(6);
   settings.part = {2, 3};
