@@ -12,6 +12,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "kernels/simd.h"
+#include "render/packed_file.h"
 #include "render/task_queue.h"
 #include "trace/instruction_set.h"
 
@@ -40,49 +41,15 @@ class Unpacker : public ByteReader {
       : ByteReader(message.bytes, fmt::format("a message of rank {}", message.from)) {}
 };
 
-std::vector<std::byte> packed(const CameraTask& task, const TaskResult& result) {
+/// Sums of the samples of a task, as a part's file holds them: from a few samples of a pixel on they are smaller than
+/// the samples.
+std::vector<std::byte> packed(const CameraTask& task, const Film& film) {
   Packer out(Kind::result);
   out.put(task);
-  out.put(result.not_finite);
-  out.put<std::uint8_t>(!result.first_hit.triangle.empty());
-  for (const std::vector<float>& value : result.first_hit.values) out.put<std::uint8_t>(!value.empty());
-  out.put(static_cast<std::uint32_t>(result.radiance.groups.size()));
-  for (const auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
-                            &result.radiance.caustic, &result.first_hit.albedo})
-    out.put_array(*light);
-  for (const std::vector<RGB>& group : result.radiance.groups) out.put_array(group);
-  out.put_array(result.first_hit.normal);
-  out.put_array(result.first_hit.depth);
-  out.put_array(result.first_hit.triangle);
-  out.put_array(result.first_hit.barycentric);
-  for (const std::vector<float>& value : result.first_hit.values) out.put_array(value);
+  PackedWriter writer([&](std::span<const std::byte> bytes) { out.put_array(bytes); });
+  film.write_state([&](std::span<const std::byte> bytes) { writer.write(bytes); });
+  writer.finish();
   return out.take();
-}
-
-TaskResult unpacked(Unpacker& in, const CameraTask& task) {
-  TaskResult result;
-  result.not_finite = in.take<std::uint64_t>();
-  const bool places = in.take<std::uint8_t>() != 0;
-  std::array<bool, kSlotValues> has_value;
-  for (bool& has : has_value) has = in.take<std::uint8_t>() != 0;
-  const auto values = static_cast<std::size_t>(std::count(has_value.begin(), has_value.end(), true));
-  const std::size_t groups = in.take<std::uint32_t>();
-  const std::size_t slots = task.slot_count();
-  constexpr std::size_t kBytes = 5 * sizeof(RGB) + sizeof(Vec3) + sizeof(float);
-  constexpr std::size_t kOfPlaces = sizeof(std::uint32_t) + sizeof(Vec2);
-  if (in.left() != slots * (kBytes + groups * sizeof(RGB) + (places ? kOfPlaces : 0) + values * sizeof(float)))
-    throw Error("a rank sent the result of another task");
-  for (auto* light : {&result.radiance.emitted, &result.radiance.direct, &result.radiance.indirect,
-                      &result.radiance.caustic, &result.first_hit.albedo})
-    in.take_array(*light, slots);
-  result.radiance.groups.resize(groups);
-  for (std::vector<RGB>& group : result.radiance.groups) in.take_array(group, slots);
-  in.take_array(result.first_hit.normal, slots);
-  in.take_array(result.first_hit.depth, slots);
-  in.take_array(result.first_hit.triangle, places ? slots : 0);
-  in.take_array(result.first_hit.barycentric, places ? slots : 0);
-  for (std::size_t i = 0; i < kSlotValues; ++i) in.take_array(result.first_hit.values[i], has_value[i] ? slots : 0);
-  return result;
 }
 
 /// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. Throws Error if
@@ -116,7 +83,7 @@ std::vector<std::string> words_of(const std::string& text) {
 }
 
 /// Callbacks of a render that takes no results.
-const Crew::Work kNoWork{[] { return std::nullopt; }, [](const CameraTask&, const TaskResult&) {},
+const Crew::Work kNoWork{[] { return std::nullopt; }, [](const CameraTask&, std::span<const std::byte>) {},
                          [](const CameraTask&) {}, [] { return true; }};
 
 /// The instruction sets that this rank supports, fastest first: kernels, then rays.
@@ -196,9 +163,8 @@ void Crew::take_message(const Message& message, const Work& work) {
   switch (in.take<Kind>()) {
     case Kind::result: {
       const auto task = in.take<CameraTask>();
-      const TaskResult result = unpacked(in, task);
       std::erase(tasks_[message.from], task);
-      work.put(task, result);
+      work.put(task, std::span(message.bytes).last(in.left()));
       waiting_.push_back(message.from);
       return;
     }
@@ -281,13 +247,25 @@ void report_failure(Ranks& ranks, const std::string& message) {
   ranks.send(0, out.take(), kSendSeconds);
 }
 
+void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film) {
+  ByteReader in(bytes, "the film of a task");
+  PackedReader packed([&](std::span<std::byte> to) {
+    if (in.left() < to.size()) return false;
+    in.take_to(to);
+    return true;
+  });
+  const auto read = [&](std::span<std::byte> to) { return packed.read(to); };
+  if (!film.merge_state(read, task.sample_count) || !packed.at_end() || !film.is_of(task))
+    throw Error("a rank sent the film of another task");
+}
+
 void CrewMember::introduce(const RenderKey& key) {
   Packer out(Kind::key);
   out.put_text(key_text(key));
   ranks_->send(0, out.take(), kSendSeconds);
 }
 
-void CrewMember::work(const std::function<void()>& begin, const std::function<TaskResult(const CameraTask&)>& compute,
+void CrewMember::work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
                       const std::function<bool()>& ended) {
   try {
     begin();

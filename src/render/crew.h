@@ -6,21 +6,16 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "dist/ranks.h"
-#include "render/pass.h"
+#include "points/gather_points.h"
+#include "render/film.h"
 #include "render/render_key.h"
 
 namespace glowworm {
-
-/// Light of a task, as a film takes it.
-struct TaskResult {
-  SlotRadiance radiance;
-  FirstHit first_hit;
-  std::uint64_t not_finite = 0;  ///< samples that are black because their light was not finite
-};
 
 /// Chooses the fastest instruction sets, of kernels and of rays, that all ranks have, so that bits do not depend on
 /// who computes what. To be called by all ranks before the first Tracer is made. Returns what was chosen, for a
@@ -35,10 +30,11 @@ class Crew {
  public:
   /// Callbacks of Crew::serve(). Only the serving thread calls them.
   struct Work {
-    std::function<std::optional<CameraTask>()> take;                ///< the next task, if there is one now
-    std::function<void(const CameraTask&, const TaskResult&)> put;  ///< takes a result
-    std::function<void(const CameraTask&)> give_back;               ///< takes a task back whose rank is lost
-    std::function<bool()> ended;                                    ///< true: serve() returns
+    std::function<std::optional<CameraTask>()> take;  ///< the next task, if there is one now
+    /// Takes the film of a task, for unpack_film().
+    std::function<void(const CameraTask&, std::span<const std::byte>)> put;
+    std::function<void(const CameraTask&)> give_back;  ///< takes a task back whose rank is lost
+    std::function<bool()> ended;                       ///< true: serve() returns
   };
 
   /// @param late_after seconds without an answer after which a rank that has tasks is late
@@ -75,6 +71,10 @@ class Crew {
   std::set<int> stopped_;  // that have been told to end
 };
 
+/// Adds the film of a task from its message. Throws Error if it is not whole.
+/// @param film without samples, of the task's pixels
+void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film);
+
 /// The side of all other ranks.
 class CrewMember {
  public:
@@ -82,8 +82,8 @@ class CrewMember {
 
   /// Tells rank 0 which render this is, for Crew::check().
   void introduce(const RenderKey& key);
-  /// Computes tasks until rank 0 sends no more, or `ended`. Rank 0 is told what `begin` and `compute` throw.
-  void work(const std::function<void()>& begin, const std::function<TaskResult(const CameraTask&)>& compute,
+  /// Computes films of tasks until rank 0 sends no more, or `ended`. Rank 0 is told what `begin` and `compute` throw.
+  void work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
             const std::function<bool()>& ended);
 
  private:

@@ -76,7 +76,7 @@ float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMin
 
 Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLayers places, bool moments,
            std::size_t light_groups)
-    : bounds_(bounds), indirect_only_(indirect_only), layers_(layers), places_(places) {
+    : bounds_(bounds), indirect_only_(indirect_only), layers_(layers), has_moments_(moments), places_(places) {
   const std::size_t n = bounds.pixel_count();
   for (int layer = 0; layer < (layers ? 4 : 1); ++layer) light_[layer].resize(n);
   groups_.resize(light_groups);
@@ -187,9 +187,32 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
   }
 }
 
-void Film::merge(const Film& other) {
-  for_arrays([](auto& to, const auto& from) { add_all(to, from); }, *this, other);
-  not_finite_ += other.not_finite_;
+void Film::add(const CameraTask& task, const Film& samples) {
+  for (int y = task.y0; y < task.y1; ++y)
+    for (int x = task.x0; x < task.x1; ++x) {
+      const std::size_t to = pixel_at(x, y), from = samples.pixel_at(x, y);
+      if (!task.has(x, y) || count_[to] != task.first_sample) continue;
+      for_arrays(
+          [&](auto& own, const auto& others) {
+            if (!own.empty()) add_entry(own[to], others[from]);
+          },
+          *this, samples);
+    }
+  not_finite_ += samples.not_finite_;
+}
+
+bool Film::awaits(const CameraTask& task) const {
+  for (int y = task.y0; y < task.y1; ++y)
+    for (int x = task.x0; x < task.x1; ++x)
+      if (task.has(x, y) && count_[pixel_at(x, y)] != task.first_sample) return false;
+  return true;
+}
+
+bool Film::is_of(const CameraTask& task) const {
+  for (int y = bounds_.y0; y < bounds_.y1; ++y)
+    for (int x = bounds_.x0; x < bounds_.x1; ++x)
+      if (count_[pixel_at(x, y)] != (task.has(x, y) ? task.sample_count : 0)) return false;
+  return bounds_ == PixelBounds{task.x0, task.y0, task.x1, task.y1};
 }
 
 int Film::first_row_to_do(const CameraTask& task) const {
@@ -303,8 +326,12 @@ void Film::take_rows(const Film& other) {
       *this, other);
 }
 
+Film Film::like(const PixelBounds& bounds) const {
+  return Film(bounds, indirect_only_, layers_, places_, has_moments_, groups_.size());
+}
+
 Film Film::rows(int first, int end) const {
-  Film out({bounds_.x0, first, bounds_.x1, end}, indirect_only_, layers_, places_, has_moments(), groups_.size());
+  Film out = like({bounds_.x0, first, bounds_.x1, end});
   out.take_rows(*this);
   return out;
 }

@@ -48,9 +48,12 @@ class Film {
   /// @param first_slot of the task in `radiance` and `first_hit`
   void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit, const Geometry& geometry,
            std::size_t first_slot = 0);
-  /// Adds the samples of another film of the same size and kind: the same bits as if all had been added to one film,
-  /// but for the order of ids. No two films may hold the same samples.
-  void merge(const Film& other);
+  /// The same for samples that a film of the task's pixels holds. Pixels that have some of them, but not all, never get
+  /// the rest: awaits() tells. The bits are those of the samples added one by one, but for a pixel of more than kMaxIds
+  /// samples in the task that sees more than kMaxIds objects or materials.
+  void add(const CameraTask& task, const Film& samples);
+  /// A film of the same kind without samples, for other pixels.
+  Film like(const PixelBounds& bounds) const;
   /// A copy of some rows of the picture.
   Film rows(int first, int end) const;
   /// The same, with black samples where a pixel has fewer than two. Its values are not those of the picture, but making
@@ -62,6 +65,10 @@ class Film {
   int first_row_to_do(const CameraTask& task) const;
   /// Whether every pixel of the task has its samples.
   bool has(const CameraTask& task) const { return first_row_to_do(task) == task.y1; }
+  /// Whether no pixel of the task has samples of it, and all have those before.
+  bool awaits(const CameraTask& task) const;
+  /// Whether the film holds the samples of the task and no others.
+  bool is_of(const CameraTask& task) const;
   /// Number of samples that every pixel has.
   std::uint32_t whole_passes() const;
   /// Mean number of samples of a pixel.
@@ -100,7 +107,7 @@ class Film {
 
   /// Variance of the luminance of radiance(), by the spread of the samples; 0 for fewer than two.
   float variance(std::size_t pixel) const;
-  bool has_moments() const { return !moments_[0].empty(); }
+  bool has_moments() const { return has_moments_; }
   /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
   /// samples, weighted by their albedo, and the variance of that mean by the spread of the samples. Albedo counts as
   /// kMinAlbedo at least.
@@ -126,8 +133,9 @@ class Film {
 
   /// Hands the complete state on, piece by piece, for merge_state().
   void write_state(const std::function<void(std::span<const std::byte>)>& write) const;
-  /// As merge() with the film of a write_state(), in little memory. Returns false, with this film in no useful state,
-  /// if the other's is impossible or has a pixel with more than `most_samples`.
+  /// Adds the samples of the film of a write_state(), of the same size and kind, in little memory: the same bits as if
+  /// all had been added to one film, but for the order of ids. No two films may hold the same samples. Returns false,
+  /// with this film in no useful state, if the other's is impossible or has a pixel with more than `most_samples`.
   /// @param read fills the bytes; returns false if there are no more
   bool merge_state(const std::function<bool(std::span<std::byte>)>& read, std::uint32_t most_samples);
 
@@ -153,7 +161,7 @@ class Film {
                    const std::function<bool(std::span<std::byte>)>& read);
 
   PixelBounds bounds_;
-  bool indirect_only_, layers_;
+  bool indirect_only_, layers_, has_moments_;
   PlaceLayers places_;
   std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources

@@ -55,23 +55,32 @@ PixelBounds rehearsed_part(const PixelBounds& all) {
   return {all.x0, first, all.x1, first + rows};
 }
 
+/// Whether another process has the picture.
+bool helps(const std::shared_ptr<Ranks>& ranks) { return ranks && ranks->rank() > 0; }
+
 /// Bytes of a film, of a copy of it, and of a part that is rehearsed.
-std::uint64_t film_bytes(const RenderSettings& s) {
+std::uint64_t film_bytes(const RenderSettings& s, bool helps) {
+  if (helps) return 0;
   const auto bytes = [&](const PixelBounds& bounds) {
     return Film::bytes(bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
   };
   return 2 * bytes(s.bounds) + (s.time_limit_s > 0 ? bytes(rehearsed_part(s.bounds)) : 0);
 }
 
-std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s) {
+std::uint64_t image_bytes(const RenderSettings& s, bool helps) { return helps ? 0 : image_bytes(s); }
+
+std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s, bool helps) {
   const std::uint64_t photons = s.integrator == Integrator::path ? 0 : std::max(s.photons, s.photons_traced);
-  const std::uint64_t bytes = film_bytes(s) + image_bytes(s) + photons * kBytesPerPhoton + smallest_room(s);
+  const std::uint64_t bytes =
+      film_bytes(s, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
   return DiskMemory::for_arrays(s.disk, bytes, s.memory_bytes);
 }
 
-Film film_of(const RenderSettings& s, const DiskMemory* disk) {
+/// The film of the picture; of one that another process has, none of its pixels.
+Film film_of(const RenderSettings& s, const DiskMemory* disk, bool helps) {
   const DiskMemory::Scope scope(disk);
-  return Film(s.bounds, s.indirect_only, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+  return Film(helps ? PixelBounds() : s.bounds, s.indirect_only, s.separate_layers, s.place_layers(), filters(s),
+              s.light_group_count);
 }
 
 }  // namespace
@@ -88,9 +97,9 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))
                                            : nullptr),
       budget_(settings_.memory_bytes),
-      disk_(disk_for(settings_)),
-      film_memory_(array_budget(), "film", film_bytes(settings_)),
-      film_(film_of(settings_, disk_.get())),
+      disk_(disk_for(settings_, helps(ranks))),
+      film_memory_(array_budget(), "film", film_bytes(settings_, helps(ranks))),
+      film_(film_of(settings_, disk_.get(), helps(ranks))),
       start_(std::chrono::steady_clock::now()),
       job_time_(std::move(time)),
       time_(settings_.time_limit_s, job_time_.spent_s, [this] { return seconds(); }),
@@ -194,7 +203,7 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 
 void Job::run() {
   try {
-    const Reservation image(array_budget(), "image", image_bytes(settings_));
+    const Reservation image(array_budget(), "image", image_bytes(settings_, helps(ranks_)));
     ranks_ && !crew_ ? work_for_rank_0() : render_passes();
   } catch (const Cancelled&) {
     ending_ = Ending::cancelled;
@@ -435,7 +444,7 @@ bool Job::render_tasks(std::vector<CameraTask> tasks, WorkShare share) {
   return true;
 }
 
-TaskResult Job::compute(CameraTasks places) {
+Job::TaskResult Job::compute(CameraTasks places) {
   const double start = seconds();
   // The film counts the samples of the range, and random numbers belong to those of the whole render.
   std::vector<CameraTask> tasks(places.begin(), places.end());
@@ -456,16 +465,26 @@ TaskResult Job::compute(CameraTasks places) {
   return out;
 }
 
+void Job::add_samples(Film& film, CameraTasks places, const TaskResult& result) const {
+  std::size_t first_slot = 0;
+  for (const CameraTask& place : places) {
+    film.add(place, result.radiance, result.first_hit, scene_->geometry(), first_slot);
+    first_slot += place.slot_count();
+  }
+  film.add_not_finite(result.not_finite);
+}
+
 void Job::put(CameraTasks places, const TaskResult& result) {
   ++tasks_;
   const std::lock_guard lock(film_mutex_);
   if (film_.has(places.front())) return;  // Two ranks have computed it.
-  std::size_t first_slot = 0;
-  for (const CameraTask& place : places) {
-    film_.add(place, result.radiance, result.first_hit, scene_->geometry(), first_slot);
-    first_slot += place.slot_count();
-  }
-  film_.add_not_finite(result.not_finite);
+  add_samples(film_, places, result);
+}
+
+void Job::put(const CameraTask& task, const Film& film) {
+  ++tasks_;
+  const std::lock_guard lock(film_mutex_);
+  if (!film_.has(task)) film_.add(task, film);
 }
 
 }  // namespace glowworm

@@ -169,8 +169,16 @@ class Job {
   bool share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShare share);
   bool share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t samples_at_once, WorkShare share);
   void work_for_rank_0();
+  /// Light of tasks, as a film takes it.
+  struct TaskResult {
+    SlotRadiance radiance;
+    FirstHit first_hit;
+    std::uint64_t not_finite = 0;  ///< samples that are black because their light was not finite
+  };
   TaskResult compute(CameraTasks places);
+  void add_samples(Film& film, CameraTasks places, const TaskResult& result) const;
   void put(CameraTasks places, const TaskResult& result);
+  void put(const CameraTask& task, const Film& film);
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;

@@ -18,6 +18,8 @@ namespace {
 /// A task that a rank has had for so long is given to another one, too, where nothing else is left to do.
 constexpr std::chrono::seconds kLostAfter{60};
 
+PixelBounds pixels_of(const CameraTask& task) { return {task.x0, task.y0, task.x1, task.y1}; }
+
 }  // namespace
 
 bool Job::share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShare share) {
@@ -35,16 +37,26 @@ bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t sample
     const std::lock_guard lock(mutex);
     const TaskQueue::Clock::time_point now = TaskQueue::Clock::now();
     std::optional<CameraTask> task;
-    while (!ended && (task = queue.take(now)) && film_.has(*task)) queue.finish(*task);
+    // Films of several samples fit pixels that have none of them. A checkpoint may have some.
+    while (!ended && (task = queue.take(now)) && !film_.awaits(*task)) {
+      task = queue.shorten(*task);
+      if (!film_.has(*task)) break;
+      queue.finish(*task);
+    }
     return task || ended ? task : queue.take_again(now - kLostAfter, now);
   };
-  const auto take_result = [&](const CameraTask& task, const TaskResult& result) {
-    put(task, result);
+  const auto finish = [&](const CameraTask& task) {
     const std::lock_guard lock(mutex);
     queue.finish(task);
     if (round_.empty()) passes_ = queue.whole_samples();
     work_done_ =
         std::lerp(share.begin, share.end, static_cast<double>(queue.slots_done()) / static_cast<double>(queue.slots()));
+  };
+  const auto take_film = [&](const CameraTask& task, std::span<const std::byte> bytes) {
+    Film film = film_.like(pixels_of(task));
+    unpack_film(bytes, task, film);
+    put(task, film);
+    finish(task);
   };
   const auto give_back = [&](const CameraTask& task) {
     const std::lock_guard lock(mutex);
@@ -53,7 +65,7 @@ bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t sample
   std::exception_ptr failure;
   std::thread server([&] {
     try {
-      crew_->serve({take, take_result, give_back, [&] { return ended.load(); }});
+      crew_->serve({take, take_film, give_back, [&] { return ended.load(); }});
     } catch (...) {
       failure = std::current_exception();
       ended = true;
@@ -66,10 +78,12 @@ bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t sample
   try {
     const CancellationScope scope(interrupt_);
     while (!ended && !is_done() && !should_stop(task_seconds_)) {
-      if (const std::optional<CameraTask> task = take())
-        take_result(*task, compute(*task));
-      else
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (const std::optional<CameraTask> task = take()) {
+        put(*task, compute(*task));
+        finish(*task);
+        continue;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   } catch (...) {
     failure = std::current_exception();
@@ -87,7 +101,12 @@ void Job::work_for_rank_0() {
   const auto work = [&](const CameraTask& task) {
     prepare(task.first_sample);
     const CancellationScope scope(interrupt_);
-    return compute(task);
+    const TaskResult result = compute(task);
+    Film film = film_.like(pixels_of(task));
+    CameraTask own = task;
+    own.first_sample = 0;
+    add_samples(film, own, result);
+    return film;
   };
   const auto begin = [&] {
     if (!settings_.progressive) prepare(0);

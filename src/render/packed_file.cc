@@ -69,6 +69,9 @@ std::optional<std::string> read_header(std::ifstream& file, const FileKind& kind
   return text;
 }
 
+PackedWriter::PackedWriter(AtomicFile& file)
+    : sink_([&file](std::span<const std::byte> bytes) { file.write(bytes.data(), bytes.size()); }) {}
+
 void PackedWriter::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const std::size_t taken = std::min(bytes.size(), kBlockBytes * kBlocksAtOnce - waiting_.size());
@@ -81,7 +84,7 @@ void PackedWriter::write(std::span<const std::byte> bytes) {
 void PackedWriter::finish() {
   flush();
   const BlockHeader end;
-  file_.write(&end, sizeof end);
+  sink_(std::as_bytes(std::span(&end, 1)));
 }
 
 void PackedWriter::flush() {
@@ -100,26 +103,29 @@ void PackedWriter::flush() {
     headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(raw)};
   });
   for (std::size_t i = 0; i < blocks; ++i) {
-    file_.write(&headers[i], sizeof headers[i]);
-    file_.write(packed[i].data(), packed[i].size());
+    sink_(std::as_bytes(std::span(&headers[i], 1)));
+    sink_(packed[i]);
   }
   waiting_.clear();
 }
 
+PackedReader::PackedReader(std::ifstream& file)
+    : source_([&file](std::span<std::byte> bytes) {
+        return static_cast<bool>(
+            file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
+      }) {}
+
 bool PackedReader::fill() {
   std::vector<BlockHeader> headers;
   std::vector<std::vector<std::byte>> packed;
-  while (headers.size() < kBlocksAtOnce) {
+  while (!ended_ && headers.size() < kBlocksAtOnce) {
     BlockHeader header;
-    if (!file_.read(reinterpret_cast<char*>(&header), sizeof header)) return false;
-    if (header.size == 0) {
-      // The caller reads the end mark again.
-      file_.seekg(-static_cast<std::streamoff>(sizeof header), std::ios::cur);
-      break;
-    }
+    if (!source_(std::as_writable_bytes(std::span(&header, 1)))) return false;
+    ended_ = header.size == 0 && header.packed_size == 0;
+    if (ended_) break;
     if (header.size > kBlockBytes || header.packed_size > ZSTD_compressBound(kBlockBytes)) return false;
     packed.emplace_back(header.packed_size);
-    if (!file_.read(reinterpret_cast<char*>(packed.back().data()), header.packed_size)) return false;
+    if (!source_(packed.back())) return false;
     headers.push_back(header);
   }
   std::vector<std::size_t> first(headers.size() + 1);
@@ -152,9 +158,9 @@ bool PackedReader::read(std::span<std::byte> bytes) {
 }
 
 bool PackedReader::at_end() {
-  BlockHeader end;
-  return taken_ == ready_.size() && file_.read(reinterpret_cast<char*>(&end), sizeof end) && end.size == 0 &&
-         end.packed_size == 0 && file_.peek() == std::ifstream::traits_type::eof();
+  std::byte more;
+  if (taken_ == ready_.size() && !ended_) fill();
+  return taken_ == ready_.size() && ended_ && !source_(std::span(&more, 1));
 }
 
 }  // namespace glowworm

@@ -1,9 +1,10 @@
-// Long runs of numbers in files, compressed in blocks (Zstandard).
+// Long runs of numbers in files and messages, compressed in blocks (Zstandard).
 #pragma once
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,8 +28,12 @@ std::optional<std::string> read_header(std::ifstream& file, const FileKind& kind
 /// of numbers of like size, and writes it compressed with a hash.
 class PackedWriter {
  public:
-  explicit PackedWriter(AtomicFile& file) : file_(file) {}
-  /// Appends bytes, whatever they are cut into. Throws DiskError where the file cannot be written.
+  /// Takes the output, piece by piece.
+  using Sink = std::function<void(std::span<const std::byte>)>;
+
+  explicit PackedWriter(Sink sink) : sink_(std::move(sink)) {}
+  explicit PackedWriter(AtomicFile& file);
+  /// Appends bytes, whatever they are cut into. Throws what the sink throws: DiskError where a file cannot be written.
   void write(std::span<const std::byte> bytes);
   /// Writes the rest. To be called once, at the end.
   void finish();
@@ -36,15 +41,19 @@ class PackedWriter {
  private:
   void flush();
 
-  AtomicFile& file_;
+  Sink sink_;
   std::vector<std::byte> waiting_;
 };
 
 /// Reads the output of PackedWriter.
 class PackedReader {
  public:
-  explicit PackedReader(std::ifstream& file) : file_(file) {}
-  /// Fills the bytes with the next ones. Returns false if the file ends before, or is not what was written.
+  /// Fills the bytes with the next ones; returns false if there are no more.
+  using Source = std::function<bool(std::span<std::byte>)>;
+
+  explicit PackedReader(Source source) : source_(std::move(source)) {}
+  explicit PackedReader(std::ifstream& file);
+  /// Fills the bytes with the next ones. Returns false if the source ends before, or is not what was written.
   bool read(std::span<std::byte> bytes);
   /// Whether all has been read and nothing follows.
   bool at_end();
@@ -52,9 +61,10 @@ class PackedReader {
  private:
   bool fill();
 
-  std::ifstream& file_;
+  Source source_;
   std::vector<std::byte> ready_;
   std::size_t taken_ = 0;
+  bool ended_ = false;  // the mark of the end has been read
 };
 
 }  // namespace glowworm

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "density/engine.h"
+#include "render/film.h"
 
 namespace glowworm {
 
@@ -162,18 +163,22 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
 }
 
 SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes) {
-  constexpr std::uint64_t kTilesEach = 8;
+  // Smaller tiles make engines slow while tasks have few samples.
+  constexpr std::uint64_t kTilesEach = 8, kSmallTile = 1u << 12;
   SharedTasks out{schedule, 1};
+  const PlaceLayers places = settings.place_layers();
+  std::uint64_t most = settings.progressive ? 1 : std::max(settings.sample_range().count() / 4, 1u);
+  // Films of so many samples hold all ids.
+  if (places.objects || places.materials) most = std::min<std::uint64_t>(most, Film::kMaxIds);
   // All ranks have a task under way when a time limit ends the render.
   const std::uint64_t useful =
       settings.time_limit_s > 0 ? std::max(schedule.slots_at_once / 8, kMinTimedSlots) : schedule.slots_at_once;
-  const std::uint64_t wanted = std::min<std::uint64_t>(useful, kSharedSlots);
+  const std::uint64_t threads = static_cast<std::uint64_t>(std::max(settings.threads, 1));
+  const std::uint64_t wanted = std::min(useful, kSharedSlots * threads);
   const std::uint64_t even = settings.bounds.pixel_count() / (kTilesEach * static_cast<std::uint64_t>(processes));
-  out.schedule.slots_at_once = std::max(std::min(wanted, even), kMinSlots);
-  // Where tiles are small, tasks of several samples save messages.
-  if (!settings.progressive)
-    out.samples_at_once = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
-        wanted / out.schedule.slots_at_once, 1, std::max(settings.sample_range().count() / 4, 1u)));
+  out.schedule.slots_at_once = std::max(std::min({wanted, even, std::max(wanted / most, kSmallTile)}), kMinSlots);
+  out.samples_at_once =
+      static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted / out.schedule.slots_at_once, 1, most));
   return out;
 }
 

@@ -42,10 +42,11 @@ std::uint64_t smallest_room(const RenderSettings& settings);
 /// @param settings resolved
 Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 
-/// Camera samples of a task of a render by several processes.
+/// Camera samples of a task of a render by several processes, for each thread.
 inline constexpr std::uint32_t kSharedSlots = 1u << 15;
 
-/// Division of a render by several processes: tasks of about a second, several for each process.
+/// Division of a render by several processes: tasks of about a second, several for each process. The processes send
+/// sums of the samples of a task, so tiles are small and have many samples.
 struct SharedTasks {
   Schedule schedule;                  ///< with smaller tiles
   std::uint32_t samples_at_once = 1;  ///< most samples of a task

@@ -19,9 +19,15 @@ std::optional<CameraTask> TaskQueue::take(Clock::time_point now) {
   Tile& tile = tiles_.at(free_.front());
   free_.pop_front();
   tile.task.first_sample = tile.samples;
-  tile.task.sample_count = std::min(step_, tile.end - tile.samples);
+  tile.task.sample_count = std::min(std::clamp(tile.samples, 1u, step_), tile.end - tile.samples);
   tile.since = now;
   tile.under_way = true;
+  return tile.task;
+}
+
+CameraTask TaskQueue::shorten(const CameraTask& task) {
+  Tile& tile = *tile_of(task);
+  tile.task.sample_count = 1;
   return tile.task;
 }
 

@@ -24,11 +24,13 @@ class TaskQueue {
   using Clock = std::chrono::steady_clock;
 
   /// @param tiles with all their samples
-  /// @param step  most samples of a task
+  /// @param step  most samples of a task; the first of a tile have fewer, so that a whole, noisy picture is there soon
   TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t step);
 
   /// The next task; nothing while every tile is done or under way.
   std::optional<CameraTask> take(Clock::time_point now);
+  /// Leaves the first sample of a task under way, which take() has just given.
+  CameraTask shorten(const CameraTask& task);
   /// The oldest task under way again, if it was handed out before `limit` and nothing else is left: its worker may be
   /// lost. The results of both are the same.
   std::optional<CameraTask> take_again(Clock::time_point limit, Clock::time_point now);

@@ -27,6 +27,7 @@ struct Mail {
   std::mutex mutex;
   std::condition_variable arrived;
   std::vector<std::deque<Message>> boxes;
+  std::size_t largest = 0;  // message, bytes
 };
 
 class ThreadRanks final : public Ranks {
@@ -36,6 +37,7 @@ class ThreadRanks final : public Ranks {
   int count() const override { return static_cast<int>(mail_->boxes.size()); }
   bool send(int to, std::vector<std::byte> bytes, double) override {
     const std::lock_guard lock(mail_->mutex);
+    mail_->largest = std::max(mail_->largest, bytes.size());
     mail_->boxes[static_cast<std::size_t>(to)].push_back({rank_, std::move(bytes)});
     mail_->arrived.notify_all();
     return true;
@@ -118,6 +120,72 @@ TEST(SharedRender, GoesOnFromACheckpoint) {
   EXPECT_TRUE(render(stage, settings, 3, &checkpoint).save() == stage.render(settings).save());
 }
 
+/// As after a kill where tiles were others.
+TEST(SharedRender, GoesOnWhereRowsHaveDifferentNumbersOfSamples) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = small_picture(), fewer = settings;
+  settings.samples = 16;
+  settings.aovs = {"direct"};  // tasks of four samples
+  fewer = settings;
+  fewer.samples = 1;
+  Job job(stage.scene, stage.tracer, fewer);
+  job.wait();
+  Film film = job.snapshot();
+  for (const auto& [rows, samples] : {std::pair{3, 7u}, {1, 4u}}) {
+    fewer.samples = samples;
+    film.take_rows(stage.render(fewer).rows(0, rows));
+  }
+  const Checkpoint checkpoint{key_text(job.key()), 1, film.save(), {}};
+  EXPECT_TRUE(render(stage, settings, 3, &checkpoint).save() == stage.render(settings).save());
+}
+
+TEST(SharedRender, SendsSumsOfSamples) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = small_picture();
+  settings.aovs.clear();
+  std::vector<std::size_t> bytes;
+  for (const std::uint32_t samples : {16u, 160u}) {
+    settings.samples = samples;
+    const auto mail = std::make_shared<Mail>(2);
+    const auto first = job_of(stage, settings, std::make_shared<ThreadRanks>(mail, 0));
+    const auto second = job_of(stage, settings, std::make_shared<ThreadRanks>(mail, 1));
+    first->wait();
+    EXPECT_TRUE(first->crew()->dismiss(60));
+    bytes.push_back(mail->largest);
+  }
+  // Ten times the samples are in tasks of ten times as many.
+  EXPECT_LT(bytes[1], 2 * bytes[0]);
+}
+
+TEST(SharedRender, FilmsOfOtherTasksAreRefused) {
+  const RenderSettings s = small_picture();
+  const Film kind({0, 0, 16, 16}, false, true, s.place_layers(), true);
+  const auto packed = [&](const CameraTask& task) {
+    const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+    std::thread rank(
+        [&] { CrewMember(ranks[1]).work([] {}, [&](const CameraTask&) { return kind; }, [] { return false; }); });
+    Crew crew(ranks[0]);
+    bool given = false;
+    std::vector<std::byte> film;
+    crew.serve({[&]() -> std::optional<CameraTask> {
+                  if (std::exchange(given, true)) return std::nullopt;
+                  return task;
+                },
+                [&](const CameraTask&, std::span<const std::byte> bytes) { film.assign(bytes.begin(), bytes.end()); },
+                [](const CameraTask&) {}, [&] { return !film.empty(); }});
+    EXPECT_TRUE(crew.dismiss(60));
+    rank.join();
+    return film;
+  };
+  const CameraTask task{0, 0, 16, 16, 0, 1}, none{0, 0, 16, 16, 0, 0};
+  std::vector<std::byte> bytes = packed(task);
+  Film film = kind;
+  EXPECT_NO_THROW(unpack_film(bytes, none, film));
+  EXPECT_THROW(unpack_film(bytes, task, film), Error);  // it has no sample
+  bytes.pop_back();
+  EXPECT_THROW(unpack_film(bytes, none, film), Error);
+}
+
 TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   const Stage stage(builtin_scene("cornell"));
   const RenderSettings settings = small_picture();
@@ -127,7 +195,7 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   std::thread third([&] {
     CrewMember member(ranks[2]);
     member.introduce(render_key(*stage.scene, first->settings()));
-    member.work([] {}, [](const CameraTask&) -> TaskResult { throw Error("no more power"); }, [] { return false; });
+    member.work([] {}, [](const CameraTask&) -> Film { throw Error("no more power"); }, [] { return false; });
   });
   first->wait();
   third.join();
@@ -151,7 +219,7 @@ TEST(SharedRender, ALateRankIsToldAndNotWaitedFor) {
                 if (std::exchange(given, true)) return std::nullopt;
                 return CameraTask{0, 0, 16, 16};
               },
-              [](const CameraTask&, const TaskResult&) {}, [](const CameraTask&) {},
+              [](const CameraTask&, std::span<const std::byte>) {}, [](const CameraTask&) {},
               [&] { return Clock::now() > start + std::chrono::milliseconds(200); }});
   EXPECT_FALSE(crew.dismiss(60));
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(30));
@@ -194,13 +262,13 @@ TEST(InstructionSets, AreTheBestThatAllRanksHave) {
 }
 
 TEST(TaskQueue, GivesTheSamplesOfATileInOrder) {
-  const std::vector<CameraTask> tiles = {{0, 0, 16, 16, 1, 5}, {16, 0, 20, 16, 1, 5}};
+  const std::vector<CameraTask> tiles = {{0, 0, 16, 16, 2, 5}, {16, 0, 20, 16, 2, 5}};
   TaskQueue queue(tiles, 2);
   const TaskQueue::Clock::time_point start;
   const auto at = [&](int seconds) { return start + std::chrono::seconds(seconds); };
   EXPECT_EQ(queue.slots(), 20u * 16 * 5);
   const CameraTask a = *queue.take(at(1)), b = *queue.take(at(2));
-  EXPECT_EQ(a, (CameraTask{0, 0, 16, 16, 1, 2}));
+  EXPECT_EQ(a, (CameraTask{0, 0, 16, 16, 2, 2}));
   EXPECT_FALSE(queue.take(at(3)));
   // The oldest again, if it is old enough.
   EXPECT_FALSE(queue.take_again(at(1), at(3)));
@@ -208,13 +276,13 @@ TEST(TaskQueue, GivesTheSamplesOfATileInOrder) {
   EXPECT_EQ(queue.take_again(at(4), at(5)), b);
   EXPECT_TRUE(queue.finish(a));
   EXPECT_FALSE(queue.finish(a));
-  EXPECT_EQ(queue.take(at(6))->first_sample, 3u);
+  EXPECT_EQ(queue.take(at(6))->first_sample, 4u);
   queue.give_back(b);
   EXPECT_EQ(*queue.take(at(7)), b);
   EXPECT_TRUE(queue.finish(b));
-  EXPECT_EQ(queue.whole_samples(), 3u);
+  EXPECT_EQ(queue.whole_samples(), 4u);
   EXPECT_EQ(queue.slots_done(), 20u * 16 * 2);
-  EXPECT_TRUE(queue.finish({0, 0, 16, 16, 3, 2}));
+  EXPECT_TRUE(queue.finish({0, 0, 16, 16, 4, 2}));
   std::uint32_t last = 0;
   while (!queue.done()) {
     const CameraTask task = *queue.take(at(8));
@@ -222,9 +290,21 @@ TEST(TaskQueue, GivesTheSamplesOfATileInOrder) {
     last = std::max(last, task.first_sample + task.sample_count);
     EXPECT_TRUE(queue.finish(task));
   }
-  EXPECT_EQ(last, 6u);
+  EXPECT_EQ(last, 7u);
   EXPECT_EQ(queue.slots_done(), queue.slots());
-  EXPECT_EQ(queue.whole_samples(), 6u);
+  EXPECT_EQ(queue.whole_samples(), 7u);
+}
+
+TEST(TaskQueue, BeginsWithFewSamples) {
+  TaskQueue queue({{0, 0, 16, 16, 0, 20}}, 8);
+  std::vector<std::uint32_t> counts;
+  while (!queue.done()) {
+    CameraTask task = *queue.take({});
+    if (counts.size() == 3) task = queue.shorten(task);
+    counts.push_back(task.sample_count);
+    EXPECT_TRUE(queue.finish(task));
+  }
+  EXPECT_EQ(counts, std::vector<std::uint32_t>({1, 1, 2, 1, 5, 8, 2}));
 }
 
 }  // namespace

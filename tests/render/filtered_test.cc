@@ -63,9 +63,9 @@ TEST(Filtered, RendersStopByTheErrorOfTheFilteredPicture) {
   EXPECT_GT(relative_error(unfiltered_picture(film, false)), 1.2 * settings.noise_target);
 }
 
-TEST(Film, MergesToTheBitsOfTheWhole) {
+TEST(Film, TakesTheSamplesOfATaskFromAnotherFilm) {
   const CameraTask tasks[] = {{0, 0, 16, 10, 0, 1}, {0, 10, 16, 16, 0, 1}};
-  Film whole({0, 0, 16, 16}, false, true, {}, true), upper = whole, lower = whole;
+  Film whole({0, 0, 16, 16}, false, true, {}, true), lower = whole, upper = whole.like({0, 0, 16, 10});
   for (const CameraTask& task : tasks) {
     SlotRadiance radiance;
     radiance.resize(task.slot_count());
@@ -82,7 +82,12 @@ TEST(Film, MergesToTheBitsOfTheWhole) {
   }
   lower.add_not_finite(3);
   whole.add_not_finite(3);
-  lower.merge(upper);
+  EXPECT_TRUE(lower.awaits(tasks[0]));
+  EXPECT_FALSE(lower.awaits(tasks[1]));
+  EXPECT_TRUE(upper.is_of(tasks[0]));
+  EXPECT_FALSE(lower.is_of(tasks[1]));
+  lower.add(tasks[0], upper);
+  lower.add(tasks[0], upper);  // it has them already
   EXPECT_EQ(lower.save(), whole.save());
   EXPECT_EQ(lower.not_finite(), 3u);
   Film restored({0, 0, 16, 16}, false, true, {}, true);
