@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """Measures one picture on many machines, and models more of them: bench/results/many-machines.md. As root, network
-namespaces with addresses and folders of their own stand for machines; otherwise all ranks are on one.
+namespaces with addresses and folders of their own stand for machines; otherwise all ranks are on one. With `large`, it
+renders what does not fit into a small memory instead, ten processor minutes with 45 GB of temporary files:
+bench/results/many-machines-large.md.
 
-usage: tables_machines.py [PROGRAM]
+usage: tables_machines.py [large] [PROGRAM]
 """
+import json
 import os
 import pathlib
 import platform
@@ -17,13 +20,19 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROGRAM = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm").resolve()
+IS_LARGE = sys.argv[1:2] == ["large"]
+PROGRAM = pathlib.Path((sys.argv[1 + IS_LARGE:] or [ROOT / "build/release/bin/glowworm"])[0]).resolve()
 SIZE, PIXELS = "320x180", 320 * 180
 SHARED = ["render", "builtin:atrium", "--size", SIZE, "--precision", "float", "-q"]
 FEW = ["--gather", "4", "--photons", "20k", "--threads", "1"]
 MACHINES = 3
 NODE_CORES, NETWORK = 32, 1.25e9  # of the model: cores, and bytes a second into rank 0
-BIG_SLOTS = 7680 * 4320 * 1000  # 8K, 1000 samples
+BIG_PIXELS, BIG_SAMPLES = 7680 * 4320, 1000  # 8K
+BIG_SLOTS = BIG_PIXELS * BIG_SAMPLES
+LARGE = (("100 million photons", 4000,
+          ["--size", "64x64", "--gather", "4", "--photons", "100M", "--filter", "off", "-o", "a.exr"]),
+         ("16384 x 16384 pixels", 2000,
+          ["--size", "16384x16384", "--integrator", "photons", "--photons", "100k", "-o", "a.exr", "-o", "a.png"]))
 AGENT = """#!/bin/bash
 host=$1; shift
 exec ip netns exec gwm$((${host##*.} - 1)) unshare -m -u bash -c \
@@ -164,17 +173,31 @@ def traffic(folder):
     return [(rank, sent[rank - 1] / 1e6 if rank and sent else None, peaks[rank]) for rank in sorted(peaks)], samples
 
 
-def fault(folder, name, number):
-    """Renders by ranks, of which one gets a signal. Returns mpirun's status, its seconds after that, and whether the
-    picture, if need be after --resume, has the bits of one process."""
+def fault(folder, name, harm, heal=lambda rank: None):
+    """Renders by ranks, of which rank 1 is harmed, and healed after the end. Returns mpirun's status, its seconds after
+    that, and whether the picture, if need be after --resume, has the bits of one process."""
     arguments = [*SHARED, *FEW, "--samples", "64", "-o", f"{name}.exr", f"--resume={name}.checkpoint"]
     job = mpirun(folder, MACHINES, arguments)
     while 1 not in ranks_of(f"{name}.exr") or not (folder / f"{name}.checkpoint").exists():
         time.sleep(0.1)
     start = time.monotonic()
-    os.kill(ranks_of(f"{name}.exr")[1], number)
-    status = job.wait()
+    rank = ranks_of(f"{name}.exr")[1]
+    harm(rank)
+    while job.poll() is None and not (folder / f"{name}.exr").exists():
+        time.sleep(0.1)
     seconds = time.monotonic() - start
+    try:
+        status = job.wait(30)
+    except subprocess.TimeoutExpired:  # mpirun waits for the machine
+        status = None
+        job.kill()
+        job.wait()
+    for process in [rank, *ranks_of(f"{name}.exr").values()]:
+        try:
+            os.kill(process, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    heal(rank)
     if not (folder / f"{name}.exr").exists():
         run(arguments, cwd=folder)
     compared = subprocess.run([PROGRAM, "compare", folder / f"{name}.exr", folder / "alone.exr"], capture_output=True,
@@ -182,8 +205,63 @@ def fault(folder, name, number):
     return status, seconds, re.search(r"largest\s+0\n", compared) is not None
 
 
+def faults(folder):
+    """Returns rows of what fault() returns."""
+    rows = [("killed (SIGKILL)", fault(folder, "killed", lambda rank: os.kill(rank, signal.SIGKILL))),
+            ("stopped (SIGSTOP)", fault(folder, "stopped", lambda rank: os.kill(rank, signal.SIGSTOP)))]
+    if os.geteuid() == 0:
+        rows.append(("cut off (link down)", fault(folder, "cut", lambda rank: ip("-n gwm0 link set gwp1 down"),
+                                                  lambda rank: ip("-n gwm0 link set gwp1 up"))))
+    return rows
+
+
+def full_disk(folder):
+    """Renders with all files on a disk that is too small for them, and again with room. Returns rows: what is written,
+    the first status, the message, and whether the second picture has the bits of one process."""
+    if os.geteuid() != 0:
+        return []
+    rows = []
+    disk = folder / "disk"
+    disk.mkdir()
+    for name, more, output in (("a picture, with `--resume`", [f"--resume={disk}/a.checkpoint"], "a.exr"),
+                               ("a part", ["--part", "1/1"], "a.part"),
+                               ("film and photons, with `--memory 60M`", ["--memory", "60M"], "a.exr")):
+        render = [PROGRAM, *SHARED, *FEW, "--samples", "64", *more, "-o", disk / output]
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k", "small", disk], check=True)
+        try:
+            first = subprocess.run(render, capture_output=True, text=True, env={**os.environ, "TMPDIR": str(disk)},
+                                   check=False)
+            subprocess.run(["mount", "-o", "remount,size=2g", disk], check=True)
+            run(render[1:], env={**os.environ, "TMPDIR": str(disk)})
+            if output.endswith(".part"):
+                run(["merge", disk / output, "-q", "-o", disk / "a.exr", "--precision", "float"])
+            compared = subprocess.run([PROGRAM, "compare", disk / "a.exr", folder / "alone.exr"], capture_output=True,
+                                      text=True, check=True).stdout
+        finally:
+            subprocess.run(["umount", disk], check=True)
+        message = next((line for line in first.stderr.splitlines() if "error" in line or "warning" in line), "")
+        rows.append((name, first.returncode, message.replace(str(disk), "/disk").strip(),
+                     re.search(r"largest\s+0\n", compared) is not None))
+    return rows
+
+
+def film_bytes(folder):
+    """Returns the bytes of a pixel in the film of a task of four samples."""
+    run([*SHARED, *FEW, "--samples", "4", "--part", "1/1", "-o", folder / "film.part"])
+    return (folder / "film.part").stat().st_size / PIXELS
+
+
+def films_of(samples, most):
+    """The films that ranks send for each tile: tasks double their samples up to the most."""
+    films = done = 0
+    while done < samples:
+        done += min(max(done, 1), most)
+        films += 1
+    return films
+
+
 def merge(folder):
-    """Returns the seconds and peak megabytes of merging 2 and 8 parts of 1920 x 1080 pixels."""
+    """Returns the seconds, peak megabytes and processor seconds of merging 2 and 8 parts of 1920 x 1080 pixels."""
     rows = []
     for i in range(1, 9):
         run(["render", "builtin:cornell", "--size", "1920x1080", "--samples", "8", "--gather", "1", "--photons", "20k",
@@ -191,20 +269,24 @@ def merge(folder):
              folder / f"{i}.part"])
     for count in (2, 8):
         parts = [str(folder / f"{i + 1}.part") for i in range(count)]
-        out = subprocess.run(["/usr/bin/time", "-f", "%e %M", PROGRAM, "merge", *parts, "-q", "-o",
+        out = subprocess.run(["/usr/bin/time", "-f", "%e %M %U %S", PROGRAM, "merge", *parts, "-q", "-o",
                               folder / "merged.exr"], capture_output=True, text=True, check=True).stderr.split()
-        rows.append((count, float(out[-2]), float(out[-1]) / 1e3))
+        rows.append((count, float(out[-4]), float(out[-3]) / 1e3, float(out[-2]) + float(out[-1])))
     return rows
 
 
-def text_of(parts, shared, each, eight, rows, samples, faults, merged):
-    """@param parts, shared processor seconds that parts repeat, without and with --share"""
+def text_of(parts, shared, each, eight, rows, samples, film, faulty, full, merged):
+    """@param parts, shared processor seconds that parts repeat, without and with --share
+    @param film bytes of a pixel in a film"""
     def seconds(repeated, nodes):
         return (repeated + each * BIG_SLOTS / nodes) / NODE_CORES
 
-    receiving = BIG_SLOTS * 76 / NETWORK
+    films = films_of(BIG_SAMPLES, BIG_SAMPLES // 4)
+    receiving = BIG_PIXELS * films * film / NETWORK
+    adding = BIG_PIXELS * films * (merged[1][3] - merged[0][3]) / 6 / (1920 * 1080)
     one = seconds(parts, 1)
-    big = [(n, seconds(parts, n), receiving if n > 1 else 0, seconds(shared, n)) for n in (1, 16, 256, 4096)]
+    big = [(n, seconds(parts, n), max(receiving, adding) if n > 1 else 0, seconds(shared, n))
+           for n in (1, 16, 256, 4096)]
     lines = [
         "# One picture on many machines", "",
         f"Written by `bench/tables_machines.py` on {platform.machine()}, {os.cpu_count()} cores.", "",
@@ -215,36 +297,76 @@ def text_of(parts, shared, each, eight, rows, samples, faults, merged):
         "| eight parts run | one render's processor seconds over those of all parts | MB in the folder |",
         "| --- | ---: | ---: |",
         *(f"| {name} | {share:.2f} | {f'{size / 1e6:.0f}' if size else ''} |" for name, share, size in eight), "",
-        "| parts of 1920x1080 merged, with layers | s | MB |", "| ---: | ---: | ---: |",
-        *(f"| {n} | {s:.1f} | {m:.0f} |" for n, s, m in merged), "",
+        "| parts of 1920x1080 merged, with layers | s | MB | processor s |", "| ---: | ---: | ---: | ---: |",
+        *(f"| {n} | {s:.1f} | {m:.0f} | {cpu:.1f} |" for n, s, m, cpu in merged), "",
         "`merge` holds one film and blocks of a part, so its memory does not grow with the parts.", "",
         "## Ranks", "",
         f"{MACHINES} ranks, atrium, {SIZE}, {samples} samples. Photons are not sent: without `--share`, each rank "
         "traces all.", "",
         "| rank | MB sent | peak MB |", "| ---: | ---: | ---: |",
         *(f"| {r} | {'' if sent is None else f'{sent:.1f}'} | {peak:.0f} |" for r, sent, peak in rows), "",
-        "A sample of a pixel is 76 bytes in the message of its task, 12 more for each light group or the places of "
-        f"hits; all are {PIXELS * samples * 76 / 1e6:.1f} MB here.", "",
+        f"A task is sent as the sums of its samples, compressed: {film:.0f} bytes for a pixel of the atrium, whatever "
+        f"the number of samples. All tasks of one sample would be {PIXELS * samples * film / 1e6:.1f} MB here.", "",
         "## Faults", "",
-        "| rank 1 of 3 is | status of mpirun | s until it ends | same bits, by --resume if it did not finish |",
+        "| rank 1 of 3 is | status of mpirun | s until the picture is there, or mpirun ends | same bits, by --resume if "
+        "it did not finish |",
         "| --- | ---: | ---: | --- |",
-        *(f"| {name} | {status} | {s:.0f} | {'yes' if same else 'no'} |" for name, (status, s, same) in faults), "",
+        *(f"| {name} | {'none: it waits for the machine' if status is None else status} | {s:.0f} | "
+          f"{'yes' if same else 'no'} |" for name, (status, s, same) in faulty), "",
+        "| on a full disk | status | first message | same bits when there is room |",
+        "| --- | ---: | --- | --- |",
+        *(f"| {name} | {status} | {message} | {'yes' if same else 'no'} |" for name, status, message, same in full), "",
         "## Model", "",
         f"A picture of 7680x4320 pixels with 1000 samples, on nodes of {NODE_CORES} such cores, and a network that "
         f"brings {NETWORK / 1e9:.2f} GB/s to rank 0:", "",
-        "| nodes | computing, s | receiving at rank 0, s | ranks, efficiency | parts, efficiency | with `--share` |",
+        "| nodes | computing, s | rank 0's films, s | ranks, efficiency | parts, efficiency | with `--share` |",
         "| ---: | ---: | ---: | ---: | ---: | ---: |",
         *(f"| {n} | {c:.0f} | {r:.0f} | {one / n / max(c, r):.2f} | {one / n / c:.2f} | {one / n / s:.2f} |"
           for n, c, r, s in big), "",
-        f"Ranks stop scaling at {one / receiving:.0f} nodes, where rank 0 receives all the time. Sending sums of "
-        "the samples of a task, or collecting in a tree, would move that point. Parts do not send samples; what they "
+        f"Ranks send {films} films of each tile, whose tasks double their samples up to a quarter of all. Rank 0 "
+        f"receives them in {receiving:.0f} s, and adds them on one thread in {adding:.0f} s, if a pixel takes as long as "
+        f"in a merge. So ranks stop scaling at {one / max(receiving, adding):.0f} nodes. More threads that add, or "
+        "collecting in a tree, would move that point. Parts send nothing; what they "
         "repeat bounds them, and merging, which a tree of `merge -o x.part` divides. With `--share`, each part reads "
         f"{eight[1][2] / 1e6:.0f} MB more: {4096 * eight[1][2] / 1e9:.0f} GB in all for 4096 nodes, which the server "
         "of the folder must bring.", ""]
     return "\n".join(lines)
 
 
+def large(folder):
+    """Returns rows of renders larger than their memory: name, --memory and peak megabytes, the most gigabytes in
+    temporary files, processor and wall seconds."""
+    rows = []
+    for name, megabytes, arguments in LARGE:
+        start = time.monotonic()
+        job = subprocess.Popen(["nice", PROGRAM, "render", "builtin:cornell", "--samples", "1", *arguments, "--memory",
+                                f"{megabytes}M", "-q", "--stats", "a.json"], cwd=folder)
+        _, status, used = os.wait4(job.pid, 0)
+        if status:
+            sys.exit(f"{name}: failed")
+        on_disk = json.loads((folder / "a.json").read_text(encoding="utf-8"))["memory_bytes"]["on_disk"]
+        rows.append((name, megabytes, used.ru_maxrss * 1024 / 1e6, on_disk / 1e9, used.ru_utime + used.ru_stime,
+                     time.monotonic() - start))
+    return rows
+
+
+def text_of_large(rows):
+    return "\n".join([
+        "# Renders larger than their memory", "",
+        f"Written by `bench/tables_machines.py large` on {platform.machine()}, {os.cpu_count()} cores. `--memory` limits "
+        "the scene, and what the render holds beside it.", "",
+        "| Cornell box, one sample | `--memory`, MB | peak MB of the process | GB in files | processor s | s |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
+        *(f"| {name} | {memory} | {peak:.0f} | {disk:.1f} | {cpu:.0f} | {wall:.0f} |"
+          for name, memory, peak, disk, cpu, wall in rows), ""])
+
+
 def main():
+    if IS_LARGE:
+        with tempfile.TemporaryDirectory() as name:
+            text = text_of_large(large(pathlib.Path(name)))
+        (ROOT / "bench/results/many-machines-large.md").write_text(text, encoding="utf-8")
+        return
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         if os.geteuid() == 0:
@@ -255,14 +377,15 @@ def main():
             eight = efficiency(folder)
             rows, samples = traffic(folder)
             run([*SHARED, *FEW, "--samples", "64", "-o", folder / "alone.exr"])
-            faults = [(what, fault(folder, what, number))
-                      for what, number in (("killed", signal.SIGKILL), ("stopped", signal.SIGSTOP))]
+            film = film_bytes(folder)
+            faulty = faults(folder)
+            full = full_disk(folder)
             merged = merge(folder)
         finally:
             if os.geteuid() == 0:
                 remove_machines()
     out = ROOT / "bench/results/many-machines.md"
-    out.write_text(text_of(parts, shared, each, eight, rows, samples, faults, merged), encoding="utf-8")
+    out.write_text(text_of(parts, shared, each, eight, rows, samples, film, faulty, full, merged), encoding="utf-8")
 
 
 if __name__ == "__main__":
