@@ -144,7 +144,7 @@ TEST(SharedRender, SendsSumsOfSamples) {
   RenderSettings settings = small_picture();
   settings.aovs.clear();
   std::vector<std::size_t> bytes;
-  for (const std::uint32_t samples : {16u, 160u}) {
+  for (const std::uint32_t samples : {8u, 80u}) {
     settings.samples = samples;
     const auto mail = std::make_shared<Mail>(2);
     const auto first = job_of(stage, settings, std::make_shared<ThreadRanks>(mail, 0));
