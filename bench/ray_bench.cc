@@ -3,6 +3,8 @@
 //
 //   ray_bench [SIDE [REPEATS]]     SIDE: pixels of the square tile of a 320x320 picture whose rays are traced
 //   ray_bench count [SIDE]         traces each order once, for scripts/count-instructions rays
+//   ray_bench camera FILE [SIDE]   writes the atrium's camera rays to a file, and prints how many of them a second
+//                                  it traces one by one and in one batch: for bench/tables_measure.py
 //
 // Times are processor time of the thread, so that other work on the machine disturbs them little; medians of repeats.
 #include <fmt/format.h>
@@ -10,6 +12,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -76,7 +79,8 @@ struct Order {
 /// What is traced of a scene.
 class SceneBench {
  public:
-  SceneBench(const char* name, int side, int repeats)
+  /// @param gather rays of final gathering, too
+  SceneBench(const char* name, int side, int repeats, bool gather = true)
       : name_(name), repeats_(repeats), scene_(builtin_scene(name)), tracer_(scene_) {
     CameraTask task;
     task.x0 = task.y0 = (kPicture - side) / 2;
@@ -95,7 +99,7 @@ class SceneBench {
         camera_rays.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
       }
     orders_.push_back({"camera, scan lines", std::move(camera_rays), RayOrder::camera, 0});
-    make_gather_orders();
+    if (gather) make_gather_orders();
   }
 
   /// Adds rows for all orders, and one for the whole of final_gather().
@@ -123,6 +127,28 @@ class SceneBench {
     });
     const double rays = static_cast<double>(points_.size()) * kRaysEach;
     table.add({name_, "gather, whole phase", "final_gather()", Number{1e-6 * rays / seconds}, {}});
+  }
+
+  /// Writes the camera rays as binary floats: origin and direction of each.
+  void write_camera_rays(const std::string& path) const {
+    std::ofstream file(path, std::ios::binary);
+    for (const Ray& ray : orders_[0].rays) {
+      const float numbers[6] = {ray.origin.x,    ray.origin.y,    ray.origin.z,
+                                ray.direction.x, ray.direction.y, ray.direction.z};
+      file.write(reinterpret_cast<const char*>(numbers), sizeof(numbers));
+    }
+  }
+
+  /// Camera rays that are traced one by one, and in one batch, in a second.
+  void print_camera_rates() const {
+    const std::vector<Ray>& rays = orders_[0].rays;
+    std::vector<Hit> hits(rays.size());
+    const auto count = static_cast<double>(rays.size());
+    const double single = median_seconds(repeats_, [&] {
+      for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer_.intersect(rays[i]);
+    });
+    const double batch = median_seconds(repeats_, [&] { tracer_.intersect(rays, hits, orders_[0].told); });
+    fmt::print("{} {}\n", count / single, count / batch);
   }
 
   /// Traces orders once each, in functions of their own by which callgrind tells them apart; prints their rays.
@@ -194,6 +220,12 @@ int run(int argc, char** argv) {
   set_thread_count(1);
   if (argc > 1 && std::string(argv[1]) == "count") {
     SceneBench("atrium", argc > 2 ? std::clamp(std::atoi(argv[2]), 1, kPicture) : 24, 1).count();
+    return 0;
+  }
+  if (argc > 2 && std::string(argv[1]) == "camera") {
+    const SceneBench atrium("atrium", argc > 3 ? std::clamp(std::atoi(argv[3]), 1, kPicture) : kPicture, 15, false);
+    atrium.write_camera_rays(argv[2]);
+    atrium.print_camera_rates();
     return 0;
   }
   const int side = argc > 1 ? std::atoi(argv[1]) : 160, repeats = argc > 2 ? std::atoi(argv[2]) : 5;

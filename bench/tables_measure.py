@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Times measurements to a relative error, by photon maps and by path tracing, a daylight matrix, and a render from
-Python: bench/results/measure.md.
+"""Times measurements to a relative error, by photon maps and by path tracing, a daylight matrix, and renders and rays
+from Python: bench/results/measure.md.
 
 usage: tables_measure.py [PROGRAM]      scenes of ../shared are left out where there are none
 """
@@ -37,6 +37,24 @@ glowworm.render(glowworm.Scene.load("builtin:atrium"), size=(320, 240), samples=
                 ).write(sys.argv[1])
 """
 
+RAYS = """
+import sys
+import time
+import numpy as np
+import glowworm
+glowworm.set_threads(1)
+tracer = glowworm.Tracer(glowworm.Scene.load("builtin:atrium"))
+rays = np.fromfile(sys.argv[1], dtype=np.float32).reshape(-1, 6)
+for times in (1, 10):
+    origins, directions = (np.tile(rays[:, k:k + 3], (times, 1)) for k in (0, 3))
+    seconds = []
+    for _ in range(30 // times + 10):
+        start = time.process_time()
+        tracer.intersect(origins, directions)
+        seconds.append(time.process_time() - start)
+    print(len(origins), len(origins) / np.median(seconds))
+"""
+
 
 def processor_seconds():
     """Seconds of all cores that ended child processes have used."""
@@ -48,7 +66,7 @@ def matrix():
     """Returns wall seconds and processor seconds of a daylight matrix of some 1,000 sensors, and its sensors."""
     with tempfile.TemporaryDirectory() as folder:
         table, out = f"{folder}/t.json", f"{folder}/d.mtx"
-        where = ["builtin:window-room", "--grid", "y=0.8,0.2"]
+        where = ["builtin:window-room", "--grid", "y=0.8,0.159"]
         subprocess.run([PROGRAM, "measure", *where, "--samples", "2", "--photons", "1000", "-o", table, "-q"],
                        check=True)
         sensors = len(json.loads(pathlib.Path(table).read_text(encoding="utf-8"))["points"])
@@ -72,6 +90,27 @@ def renders():
                 subprocess.run(command, check=True, env=module)
                 seconds[k].append(processor_seconds() - before)
     return statistics.median(seconds[0]), statistics.median(seconds[1])
+
+
+def rays():
+    """Returns rows of million camera rays of the atrium a second on one thread, medians of runs in turn."""
+    rates = {}
+    module = {**os.environ, "PYTHONPATH": str(ROOT / "build/release/python")}
+    with tempfile.TemporaryDirectory() as folder:
+        file = f"{folder}/rays"
+        for _ in range(REPEATS):
+            words = subprocess.run([ROOT / "build/release/bin/ray_bench", "camera", file], check=True, text=True,
+                                   stdout=subprocess.PIPE).stdout.split()
+            for name, rate in zip(("Embree, one by one", "our tracer, one batch of 102400"), words):
+                rates.setdefault(name, []).append(float(rate))
+            text = subprocess.run(["/usr/bin/python3", "-c", RAYS, file], check=True, text=True, env=module,
+                                  stdout=subprocess.PIPE).stdout
+            for line in text.splitlines():
+                count, rate = line.split()
+                rates.setdefault(f"Python, `Tracer.intersect()`, batches of {count}", []).append(float(rate))
+    medians = {name: 1e-6 * statistics.median(values) for name, values in rates.items()}
+    first = next(iter(medians.values()))
+    return [f"| {name} | {rate:.2f} | {rate / first:.2f} |" for name, rate in medians.items()]
 
 
 def measure(scene, grid, options):
@@ -112,7 +151,9 @@ def main():
     program, module = renders()
     lines += ["## Python", f"The same render of the atrium, medians of {REPEATS}: command line {program:.3g} s of "
               f"processor time, Python {module:.3g} s ({100 * (module / program - 1):+.1f}%)."]
-    print("\n".join(lines[-5:]))
+    lines += ["", "Camera rays of the atrium, 320 x 320, on one thread.", "",
+              "| way | million rays/s | times |", "| --- | --- | --- |", *rays()]
+    print("\n".join(lines[-14:]))
     target = ROOT / "bench/results/measure.md"
     target.parent.mkdir(exist_ok=True)
     target.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -20,6 +20,13 @@ struct Hits {
   std::vector<Vec3> normal;             ///< unit, by the winding of the triangle; (0,0,0) for no hit
 };
 
+/// Room for closest hits: memory of the caller, of one length. The members are those of Hits.
+struct HitSpans {
+  std::span<float> distance;
+  std::span<std::uint32_t> triangle;
+  std::span<Vec2> barycentric;
+};
+
 /// Rays, as arrays of one length n. Surfaces whose texture makes them absent let rays pass.
 struct Rays {
   std::span<const Vec3> origin;     ///< n, metres
@@ -37,6 +44,10 @@ class Tracer {
   /// Closest hits of a batch, on all threads; a batch of thousands is the fastest. Throws Error for arrays of different
   /// lengths, numbers that are not finite, and directions without length.
   Hits intersect(const Rays& rays) const;
+  /// As above, into memory of the caller, without normals: the fastest. Throws Error if `hits` has another length.
+  void intersect(const Rays& rays, const HitSpans& hits) const;
+  /// Hits::normal of Hits::triangle.
+  std::vector<Vec3> normals(std::span<const std::uint32_t> triangles) const;
   /// For each ray 1 if anything lies between t_min and t_max, else 0. Throws as intersect().
   std::vector<std::uint8_t> occluded(const Rays& rays) const;
   const Scene& scene() const { return scene_; }

@@ -41,7 +41,7 @@ std::string index_text(const py::array& array, py::ssize_t element) {
 
 }  // namespace
 
-Floats floats(const py::handle& argument, const char* name) {
+Floats floats(const py::handle& argument, const char* name, Check check) {
   const py::array given = numbers(argument, name, "fiu", "real numbers");
   // Conversion of numbers beyond the range of float warns; they are refused below.
   const py::object quiet = py::module_::import("numpy").attr("errstate")(py::arg("over") = "ignore");
@@ -49,22 +49,26 @@ Floats floats(const py::handle& argument, const char* name) {
   const auto array = py::array_t<float, py::array::c_style | py::array::forcecast>::ensure(given);
   quiet.attr("__exit__")(py::none(), py::none(), py::none());
   if (!array) throw py::error_already_set();
+  if (check == Check::finite) check_finite(array, name);
+  return array;
+}
+
+void check_finite(const Floats& array, const char* name) {
   for (py::ssize_t i = 0; i < array.size(); ++i)
     if (!std::isfinite(array.data()[i]))
       throw py::value_error(std::string(name) + index_text(array, i) + " is " + std::to_string(array.data()[i]) +
                             "; expected finite numbers within the range of float32");
-  return array;
 }
 
-Floats vectors(const py::handle& argument, const char* name) {
-  Floats array = floats(argument, name);
+Floats vectors(const py::handle& argument, const char* name, Check check) {
+  Floats array = floats(argument, name, check);
   if (array.ndim() == 1 && array.size() == 0) return array;
   if (array.ndim() != 2 || array.shape(1) != 3) refuse_shape(name, array, "(n, 3)");
   return array;
 }
 
-Floats vectors(const py::handle& argument, const char* name, py::ssize_t count, const char* of) {
-  Floats array = vectors(argument, name);
+Floats vectors(const py::handle& argument, const char* name, py::ssize_t count, const char* of, Check check) {
+  Floats array = vectors(argument, name, check);
   if (array.shape(0) != count)
     throw py::value_error("there are " + std::to_string(array.shape(0)) + " " + name + " for " + std::to_string(count) +
                           " " + of);

@@ -18,13 +18,19 @@ namespace py = pybind11;
 /// Contiguous floats that an argument holds, or a copy where it holds others.
 using Floats = py::array_t<float, py::array::c_style>;
 
-/// An argument as floats. Throws TypeError unless it is an array, or nested sequences, of real numbers, and ValueError
-/// for a number that is not finite, with its index. @param name of the argument
-Floats floats(const py::handle& argument, const char* name);
+/// Whether numbers must be finite, or their receiver checks that.
+enum class Check : std::uint8_t { finite, later };
+
+/// An argument as floats. Throws TypeError unless it is an array, or nested sequences, of real numbers, and as
+/// check_finite() does. @param name of the argument
+Floats floats(const py::handle& argument, const char* name, Check check = Check::finite);
 /// As above, of shape (n, 3); throws ValueError for another.
-Floats vectors(const py::handle& argument, const char* name);
+Floats vectors(const py::handle& argument, const char* name, Check check = Check::finite);
 /// As above; throws ValueError for another length than `count`. @param of "points"
-Floats vectors(const py::handle& argument, const char* name, py::ssize_t count, const char* of);
+Floats vectors(const py::handle& argument, const char* name, py::ssize_t count, const char* of,
+               Check check = Check::finite);
+/// Throws ValueError for the first number that is not finite, with its index.
+void check_finite(const Floats& array, const char* name);
 /// Indices of shape (n, 3). Throws TypeError unless they are whole numbers, and ValueError for negative ones.
 py::array_t<std::uint32_t, py::array::c_style> triangles(const py::handle& argument, const char* name);
 

@@ -26,6 +26,20 @@ struct Hit {
   Vec2 barycentric;  ///< weights of the second and third vertex
 };
 
+/// Rays as arrays of one length.
+struct RayArrays {
+  std::span<const Vec3> origin, direction;
+  float t_min = 0;
+  std::span<const float> t_max;  ///< one for each ray, one for all, or none: infinite
+};
+
+/// Room for closest hits as arrays of one length: members of Hit, but the distance of no hit is infinite.
+struct HitArrays {
+  std::span<float> distance;
+  std::span<std::uint32_t> triangle;
+  std::span<Vec2> barycentric;
+};
+
 /// Coherence and kind of rays.
 enum class RayOrder : std::uint8_t {
   incoherent,  ///< neighbours in the batch have nothing in common
@@ -62,6 +76,9 @@ class Tracer {
 
   /// Traces a batch on the calling thread. hits.size() == rays.size().
   void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;
+  /// As above, for arrays. Each eight rays are traced as coherent ones if they start close together in very similar
+  /// directions, which the last bits of a hit depend on.
+  void intersect(const RayArrays& rays, const HitArrays& hits) const;
   /// Sets out[i] to 1 if something lies between t_min and t_max of ray i, else to 0.
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> out) const;
 

@@ -189,6 +189,15 @@ TEST(Api, RaysHitTheSquare) {
   const auto x = [&](int corner) { return tracer.scene().positions()[triangle[static_cast<std::size_t>(corner)]].x; };
   const gw::Vec2 b = hits.barycentric[0];
   EXPECT_NEAR(x(0) * (1 - b.x - b.y) + x(1) * b.x + x(2) * b.y, 0.5f, 1e-6f);
+  std::vector<float> distance(3);
+  std::vector<std::uint32_t> hit(3);
+  std::vector<gw::Vec2> barycentric(3);
+  tracer.intersect(rays, {distance, hit, barycentric});
+  EXPECT_EQ(distance, hits.distance);
+  EXPECT_EQ(hit, hits.triangle);
+  EXPECT_THAT(error_of([&] { tracer.intersect(rays, {distance, {}, barycentric}); }), HasSubstr("0 triangles"));
+  hit[0] = 99;
+  EXPECT_THAT(error_of([&] { tracer.normals(hit); }), HasSubstr("no triangle 99"));
   EXPECT_EQ(tracer.occluded(rays), (std::vector<std::uint8_t>{1, 0, 0}));
   const std::vector<float> near{1.4f};
   rays.t_max = near;

@@ -94,12 +94,37 @@ def test_rays_hit_the_square(square):
     a, b, c = square.positions[square.triangles[hits.triangle[0]]]
     u, v = hits.barycentric[0]
     np.testing.assert_allclose(a * (1 - u - v) + b * u + c * v, [0.5, 0.5, 0], atol=1e-6)
-    assert hits.distance.base is hits
+    assert hits.distance is hits.distance and hits.normal is hits.normal, "no copies"
     occluded = tracer.occluded(origins, directions)
     assert occluded.dtype == bool and occluded.tolist() == [True, False, False]
     assert not tracer.occluded(origins, directions, t_max=1.4).any()
     assert tracer.occluded(origins, directions, t_max=[1.6, 1, 1]).tolist() == [True, False, False]
     assert tracer.intersect(origins, directions, t_min=1.6).triangle[0] == -1
+
+
+def test_hits_do_not_depend_on_threads_and_outlive_the_tracer(cornell):
+    random = np.random.default_rng(3)
+    origins = 0.1 + 0.35 * random.random((20_000, 3))
+    directions = random.normal(size=origins.shape)
+    directions[5000:15_000] = [0.3, 0.2, 1] + 0.001 * np.arange(10_000)[:, None] * [0.1, 0.02, 0]
+    origins[5000:15_000] = origins[5000]
+    found = []
+    try:
+        for threads in (1, 3):
+            glowworm.set_threads(threads)
+            found.append(glowworm.Tracer(cornell).intersect(origins, directions))
+    finally:
+        glowworm.set_threads(0)
+    gc.collect()
+    for name in ("distance", "triangle", "barycentric", "normal"):
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name))
+    hit = found[0].triangle >= 0
+    assert hit.mean() > 0.5
+    corners = cornell.positions[cornell.triangles[found[0].triangle[hit]]].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    np.testing.assert_allclose(found[0].normal[hit], normals, atol=1e-5)
+    assert len(glowworm.Tracer(cornell).intersect(np.zeros((0, 3)), np.zeros((0, 3)))) == 0
 
 
 def test_wrong_rays_are_refused(square):
@@ -110,6 +135,11 @@ def test_wrong_rays_are_refused(square):
         tracer.occluded(np.zeros((2, 3)), [[0, 0, 1], [0, 0, 0]])
     with pytest.raises(ValueError, match=r"directions\[0, 2\] is nan"):
         tracer.occluded(np.zeros((1, 3)), [[0, 0, np.nan]])
+    for intersect in (tracer.intersect, tracer.occluded):
+        with pytest.raises(ValueError, match=r"origins\[1, 0\] is inf"):
+            intersect([[0, 0, 0], [np.inf, 0, 0]], np.ones((2, 3)))
+        with pytest.raises(glowworm.Error, match="t_min"):
+            intersect(np.zeros((1, 3)), np.ones((1, 3)), t_min=-1)
     with pytest.raises(TypeError, match="origins has dtype bool"):
         tracer.intersect(np.zeros((1, 3), dtype=bool), [[0, 0, 1]])
     with pytest.raises(ValueError, match="3 values of t_max for 2 origins"):

@@ -313,6 +313,37 @@ TEST_P(TracerBatch, PassesAShareOfRaysThroughHalfTransparentSurfaces) {
 INSTANTIATE_TEST_SUITE_P(Orders, TracerBatch, testing::Values(RayOrder::incoherent, RayOrder::camera),
                          [](const auto& info) { return info.param == RayOrder::camera ? "camera" : "incoherent"; });
 
+TEST(Tracer, ArraysOfCoherentAndOtherRaysMatchSingleRays) {
+  const Scene scene(triangle_soup(2000));
+  const Tracer tracer(scene);
+  std::vector<Vec3> origin, direction;
+  for (const Ray& ray : random_rays(501, 5)) origin.push_back(ray.origin), direction.push_back(ray.direction);
+  // Rows of a picture, seen from one place.
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 100; ++x) {
+      origin.push_back({0, 0, 5});
+      direction.push_back({0.01f * static_cast<float>(x - 50), 0.05f * static_cast<float>(y - 10), -1});
+    }
+  std::vector<float> t_max(origin.size());
+  for (std::size_t i = 0; i < t_max.size(); ++i) t_max[i] = i % 3 == 0 ? 0.5f : kInfinity;
+  std::vector<float> distance(origin.size());
+  std::vector<std::uint32_t> triangle(origin.size());
+  std::vector<Vec2> barycentric(origin.size());
+  for (const std::size_t given : {std::size_t{0}, std::size_t{1}, t_max.size()}) {
+    const std::span<const float> ends = std::span(t_max).first(given);
+    tracer.intersect({origin, direction, 0.01f, ends}, {distance, triangle, barycentric});
+    for (std::size_t i = 0; i < origin.size(); ++i) {
+      const float end = given == 0 ? kInfinity : ends[given == 1 ? 0 : i];
+      expect_same({distance[i], triangle[i], barycentric[i]},
+                  tracer.intersect(Ray{origin[i], 0.01f, direction[i], end}));
+      if (triangle[i] == kNone) {
+        EXPECT_EQ(distance[i], kInfinity);
+        EXPECT_EQ(barycentric[i].x, 0);
+      }
+    }
+  }
+}
+
 TEST(Tracer, RaysThatLeaveASurfaceDoNotHitItAgain) {
   const Scene scene(triangle_soup(300));
   const Tracer tracer(scene);
