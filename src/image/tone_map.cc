@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace glowworm {
 
@@ -44,19 +45,21 @@ RGB tone_map(RGB linear, ToneCurve curve, float exposure) {
 }
 
 float automatic_exposure(std::span<const RGB> pixels) {
-  constexpr float kGrey = 0.18f, kMaxStops = 60;
-  double brightest = 0;
+  constexpr float kGrey = 0.18f, kMaxStops = 60, kDark = 1.0f / 256;
+  std::vector<float> lit;
   for (const RGB& pixel : pixels)
-    if (const float y = luminance(pixel); std::isfinite(y)) brightest = std::max<double>(brightest, y);
+    if (const float y = luminance(pixel); std::isfinite(y) && y > 0) lit.push_back(y);
+  if (lit.empty()) return 0;
+  // A twentieth of the pixels is brighter: a lamp or its glints do not make the rest dark.
+  const auto bright = lit.begin() + static_cast<std::ptrdiff_t>(lit.size() - 1 - lit.size() / 20);
+  std::nth_element(lit.begin(), bright, lit.end());
+  const float least = kDark * *bright;
   double sum = 0, count = 0;
-  for (const RGB& pixel : pixels) {
-    const float y = luminance(pixel);
-    // Pixels a million times darker than the brightest count as black.
-    if (!std::isfinite(y) || !(y > 1e-6 * brightest)) continue;
+  for (const float y : lit) {
+    if (y < least) continue;
     sum += std::log2(y);
     count += 1;
   }
-  if (count == 0) return 0;
   return std::clamp(static_cast<float>(std::log2(kGrey) - sum / count), -kMaxStops, kMaxStops);
 }
 

@@ -30,8 +30,8 @@ float filmic_curve(float linear);
 RGB tone_map(RGB linear, ToneCurve curve, float exposure);
 
 /// The exposure in stops that maps the mean of log luminance to 18% grey (Reinhard et al., "Photographic Tone
-/// Reproduction for Digital Images", 2002). Black pixels and pixels that are not finite are ignored; 0 if there are no
-/// others.
+/// Reproduction for Digital Images", 2002). Pixels that are not finite are ignored, and so are dark ones: eight stops
+/// below the bright pixels (95th percentile), they would show as black beside these. 0 if there are no others.
 float automatic_exposure(std::span<const RGB> pixels);
 
 /// Rounds [0, 1] to 0…255; values outside are clipped.

@@ -64,5 +64,16 @@ TEST(ToneMap, AutomaticExposureTakesTheMeanOfLogarithmsToGrey) {
   EXPECT_EQ(automatic_exposure(std::vector<RGB>(4, RGB(0.0f))), 0);
 }
 
+TEST(ToneMap, AutomaticExposureIgnoresWhatIsDarkBesideTheBrightPixels) {
+  // A weak light on sharp surfaces: a fifth of the picture is lit, the rest has traces of light.
+  std::vector<RGB> pixels(1000, RGB(1e-7f));
+  for (std::size_t i = 0; i < 200; ++i) pixels[i] = RGB(3e-4f);
+  EXPECT_NEAR(3e-4f * std::exp2(automatic_exposure(pixels)), 0.18f, 1e-4f);
+  // Lamps are few pixels, and do not darken the room.
+  pixels.assign(1000, RGB(0.05f));
+  for (std::size_t i = 0; i < 40; ++i) pixels[i] = RGB(1e4f);
+  EXPECT_GT(0.05f * std::exp2(automatic_exposure(pixels)), 0.09f);
+}
+
 }  // namespace
 }  // namespace glowworm
