@@ -5,6 +5,7 @@
 
 #include "api/picture_implementation.h"
 #include "core/error.h"
+#include "core/names.h"
 #include "image/metrics.h"
 
 namespace glowworm::api {
@@ -106,12 +107,9 @@ Image inner(const Picture& picture) {
 }
 
 const Picture::Layer& Picture::layer(const std::string& name) const {
-  std::string names;
-  for (const Layer& layer : layers) {
-    if (layer.name == name) return layer;
-    names += (names.empty() ? "" : ", ") + layer.name;
-  }
-  throw Error("the picture has no layer '" + name + "'", "It has: " + names + ".");
+  std::vector<std::string> names;
+  for (const Layer& layer : layers) names.push_back(layer.name);
+  return layers[name_index("the layer", name, names)];
 }
 
 Picture read_picture(const std::string& path) { return outer(read_image(path)); }

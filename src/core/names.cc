@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -45,8 +46,16 @@ std::string did_you_mean(const std::string& text, const std::vector<std::string>
 std::size_t name_index(const std::string& what, const std::string& text, const std::vector<std::string>& names) {
   const auto found = std::find(names.begin(), names.end(), text);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  if (names.empty()) throw Error(fmt::format("{} '{}' is not known: there is none", what, text));
   throw Error(fmt::format("{} '{}' is not known", what, text),
               fmt::format("{}Choose from: {}.", did_you_mean(text, names), fmt::join(names, ", ")));
+}
+
+void number_repeated(std::vector<std::string>& names) {
+  std::map<std::string, int> seen, used;
+  for (const std::string& name : names) ++seen[name];
+  for (std::string& name : names)
+    if (seen[name] > 1) name += fmt::format(" {}", ++used[name]);
 }
 
 }  // namespace glowworm

@@ -13,4 +13,7 @@ std::string did_you_mean(const std::string& text, const std::vector<std::string>
 /// closest to the text.
 std::size_t name_index(const std::string& what, const std::string& text, const std::vector<std::string>& names);
 
+/// Makes names unique: "lamp 1", "lamp 2" where "lamp" occurs twice.
+void number_repeated(std::vector<std::string>& names);
+
 }  // namespace glowworm

@@ -1,7 +1,6 @@
 #include "image/image.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/names.h"
 
 namespace glowworm {
 
@@ -47,12 +47,12 @@ bool Image::has_channel(std::string_view name) const {
 }
 
 std::span<const float> Image::channel(std::string_view name) const {
+  std::vector<std::string> names;
   for (const ImageChannel& channel : channels_) {
     if (channel.name == name) return channel.samples;
+    names.push_back(channel.name);
   }
-  std::string names;
-  for (const ImageChannel& channel : channels_) names += (names.empty() ? "" : ", ") + channel.name;
-  throw Error(fmt::format("the picture has no channel \"{}\"", name), fmt::format("It has: {}.", names));
+  return channels_[name_index("the channel", std::string(name), names)].samples;
 }
 
 std::span<float> Image::channel(std::string_view name) {
@@ -86,9 +86,7 @@ Image layer_of(const Image& image, std::string_view layer) {
     if (!own.empty()) layers.insert(own);
     if (own == layer && (!layer.empty() || channel.name != "A")) found.push_back(&channel);
   }
-  if (found.empty())
-    throw Error(fmt::format("the picture has no layer \"{}\"", layer),
-                layers.empty() ? "It has no layers." : fmt::format("It has: {}.", fmt::join(layers, ", ")));
+  if (found.empty()) name_index("the layer", std::string(layer), {layers.begin(), layers.end()});
   for (const auto& [name, other, index] : {std::tuple{"R", "X", 0u}, {"G", "Y", 1u}, {"B", "Z", 2u}}) {
     const ImageChannel* taken = found[std::min<std::size_t>(index, found.size() - 1)];
     for (const ImageChannel* channel : found)

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/names.h"
 #include "core/parallel.h"
 
 namespace glowworm {
@@ -157,15 +158,9 @@ Sensors surface_sensors(const std::string& text, const Scene& scene) {
   const auto [name, spacing] =
       read_spaced("--surface", text, "Write the name of an object and a spacing in metres, for example table,0.1.");
   const Geometry& g = scene.geometry();
-  std::string names;
-  bool found = false;
-  for (const ObjectStart& object : g.objects) {
-    found = found || object.name == name;
-    names += (names.empty() ? "\"" : ", \"") + object.name + "\"";
-  }
-  if (!found)
-    throw Error(fmt::format("the scene has no object \"{}\"", name),
-                "It has " + (names.empty() ? "none" : names) + ".");
+  std::vector<std::string> names;
+  for (const ObjectStart& object : g.objects) names.push_back(object.name);
+  name_index("the object", name, names);
   Sensors out;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
     const std::uint32_t object = g.object_of(t);

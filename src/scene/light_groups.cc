@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "core/names.h"
 #include "scene/light_sampling.h"
 
 namespace glowworm {
@@ -31,7 +32,6 @@ LightGroups light_groups(const Scene& scene) {
   constexpr std::size_t kMaxGroups = 100;
   LightGroups groups;
   std::map<std::pair<std::string, std::size_t>, std::uint32_t> places;
-  std::map<std::string, int> uses;
   for (std::uint32_t source = 0; source < scene.light_source_count(); ++source) {
     const auto count = static_cast<std::uint32_t>(groups.names.size());
     const bool limited = source < scene.emissive_triangles().size() + scene.lights().size();
@@ -39,10 +39,9 @@ LightGroups light_groups(const Scene& scene) {
         places.try_emplace(key_of(scene, source), limited ? std::min<std::uint32_t>(count, kMaxGroups) : count);
     groups.of_source.push_back(place->second);
     if (!added || place->second < count) continue;
-    std::string name = limited && count == kMaxGroups ? "others" : light_source_name(scene, source);
-    if (const int number = ++uses[name]; number > 1) name += " " + std::to_string(number);
-    groups.names.push_back(name);
+    groups.names.push_back(limited && count == kMaxGroups ? "others" : light_source_name(scene, source));
   }
+  number_repeated(groups.names);
   return groups;
 }
 

@@ -11,7 +11,7 @@ namespace glowworm {
 /// Groups of light sources, in the order of the scene. Sources of one name are a group; a light without a name is one
 /// of its own, named by its kind and a number.
 struct LightGroups {
-  std::vector<std::string> names;        ///< "lamp", "area light", "area light 2"
+  std::vector<std::string> names;        ///< "lamp", "area light 1", "area light 2"
   std::vector<std::uint32_t> of_source;  ///< index into `names` of each source, counted as in Scene::light_power()
 };
 

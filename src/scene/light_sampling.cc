@@ -248,7 +248,7 @@ std::string light_source_name(const Scene& scene, std::uint32_t source) {
     const Light& light = scene.lights()[source - triangles];
     if (!light.name.empty()) return light.name;
     return light.kind == LightKind::point       ? "point light"
-           : light.kind == LightKind::spot      ? "spot"
+           : light.kind == LightKind::spot      ? "spot light"
            : light.kind == LightKind::luminaire ? "luminaire"
                                                 : "directional light";
   }

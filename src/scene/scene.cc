@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/names.h"
 #include "core/parallel.h"
 #include "scene/default_camera.h"
 #include "scene/environment.h"
@@ -194,12 +195,9 @@ void Scene::find_light_sources() {
 
 const Camera& Scene::camera(const std::string& name) const {
   if (name.empty()) return d_.cameras.front();
-  std::string names;
-  for (const Camera& camera : d_.cameras) {
-    if (camera.name == name) return camera;
-    names += (names.empty() ? "\"" : ", \"") + camera.name + "\"";
-  }
-  throw Error(fmt::format("the scene has no camera \"{}\"", name), fmt::format("It has {}.", names));
+  std::vector<std::string> names;
+  for (const Camera& camera : d_.cameras) names.push_back(camera.name);
+  return d_.cameras[name_index("the camera", name, names)];
 }
 
 }  // namespace glowworm

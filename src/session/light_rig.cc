@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/frame.h"
+#include "core/names.h"
 #include "scene/light_sampling.h"
 #include "session/camera_control.h"
 
@@ -48,13 +49,10 @@ std::vector<RigLight> area_lights(const Scene& scene) {
   return lights;
 }
 
-/// Makes duplicate names unique.
-void number_names(std::vector<RigLight>& lights) {
-  std::map<std::string, int> seen;
-  for (const RigLight& light : lights) ++seen[light.name];
-  std::map<std::string, int> used;
-  for (RigLight& light : lights)
-    if (seen[light.name] > 1) light.name += fmt::format(" {}", ++used[light.name]);
+std::vector<std::string> names_of(const std::vector<RigLight>& lights) {
+  std::vector<std::string> names;
+  for (const RigLight& light : lights) names.push_back(light.name);
+  return names;
 }
 
 }  // namespace
@@ -74,16 +72,15 @@ LightRig::LightRig(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)
     const auto source = static_cast<std::uint32_t>(first + scene_->lights().size());
     lights_.push_back({light_source_name(*scene_, source), RigLightKind::environment, 0, {}, {}, {}});
   }
-  number_names(lights_);
+  std::vector<std::string> names = names_of(lights_);
+  number_repeated(names);
+  for (std::size_t i = 0; i < lights_.size(); ++i) lights_[i].name = names[i];
 }
 
 std::size_t LightRig::find(const std::string& name) const {
-  std::string names;
-  for (std::size_t i = 0; i < lights_.size(); ++i) {
-    if (lights_[i].name == name || std::to_string(i) == name) return i;
-    names += (names.empty() ? "\"" : ", \"") + lights_[i].name + "\"";
-  }
-  throw Error(fmt::format("the scene has no light \"{}\"", name), fmt::format("It has {}.", names));
+  for (std::size_t i = 0; i < lights_.size(); ++i)
+    if (std::to_string(i) == name) return i;
+  return name_index("the light", name, names_of(lights_));
 }
 
 std::vector<std::uint32_t> LightRig::movable_triangles() const {

@@ -6,6 +6,7 @@
 #include "import/pbrt/lights.h"
 #include "pbrt/pbrt_testing.h"
 #include "scene/environment.h"
+#include "scene/light_groups.h"
 
 namespace glowworm {
 namespace {
@@ -35,6 +36,20 @@ TEST(PbrtLight, Point) {
   // 4 pi W of power make an intensity of 1.
   const std::string power = std::to_string(4 * M_PI);
   expect_near(light("LightSource \"point\" \"float power\" " + power).intensity, RGB(1.0f));
+}
+
+TEST(PbrtLight, NamesAreThoseOfAnAttribute) {
+  const std::string attribute = "Attribute \"light\" \"string name\" \"desk\" ";
+  EXPECT_EQ(light(attribute + "LightSource \"point\"").name, "desk");
+  EXPECT_EQ(emission(attribute + "AreaLightSource \"diffuse\"").name, "desk");
+}
+
+TEST(PbrtLight, WithoutNamesAreGroupsOfTheirOwn) {
+  const std::string lights =
+      "LightSource \"point\" LightSource \"point\" LightSource \"spot\" LightSource \"infinite\"";
+  const Scene scene(load_text("WorldBegin " + lights + "\n" + kTriangle));
+  EXPECT_EQ(light_groups(scene).names,
+            (std::vector<std::string>{"point light 1", "point light 2", "spot light", "environment"}));
 }
 
 TEST(PbrtLight, Spot) {

@@ -95,7 +95,7 @@ TEST(LightGroups, OfLightsWithoutNamesAreOneEach) {
   d.lights.front().name.clear();
   d.lights.push_back(d.lights.front());
   const LightGroups groups = light_groups(Scene(d));
-  EXPECT_EQ(groups.names, (std::vector<std::string>{"area light", "point light", "point light 2"}));
+  EXPECT_EQ(groups.names, (std::vector<std::string>{"area light", "point light 1", "point light 2"}));
 }
 
 TEST(LightGroups, AreRefusedWhereLightCannotBeKeptApart) {

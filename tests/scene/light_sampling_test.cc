@@ -202,7 +202,7 @@ TEST(LightNames, AreThoseOfTheSceneOrTheKind) {
   const auto lights = static_cast<std::uint32_t>(scene.emissive_triangles().size());
   EXPECT_EQ(light_source_name(scene, 0), "area light");
   EXPECT_EQ(light_source_name(scene, lights), "bulb");
-  EXPECT_EQ(light_source_name(scene, lights + 1), "spot");
+  EXPECT_EQ(light_source_name(scene, lights + 1), "spot light");
   EXPECT_EQ(light_source_name(scene, lights + 2), "directional light");
   EXPECT_EQ(light_source_name(scene, lights + 3), "luminaire");
   EXPECT_EQ(light_source_name(scene, lights + 4), "environment");

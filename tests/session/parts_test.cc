@@ -97,7 +97,7 @@ TEST(LightRig, ListsAndFindsLights) {
     atrium.find("moon");
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("\"moon\""), HasSubstr("\"sun\"")));
+    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("'moon'"), HasSubstr("sun")));
   }
 }
 

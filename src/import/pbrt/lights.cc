@@ -70,6 +70,9 @@ class LightBuilder {
   }
 
  private:
+  /// Ours: pbrt ignores it if an Attribute gives it. Lights without a name are told apart by numbers.
+  std::string name() { return parameters_.string("name", ""); }
+
   /// The intensity (W sr^-1) of a light. If "power" is given, intensity is scaled to it; `steradians` is the light's
   /// integral over directions divided by its maximum.
   RGB intensity(float steradians) {
@@ -80,7 +83,7 @@ class LightBuilder {
 
   void point() {
     Light light;
-    light.name = "point light";
+    light.name = name();
     light.kind = LightKind::point;
     light.intensity = intensity(4 * kPi);
     light.position = to_world_.point(parameters_.point3("from", {0, 0, 0}));
@@ -98,6 +101,7 @@ class LightBuilder {
                         "Put a whole file where the scene says, or leave the light out.");
       return;
     }
+    if (const std::string given = name(); !given.empty()) light.name = given;
     light.intensity *= light_color(context_, parameters_, "I");
     light.position = to_world_.point({0, 0, 0});
     light.direction = direction_or_error(parameters_, to_world_.vector({0, 0, -1}));
@@ -110,7 +114,7 @@ class LightBuilder {
 
   void spot() {
     Light light;
-    light.name = "spot light";
+    light.name = name();
     light.kind = LightKind::spot;
     const float cone = parameters_.real("coneangle", 30);
     const float delta = parameters_.real("conedeltaangle", 5);
@@ -132,7 +136,7 @@ class LightBuilder {
 
   void distant() {
     Light light;
-    light.name = "distant light";
+    light.name = name();
     light.kind = LightKind::directional;
     light.intensity = light_color(context_, parameters_, "L");
     const float illuminance = parameters_.real("illuminance", -1);
@@ -144,7 +148,7 @@ class LightBuilder {
 
   void infinite() {
     Environment environment;
-    environment.name = "infinite light";
+    environment.name = name();
     const std::string file = parameters_.string("filename", parameters_.string("mapname", ""));
     static_cast<void>(parameters_.find("samples"));
     if (parameters_.has("portal"))
@@ -262,7 +266,7 @@ PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, con
     parameters.error(fmt::format("unknown area light {}", in_quotes(kind)), "The only area light is \"diffuse\".");
     return light;
   }
-  light.emission.name = "area light";
+  light.emission.name = parameters.string("name", "");
   light.emission.radiance.value = light_color(context, parameters, "L");
   light.emission.two_sided = parameters.boolean("twosided", false);
   light.power = std::max(parameters.real("power", 0), 0.0f);
