@@ -43,7 +43,8 @@ struct BakeOptions {
   std::string scene, command_line, output, atlas_picture, resume, from, format = "emissive", light = "all",
                                                                         texture = "png";
   std::optional<float> exposure;  ///< stops; none: chosen by the light
-  double texels_per_metre = 0, side = 0, spacing = 0;
+  double texels_per_metre = 0, spacing = 0;
+  std::uint32_t side = 0;
   bool verbose = false, quiet = false;
   TableOptions table;
   SceneOptions changes;
@@ -78,8 +79,6 @@ void resolve_options(BakeOptions& o) {
   if (o.is_probes()) o.settings.filter = Filtering::off;
   o.settings.separate_layers = filters(o.settings);
   keep_heap_small(o.settings.memory_bytes);
-  if (o.side != std::floor(o.side))
-    throw CommandLineError(fmt::format("--atlas '{}' is not a whole number of texels", o.side));
 }
 
 /// Name of the picture of probes: probes.exr beside probes.json. "" where there is none.

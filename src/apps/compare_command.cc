@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -21,7 +23,7 @@ namespace {
 
 struct CompareOptions {
   std::string command_line, image, reference, difference, page, layer, region;
-  double leave_out = 0, limit = 0;
+  double leave_out = 0, limit = std::numeric_limits<double>::infinity();
   bool json = false;
 };
 
@@ -56,8 +58,10 @@ void cut_both(const CompareOptions& o, Image& image, Image& reference) {
   if (!parse_rectangle(o.region, n))
     throw CommandLineError(fmt::format("--region '{}' is not a rectangle of pixels", o.region),
                            "Give x0,y0,x1,y1 from the upper left corner; x1 and y1 are one past the last.");
-  image = cut(image, n[0], n[1], n[2], n[3]);
-  reference = cut(reference, n[0], n[1], n[2], n[3]);
+  read_command_line([&] {
+    image = cut(image, n[0], n[1], n[2], n[3]);
+    reference = cut(reference, n[0], n[1], n[2], n[3]);
+  });
 }
 
 /// Checks before pictures are read that a file can be written.
@@ -77,7 +81,11 @@ int run_compare(const CompareOptions& o) {
   prepare_output("-o", o.difference, ".png", files);
   prepare_output("--html", o.page, ".html", files);
   files.throw_if_any_failed();
-  Image image = layer_of(read_image(o.image), o.layer), reference = layer_of(read_image(o.reference), o.layer);
+  Image image = read_image(o.image), reference = read_image(o.reference);
+  read_command_line([&] {
+    image = layer_of(image, o.layer);
+    reference = layer_of(reference, o.layer);
+  });
   const auto is_exposed = [](const std::string& path) {
     return ending_of(path) == ".png" || ending_of(path) == ".jpg";
   };
@@ -89,7 +97,7 @@ int run_compare(const CompareOptions& o) {
   if (!o.page.empty()) write_file(o.page, compare_page(image, reference, c, o.command_line));
   o.json ? print_json(c) : print_text(c);
   // Means exclude pixels that are not finite, but a picture with such pixels does not match its reference.
-  if (!(o.limit > 0) || (c.relative_rmse <= o.limit && c.non_finite_pixels == 0)) return 0;
+  if (std::isinf(o.limit) || (c.relative_rmse <= o.limit && c.non_finite_pixels == 0)) return 0;
   warn(c.non_finite_pixels > 0 ? fmt::format("{} pixels are not finite", c.non_finite_pixels)
                                : fmt::format("relRMSE {:.6g} exceeds --limit {:g}", c.relative_rmse, o.limit));
   return 1;
@@ -124,8 +132,8 @@ void add_compare_command(CLI::App& program, const std::string& command_line, int
   add_number(*c, "--leave-out", options->leave_out, 0, 0.99,
              "Exclude this share of the worst pixels from MSE and relMSE")
       ->option_text("SHARE [0]");
-  add_number(*c, "--limit", options->limit, 1e-30, 1e30,
-             "Exit with status 1 if relRMSE is above this, or a pixel is not finite")
+  add_number(*c, "--limit", options->limit, 0, 1e30,
+             "Exit with status 1 if relRMSE is above this, or a pixel is not finite; 0 takes equal pictures only")
       ->option_text("NUMBER");
   c->add_flag("--json", options->json, "Print a JSON object");
   c->footer(R"(

@@ -67,6 +67,16 @@ std::string command_line(int argc, char** argv) {
   throw CommandLineError(missing == std::string::npos ? text : text.substr(0, missing) + " needs a value", help);
 }
 
+/// Refuses empty words, which are variables that a script did not set.
+void refuse_empty_values(const std::vector<std::string>& words) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    const bool is_cut = word.starts_with("--") && word.ends_with('=');
+    if (is_cut || (word.empty() && i > 0 && words[i - 1].starts_with('-')))
+      throw CommandLineError(fmt::format("{} has an empty value", is_cut ? word : words[i - 1]));
+  }
+}
+
 int run_program(int argc, char** argv) {
   CLI::App program("Glowworm: global illumination from photon maps, fast on one CPU, with nothing to tune.",
                    "glowworm");
@@ -88,6 +98,7 @@ int run_program(int argc, char** argv) {
     std::fputs(program.help().c_str(), stderr);
     return 2;
   }
+  refuse_empty_values({argv + 1, argv + argc});
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& help) {

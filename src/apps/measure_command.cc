@@ -137,7 +137,10 @@ void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& trace
 
 Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
   if (!o.points.empty()) return parse_points(read_input_file(o.points), o.points);
-  return o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene);
+  Sensors sensors;
+  read_command_line(
+      [&] { sensors = o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene); });
+  return sensors;
 }
 
 /// Writes the results of a job to all files.
@@ -175,8 +178,8 @@ int run_measure(MeasureOptions& o) {
   ImportOptions import_options;
   import_options.budget = loading_budget(asked.memory_bytes);
   std::string camera;
-  std::shared_ptr<const Scene> scene =
-      scene_of_view(open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, "", camera);
+  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
   tell_notes(*scene, o.scene);
   if (o.sky_patches > 0) scene = std::make_shared<const Scene>(scene_under_patches(*scene, SkyPatches(o.sky_patches)));
   const auto loaded = std::chrono::steady_clock::now();

@@ -98,7 +98,9 @@ std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOpt
   if (!changes.sky.empty() && (!changes.environment_file.empty() || changes.uniform_radiance))
     warn("--environment has no effect with --sky");
   const InputRecord record;
-  SceneDescription description = load_scene(path, options);
+  SceneDescription description;
+  const auto load = [&] { description = load_scene(path, options); };
+  is_builtin(path) ? read_command_line(load) : load();
   change_scene(description, changes, options.budget);
   if (files)
     for (const std::string& name : record.names()) files->add_input("the scene's file", name);

@@ -82,6 +82,7 @@ void resolve_options(RenderOptions& o) {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
+    if (!o.tev.empty()) check_tev_address(o.tev);
     check_part(s);
   });
   for (const std::string& name : o.names) {
@@ -293,8 +294,14 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   ImportOptions import_options;
   import_options.budget = loading_budget(o.settings.memory_bytes);
   TevStream tev(helps ? "" : o.tev);
-  const std::shared_ptr<const Scene> scene = scene_of_view(
-      open_scene(o.scene, import_options, o.changes.changes, &files), o.lights, o.view, o.settings.camera);
+  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  read_command_line([&] {
+    scene = scene_of_view(scene, o.lights, o.view, o.settings.camera);
+    const PixelBounds bounds = resolve(o.settings, *scene).bounds;
+    if (!o.settings.bounds.empty() && bounds != o.settings.bounds)
+      warn(fmt::format("--pixel-bounds reaches beyond the picture: only {},{},{},{} is rendered", bounds.x0, bounds.y0,
+                       bounds.x1, bounds.y1));
+  });
   const Clock::time_point loaded = Clock::now();
   if (!helps) tell_notes(*scene, o.scene);
   if (!helps && o.outputs.empty()) {

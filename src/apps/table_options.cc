@@ -32,6 +32,19 @@ CLI::Option* add_row(CLI::App& command, const Option& option, const char* standa
   return added;
 }
 
+template <typename T>
+CLI::Option* add_bounded(CLI::App& command, const std::string& name, T& value, T least, T most, const char* kind,
+                         const std::string& meaning) {
+  const auto take = [=, &value](const std::string& text) {
+    T number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size() || !(number >= least && number <= most))
+      throw CommandLineError(fmt::format("{} '{}' is not {} from {} to {}", name, text, kind, least, most));
+    value = number;
+  };
+  return command.add_option_function<std::string>(name, take, meaning)->take_last();
+}
+
 }  // namespace
 
 CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& value,
@@ -46,14 +59,12 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string&
 
 CLI::Option* add_number(CLI::App& command, const std::string& name, double& value, double least, double most,
                         const std::string& meaning) {
-  const auto take = [&value, name, least, most](const std::string& text) {
-    double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size() || !(number >= least && number <= most))
-      throw CommandLineError(fmt::format("{} '{}' is not a number from {} to {}", name, text, least, most));
-    value = number;
-  };
-  return command.add_option_function<std::string>(name, take, meaning)->take_last();
+  return add_bounded(command, name, value, least, most, "a number", meaning);
+}
+
+CLI::Option* add_number(CLI::App& command, const std::string& name, std::uint32_t& value, std::uint32_t least,
+                        std::uint32_t most, const std::string& meaning) {
+  return add_bounded(command, name, value, least, most, "a whole number", meaning);
 }
 
 void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options) {

@@ -1,5 +1,6 @@
 // The options of a render (render/options.h) on the command line.
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +29,8 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string&
 /// Adds an option with a number in [least, most]. Other numbers, infinity and "nan" end the program with status 2.
 CLI::Option* add_number(CLI::App& command, const std::string& name, double& value, double least, double most,
                         const std::string& meaning);
+CLI::Option* add_number(CLI::App& command, const std::string& name, std::uint32_t& value, std::uint32_t least,
+                        std::uint32_t most, const std::string& meaning);
 
 /// Adds the options of one group of the table to a command.
 /// @param view add only those that `glowworm view` has

@@ -42,8 +42,7 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->take_last()
       ->option_text("FOLDER")
       ->group("Session");
-  c.add_option("--frames", o.frames, "Stop after this number of frames")
-      ->take_last()
+  add_number(c, "--frames", o.frames, 1u, 1'000'000'000u, "Stop after this number of frames")
       ->option_text("N [the script's]")
       ->group("Session");
   add_choice(c, "--format", o.format, {"png", "exr"}, "Format of the frames in --out")->group("Session");
@@ -79,7 +78,7 @@ std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::st
 
 ViewState first_state(const ViewOptions& o, const Script& script, const Scene& scene, ViewState state) {
   const RenderSettings& s = o.table.settings;
-  state.camera = scene.camera(s.camera);
+  read_command_line([&] { state.camera = scene.camera(s.camera); });
   set_mode(state, o.mode);
   set_part(state, o.part);
   state.kernel = s.kernel;

@@ -121,6 +121,8 @@ int connect_to(const addrinfo* list, std::chrono::steady_clock::time_point deadl
 
 }  // namespace
 
+void check_tev_address(const std::string& address) { parse_address(address); }
+
 TevPacket::TevPacket(std::uint8_t kind) {
   add(std::uint32_t{0});  // length, filled in at the end
   add(kind);

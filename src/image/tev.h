@@ -33,6 +33,9 @@ class TevPacket {
   std::vector<char> bytes_;
 };
 
+/// Throws Error if the address is not HOST:PORT, or HOST.
+void check_tev_address(const std::string& address);
+
 /// A connection to a tev.
 class TevConnection {
  public:

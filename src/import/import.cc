@@ -38,8 +38,10 @@ void check_is_file(const std::string& path) {
 
 }  // namespace
 
+bool is_builtin(std::string_view path_or_builtin) { return path_or_builtin.starts_with(kBuiltinPrefix); }
+
 SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) try {
-  if (path_or_builtin.starts_with(kBuiltinPrefix)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
+  if (is_builtin(path_or_builtin)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
   const std::string& path = path_or_builtin;
   check_is_file(path);
   const std::string extension = lower_ending(path);

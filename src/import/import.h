@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "core/memory_budget.h"
 #include "scene/scene.h"
@@ -30,6 +31,9 @@ struct ImportOptions {
   /// program, or in ../libexec/glowworm relative to it.
   std::string assimp_program = {};
 };
+
+/// Whether the name is that of a built-in scene, "builtin:NAME", known or not.
+bool is_builtin(std::string_view path_or_builtin);
 
 /// Reads a scene: "builtin:NAME", or a file by its extension: .pbrt (pbrt-v4), .gltf and .glb (glTF 2.0), .obj (with
 /// its .mtl), .ply, .stl, or another format that Assimp reads (.fbx, .dae, .blend, .3ds, ...). Lengths are interpreted

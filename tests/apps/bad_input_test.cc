@@ -22,17 +22,19 @@ constexpr const char* kSquare = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3
 class BadInputTest : public ProgramTest {
  protected:
   /// Renders a scene that must be refused, and looks for what is left behind.
-  void expect_refused(const std::string& scene, const std::vector<std::string>& texts) {
+  void expect_refused(const std::string& scene, const std::vector<std::string>& texts, int status = 1) {
     const auto before = names();
-    EXPECT_TRUE(refused(render(scene, {"-o", "a.exr", "-o", "a.png", "--stats", "a.json"}), texts));
+    EXPECT_TRUE(refused(render(scene, {"-o", "a.exr", "-o", "a.png", "--stats", "a.json"}), texts, status));
     EXPECT_EQ(names(), before);
-    EXPECT_TRUE(refused(run({"info", scene}), texts));
+    EXPECT_TRUE(refused(run({"info", scene}), texts, status));
   }
 };
 
 TEST_F(BadInputTest, MissingFile) { expect_refused("nowhere.obj", {"nowhere.obj", "no such scene file"}); }
 
-TEST_F(BadInputTest, UnknownBuiltinScene) { expect_refused("builtin:kornell", {"kornell", "cornell, atrium, ajar"}); }
+TEST_F(BadInputTest, UnknownBuiltinScene) {
+  expect_refused("builtin:kornell", {"kornell", "cornell, atrium, ajar"}, 2);
+}
 
 TEST_F(BadInputTest, UnknownFormat) { expect_refused(write("a.xyz", "1 2 3"), {"a.xyz", ".xyz", "Supported"}); }
 
@@ -128,7 +130,7 @@ TEST_F(BadInputTest, ValidNamesAreListed) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"--engine", "foward"}), {"--engine 'foward'", "mean 'forward'"}, 2));
   EXPECT_TRUE(
       refused(render("builtin:cornell", {"--aov", "x"}), {"direct", "indirect", "albedo", "normal", "depth"}, 2));
-  EXPECT_TRUE(refused(render("builtin:ajar", {"--camera", "x"}), {"main", "table"}));
+  EXPECT_TRUE(refused(render("builtin:ajar", {"--camera", "x"}), {"main", "table"}, 2));
 }
 
 TEST_F(BadInputTest, InvalidCommandLines) {

@@ -124,7 +124,7 @@ TEST_F(MergeTest, WrongCommandLinesAndFilesAreRefused) {
   EXPECT_TRUE(refused(render_atrium({"--part", "1/2", "--noise", "1%"}), {"--part", "--noise"}, 2));
   EXPECT_TRUE(refused(render_atrium({"--part", "1/2", "--time", "9s"}), {"--part", "--samples"}, 2));
   EXPECT_TRUE(refused(render_atrium({"-o", "x.part", "--noise", "1%"}), {"x.part", "--samples"}, 2));
-  EXPECT_TRUE(refused(render_atrium({"--part", "3/9", "--samples", "2"}), {"--samples 9"}));
+  EXPECT_TRUE(refused(render_atrium({"--part", "3/9", "--samples", "2"}), {"--samples 9"}, 2));
   EXPECT_EQ(read(path("1.part")), before);
   EXPECT_THAT(names(), ElementsAre("1.part", "2.part"));
 }

@@ -102,7 +102,7 @@ TEST_F(ViewTest, RendersTheViewOfACommand) {
                                                      "0,scale=2,move=0.2:0:0", "--kernel", "cone", "-o", "a.exr"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_TRUE(refused(render("builtin:cornell", {"--view", "1,2,3"}), {"--view '1,2,3'", "nine numbers"}, 2));
-  EXPECT_TRUE(refused(render("builtin:cornell", {"--light", "moon,off"}), {"\"moon\""}));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--light", "moon,off"}), {"'moon'"}, 2));
   EXPECT_TRUE(refused(render("builtin:cornell", {"--tev", "127.0.0.1:1"}), {"--tev", "Start tev"}));
 }
 

@@ -176,7 +176,7 @@ TEST_F(BakeCommand, SaysWhatIsWrongWithACommandLine) {
   refuses({"-o", "lit.glb", "--format", "emisive"}, "Did you mean 'emissive'?");
   refuses({"-o", "lit.glb", "--light", "direct"}, "--light 'direct' is not known");
   refuses({"-o", "lit.glb", "--atlas", "64.5"}, "not a whole number");
-  refuses({"-o", "lit.glb", "--atlas", "1"}, "not a number from 16");
+  refuses({"-o", "lit.glb", "--atlas", "1"}, "not a whole number from 16");
   refuses({"-o", "lit.glb", "--texels-per-metre", "-1"}, "--texels-per-metre '-1'");
   refuses({"-o", "probes.json", "--format", "probes"}, "Give --spacing");
   refuses({"-o", "lit.glb", "--atlas-picture", "lit.glb"}, "lit.glb");
