@@ -2,58 +2,76 @@
 """Error at equal processor time: the path tracer, and photon mapping with and without guided gather rays, filter and
 adaptive sampling.
 
-Renders each scene with several numbers of samples, or to several noise targets, and interpolates the error of each method at the processor time of
-16 samples without guide and filter. The error is relRMSE without the worst 2% of the pixels, against a progressive render
-of this program (another seed, no filter) in two halves, whose difference tells the reference's own noise, which is
-taken off.
-Writes bench/results/equal_time.md. References stay in build/equal-time/, and are made where they are missing.
+The time is that of 16 samples with neither guide nor filter (nor rays to bright patches). Each method is rendered with twice
+or half of the samples, or of the square of a noise target, until its times enclose that one, and its error there is
+interpolated. Numbers of samples are powers of two, which are the best stratified. The error is relRMSE without the
+worst 2% of the pixels, against the mean of two progressive renders of this program of other seeds without filter; half of
+their difference is the reference's own noise, which is taken off.
 
-usage: tables_equal_time.py [--samples-of-reference N] [--samples 2,4,8,16,32] [SCENE...]
+A second table has the error of filtered progressive renders of half the size with few photons, and the slope of its
+logarithm over that of the time, with two standard errors of the straight line.
+
+Writes bench/results/equal-time.md. References stay in build/equal-time/, and are made where they are missing.
+
+usage: tables_equal_time.py [--samples-of-reference N] [--seeds N] [SCENE...]
 """
 import argparse
-import json
 import math
 import os
 import subprocess
 import sys
 import tempfile
 
+import numpy as np
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
+import glowworm  # noqa: E402
+
 PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 SHARED = os.path.join(ROOT, "../shared/scenes")
 CACHE = os.path.join(ROOT, "build/equal-time")
-RESULTS = os.path.join(ROOT, "bench/results/equal_time.md")
-# Processor seconds are compared at those of the first method with so many samples.
-SAMPLES_OF_FIRST = 16
-LEAVE_OUT = "0.02"
+RESULTS = os.path.join(ROOT, "bench/results/equal-time.md")
+LEAVE_OUT = 0.02
+# Renders of a method at most, until their times enclose the one wanted.
+MOST_RENDERS = 5
 
 SCENES = {
-    "cornell-grey": ("cornell-grey-pbrt/cornell-grey-reference.pbrt", "96x96"),
-    "cornell-box": ("bitterli-cornell-box-pbrt/cornell-box-reference.pbrt", "96x96"),
-    "sponza-sun": ("sponza-dabrovic/pbrt/sponza-sun.pbrt", "160x100"),
-    "veach-bidir": ("bitterli-veach-bidir-pbrt/veach-bidir-reference.pbrt", "128x96"),
-    "staircase2": ("bitterli-staircase2-pbrt/staircase2-reference.pbrt", "72x128"),
-    "living-room": ("bitterli-living-room-pbrt/living-room-reference.pbrt", "128x72"),
-    "veach-ajar": ("bitterli-veach-ajar-pbrt/veach-ajar-reference.pbrt", "128x72"),
-    "classroom": ("classroom-pbrt/classroom-reference.pbrt", "120x68"),
-    "cornell": ("builtin:cornell", "96x96"),
-    "atrium": ("builtin:atrium", "128x72"),
-    "ajar": ("builtin:ajar", "128x96"),
-    "window-room": ("builtin:window-room", "128x96"),
-    "ring": ("builtin:ring", "128x96"),
-    "glass-sphere": ("builtin:glass-sphere", "128x96"),
+    "cornell-grey": ("cornell-grey-pbrt/cornell-grey-reference.pbrt", "80x80"),
+    "cornell-box": ("bitterli-cornell-box-pbrt/cornell-box-reference.pbrt", "80x80"),
+    "sponza-sun": ("sponza-dabrovic/pbrt/sponza-sun.pbrt", "112x70"),
+    "veach-bidir": ("bitterli-veach-bidir-pbrt/veach-bidir-reference.pbrt", "88x66"),
+    "staircase2": ("bitterli-staircase2-pbrt/staircase2-reference.pbrt", "54x96"),
+    "living-room": ("bitterli-living-room-pbrt/living-room-reference.pbrt", "96x54"),
+    "veach-ajar": ("bitterli-veach-ajar-pbrt/veach-ajar-reference.pbrt", "96x54"),
+    "classroom": ("classroom-pbrt/classroom-reference.pbrt", "96x54"),
+    "cornell": ("builtin:cornell", "80x80"),
+    "atrium": ("builtin:atrium", "104x60"),
+    "ajar": ("builtin:ajar", "96x72"),
+    "window-room": ("builtin:window-room", "88x66"),
+    "ring": ("builtin:ring", "88x66"),
+    "glass-sphere": ("builtin:glass-sphere", "88x66"),
 }
-# The first is what the others are compared with.
+
+
+def of_samples(work):
+    return ["--samples", str(round(work))]
+
+
+# Options, and work to begin with. The first method is what the others are compared with.
 METHODS = {
-    "neither": ["--filter", "off", "--no-gather-guiding"],
-    "path tracer": ["--integrator", "path"],
-    "guide": ["--filter", "off"],
-    "filter": ["--no-gather-guiding"],
-    "both": [],
-    "all": [],
+    "neither": (["--filter", "off", "--no-gather-guiding"], of_samples, 16),
+    "path tracer": (["--integrator", "path"], of_samples, 256),
+    "guide": (["--filter", "off"], of_samples, 16),
+    "filter": (["--no-gather-guiding"], of_samples, 16),
+    "both": ([], of_samples, 16),
+    # Adaptive sampling is that of renders to a noise target.
+    "all": ([], lambda work: ["--noise", f"{0.04 / math.sqrt(work):.5f}"], 1),
 }
-# Adaptive sampling is that of renders to a noise target.
-NOISE_TARGETS = (0.3, 0.15, 0.075, 0.0375, 0.02)
+# Scenes and samples of the second table.
+SLOPE_SCENES = ("cornell", "ajar", "veach-bidir")
+SLOPE_SAMPLES = (4, 8, 16, 32, 64, 128, 256)
+SLOPE_PHOTONS = 40000
 
 
 def path_of(name):
@@ -61,9 +79,10 @@ def path_of(name):
     return file if file.startswith("builtin:") else os.path.join(SHARED, file)
 
 
-def render(name, options, output):
+def render(name, options, output, size=None):
     """Renders a scene; returns processor seconds. Exits with the program's message if it fails."""
-    command = [PROGRAM, "render", path_of(name), "--size", SCENES[name][1], "--quiet", "-o", output, *options]
+    size = size or SCENES[name][1]
+    command = [PROGRAM, "render", path_of(name), "--size", size, "--quiet", "-o", output, *options]
     before = os.times()
     result = subprocess.run(command, capture_output=True, text=True)
     if result.returncode != 0:
@@ -72,93 +91,126 @@ def render(name, options, output):
     return after.children_user + after.children_system - before.children_user - before.children_system
 
 
-def compare(image, reference, *options):
-    out = subprocess.run([PROGRAM, "compare", image, reference, "--json", *options], capture_output=True, text=True)
-    if out.returncode != 0:
-        sys.exit(f"tables_equal_time: {out.stderr}")
-    return json.loads(out.stdout)
+def relative_rmse(image, reference):
+    return glowworm.compare(image, reference, leave_out=LEAVE_OUT)["relative_rmse"]
 
 
-def reference_of(name, samples):
-    """Two halves of a reference, so that their difference tells its noise: (file, relRMSE of the mean)."""
+def halves_of_reference(name, samples):
     halves = []
     for half in (1, 2):
-        halves.append(os.path.join(CACHE, f"{name}-{samples}-{half}.exr"))
-        if not os.path.exists(halves[-1]):
+        file = os.path.join(CACHE, f"{name}-{SCENES[name][1]}-{half}.exr")
+        if not os.path.exists(file):
             seed = str(990000 + half)
-            render(name, ["--samples", str(samples // 2), "--progressive", "--filter", "off", "--seed", seed], halves[-1])
-    noise = compare(halves[0], halves[1], "--leave-out", LEAVE_OUT)["relative_rmse"] / math.sqrt(2)
-    return halves, noise
+            render(name, ["--samples", str(samples // 2), "--progressive", "--filter", "off", "--seed", seed], file)
+        halves.append(glowworm.Picture.read(file)["image"])
+    return halves
 
 
-def error_of(image, halves, noise):
-    """relRMSE against the mean of the halves: of each, less its noise."""
-    squares = [compare(image, half, "--leave-out", LEAVE_OUT)["relative_rmse"] ** 2 - noise**2 for half in halves]
-    return math.sqrt(max(sum(squares) / len(squares), 0.0))
+def halved(picture):
+    """A picture of half the size: means of squares of four pixels, as its box filter would render them."""
+    height, width, channels = picture.shape
+    return picture.reshape(height // 2, 2, width // 2, 2, channels).mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
 
 
-def at_time(curve, seconds):
-    """Error at a processor time, by log-log interpolation; NaN outside of the curve."""
-    for (t0, e0), (t1, e1) in zip(curve, curve[1:]):
-        if t0 <= seconds <= t1 and e0 > 0 and e1 > 0:
-            share = math.log(seconds / t0) / math.log(t1 / t0)
-            return math.exp(math.log(e0) + share * (math.log(e1) - math.log(e0)))
-    return math.nan
+class Scene:
+    """A scene with its reference."""
+
+    def __init__(self, name, options, folder):
+        self.name = name
+        self.halves = halves_of_reference(name, options.samples_of_reference)
+        self.seeds = range(1, options.seeds + 1)
+        self.output = os.path.join(folder, "image.exr")
+
+    def noise(self):
+        """relRMSE of the reference's own noise."""
+        return relative_rmse(*self.halves) / 2
+
+    def try_out(self, options, size=None):
+        """Processor seconds and error, the mean over seeds."""
+        seconds = squares = 0
+        reference, noise = sum(self.halves) / 2, self.noise()
+        for seed in self.seeds:
+            seconds += render(self.name, [*options, "--seed", str(seed)], self.output, size) / len(self.seeds)
+            error = relative_rmse(glowworm.Picture.read(self.output)["image"], reference)
+            squares += (error**2 - noise**2) / len(self.seeds)
+        error = math.sqrt(max(squares, 0))
+        print(f"{self.name:14} {' '.join(options):50} {seconds:7.2f} s  error {error:.4f}", flush=True)
+        return seconds, error
+
+    def error_at(self, method, wanted):
+        """Error of a method at a processor time, interpolated between renders, on logarithmic scales."""
+        options, effort, work = METHODS[method]
+        curve = []
+        while len(curve) < MOST_RENDERS:
+            seconds, error = self.try_out([*effort(work), *options])
+            curve.append((seconds, error))
+            if len(curve) > 1 and min(curve)[0] <= wanted <= 1.05 * max(curve)[0]:
+                break
+            missing = math.log2(wanted / seconds)
+            work *= 2.0 ** (math.ceil(missing) if missing > 0 else math.floor(missing))
+        (t0, e0), (t1, e1) = min(zip(sorted(curve), sorted(curve)[1:]), key=lambda pair: abs(math.log(pair[1][0] / wanted)))
+        if not t0 <= wanted <= 1.05 * t1 or e0 <= 0 or e1 <= 0:
+            return math.nan
+        return e0 * (e1 / e0) ** (math.log(wanted / t0) / math.log(t1 / t0))
+
+    def row(self):
+        first, *others = METHODS
+        options, effort, work = METHODS[first]
+        seconds, error = self.try_out([*effort(work), *options])
+        cells = [f"{error:.4f}"]
+        for method in others:
+            own = self.error_at(method, seconds)
+            cells.append(f"{own:.4f} ({own / error:.2f})")
+        return f"| {self.name} | {seconds:.1f} | {self.noise():.4f} | " + " | ".join(cells) + " |"
+
+    def slope_row(self):
+        self.halves = [halved(half) for half in self.halves]
+        height, width, _ = self.halves[0].shape
+        options = ["--progressive", "--photons", str(SLOPE_PHOTONS)]
+        curve = [self.try_out([*options, *of_samples(n)], f"{width}x{height}") for n in SLOPE_SAMPLES]
+        time, error = np.log(np.array(curve).T)
+        (slope, _), covariance = np.polyfit(time, error, 1, cov=True)
+        cells = [f"{e:.4f}" for _, e in curve]
+        span = curve[-1][0] / curve[0][0]
+        return f"| {self.name} | {' | '.join(cells)} | {span:.0f} | {slope:.2f} ± {2 * math.sqrt(covariance[0, 0]):.2f} |"
 
 
-def measure(name, options, folder):
-    halves, noise = reference_of(name, options.samples_of_reference)
-    curves = {}
-    for method, arguments in METHODS.items():
-        efforts = [["--samples", str(n if method != "path tracer" else 16 * n)] for n in options.samples]
-        if method == "all":
-            efforts = [["--noise", str(target)] for target in NOISE_TARGETS]
-        curves[method] = []
-        for effort in efforts:
-            image = os.path.join(folder, "image.exr")
-            seconds = render(name, [*effort, *arguments], image)
-            curves[method].append((seconds, error_of(image, halves, noise)))
-            print(f"{name:14} {method:12} {' '.join(effort)} {seconds:8.2f} s  error {curves[method][-1][1]:.4f}", flush=True)
-    time = curves[next(iter(METHODS))][options.samples.index(SAMPLES_OF_FIRST)][0]
-    return time, {method: at_time(curve, time) for method, curve in curves.items()}, noise
-
-
-def row(name, result):
-    time, errors, noise = result
-    first = next(iter(errors.values()))
-    cells = [f"{error:.4f}" if i == 0 else f"{error:.4f} ({error / first:.2f})" for i, error in enumerate(errors.values())]
-    return f"| {name} | {time:.1f} | {noise:.4f} | " + " | ".join(cells) + " |"
+def table_head(names):
+    return ["| " + " | ".join(names) + " |", "| --- |" + " --- |" * (len(names) - 1)]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples-of-reference", type=int, default=256)
-    parser.add_argument("--samples", type=lambda text: [int(n) for n in text.split(",")], default=[2, 4, 8, 16, 32])
+    parser.add_argument("--samples-of-reference", type=int, default=80, help="of those that are missing")
+    parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
     if unknown := set(options.scenes) - set(SCENES):
         sys.exit(f"tables_equal_time: there is no scene {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
-    if SAMPLES_OF_FIRST not in options.samples:
-        sys.exit(f"tables_equal_time: --samples needs {SAMPLES_OF_FIRST}")
     os.makedirs(CACHE, exist_ok=True)
     os.makedirs(os.path.dirname(RESULTS), exist_ok=True)
+    names = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
     lines = [
         "# Error at equal processor time",
         "",
-        f"relRMSE without the worst 2% of the pixels, at the processor time of {SAMPLES_OF_FIRST} samples with neither, and in",
+        "relRMSE without the worst 2% of the pixels, at the processor time of 16 samples with neither guide nor filter, and in",
         "brackets its ratio to their error. Made by `bench/tables_equal_time.py`, which says how.",
         "",
-        "| scene | seconds | noise of reference | " + " | ".join(METHODS) + " |",
-        "| --- |" + " --- |" * (2 + len(METHODS)),
+        *table_head(["scene", "seconds", "noise of reference", *METHODS]),
     ]
+    slopes = []
     with tempfile.TemporaryDirectory() as folder:
-        for name in options.scenes:
-            if not os.path.exists(path_of(name)) and not path_of(name).startswith("builtin:"):
-                print(f"{name}: {path_of(name)} is missing")
-                continue
-            lines.append(row(name, measure(name, options, folder)))
+        for name in names:
+            scene = Scene(name, options, folder)
+            lines.append(scene.row())
             print(lines[-1], flush=True)
-    with open(RESULTS, "w") as file:
+            if name in SLOPE_SCENES:
+                slopes.append(scene.slope_row())
+                print(slopes[-1], flush=True)
+    samples = [f"{n} samples" for n in SLOPE_SAMPLES]
+    lines += ["", "## Error of filtered progressive renders", "",
+              *table_head(["scene", *samples, "longest over shortest time", "slope"]), *slopes]
+    with open(RESULTS, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 
 
