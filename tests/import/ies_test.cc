@@ -7,7 +7,10 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "import/ies/luminaire.h"
@@ -96,6 +99,18 @@ TEST(Lm63, TakesTiltAndFactors) {
       << "the second factor is a code since 2019";
 }
 
+TEST(Lm63, SkipsAByteOrderMark) {
+  const std::string text = "IES:LM-63-2019\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 0.5 1\n0 90\n0\n10 20\n";
+  EXPECT_NEAR(lm63("\xef\xbb\xbf" + text).intensity({0, 0, 1}), 10, 1e-4) << "the edition is that behind the mark";
+}
+
+TEST(Lm63, TakesTiltInAnyCase) {
+  const std::string numbers = "1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n10 20\n";
+  for (const char* line : {"TILT=NONE", "Tilt=None", "tilt=none"})
+    EXPECT_NEAR(lm63(std::string("IESNA91\n") + line + "\n" + numbers).intensity({0, 0, 1}), 10, 1e-4) << line;
+  EXPECT_NEAR(lm63("IESNA91\ntilt=Include\n1 1 0 0.5\n" + numbers).intensity({0, 0, 1}), 5, 1e-4);
+}
+
 /// The text of a EULUMDAT file with 8 C planes 45 degrees apart, and the angles 0, 90 and 180.
 std::string eulumdat(int symmetry, int rows) {
   std::string text =
@@ -122,6 +137,38 @@ TEST(Eulumdat, KnowsEverySymmetry) {
       EXPECT_NEAR(t.intensity(direction_c(45 * i, 90)), c.at[i], 0.01f) << "symmetry " << c.symmetry << ", plane " << i;
     EXPECT_NEAR(t.intensity({0, 0, 1}), 200, 0.01f);
   }
+}
+
+TEST(Eulumdat, SkipsAByteOrderMark) {
+  const std::string text = eulumdat(1, 1);
+  const std::string without_maker = text.substr(text.find('\r'));
+  EXPECT_NEAR(parse_eulumdat("\xef\xbb\xbf" + text, "a.ldt").intensity({0, 0, 1}), 200, 0.01f);
+  EXPECT_NEAR(parse_eulumdat("\xef\xbb\xbf" + without_maker, "a.ldt").intensity({0, 0, 1}), 200, 0.01f);
+}
+
+TEST(Eulumdat, AcceptsBlanksOnlyWhereNoNumberIsNeeded) {
+  std::vector<std::string> lines;
+  std::istringstream text(eulumdat(4, 3));
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  // Type of luminaire, distances, sizes and shares, tilt, number and power of lamps, direct ratios; from 1.
+  std::set<std::size_t> optional = {2, 5, 7, 25, 27, 32};
+  for (std::size_t i = 13; i <= 23; ++i) optional.insert(i);
+  for (std::size_t i = 33; i <= 42; ++i) optional.insert(i);
+  const std::set<std::size_t> texts = {1, 8, 9, 10, 11, 12, 28, 30, 31};
+  const auto with = [&](const std::set<std::size_t>& changed, const char* word) {
+    std::string out;
+    for (std::size_t i = 1; i <= lines.size(); ++i) out += changed.contains(i) ? word : lines[i - 1] + "\n";
+    return out;
+  };
+  for (const char* blank : {"\n", " \t\r\n"}) {
+    const IntensityTable t = parse_eulumdat(with(optional, blank), "a.ldt");
+    EXPECT_NEAR(t.intensity(direction_c(90, 90)), 60, 0.01f);
+    for (std::size_t i = 1; i <= lines.size(); ++i) {
+      if (optional.contains(i) || texts.contains(i)) continue;
+      EXPECT_THROW(parse_eulumdat(with({i}, blank), "a.ldt"), Error) << "line " << i;
+    }
+  }
+  for (const std::size_t i : optional) EXPECT_THROW(parse_eulumdat(with({i}, "x\n"), "a.ldt"), Error) << "line " << i;
 }
 
 TEST(PhotometricFiles, EndInAnErrorWhereverTheyAreCut) {

@@ -61,30 +61,33 @@ IntensityTable parse_eulumdat(std::string_view bytes, const std::string& path) {
   const auto count = [&](const char* what, int least, int most) {
     return text.count(what, text.number_line(what), least, most);
   };
-  count("the type of luminaire", 0, 3);
+  // Files leave blank what is unknown; blanks are refused only where the number matters.
+  text.skip_number_lines("the type of luminaire", 1);
   const int symmetry = count("the symmetry", 0, 4);
   const auto planes = static_cast<std::size_t>(count("the number of C planes", 1, kMaxAngles));
-  text.number_line("the distance of C planes");
+  text.skip_number_lines("the distance of C planes", 1);
   const auto angles = static_cast<std::size_t>(count("the number of angles of a plane", 2, kMaxAngles));
-  text.number_line("the distance of angles");
+  text.skip_number_lines("the distance of angles", 1);
   if ((symmetry == 2 && planes % 2 != 0) || (symmetry > 2 && planes % 4 != 0))
     text.fail(fmt::format("{} C planes do not have symmetry {}", planes, symmetry));
   for (const char* what : {"the report", "the name", "the number", "the file name", "the date"}) text.line(what);
-  // Twelve sizes and shares stand before the factor of intensities.
-  text.number_lines("the sizes", 11);
+  // Nine sizes and two shares stand before the factor of intensities.
+  text.skip_number_lines("the sizes", 11);
   const float factor = text.number_line("the factor of the intensities");
-  text.number_line("the tilt");
+  text.skip_number_lines("the tilt", 1);
   const auto sets = static_cast<std::size_t>(count("the number of sets of lamps", 1, 20));
   float flux = 0;
   for (std::size_t i = 0; i < sets; ++i) {
-    text.number_line("the number of lamps");
+    text.skip_number_lines("the number of lamps", 1);
     text.line("the type of lamps");
-    const float lumens = text.number_line("the flux of lamps");
-    if (i == 0) flux = lumens;
+    if (i == 0)
+      flux = text.number_line("the flux of lamps");
+    else
+      text.skip_number_lines("the flux of lamps", 1);
     for (const char* what : {"the colour of lamps", "the colour rendering of lamps"}) text.line(what);
-    text.number_line("the power of lamps");
+    text.skip_number_lines("the power of lamps", 1);
   }
-  text.number_lines("the direct ratios", kDirectRatios);
+  text.skip_number_lines("the direct ratios", kDirectRatios);
   std::vector<float> c = text.number_lines("the C angles", planes);
   std::vector<float> polar = text.number_lines("the angles of a plane", angles);
   const std::size_t rows = planes_of(symmetry, planes).second;

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/text.h"
 #include "import/ies/luminaire.h"
 #include "import/ies/photometric_text.h"
 
@@ -45,8 +46,9 @@ float tilt_factor(PhotometricText& text) {
 }
 
 float read_tilt(PhotometricText& text, std::string_view name) {
-  if (name == "NONE") return 1;
-  if (name == "INCLUDE") return tilt_factor(text);
+  const std::string word = lower(name);
+  if (word == "none") return 1;
+  if (word == "include") return tilt_factor(text);
   const std::string path = std::filesystem::path(text.path()).parent_path() / std::string(name);
   const std::string file = read_input_file(path);
   PhotometricText other(file, path);
@@ -137,7 +139,7 @@ IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
   std::string_view line = trimmed_blanks(text.line("the first line"));
   // Since 2019 the second factor is a code of how the file was made.
   const bool is_2019 = line.starts_with("IES:LM-63-");
-  while (!line.starts_with("TILT=")) line = trimmed_blanks(text.line("the labels, without a line TILT="));
+  while (!lower(line).starts_with("tilt=")) line = trimmed_blanks(text.line("the labels, without a line TILT="));
   const float tilt = read_tilt(text, trimmed_blanks(line.substr(5)));
   text.number("the number of lamps");
   text.number("the flux of a lamp");

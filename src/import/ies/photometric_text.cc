@@ -17,6 +17,10 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' |
 
 }  // namespace
 
+PhotometricText::PhotometricText(std::string_view text, std::string path) : text_(text), path_(std::move(path)) {
+  if (text_.starts_with("\xef\xbb\xbf")) place_ = 3;  // byte order mark, written by some editors
+}
+
 void PhotometricText::fail(const std::string& message) const { throw Error({path_, line_}, message, kDamaged); }
 
 void PhotometricText::fail_at_end(const char* what) const {
@@ -54,15 +58,22 @@ float PhotometricText::number(const char* what) {
   return value_of(text_.substr(begin, place_ - begin), what);
 }
 
-float PhotometricText::number_line(const char* what) {
+std::optional<float> PhotometricText::number_or_blank(const char* what, bool may_be_blank) {
   std::string word(line(what));
   --line_;  // for the error
   while (!word.empty() && is_blank(word.back())) word.pop_back();
   while (!word.empty() && is_blank(word.front())) word.erase(word.begin());
   if (const std::size_t comma = word.find(','); comma != std::string::npos) word[comma] = '.';
-  const float value = value_of(word, what);
+  std::optional<float> value;
+  if (!word.empty() || !may_be_blank) value = value_of(word, what);
   ++line_;
   return value;
+}
+
+float PhotometricText::number_line(const char* what) { return *number_or_blank(what, false); }
+
+void PhotometricText::skip_number_lines(const char* what, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) number_or_blank(what, true);
 }
 
 int PhotometricText::count(const char* what, float value, int least, int most) const {

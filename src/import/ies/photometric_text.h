@@ -1,16 +1,17 @@
 // The lines and numbers of photometric files.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace glowworm {
 
-/// Takes lines and numbers from a text, and tells places in errors.
+/// Takes lines and numbers from a text, without its UTF-8 byte order mark, and tells places in errors.
 class PhotometricText {
  public:
-  PhotometricText(std::string_view text, std::string path) : text_(text), path_(std::move(path)) {}
+  PhotometricText(std::string_view text, std::string path);
 
   /// The rest of the current line, without its end. Throws Error where the text ends within it.
   std::string_view line(const char* what);
@@ -19,6 +20,8 @@ class PhotometricText {
   float number(const char* what);
   /// The number that is alone on the next line; a comma may be its decimal point.
   float number_line(const char* what);
+  /// Skips that many lines, each blank or with a number that is alone on it. Throws Error for others.
+  void skip_number_lines(const char* what, std::size_t count);
   /// A whole number of [least, most], by number() or number_line().
   int count(const char* what, float value, int least, int most) const;
   /// That many numbers. Throws Error where the text is too short for them.
@@ -33,6 +36,8 @@ class PhotometricText {
 
  private:
   float value_of(std::string_view word, const char* what) const;
+  /// As number_line(); nothing where the line is blank and may be.
+  std::optional<float> number_or_blank(const char* what, bool may_be_blank);
 
   std::string_view text_;
   std::string path_;
