@@ -139,13 +139,6 @@ TEST(Eulumdat, KnowsEverySymmetry) {
   }
 }
 
-TEST(Eulumdat, SkipsAByteOrderMark) {
-  const std::string text = eulumdat(1, 1);
-  const std::string without_maker = text.substr(text.find('\r'));
-  EXPECT_NEAR(parse_eulumdat("\xef\xbb\xbf" + text, "a.ldt").intensity({0, 0, 1}), 200, 0.01f);
-  EXPECT_NEAR(parse_eulumdat("\xef\xbb\xbf" + without_maker, "a.ldt").intensity({0, 0, 1}), 200, 0.01f);
-}
-
 TEST(Eulumdat, AcceptsBlanksOnlyWhereNoNumberIsNeeded) {
   std::vector<std::string> lines;
   std::istringstream text(eulumdat(4, 3));
