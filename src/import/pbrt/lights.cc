@@ -70,7 +70,7 @@ class LightBuilder {
   }
 
  private:
-  /// Ours: pbrt ignores it if an Attribute gives it. Lights without a name are told apart by numbers.
+  /// The name of the light, a parameter of Glowworm that pbrt ignores in an Attribute. Lights without one get numbers.
   std::string name() { return parameters_.string("name", ""); }
 
   /// The intensity (W sr^-1) of a light. If "power" is given, intensity is scaled to it; `steradians` is the light's
