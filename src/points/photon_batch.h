@@ -6,6 +6,7 @@
 
 #include "core/box.h"
 #include "core/large_array.h"
+#include "core/parallel.h"
 #include "core/rgb.h"
 #include "core/vec.h"
 
@@ -43,17 +44,20 @@ struct PhotonBatch {
   void append(const PhotonBatch& other);
   /// Photon i of the result is photon order[i] of this batch.
   PhotonBatch permuted(std::span<const std::uint32_t> order) const;
-  /// Photon i of this batch is photon places[i] of the result.
+  /// Photon i of this batch is photon places[i] of the result. Throws Cancelled when interrupted.
   PhotonBatch moved(std::span<const std::uint32_t> places) const;
   Box3 bounds() const;
   static constexpr std::size_t kBytesEach = 3 * sizeof(Vec3) + sizeof(RGB);
 };
 
-/// Element i is element places[i] of the result.
+/// Element i is element places[i] of the result. Throws Cancelled when interrupted: arrays on disk take long.
 template <class Array>
 Array moved(const Array& from, std::span<const std::uint32_t> places) {
   Array to(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) to[places[i]] = from[i];
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (i % 65536 == 0) check_cancelled();
+    to[places[i]] = from[i];
+  }
   return to;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/error.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "points/photon_batch.h"
 
@@ -34,6 +36,17 @@ TEST(PhotonOrder, PhotonsOfACellLieTogether) {
   std::vector<std::uint32_t> sorted = places;
   std::sort(sorted.begin(), sorted.end());
   for (std::uint32_t i = 0; i < sorted.size(); ++i) ASSERT_EQ(sorted[i], i);
+}
+
+TEST(PhotonOrder, MovingStopsWhenInterrupted) {
+  PhotonBatch photons;
+  photons.resize(100);
+  const std::vector<std::uint32_t> places = places_by_cell(photons.position);
+  Interrupt interrupt;
+  const CancellationScope scope(interrupt);
+  EXPECT_EQ(photons.moved(places).size(), 100u);
+  interrupt.request();
+  EXPECT_THROW(photons.moved(places), Cancelled);
 }
 
 TEST(PhotonOrder, EveryPhotonHasAPlace) {
