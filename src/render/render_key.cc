@@ -30,6 +30,8 @@ constexpr const char* kLights = "lights";
 constexpr const char* kCamera = "camera";
 constexpr const char* kPoints = "points";
 constexpr const char* kLayers = "layers";
+constexpr const char* kFirstHits = "layers of first hits";
+constexpr const char* kNoLayers = "none";
 constexpr const char* kPixelBounds = "--pixel-bounds";
 constexpr const char* kFirstSample = "first sample";
 
@@ -49,8 +51,16 @@ bool is_of_scene(const std::string& name) {
 
 bool is_instruction_set(const std::string& name) { return name == kKernels || name == kRays; }
 
+/// A name of the key as messages show it: with the option that gives its value.
+std::string shown(const std::string& name) {
+  if (name == kLayers) return "--aov";
+  return name == kFirstHits ? fmt::format("--aov ({})", name) : name;
+}
+
 /// The command-line text for a value of the key; "" if no option gives it.
-std::string remedy_for(const std::string& name, const std::string& value) {
+/// @param own the value of this render
+std::string remedy_for(const std::string& name, const std::string& value, const std::string& own) {
+  if (name == kFirstHits) return value == kNoLayers ? "--aov without " + own : "--aov " + value;
   for (const Option& option : render_options())
     if (option.is_on_command_line() && name == option.name && value != kUnknown)
       return command_line_text(option, value);
@@ -72,12 +82,12 @@ std::string names_of(const PlaceLayers& layers) {
   std::string names;
   for (const auto& [kept, name] : {std::pair{layers.position, "position"},
                                    {layers.uv, "uv"},
-                                   {layers.objects, "objects"},
-                                   {layers.materials, "materials"}})
+                                   {layers.objects, "object-id"},
+                                   {layers.materials, "material-id"}})
     if (kept) names += names.empty() ? name : std::string(",") + name;
   for (std::size_t i = 0; i < kSlotValues; ++i)
     if (layers.values.has(i)) names += (names.empty() ? "" : ",") + std::string(kSlotValueNames[i]);
-  return names.empty() ? "none" : names;
+  return names.empty() ? kNoLayers : names;
 }
 
 [[noreturn]] void refuse_other_program(const std::string& kept, const std::string& what, const std::string& own,
@@ -103,7 +113,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGri
   for (const Option& option : render_options())
     if (option.shows && option.has_effect(s)) key.push_back({option.name, option.print(s)});
   key.push_back({kFirstSample, std::to_string(s.sample_range().first)});
-  key.push_back({"layers of first hits", names_of(s.place_layers())});
+  key.push_back({kFirstHits, names_of(s.place_layers())});
   if (points) key.push_back({kPoints, hex(hash_points(*points))});
   // If time is short, the caustic map gets no passes of its own.
   if (s.integrator == Integrator::gather)
@@ -149,8 +159,8 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
       parts.push_back(part.name);
       continue;
     }
-    settings.push_back(fmt::format("{} is {} there and {} here", part.name, value, part.value));
-    if (const std::string text = remedy_for(part.name, value); !text.empty()) remedy.push_back(text);
+    settings.push_back(fmt::format("{} is {} there and {} here", shown(part.name), value, part.value));
+    if (const std::string text = remedy_for(part.name, value, part.value); !text.empty()) remedy.push_back(text);
   }
   if (!parts.empty())
     throw Error(fmt::format("{} is of another scene: its {} differ", kept, fmt::join(parts, ", ")),
@@ -175,7 +185,7 @@ RenderKey key_of_photons(RenderKey key) {
 
 void check_same_whole(const KeyOfFile& a, const KeyOfFile& b, bool mixed) {
   const auto both = [&](const std::string& name) {
-    return fmt::format("{} is {} in {} and {} in {}", name, value_of(a.key, name), a.path, value_of(b.key, name),
+    return fmt::format("{} is {} in {} and {} in {}", shown(name), value_of(a.key, name), a.path, value_of(b.key, name),
                        b.path);
   };
   if (value_of(a.key, kVersion) != value_of(b.key, kVersion))

@@ -101,6 +101,9 @@ TEST_F(CheckpointTest, OtherSettingsAreRejectedByNameWithARemedy) {
   refused([](RenderSettings& s) { s.engine = "knn"; }, {"--engine is ", " there and knn here"});
   refused([](RenderSettings& s) { s.progressive = true; }, {"--progressive", "Give no --progressive"});
   refused([](RenderSettings& s) { s.separate_layers = false; }, {"with --aov", "Give --aov"});
+  refused([](RenderSettings& s) { s.aovs = {"cryptomatte"}; },
+          {"--aov (layers of first hits) is none there and object-id,material-id here",
+           "Give --aov without object-id,material-id"});
   refused([](RenderSettings& s) { s.integrator = Integrator::path; }, {"--integrator is gather there and path here"});
 }
 

@@ -201,6 +201,9 @@ TEST_F(PartTest, PartsOfOtherRendersAreRefusedByName) {
   EXPECT_EQ(text({first, second}), "");
   for (const char* what : {"a.part", "b.part", "--gather is 4 in", "and 5 in"})
     EXPECT_THAT(text(with("--gather", "5")), HasSubstr(what));
+  EXPECT_THAT(text(with("layers of first hits", "uv")),
+              HasSubstr("--aov (layers of first hits) is position,uv,object-id"));
+  EXPECT_THAT(text(with("layers", "not given")), HasSubstr("--aov is given in"));
   EXPECT_THAT(text(with("geometry", "0")), HasSubstr("different scenes: their geometry"));
   EXPECT_THAT(text(with("version", "9.9")), HasSubstr("version is"));
   EXPECT_THAT(text(with("version", "9.9"), true), HasSubstr("version is"));
