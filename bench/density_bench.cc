@@ -1,8 +1,11 @@
 // Photons: how fast they are traced, and their maps built and searched, beside nanoflann on the same points in the same
 // order.
-// --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium).
+// --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium). --photons=N,
+// --side=PIXELS and --rays=N say how many of them. --guided takes them guided, as renders do. Those of a large render:
+//   density_bench --guided --photons=2000000 --side=320 --rays=100 --benchmark_filter=estimate/blocked/per_photon
 #include <benchmark/benchmark.h>
 
+#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <string>
@@ -23,10 +26,10 @@
 namespace glowworm::bench {
 namespace {
 
-constexpr std::size_t kPhotons = 500000, kQueries = 2000000;
 constexpr std::uint32_t kNearest = 45;
 
 std::string scene_name = "atrium";
+RecordingSettings recorded{500'000, 80, 80, 313, false};
 
 const Stage& stage() {
   static const Stage made("builtin:" + scene_name);
@@ -45,11 +48,7 @@ struct Cloud {
   PhotonMap map;
 
   Cloud() {
-    RecordingSettings settings;
-    settings.photons = kPhotons;
-    settings.width = settings.height = 80;
-    settings.gather = kQueries / (80 * 80) + 1;
-    Recording recording = record(stage(), settings);
+    Recording recording = record(stage(), recorded);
     photons = std::move(recording.photons);
     photon_points.positions = photons.position;
     points = std::move(recording.points);
@@ -171,7 +170,7 @@ void tracing(benchmark::State& state) {
   const Tracer& tracer = *stage().tracer;
   set_thread_count(static_cast<int>(state.range(0)));
   PhotonPassSettings settings;
-  settings.photons = kPhotons;
+  settings.photons = recorded.photons;
   for (auto _ : state) {
     Statistics statistics;
     benchmark::DoNotOptimize(trace_photons(tracer, settings, statistics).global.size());
@@ -219,6 +218,7 @@ void engine_estimate(benchmark::State& state, const std::string& name, const Rad
   const double runs = static_cast<double>(state.iterations());
   set_rate(state, "queries", static_cast<double>(cloud().points.size()));
   set_rate(state, "operations", static_cast<double>(statistics.count(Counter::shader_operations)) / runs);
+  set_rate(state, "pairs", static_cast<double>(statistics.count(Counter::pairs_tested)) / runs);
   state.counters["used"] = static_cast<double>(statistics.count(Counter::shader_operations)) /
                            static_cast<double>(statistics.count(Counter::pairs_tested));
   if (const auto steps = statistics.count(Counter::packet_steps)) {
@@ -276,6 +276,14 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument.starts_with(kScene)) glowworm::bench::scene_name = argument.substr(kScene.size());
+    auto& recorded = glowworm::bench::recorded;
+    const auto number = [&](std::string_view name) {
+      return argument.starts_with(name) ? std::strtoull(argv[i] + name.size(), nullptr, 10) : 0;
+    };
+    if (const auto photons = number("--photons=")) recorded.photons = photons;
+    if (const auto side = number("--side=")) recorded.width = recorded.height = static_cast<int>(side);
+    if (const auto rays = number("--rays=")) recorded.gather = static_cast<std::uint32_t>(rays);
+    recorded.guided |= argument == "--guided";
   }
   glowworm::bench::register_engines();
   benchmark::RunSpecifiedBenchmarks();

@@ -2,11 +2,17 @@
 
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
+#include "core/memory_budget.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
 #include "import/import.h"
 #include "photon/photon_tracer.h"
+#include "render/gather_guiding.h"
+#include "render/photon_guiding.h"
+#include "render/photon_maps.h"
+#include "render/settings.h"
 
 namespace glowworm::bench {
 
@@ -14,6 +20,39 @@ namespace {
 
 /// [SF07]'s Sponza, Dabrovic's model, beside the working folder.
 constexpr const char* kSponza = "../shared/scenes/sponza-dabrovic/pbrt/sponza-sun.pbrt";
+
+/// What guides a render's photons and gather rays.
+struct Guides {
+  MemoryBudget budget{default_memory_bytes()};
+  PhotonMaps maps{budget};
+  std::shared_ptr<const EmissionGuide> emission;
+  std::shared_ptr<const PhotonDemand> demand;
+  GatherGuide gather;
+
+  void learn(const Stage& stage, const RecordingSettings& wanted) {
+    RenderSettings render;
+    render.photons = wanted.photons;
+    render.width = wanted.width;
+    render.height = wanted.height;
+    render.gather = wanted.gather;
+    const Camera& camera = stage.scene->camera("");
+    PhotonGuiding guiding = guide_photons(*stage.tracer, camera, resolve(render, *stage.scene));
+    emission = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
+    demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+    PhotonMapSettings map;
+    map.photons = wanted.photons;
+    map.guide = emission;
+    map.demand = demand;
+    map.secondary_gather = true;
+    Statistics statistics;
+    maps.update(*stage.tracer, map, statistics);
+    PassSettings pass;
+    pass.width = wanted.width;
+    pass.height = wanted.height;
+    pass.gather = wanted.gather;
+    gather = learn_gather_guide(*stage.tracer, maps, camera, pass, budget, statistics);
+  }
+};
 
 }  // namespace
 
@@ -23,8 +62,12 @@ Stage::Stage(const std::string& path)
 Recording record(const Stage& stage, const RecordingSettings& settings) {
   Statistics statistics;
   Recording recording;
+  Guides guides;
+  if (settings.guided) guides.learn(stage, settings);
   PhotonPassSettings photons;
   photons.photons = settings.photons;
+  photons.guide = guides.emission.get();
+  photons.demand = guides.demand.get();
   recording.photons = trace_photons(*stage.tracer, photons, statistics).global;
   CameraPassSettings camera;
   camera.width = settings.width;
@@ -41,6 +84,8 @@ Recording record(const Stage& stage, const RecordingSettings& settings) {
   } else {
     FinalGatherSettings gather;
     gather.rays = settings.gather;
+    gather.guide = &guides.gather;
+    if (settings.guided) gather.radii = &guides.maps.radii();
     final_gather(*stage.tracer, gather_points, 0, gather_points.size(), gather, radiance, {recording.points},
                  statistics);
   }

@@ -25,6 +25,7 @@ struct RecordingSettings {
   std::uint64_t photons = 500'000;
   int width = 256, height = 256;  ///< pixels, of one camera sample each
   std::uint32_t gather = 16;      ///< final gather rays of each; 0: the gather points themselves are the query points
+  bool guided = false;            ///< guide photons and gather rays, and continue short ones, as renders do
 };
 
 /// The photons of one pass and the query points of one camera sample of each pixel, in the order in which a render

@@ -21,6 +21,9 @@ constexpr std::size_t kMinPoints = 16;
 constexpr double kBorrowedRays = 4;
 /// A region is guided if that lowers the variance to this share.
 constexpr double kWorthwhile = 0.9;
+/// Shares of even rays with which the gain of a guide is told: the second is for light that few rays find, because
+/// tables of half of the rays know less of it than those of all.
+constexpr std::array<double, 2> kEvenShares = {GatherGuide::kEvenShare, 0.5};
 
 }  // namespace
 
@@ -44,7 +47,7 @@ class GatherGuide::Learner {
     flat.mean.fill(flat.mean[0]);
     flat.square.fill(flat.square[0]);
     out_.nodes_.emplace_back();
-    divide(0, order_, flat);
+    divide(0, order_, {flat, {{flat, flat}}});
   }
 
  private:
@@ -53,20 +56,31 @@ class GatherGuide::Learner {
     std::array<double, kCells> mean{}, square{};
   };
 
+  /// Those of all points of a region, and of either half, from which the gain of a guide is told: a guide fits the rays
+  /// that it has learned from better than others.
+  struct Knowledge {
+    Moments all;
+    std::array<Moments, 2> half;
+  };
+
   float value(std::uint32_t point, int axis) const {
     return axis < 3 ? rays_.position[point][axis] : rays_.normal[point][axis - 3];
   }
 
-  Moments moments(std::span<const std::uint32_t> points, const Moments& around) const {
+  /// @param counts whether a point does
+  template <typename Counts>
+  Moments moments(std::span<const std::uint32_t> points, const Moments& around, Counts&& counts) const {
     std::array<double, kCells> count{};
     Moments m;
-    for (const std::uint32_t p : points)
+    for (const std::uint32_t p : points) {
+      if (!counts(p)) continue;
       for (std::size_t i = std::size_t{p} * rays_.rays_each, end = i + rays_.rays_each; i < end; ++i) {
         const double light = rays_.light[i];
         count[rays_.cell[i]] += 1;
         m.mean[rays_.cell[i]] += light;
         m.square[rays_.cell[i]] += light * light;
       }
+    }
     for (std::size_t i = 0; i < kCells; ++i) {
       m.mean[i] = (m.mean[i] + kBorrowedRays * around.mean[i]) / (count[i] + kBorrowedRays);
       m.square[i] = (m.square[i] + kBorrowedRays * around.square[i]) / (count[i] + kBorrowedRays);
@@ -74,13 +88,19 @@ class GatherGuide::Learner {
     return m;
   }
 
-  void divide(std::uint32_t node, std::span<std::uint32_t> points, const Moments& around) {
-    const Moments own = moments(points, around);
+  Knowledge knowledge(std::span<const std::uint32_t> points, const Knowledge& around) const {
+    const auto in_half = [](std::uint32_t half) { return [half](std::uint32_t p) { return p / 2 % 2 == half; }; };
+    return {moments(points, around.all, [](std::uint32_t) { return true; }),
+            {moments(points, around.half[0], in_half(0)), moments(points, around.half[1], in_half(1))}};
+  }
+
+  void divide(std::uint32_t node, std::span<std::uint32_t> points, const Knowledge& around) {
+    const Knowledge own = knowledge(points, around);
     int axis = -1;
     float split = 0;
     const auto middle = choose_split(points, axis, split);
     if (axis < 0) {
-      out_.nodes_[node].first = add_table(own);
+      out_.nodes_[node].first = add_table(own, static_cast<double>(points.size()) / static_cast<double>(order_.size()));
       return;
     }
     const auto first = static_cast<std::uint32_t>(out_.nodes_.size());
@@ -123,25 +143,52 @@ class GatherGuide::Learner {
     return below;
   }
 
-  /// Returns the index of the table, or kNone where it would not lower the variance enough. Rays are stratified, so the
-  /// variance is that within cells, to which the root mean square of the light adds robustness.
-  std::uint32_t add_table(const Moments& m) {
-    std::array<double, kCells> density;
-    double sum = 0, even = 0, guided = 0;
+  using Density = std::array<double, kCells>;
+
+  /// In proportion to the root mean square of the light, beside a share that is even.
+  static Density density_of(const Moments& m, double even_share) {
+    Density density;
+    double sum = 0;
     for (std::size_t i = 0; i < kCells; ++i) sum += density[i] = std::sqrt(m.square[i]);
-    if (!(sum > 0)) return kNone;
-    for (std::size_t i = 0; i < kCells; ++i) {
-      density[i] = kEvenShare + (1 - kEvenShare) * density[i] * kCells / sum;
-      const double variance = std::max(m.square[i] - m.mean[i] * m.mean[i], 0.0);
-      even += variance;
-      guided += variance / density[i];
-    }
-    if (!(guided < kWorthwhile * even)) return kNone;
+    for (double& d : density) d = sum > 0 ? even_share + (1 - even_share) * d * kCells / sum : 1;
+    return density;
+  }
+
+  /// Rays are stratified, so their variance is that within cells.
+  static double variance(const Moments& m, const Density& density) {
+    double sum = 0;
+    for (std::size_t i = 0; i < kCells; ++i) sum += std::max(m.square[i] - m.mean[i] * m.mean[i], 0.0) / density[i];
+    return sum;
+  }
+
+  /// Variance that guides learned from either half leave in the other, as a share of that without.
+  static double variance_left(const Knowledge& known) {
+    const auto with_share = [&](double even_share) {
+      return variance(known.half[1], density_of(known.half[0], even_share)) +
+             variance(known.half[0], density_of(known.half[1], even_share));
+    };
+    const double even = with_share(1);
+    double least = kWorthwhile * even;
+    bool gains = false;
+    for (const double even_share : kEvenShares)
+      if (const double guided = with_share(even_share); guided < least) {
+        least = guided;
+        gains = true;
+      }
+    return gains ? least / even : 1;
+  }
+
+  /// Returns the index of the table, or kNone where it would not lower the variance enough.
+  /// @param points of the region, as a share of all
+  std::uint32_t add_table(const Knowledge& known, double points) {
+    const Density density = density_of(known.all, kEvenShare);
+    if (!(variance(known.all, density) < kWorthwhile * variance(known.all, density_of(known.all, 1)))) return kNone;
+    out_.gain_ += points * (1 - variance_left(known));
     out_.tables_.push_back(table_of(density));
     return static_cast<std::uint32_t>(out_.tables_.size() - 1);
   }
 
-  static Table table_of(const std::array<double, kCells>& cells) {
+  static Table table_of(const Density& cells) {
     // A corner has the mean of the cells around it.
     constexpr int kCorners = kSide + 1;
     std::array<std::array<double, kCorners>, kCorners> density{}, columns{};

@@ -22,10 +22,10 @@ struct GuideRays {
 /// Diffuse gather rays map a point of the unit square to a direction. A guide warps the square first, so that more rays
 /// go where earlier rays found light that varies, and strata stay strata. Its density is bilinear between the corners
 /// of the cells of a grid, because jumps would cost more noise than they save where light is smooth. Each region of
-/// positions and normals has a table of its own. A part of the rays is always spread evenly, so that
-/// no weight exceeds 1 / kEvenShare. Regions where this would not lower the variance are not guided. Importance
-/// sampling from learned histograms is due to Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995;
-/// here rays learn from rays, whose ends look up the photon map.
+/// positions and normals has a table of its own. A part of the rays is always spread evenly, so that no weight exceeds
+/// 1 / kEvenShare. Regions where this would not lower the variance are not guided. Importance sampling from learned
+/// histograms is due to Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here rays learn from
+/// rays, whose ends look up the photon map.
 class GatherGuide {
  public:
   static constexpr int kSide = 8;  ///< cells of the grid along a side
@@ -43,6 +43,9 @@ class GatherGuide {
   bool empty() const { return tables_.empty(); }
   /// Number of regions that are guided.
   std::size_t size() const { return tables_.size(); }
+  /// Share of the variance of gathered light that the guide is expected to take away, the mean over points. Guides of
+  /// parts of the rays, tried on the others, tell it.
+  double gain() const { return gain_; }
   /// The region of a gather point, or kNone where rays are not guided. @param normal unit, on the side of the rays
   std::uint32_t region(Vec3 position, Vec3 normal) const;
   /// @param region one that is guided @param u in [0, 1)
@@ -70,6 +73,7 @@ class GatherGuide {
 
   std::vector<Node> nodes_;
   std::vector<Table> tables_;
+  double gain_ = 0;
 };
 
 }  // namespace glowworm

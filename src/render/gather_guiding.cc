@@ -19,6 +19,10 @@ constexpr double kMaxRays = 1 << 20;
 constexpr double kMinRaysFromPoints = 1 << 16;
 /// Rays of the pilot pass, as a share of those of a sample of all pixels.
 constexpr double kShare = 0.5;
+/// The pilot pass ends after one of so many parts if a guide from that gains less than its rays would cost: guided rays
+/// find more photons, so a sample takes about a tenth longer.
+constexpr std::size_t kParts = 4;
+constexpr double kLeastGain = 0.12;
 /// Points of the pilot pass that are worked on at a time.
 constexpr std::size_t kPointsAtOnce = 256;
 /// Points of a piece of shared work, about a tenth of a second of a core.
@@ -39,12 +43,14 @@ class Pilot {
     settings_.light_groups = nullptr;
   }
 
-  /// Gathers from piece `piece` of `pieces` of the points, and appends to the rays.
+  /// Gathers from piece `piece` of `pieces` of the points, and appends to the rays. The first of kParts of the pieces
+  /// have points from everywhere.
   void gather(std::size_t piece, std::size_t pieces, GuideRays& rays) {
     if (!found_) find_points();
     found_ = true;
     const std::size_t runs = (normals_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
-    for (std::size_t run = runs * piece / pieces; run < runs * (piece + 1) / pieces; ++run) gather_run(run, rays);
+    const auto first_of = [&](std::size_t i) { return (runs * i + pieces - 1) / pieces; };
+    for (std::size_t run = first_of(piece); run < first_of(piece + 1); ++run) gather_run(run, rays);
   }
 
  private:
@@ -54,6 +60,17 @@ class Pilot {
     else
       look_from(*view_.camera,
                 std::sqrt(std::min(wanted_ / (static_cast<double>(settings_.width) * settings_.height), 1.0)));
+    positions_ = in_parts(positions_);
+    normals_ = in_parts(normals_);
+  }
+
+  /// Every kParts-th point, then the points after these, and so on.
+  static std::vector<Vec3> in_parts(const std::vector<Vec3>& points) {
+    std::vector<Vec3> out;
+    out.reserve(points.size());
+    for (std::size_t part = 0; part < kParts; ++part)
+      for (std::size_t i = part; i < points.size(); i += kParts) out.push_back(points[i]);
+    return out;
   }
 
   /// @param share of the pixels along a side of the picture
@@ -171,20 +188,25 @@ GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, con
   const double points = std::clamp(wanted, view.points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
   const Reservation reservation(budget, "guide of gather rays",
                                 static_cast<std::uint64_t>(points) * (kBytesOfPoint + kBytesEach));
-  const auto pieces = static_cast<std::size_t>(std::ceil(points / kPointsPerPiece));
+  const std::size_t pieces = kParts * static_cast<std::size_t>(std::ceil(points / kPointsPerPiece / kParts));
   Pilot pilot(tracer, maps, view, points, settings, budget);
   GuideRays rays;
   rays.rays_each = kRaysEach;
-  const auto make = [&](std::size_t piece) {
-    GuideRays own;
-    pilot.gather(piece, pieces, own);
-    return packed_rays(own);
+  const auto gather = [&](const char* name, std::size_t first, std::size_t end) {
+    const auto make = [&](std::size_t piece) {
+      GuideRays own;
+      pilot.gather(first + piece, pieces, own);
+      return packed_rays(own);
+    };
+    const auto take = [&](std::size_t, std::span<const std::byte> bytes) { append_rays(rays, unpacked_rays(bytes)); };
+    if (shared)
+      shared->divide(name, end - first, make, take);
+    else
+      for (std::size_t piece = first; piece < end; ++piece) pilot.gather(piece, pieces, rays);
   };
-  const auto take = [&](std::size_t, std::span<const std::byte> bytes) { append_rays(rays, unpacked_rays(bytes)); };
-  if (shared)
-    shared->divide("gather-guide", pieces, make, take);
-  else
-    pilot.gather(0, 1, rays);
+  gather("gather-guide", 0, pieces / kParts);
+  if (view.camera && GatherGuide(rays).gain() < kLeastGain) return {};
+  gather("gather-guide-more", pieces / kParts, pieces);
   return GatherGuide(rays);
 }
 

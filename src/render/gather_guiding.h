@@ -8,9 +8,10 @@
 namespace glowworm {
 
 /// Traces gather rays from a coarse picture of the view, or from its points, and learns where they find light. There
-/// are half as many as for one sample of the whole picture, at least 65,536 from points, and at most a million. The
-/// guide depends neither on the part of the picture that is rendered nor on the number of threads or the budget. Points
-/// have none unless PointGrid::learns.
+/// are half as many as for one sample of the whole picture, at least 65,536 from points, and at most a million. A
+/// quarter of them is traced first; if the guide would gain little by them, the others are not traced, and rays are not
+/// guided. The guide depends neither on the part of the picture that is rendered nor on the number of threads or the
+/// budget. Points have none unless PointGrid::learns.
 /// @param maps up to date @param settings of the passes that the guide is for
 /// @param shared processes that divide the work; null: none
 GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, const View& view,

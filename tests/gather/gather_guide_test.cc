@@ -103,6 +103,18 @@ TEST(GatherGuide, LeavesEvenAndBlackLightAlone) {
   EXPECT_EQ(GatherGuide().region({0, 0, 0}, {0, 1, 0}), kNone);
 }
 
+TEST(GatherGuide, DoesNotFollowRaysThatFoundLightByChance) {
+  const auto rare = [](Vec3, Vec3, Vec2, float u) { return u < 0.002f ? 100.0f : 1.0f; };
+  EXPECT_LT(GatherGuide(rays_on_floor_and_wall(4096, rare)).gain(), 0.02);
+}
+
+TEST(GatherGuide, KnowsItsGain) {
+  const GatherGuide guide(rays_on_floor_and_wall(8192, spot));
+  EXPECT_GT(guide.gain(), 0.5);
+  EXPECT_LT(guide.gain(), 1);
+  EXPECT_EQ(GatherGuide().gain(), 0);
+}
+
 TEST(GatherGuide, DividesSpaceWhereLightMoves) {
   // Light comes from the side on which the point lies.
   const auto moving = [](Vec3 p, Vec3, Vec2 u, float) { return std::abs(u.x - p.x / 10) < 0.1f ? 1.0f : 0.0f; };

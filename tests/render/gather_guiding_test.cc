@@ -57,22 +57,30 @@ TEST(SlowGatherGuiding, LowersTheNoiseAndKeepsTheLight) {
   EXPECT_LT(guided.noise(), 0.6 * plain.noise());
 }
 
-TEST(GatherGuiding, DoesNotCountAmongTheRaysOfTheRender) {
-  const Stage stage(builtin_scene("ajar"));
+/// The guide of a small picture of a built-in scene.
+GatherGuide learned(const char* scene, int side, Statistics& statistics) {
+  const Stage stage(builtin_scene(scene));
   MemoryBudget budget(std::uint64_t{1} << 30);
-  Statistics statistics;
   PhotonMaps maps(budget);
   PhotonMapSettings photons;
   photons.photons = 50'000;
   maps.update(*stage.tracer, photons, statistics);
   PassSettings settings;
-  settings.width = settings.height = 128;
+  settings.width = settings.height = side;
   settings.light_samples = 2;
   settings.secondary_gather = false;
-  const GatherGuide guide =
-      learn_gather_guide(*stage.tracer, maps, stage.scene->camera(""), settings, budget, statistics);
-  EXPECT_FALSE(guide.empty());
+  return learn_gather_guide(*stage.tracer, maps, stage.scene->camera(""), settings, budget, statistics);
+}
+
+TEST(GatherGuiding, DoesNotCountAmongTheRaysOfTheRender) {
+  Statistics statistics;
+  EXPECT_FALSE(learned("ajar", 128, statistics).empty());
   EXPECT_EQ(statistics.count(Counter::gather_rays), 0u);
+}
+
+TEST(GatherGuiding, IsLeftOutWhereItGainsLittle) {
+  Statistics statistics;
+  EXPECT_TRUE(learned("atrium", 64, statistics).empty());
 }
 
 }  // namespace
