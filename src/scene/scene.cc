@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/names.h"
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "scene/default_camera.h"
 #include "scene/environment.h"
@@ -95,6 +96,17 @@ void add_studio_light(SceneDescription& d) {
                                           "added");
 }
 
+/// Tells of a scene so far from the origin that rounding of its coordinates shows. At a thousand sizes away, rays that
+/// start beside a corner or a thin part miss enough of it to change direct light by 0.3% (built-in atrium).
+void note_distance(Vec3 center, float radius, std::vector<std::string>& notes) {
+  constexpr float kFar = 1000;
+  if (const float sizes = length(center) / (2 * radius); sizes > kFar)
+    notes.push_back(
+        fmt::format("the scene lies {:.0f} times its size from the origin, where coordinates are rounded to {:.2g} m: "
+                    "light leaks at corners; move it to the origin",
+                    sizes, position_rounding(center)));
+}
+
 float power_weight(RGB power) {
   if (!is_finite(power))
     throw Error(fmt::format("a light has a power of ({:g}, {:g}, {:g}) W", power.r, power.g, power.b),
@@ -111,6 +123,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   if (needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
+  note_distance(center_, radius_, d_.notes);
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   material_is_pane_ = find_panes(d_.materials);
   find_light_sources();

@@ -39,6 +39,17 @@ TEST(SceneTest, AddsACameraThatSeesAllAndTheStudioLight) {
   EXPECT_NEAR(scene.radius(), 2 * std::sqrt(2.0f), 1e-5f);
 }
 
+TEST(SceneTest, TellsThatItLiesFarFromTheOrigin) {
+  const auto moved = [](float by) {
+    SceneDescription d = floor_description();
+    for (Vec3& p : d.geometry.positions) p.x += by;
+    return Scene(std::move(d)).notes();
+  };
+  const auto far = testing::Contains(HasSubstr("times its size from the origin"));
+  EXPECT_THAT(moved(5000), testing::Not(far));
+  EXPECT_THAT(moved(6000), far);
+}
+
 /// A box from (-1, 0, -2) to (1, 3, 2) whose walls face inwards, or all outwards; without its side at z = 2.
 SceneDescription open_box(bool inwards) {
   SceneDescription d;
