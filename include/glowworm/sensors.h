@@ -21,8 +21,8 @@ struct Measurement {
 /// Options of measure().
 struct MeasureOptions {
   /// Samples of each sensor, gather rays of each sample, photons, seed, noise and time. The size, crop, camera and AOVs
-  /// of a picture are not used. Light is not filtered unless `more` has {"filter", "auto"}, and photons are new for
-  /// every sample, so that the error is known.
+  /// of a picture are not used. Light is not filtered, and photons are new for every sample, so that the error is
+  /// known.
   RenderOptions render;
   bool on_surfaces = false;  ///< the sensors lie on surfaces of the scene, so that photons show caustics there
 };

@@ -46,9 +46,9 @@ RenderSettings measure_settings(const RenderOptions& options) {
   o.camera.clear();
   o.aovs.clear();
   RenderSettings s = settings_of(o);
-  const bool filter_given =
-      std::any_of(o.more.begin(), o.more.end(), [](const auto& option) { return option.first == "filter"; });
-  if (!filter_given) s.filter = Filtering::off;
+  for (const auto& [name, value] : o.more)
+    if (name == "filter" && value != "off")
+      throw Error("sensors are not filtered: they need not be near each other", "Leave the filter out.");
   s = sensor_settings(s);
   if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
   s.separate_layers = true;

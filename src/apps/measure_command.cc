@@ -83,21 +83,18 @@ void check_options(MeasureOptions& o) {
   read_command_line([&] {
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
+    for (const Option* option : o.table.given)
+      if (option->name == std::string_view("--filter") && o.table.settings.filter != Filtering::off)
+        throw Error("sensors are not filtered: they need not be near each other", "Leave --filter out.");
     if (o.table.settings.samples == 1)
       throw Error("--samples 1 leaves the error of a measurement unknown", "Give two samples or more.");
   });
 }
 
-/// The settings of a measurement. By default light is not filtered. Every sample has new photons, so that the spread of
-/// the samples includes the photons' noise.
+/// The settings of a measurement. Every sample has new photons, so that the spread of the samples includes the photons'
+/// noise.
 RenderSettings settings_of(const MeasureOptions& o) {
-  RenderSettings s = o.table.settings;
-  const auto given = [&](std::string_view name) {
-    return std::any_of(o.table.given.begin(), o.table.given.end(),
-                       [&](const Option* option) { return option->name == name; });
-  };
-  if (!given("--filter")) s.filter = Filtering::off;
-  s = sensor_settings(s);
+  RenderSettings s = sensor_settings(o.table.settings);
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   return o.sky_patches > 0 ? patch_settings(s) : s;
 }
@@ -188,7 +185,8 @@ int run_measure(MeasureOptions& o) {
   Sensors sensors = make_sensors(o, *scene);
   check_inside(o, sensors, *tracer);
   catch_interrupts();
-  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, !o.surface.empty()));
+  const auto grid = std::make_shared<const PointGrid>(
+      sensor_grid(sensors, !o.surface.empty(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
   Job job(scene, tracer, asked, nullptr, sensor_time(), grid);
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));

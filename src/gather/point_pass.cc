@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "gather/cell_place.h"
 
 namespace glowworm {
@@ -37,6 +38,11 @@ void PointGrid::check() const {
     if (!(std::abs(dot(n, n) - 1) <= kUnitTolerance))
       throw Error(fmt::format("point {} has the normal ({}, {}, {}), which is not of unit length", i, n.x, n.y, n.z));
   }
+}
+
+std::uint32_t PointGrid::sequence(std::size_t cell, std::uint32_t sample) const {
+  const auto first = static_cast<std::uint32_t>(cell);
+  return batches > 1 ? hash_combine(first, sample % batches) : first;
 }
 
 SurfacePoint white_point(const Scene& scene, const PointGrid& grid, std::size_t cell) {
@@ -82,8 +88,8 @@ void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, Sl
     point.position = place_in_cell(grid, cell, sample);
     mark_point(grid, cell, first_hit, slot);
     points.slot.push_back(static_cast<std::uint32_t>(slot));
-    points.sequence.push_back(static_cast<std::uint32_t>(cell));
-    points.sample.push_back(sample);
+    points.sequence.push_back(grid.sequence(cell, sample));
+    points.sample.push_back(grid.place_in_sequence(sample));
     points.position.push_back(point.position);
     points.normal.push_back(point.geometric_normal);
     points.offset.push_back(point.offset);

@@ -24,12 +24,20 @@ struct PointGrid {
   /// Whether a guide of gather rays learns from these points. The noise of a point then depends on the other points of
   /// the grid.
   bool learns = false;
+  /// Random sequences of each cell, independent of each other, that its samples take in turn. The spread of their means
+  /// tells the error of the mean over all samples; that of the samples of one sequence, which are stratified, tells
+  /// more than there is.
+  std::uint32_t batches = 1;
 
   /// Whether the cell holds a point.
   bool has(std::size_t cell) const { return normal[cell].x != 0 || normal[cell].y != 0 || normal[cell].z != 0; }
   /// Throws Error, with the cell, if arrays differ in length, a coordinate is not finite or a normal is not of unit
   /// length.
   void check() const;
+
+  /// The random sequence of a cell that a sample is of, and its place there.
+  std::uint32_t sequence(std::size_t cell, std::uint32_t sample) const;
+  std::uint32_t place_in_sequence(std::uint32_t sample) const { return sample / batches; }
 };
 
 /// The viewpoint of a render: a camera, or points.

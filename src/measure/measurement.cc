@@ -22,6 +22,7 @@ std::string one_line(std::string text) {
 RenderSettings sensor_settings(RenderSettings settings) {
   settings.progressive = settings.integrator != Integrator::path;
   settings.default_gather = 256;
+  settings.filter = Filtering::off;
   return settings;
 }
 

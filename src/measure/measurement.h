@@ -16,8 +16,9 @@ struct Measurement {
   std::vector<float> relative_error;  ///< standard error of the luminance over itself; 0 where no light is
 };
 
-/// The settings of a Job over sensor_grid(): photon passes converge, and each has 256 gather rays a sensor where their
-/// number is automatic, because sensors are few and a pass of photons costs as much as many rays.
+/// The settings of a Job over sensor_grid(). Light is not filtered. Photon passes converge, and each has 256 gather
+/// rays a sensor where their number is automatic, because sensors are few and a pass of photons costs as much as many
+/// rays.
 RenderSettings sensor_settings(RenderSettings settings);
 
 /// Of such a Job: it makes two passes, so that errors are known.

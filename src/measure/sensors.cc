@@ -210,7 +210,7 @@ std::vector<std::uint32_t> objects_around(const Sensors& sensors, const Tracer& 
   return out;
 }
 
-PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces) {
+PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces, std::uint32_t batches) {
   PointGrid grid;
   const std::size_t rows = (sensors.size() + kSensorsInRow - 1) / kSensorsInRow;
   const std::size_t columns = (sensors.size() + rows - 1) / rows;
@@ -222,6 +222,7 @@ PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces) {
   grid.normal.resize(columns * rows, sensors.normal.back());
   grid.on_surfaces = on_surfaces;
   grid.learns = true;
+  grid.batches = batches;
   return grid;
 }
 

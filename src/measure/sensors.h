@@ -38,6 +38,10 @@ Sensors surface_sensors(const std::string& text, const Scene& scene);
 
 inline constexpr std::size_t kMaxSensors = 20'000'000;
 
+/// PointGrid::batches of sensors. With more, their errors are known better, and are larger: a sequence of fewer samples
+/// is less stratified.
+inline constexpr std::uint32_t kSensorBatches = 8;
+
 /// For each sensor the index of the object of the scene that it is inside of, or kNone. A sensor is taken to be inside
 /// where rays in 14 directions all meet first the back of one object whose box is less than half as long as the
 /// scene's along every axis, so that no room is meant.
@@ -45,6 +49,7 @@ std::vector<std::uint32_t> objects_around(const Sensors& sensors, const Tracer& 
 
 /// The sensors as a grid to render: rows of kSensorsInRow at most, the last filled up by copies of the last sensor.
 /// @param on_surfaces they lie on surfaces of the scene
-PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces);
+/// @param batches     PointGrid::batches
+PointGrid sensor_grid(const Sensors& sensors, bool on_surfaces, std::uint32_t batches = kSensorBatches);
 
 }  // namespace glowworm

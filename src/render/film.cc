@@ -75,8 +75,13 @@ float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMin
 }  // namespace
 
 Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLayers places, bool moments,
-           std::size_t light_groups)
-    : bounds_(bounds), indirect_only_(indirect_only), layers_(layers), has_moments_(moments), places_(places) {
+           std::size_t light_groups, SampleBatches batches)
+    : bounds_(bounds),
+      indirect_only_(indirect_only),
+      layers_(layers),
+      has_moments_(moments),
+      places_(places),
+      batches_(batches) {
   const std::size_t n = bounds.pixel_count();
   for (int layer = 0; layer < (layers ? 4 : 1); ++layer) light_[layer].resize(n);
   groups_.resize(light_groups);
@@ -94,18 +99,21 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   depth_sum_.resize(layers ? n : 0);
   depth_count_.resize(layers ? n : 0);
   count_.resize(n);
-  square_sum_.resize(n);
+  square_sum_.resize(batches.count > 1 ? 0 : n);
+  batch_sum_.resize(batches.count > 1 ? batches.count : 0);
+  for (auto& batch : batch_sum_) batch.resize(n);
   for (auto& sums : moments_) sums.resize(moments ? n : 0);
 }
 
 std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers places, bool moments,
-                          std::size_t light_groups) {
-  constexpr std::uint64_t kLight = 3 * sizeof(LightSum), kAlways = sizeof(SquareSum) + sizeof(std::uint32_t);
+                          std::size_t light_groups, std::uint32_t batches) {
+  constexpr std::uint64_t kLight = 3 * sizeof(LightSum);
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
       (places.position + places.uv) * kLight + (places.objects + places.materials) * sizeof(IdCounts) +
       static_cast<std::uint64_t>(places.values.count()) * (sizeof(LightSum) + sizeof(std::uint32_t));
-  return bounds.pixel_count() * (kAlways + of_places + light_groups * kLight +
+  const std::uint64_t of_spread = batches > 1 ? batches * sizeof(LightSum) : sizeof(SquareSum);
+  return bounds.pixel_count() * (sizeof(std::uint32_t) + of_spread + of_places + light_groups * kLight +
                                  (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
 }
 
@@ -157,7 +165,11 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
 void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot) {
   const RGB light[4] = {radiance.emitted[slot], radiance.direct[slot], radiance.indirect[slot], radiance.caustic[slot]};
   const RGB shown = indirect_only_ ? light[2] : light[0] + light[1] + light[2] + light[3];
-  square_sum_[pixel] += luminance(shown) * luminance(shown);
+  const float level = luminance(shown);
+  if (batches_.count > 1)
+    batch_sum_[(batches_.first_sample + count_[pixel]) % batches_.count][pixel] += level;
+  else
+    square_sum_[pixel] += level * level;
   ++count_[pixel];
   if (!layers_) {
     add(light_[0][pixel], shown);
@@ -287,7 +299,16 @@ Film::Moments Film::moments(Layer layer, std::size_t pixel) const {
 float Film::variance(std::size_t pixel) const {
   if (count_[pixel] < 2) return 0;
   const double n = count_[pixel], m = luminance(radiance(pixel, indirect_only_));
-  return static_cast<float>(std::max(0.0, square_sum_[pixel].value() / n - m * m) / (n - 1));
+  if (batches_.count == 1) return static_cast<float>(std::max(0.0, square_sum_[pixel].value() / n - m * m) / (n - 1));
+  double spread = 0;
+  const std::uint32_t batches = std::min(batches_.count, count_[pixel]);
+  for (std::uint32_t i = 0; i < batches; ++i) {
+    // Those with samples, beginning with the one of the first.
+    const std::uint32_t samples = (count_[pixel] - i + batches_.count - 1) / batches_.count;
+    const double sum = batch_sum_[(batches_.first_sample + i) % batches_.count][pixel].value();
+    spread += (sum / samples - m) * (sum / samples - m) * samples;
+  }
+  return static_cast<float>(spread / (batches - 1) / n);
 }
 
 template <typename Work, typename... Films>
@@ -310,6 +331,8 @@ void Film::for_arrays(Work&& work, Films&... films) {
     work(films.value_count_[i]...);
   }
   work(films.square_sum_...);
+  const std::size_t batches = std::min({films.batch_sum_.size()...});
+  for (std::size_t i = 0; i < batches; ++i) work(films.batch_sum_[i]...);
   for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
 }
 
@@ -326,8 +349,9 @@ void Film::take_rows(const Film& other) {
       *this, other);
 }
 
-Film Film::like(const PixelBounds& bounds) const {
-  return Film(bounds, indirect_only_, layers_, places_, has_moments_, groups_.size());
+Film Film::like(const PixelBounds& bounds, std::uint32_t first_sample) const {
+  return Film(bounds, indirect_only_, layers_, places_, has_moments_, groups_.size(),
+              {batches_.count, batches_.first_sample + first_sample});
 }
 
 Film Film::rows(int first, int end) const {

@@ -15,6 +15,13 @@
 
 namespace glowworm {
 
+/// Samples of a pixel that take turns in batches which are independent of each other: sample s is of batch
+/// s % count.
+struct SampleBatches {
+  std::uint32_t count = 1;         ///< 1: samples are independent of each other
+  std::uint32_t first_sample = 0;  ///< of the film, within the whole render
+};
+
 /// Sums of radiance and of first hits, one entry a pixel, row by row. The sums are exact (core/exact_sum.h): they do
 /// not depend on the order or the grouping of the samples.
 class Film {
@@ -28,8 +35,9 @@ class Film {
   /// @param places        of first hits to keep, too; they need `layers`
   /// @param moments       keep second moments of direct and indirect light, for moments(); they need `layers`
   /// @param light_groups  number of SlotRadiance::groups to keep, too; they need `layers`
+  /// @param batches       that variance() is told by
   explicit Film(const PixelBounds& bounds, bool indirect_only = false, bool layers = true, PlaceLayers places = {},
-                bool moments = false, std::size_t light_groups = 0);
+                bool moments = false, std::size_t light_groups = 0, SampleBatches batches = {});
 
   /// The part of the picture that the film holds.
   const PixelBounds& bounds() const { return bounds_; }
@@ -53,7 +61,8 @@ class Film {
   /// samples in the task that sees more than kMaxIds objects or materials.
   void add(const CameraTask& task, const Film& samples);
   /// A film of the same kind without samples, for other pixels.
-  Film like(const PixelBounds& bounds) const;
+  /// @param first_sample of these, counted from the first of this film
+  Film like(const PixelBounds& bounds, std::uint32_t first_sample = 0) const;
   /// A copy of some rows of the picture.
   Film rows(int first, int end) const;
   /// The same, with black samples where a pixel has fewer than two. Its values are not those of the picture, but making
@@ -105,7 +114,8 @@ class Film {
   RGB radiance(std::size_t pixel, bool indirect_only) const;
   std::uint32_t sample_count(std::size_t pixel) const { return count_[pixel]; }
 
-  /// Variance of the luminance of radiance(), by the spread of the samples; 0 for fewer than two.
+  /// Variance of the luminance of radiance(), by the spread of the samples, or that of the means of batches; 0 for
+  /// fewer than two.
   float variance(std::size_t pixel) const;
   bool has_moments() const { return has_moments_; }
   /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
@@ -120,7 +130,7 @@ class Film {
 
   /// Size in bytes of a film of these dimensions.
   static std::uint64_t bytes(const PixelBounds& bounds, bool layers = true, PlaceLayers places = {},
-                             bool moments = false, std::size_t light_groups = 0);
+                             bool moments = false, std::size_t light_groups = 0, std::uint32_t batches = 1);
 
   /// Counts camera samples that are black because their light was not finite (points/finite_light.h).
   void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
@@ -151,7 +161,9 @@ class Film {
   static void add(std::array<Sum, 3>& sums, RGB value);
   void add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot);
   void add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t slot, const Geometry& geometry);
-  std::uint64_t state_bytes() const { return bytes(bounds_, layers_, places_, has_moments(), groups_.size()); }
+  std::uint64_t state_bytes() const {
+    return bytes(bounds_, layers_, places_, has_moments(), groups_.size(), batches_.count);
+  }
   /// Calls work(arrays...) for each array of the state, of one film or of several, in the order of save().
   template <typename Work, typename... Films>
   static void for_arrays(Work&& work, Films&... films);
@@ -163,6 +175,7 @@ class Film {
   PixelBounds bounds_;
   bool indirect_only_, layers_, has_moments_;
   PlaceLayers places_;
+  SampleBatches batches_;
   std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
   std::vector<std::array<UnitSum, 3>> albedo_, normal_;
@@ -171,8 +184,9 @@ class Film {
   std::vector<LightSum> depth_sum_;
   std::array<std::vector<LightSum>, kSlotValues> value_sum_;
   std::array<std::vector<std::uint32_t>, kSlotValues> value_count_;
-  std::vector<SquareSum> square_sum_;  // of the luminance of single samples
-  std::vector<SquareSum> moments_[2];  // of direct and indirect light: its luminance squared, over albedo
+  std::vector<SquareSum> square_sum_;             // of the luminance of single samples, without batches
+  std::vector<std::vector<LightSum>> batch_sum_;  // luminance by batch
+  std::vector<SquareSum> moments_[2];             // of direct and indirect light: its luminance squared, over albedo
   std::vector<std::uint32_t> depth_count_, count_;
   std::uint64_t not_finite_ = 0;
 };

@@ -59,28 +59,28 @@ PixelBounds rehearsed_part(const PixelBounds& all) {
 bool helps(const std::shared_ptr<Ranks>& ranks) { return ranks && ranks->rank() > 0; }
 
 /// Bytes of a film, of a copy of it, and of a part that is rehearsed.
-std::uint64_t film_bytes(const RenderSettings& s, bool helps) {
+std::uint64_t film_bytes(const RenderSettings& s, std::uint32_t batches, bool helps) {
   if (helps) return 0;
   const auto bytes = [&](const PixelBounds& bounds) {
-    return Film::bytes(bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+    return Film::bytes(bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count, batches);
   };
   return 2 * bytes(s.bounds) + (s.time_limit_s > 0 ? bytes(rehearsed_part(s.bounds)) : 0);
 }
 
 std::uint64_t image_bytes(const RenderSettings& s, bool helps) { return helps ? 0 : image_bytes(s); }
 
-std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s, bool helps) {
+std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s, std::uint32_t batches, bool helps) {
   const std::uint64_t photons = s.integrator == Integrator::path ? 0 : std::max(s.photons, s.photons_traced);
   const std::uint64_t bytes =
-      film_bytes(s, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
+      film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
   return DiskMemory::for_arrays(s.disk, bytes, s.memory_bytes);
 }
 
 /// The film of the picture; of one that another process has, none of its pixels.
-Film film_of(const RenderSettings& s, const DiskMemory* disk, bool helps) {
+Film film_of(const RenderSettings& s, std::uint32_t batches, const DiskMemory* disk, bool helps) {
   const DiskMemory::Scope scope(disk);
   return Film(helps ? PixelBounds() : s.bounds, s.indirect_only, s.separate_layers, s.place_layers(), filters(s),
-              s.light_group_count);
+              s.light_group_count, {batches, s.sample_range().first});
 }
 
 }  // namespace
@@ -97,9 +97,9 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))
                                            : nullptr),
       budget_(settings_.memory_bytes),
-      disk_(disk_for(settings_, helps(ranks))),
-      film_memory_(array_budget(), "film", film_bytes(settings_, helps(ranks))),
-      film_(film_of(settings_, disk_.get(), helps(ranks))),
+      disk_(disk_for(settings_, batches(), helps(ranks))),
+      film_memory_(array_budget(), "film", film_bytes(settings_, batches(), helps(ranks))),
+      film_(film_of(settings_, batches(), disk_.get(), helps(ranks))),
       start_(std::chrono::steady_clock::now()),
       job_time_(std::move(time)),
       time_(settings_.time_limit_s, job_time_.spent_s, [this] { return seconds(); }),
@@ -242,8 +242,17 @@ FilmPicture Job::picture(const Film& film) const {
                             : unfiltered_picture(film, settings_.indirect_only);
 }
 
+bool Job::knows_noise() const {
+  if (batches() == 1) return true;
+  // A variance of so many degrees of freedom is known to a third. Those of few points are known when all batches have
+  // samples.
+  constexpr std::uint64_t kDegrees = 16;
+  const std::uint32_t batches_begun = std::min(film_.whole_passes(), batches());
+  return batches_begun == batches() || film_.pixel_count() * (batches_begun - 1) >= kDegrees;
+}
+
 bool Job::reached_noise_target() {
-  if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_))) return false;
+  if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_)) || !knows_noise()) return false;
   if (relative_error(picture(film_)) > settings_.noise_target) return false;
   ending_ = Ending::noise_reached;
   return true;
@@ -393,7 +402,7 @@ SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
   } else {
     const FilmPicture seen = picture(film_);
     const double error = relative_error(seen);
-    if (target > 0 && error <= target) {
+    if (target > 0 && error <= target && knows_noise()) {
       ending_ = Ending::noise_reached;
       return {};
     }

@@ -154,6 +154,8 @@ class Job {
  private:
   /// The budget of film, image and photons.
   MemoryBudget& array_budget() { return disk_ ? disk_budget_ : budget_; }
+  /// Batches of the samples of a pixel.
+  std::uint32_t batches() const { return points_ ? points_->batches : 1; }
   void run();
   void render_passes();
   /// Adaptive sampling after the passes.
@@ -202,6 +204,8 @@ class Job {
   void rehearse();
   void resume(const Checkpoint& checkpoint);
   FilmPicture picture(const Film& film) const;
+  /// Whether samples tell the noise of points well enough to stop by it.
+  bool knows_noise() const;
   bool reached_noise_target();
 
   std::shared_ptr<const Scene> scene_;

@@ -102,7 +102,7 @@ void Job::work_for_rank_0() {
     prepare(task.first_sample);
     const CancellationScope scope(interrupt_);
     const TaskResult result = compute(task);
-    Film film = film_.like(pixels_of(task));
+    Film film = film_.like(pixels_of(task), task.first_sample);
     CameraTask own = task;
     own.first_sample = 0;
     add_samples(film, own, result);

@@ -183,15 +183,18 @@ void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, cons
     const std::size_t slot = first_slot + in_task;
     const auto pixel =
         static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
-    Sampler sampler(settings.sampler, settings.seed, hash_combine(pixel, kPathStream), sample);
+    const PointGrid* const grid = view.points;
+    Sampler sampler(settings.sampler, settings.seed,
+                    hash_combine(grid ? grid->sequence(pixel, sample) : pixel, kPathStream),
+                    grid ? grid->place_in_sequence(sample) : sample);
     const auto start = [&](const Sampler& rest) {
       return Path(tracer, settings, rest, static_cast<std::uint32_t>(slot), radiance, first_hit);
     };
-    if (view.points) {
+    if (grid) {
       first_hit.depth[slot] = std::numeric_limits<float>::infinity();
-      if (!view.points->has(pixel)) return 0;
+      if (!grid->has(pixel)) return 0;
       Path path = start(sampler);
-      path.trace_from(*view.points, pixel, sample);
+      path.trace_from(*grid, pixel, sample);
       return path.shadow_rays;
     }
     const Vec2 u = sampler.next2();

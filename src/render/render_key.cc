@@ -72,6 +72,8 @@ std::uint64_t hash_points(const PointGrid& points) {
   hash.add(points.width);
   hash.add(points.height);
   hash.add(points.on_surfaces);
+  hash.add(points.learns);
+  hash.add(points.batches);
   for (const Vec3 p : points.position) hash.add(p);
   hash.add_array(std::span(points.position));
   hash.add_array(std::span(points.normal));

@@ -51,7 +51,7 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
   s.photons = 50'000;
   s.guiding = false;
   s.filter = Filtering::off;
-  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false));
+  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false, kPatchBatches));
   const auto lit = std::make_shared<const Scene>(scene_under_patches(scene, SkyPatches(145)));
   Job of_patches(lit, std::make_shared<const Tracer>(*lit), patch_settings(s), nullptr, 0, grid);
   of_patches.wait();
