@@ -65,7 +65,9 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   if (baked.passes == 0) throw Error("the bake ended before every texel had light", "Give it more time.");
   const std::vector<RGB> light =
       light_of_texels(*inner.scene, layout, std::move(baked.irradiance), quantity_of(format));
-  const float exposure = options.exposure ? *options.exposure : automatic_exposure(*inner.scene, layout, light);
+  const float exposure = options.exposure
+                             ? *options.exposure
+                             : automatic_exposure(*inner.scene, *inner.tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
   const BakeNotes notes{exposure, "", {}, inner.gltf_parts, settings.indirect_only};
   write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, notes));

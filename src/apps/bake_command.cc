@@ -175,12 +175,13 @@ void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, cons
     inform(fmt::format("wrote {}", picture));
 }
 
-void write_textures(const BakeOptions& o, const Scene& scene, TexelIrradiance irradiance, const BakePlaces& places,
-                    OutputFiles& files) {
+void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& tracer, TexelIrradiance irradiance,
+                    const BakePlaces& places, OutputFiles& files) {
   const BakeLayout& layout = places.layout;
   const BakeFormat format = format_of(o.format);
   const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
-  const float exposure = o.exposure ? *o.exposure : automatic_exposure(scene, layout, light);
+  const float exposure =
+      o.exposure ? *o.exposure : automatic_exposure(scene, tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
   const BakeNotes notes{exposure, o.command_line, write_texture_files(o, layout.atlas, light, files), places.gltf,
                         o.settings.indirect_only};
@@ -262,11 +263,12 @@ int bake_part(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
 }
 
 /// Writes the results, then throws the error, if any, or returns the exit status.
-int finish(const BakeOptions& o, const Scene& scene, Baked baked, BakePlaces places, OutputFiles& files) {
+int finish(const BakeOptions& o, const Scene& scene, const Tracer& tracer, Baked baked, BakePlaces places,
+           OutputFiles& files) {
   const bool any = baked.passes > 0;
   places.points = nullptr;
   if (any && o.is_probes()) write_probes(o, baked.irradiance.value, places.probes, files);
-  if (any && !o.is_probes()) write_textures(o, scene, std::move(baked.irradiance), places, files);
+  if (any && !o.is_probes()) write_textures(o, scene, tracer, std::move(baked.irradiance), places, files);
   if (baked.failure) std::rethrow_exception(baked.failure);
   if (baked.ending == Ending::cancelled)
     warn(any ? "interrupted: the file holds the light so far"
@@ -303,7 +305,7 @@ int run_bake(BakeOptions& o) {
   }
   files.throw_if_any_failed();
   Baked baked = compute(o, scene, tracer, places, files);
-  return finish(o, *scene, std::move(baked), std::move(places), files);
+  return finish(o, *scene, *tracer, std::move(baked), std::move(places), files);
 }
 
 std::string refuse_ktx2(const std::string& texture) {

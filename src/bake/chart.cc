@@ -156,6 +156,13 @@ Vec3 common_direction(const FaceTable& table, const std::vector<std::uint32_t>& 
 
 }  // namespace
 
+std::vector<FacePlace> places_of_faces(std::span<const Chart> charts, std::size_t faces) {
+  std::vector<FacePlace> out(faces);
+  for (std::uint32_t c = 0; c < charts.size(); ++c)
+    for (std::uint32_t i = 0; i < charts[c].faces.size(); ++i) out[charts[c].faces[i]] = {c, i};
+  return out;
+}
+
 std::vector<Chart> make_charts(const Geometry& geometry, std::span<const BakeFace> faces) {
   const FaceTable table(geometry, faces);
   std::vector<std::uint32_t> seeds(faces.size());

@@ -17,6 +17,14 @@ struct Chart {
   Vec2 size;                                 ///< sides of the rectangle, metres
 };
 
+/// Where a face lies: its chart, and its index there.
+struct FacePlace {
+  std::uint32_t chart = kNone, index = 0;
+};
+
+/// The place of each face. @param faces number of faces in all
+std::vector<FacePlace> places_of_faces(std::span<const Chart> charts, std::size_t faces);
+
 /// Cuts faces into charts: connected faces of one object and one material whose normals lie within 45 degrees of a
 /// common direction, projected along it, so that lengths shrink by 30% at most. Each chart lies in its rectangle of
 /// least area. Every face is in exactly one chart.

@@ -129,16 +129,6 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
   return light;
 }
 
-float automatic_exposure(const Scene& scene, const BakeLayout& layout, const std::vector<RGB>& light) {
-  std::vector<RGB> lit, glowing;
-  for (std::size_t i = 0; i < light.size(); ++i) {
-    if (layout.texels.face[i] == kNone) continue;
-    const bool glows = scene.geometry().emission[layout.faces[layout.texels.face[i]].triangle] != kNone;
-    (glows ? glowing : lit).push_back(light[i]);
-  }
-  return automatic_exposure(lit.empty() ? glowing : lit);
-}
-
 EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale) {
   EncodedLight out;
   std::vector<float> peaks;

@@ -37,8 +37,11 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
 /// diffuse.
 RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// The exposure in stops that maps the mean of the covered texels to grey; without those of lamps, if there are others.
-float automatic_exposure(const Scene& scene, const BakeLayout& layout, const std::vector<RGB>& light);
+/// The exposure in stops of a picture by the scene's first camera, as the texels show it. What no camera sees, such as
+/// the insides of things, does not count unless the first camera sees no texel.
+/// @param light of all texels; @param what it is
+float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLayout& layout, std::span<const RGB> light,
+                         TexelLight what);
 
 /// Levels of brightness of charts; each is a quarter of the one before.
 inline constexpr int kLightLevels = 6;

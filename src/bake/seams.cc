@@ -12,11 +12,6 @@ namespace {
 constexpr float kSmoothCosine = 0.95f;  ///< between shading normals of two sides that show one surface
 constexpr double kStiffness = 0.01;     ///< weight of keeping a texel against closing a place of a seam
 
-/// Where each face lies: its chart, and its index there.
-struct FacePlace {
-  std::uint32_t chart = kNone, index = 0;
-};
-
 Vec3 corner_normal(const Geometry& geometry, BakeFace face, std::size_t corner) {
   const Vec3 n = geometry.normals[geometry.triangles[face.triangle][corner]];
   const Vec3 own = face_normal(geometry, face);
@@ -157,9 +152,7 @@ void close_channel(const SeamSystem& system, int channel, std::vector<RGB>& texe
 
 Seams find_seams(const Geometry& geometry, std::span<const BakeFace> faces, std::span<const Chart> charts,
                  const Atlas& atlas) {
-  std::vector<FacePlace> where(faces.size());
-  for (std::uint32_t c = 0; c < charts.size(); ++c)
-    for (std::uint32_t i = 0; i < charts[c].faces.size(); ++i) where[charts[c].faces[i]] = {c, i};
+  const std::vector<FacePlace> where = places_of_faces(charts, faces.size());
   Seams seams;
   for (const SharedEdge& edge : shared_edges(geometry, faces)) {
     const std::uint32_t f[2] = {edge.face[0], edge.face[1]};

@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
+#include "bake/bands.h"
 #include "bake/layout.h"
 #include "bake/light.h"
 #include "bake/scene_glb.h"
@@ -170,6 +172,30 @@ class BakedGltf : public GltfTest {
     return out;
   }
 
+  /// Writes the file with its computed light as lit.glb. @param exposure stops
+  void bake_light(const std::string& source, BakeFormat format, float exposure) {
+    ImportOptions options;
+    options.light_uvs = true;
+    options.gltf_parts = std::make_shared<GltfParts>();
+    const auto scene = std::make_shared<const Scene>(load_scene(source, options));
+    const auto tracer = std::make_shared<const Tracer>(*scene);
+    const BakeLayout layout = lay_out(scene, tracer, {16, 0});
+    RenderSettings settings;
+    settings.samples = 32;
+    settings.gather = 1;
+    settings.photons = 1000;
+    settings.memory_bytes = std::uint64_t{256} << 20;
+    Baked baked = bake_points(scene, tracer, std::make_shared<const PointGrid>(texel_points(*scene, *tracer, layout)),
+                              settings, std::nullopt, [](const BandRun& run) {
+                                run.job.wait();
+                                return std::exception_ptr();
+                              });
+    const std::vector<RGB> light = light_of_texels(*scene, layout, std::move(baked.irradiance), quantity_of(format));
+    const BakeNotes notes{exposure, "", {}, options.gltf_parts};
+    write("lit.glb",
+          glb_of_scene(*scene, layout, encode_light(layout, light, scale_of(format, exposure)), format, notes));
+  }
+
   std::vector<std::string> scene_notes;  ///< of the last bake
 
   /// Expects that a point of each triangle of lit.glb, not in its middle, reads the texel of that place.
@@ -208,6 +234,15 @@ class BakedGltf : public GltfTest {
     EXPECT_EQ(dark, dark_triangles);
   }
 };
+
+/// The bytes of the image of a texture.
+std::string image_bytes(const Parsed& file, const json& texture) {
+  const json& image =
+      file.whole["images"][file.whole["textures"][texture.get<std::size_t>()]["source"].get<std::size_t>()];
+  const json& view = file.whole["bufferViews"][image["bufferView"].get<std::size_t>()];
+  const auto first = file.document.buffers[0].begin() + view.value("byteOffset", 0);
+  return {first, first + view["byteLength"].get<int>()};
+}
 
 /// The bytes of all attributes and morph targets of the corners of a primitive's triangles.
 std::string corner_bytes(const Parsed& file, int mesh, std::size_t primitive, const json& names) {
@@ -390,15 +425,6 @@ std::vector<std::uint8_t> noisy_png(std::uint32_t seed) {
   return {png.begin(), png.end()};
 }
 
-/// The bytes of the image of a texture.
-std::string image_bytes(const Parsed& file, const json& texture) {
-  const json& image =
-      file.whole["images"][file.whole["textures"][texture.get<std::size_t>()]["source"].get<std::size_t>()];
-  const json& view = file.whole["bufferViews"][image["bufferView"].get<std::size_t>()];
-  const auto first = file.document.buffers[0].begin() + view.value("byteOffset", 0);
-  return {first, first + view["byteLength"].get<int>()};
-}
-
 /// Each accessor of an animation or a skin, as bytes.
 std::vector<std::vector<std::uint8_t>> moving_bytes(const Parsed& file) {
   std::vector<std::vector<std::uint8_t>> out;
@@ -406,6 +432,58 @@ std::vector<std::vector<std::uint8_t>> moving_bytes(const Parsed& file) {
     out.push_back(raw_elements(file.document, file.whole["animations"][0]["samplers"][0][key].get<int>()).bytes);
   out.push_back(raw_elements(file.document, file.whole["skins"][0]["inverseBindMatrices"].get<int>()).bytes);
   return out;
+}
+
+/// A floor that glows faintly, under a sun in the zenith that gives it 2 W m^-2; nothing else.
+constexpr const char* kSunlitFloor = R"(
+LookAt 0 5 0  0 0 0  0 0 1
+Camera "perspective"
+WorldBegin
+LightSource "distant" "rgb L" [2 2 2] "point3 from" [0 1 0] "point3 to" [0 0 0]
+Material "diffuse" "rgb reflectance" [0.5 0.25 0.1]
+AreaLightSource "diffuse" "rgb L" [0.3 0.2 0.1]
+Shape "trianglemesh" "point3 P" [-3 -1.5 -3  -3 -1.5 3  3 -1.5 -3  3 -1.5 3] "integer indices" [0 1 2 1 3 2]
+)";
+
+/// The same floor as glTF.
+GltfFile sunlit_floor() {
+  GltfFile file;
+  json floor = floor_primitive(file);
+  floor["material"] = file.add(
+      "materials", {{"emissiveFactor", {0.3, 0.2, 0.1}},
+                    {"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.25, 0.1, 1}}, {"metallicFactor", 0}}},
+                    {"extensions", {{"KHR_materials_specular", {{"specularFactor", 0}}}}}});
+  file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {floor}}})}});
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}, {"intensity", 2 * 683}}};
+  file.add("nodes", {{"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}},
+                     {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  return file;
+}
+
+TEST_F(BakedGltf, ScalesLightAndGlowByTheExposure) {
+  constexpr float kIrradiance = 2, kExposure = 1.5f;
+  const float gain = std::exp2(kExposure);
+  const RGB albedo{0.5f, 0.25f, 0.1f}, glow{0.3f, 0.2f, 0.1f};
+  for (const std::string& source : {write_gltf(sunlit_floor()), write("floor.pbrt", kSunlitFloor)})
+    for (const BakeFormat format : {BakeFormat::lightmap, BakeFormat::emissive}) {
+      bake_light(source, format, kExposure);
+      const Parsed lit(path("lit.glb"));
+      const json& material = lit.whole["materials"][0];
+      const json& extensions = material["extensions"];
+      const bool lightmap = format == BakeFormat::lightmap;
+      const json& texture = lightmap ? extensions["MOZ_lightmap"] : material["emissiveTexture"];
+      const json& strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"];
+      const json& scale = lightmap ? texture["intensity"] : strength;
+      const RGB shown = lightmap ? RGB(kIrradiance) : albedo * kIrradiance * kInversePi + glow;
+      const std::vector<RGB> texels = read_image(write("light.png", image_bytes(lit, texture["index"]))).rgb();
+      const RGB mean = std::accumulate(texels.begin(), texels.end(), RGB()) / static_cast<float>(texels.size());
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c] * scale.get<float>(), shown[c] * gain, 0.015f * shown[c] * gain);
+      if (!lightmap) continue;
+      EXPECT_EQ(material["extras"]["lightmap"]["intensity"], scale);
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(material["emissiveFactor"][c].get<float>() * strength.get<float>(),
+                    glow[static_cast<int>(c)] * gain, 1e-4f);
+    }
 }
 
 TEST_F(BakedGltf, LeavesOutWhatItReplaces) {

@@ -286,6 +286,38 @@ TEST(BakeLayout, BakesWhatGlowsInPlacesOrLittle) {
   EXPECT_TRUE(bakes_panel(RGB(20.0f), true)) << "its texture may be black in most places";
 }
 
+/// Two rooms, of which the camera sees the one with the lamp. @param other radiance of a lamp of the other one
+SceneDescription rooms_with_camera(float other) {
+  SceneDescription d = two_rooms();
+  d.cameras.push_back(look_at({0.3f, 1, 1.7f}, {1.8f, 0.6f, 0.3f}, {0, 1, 0}, 70));
+  add_quad(d, {2.7f, 1.9f, 0.5f}, {1, 0, 0}, {0, 0, 1}, 0, add_emission(d, RGB(other)));
+  return d;
+}
+
+TEST(BakedLight, IsExposedForTheFirstCamera) {
+  float dim = 0;
+  for (const float other : {0.05f, 50.0f}) {
+    const BakeStage rooms(rooms_with_camera(other), {64, 0});
+    const Scene& scene = *rooms.stage.scene;
+    const float own = automatic_exposure(pixels(rooms.stage.render(by_path(32, 64))));
+    for (const TexelLight what : {TexelLight::irradiance, TexelLight::radiance, TexelLight::tint})
+      EXPECT_NEAR(
+          automatic_exposure(scene, *rooms.stage.tracer, rooms.layout, rooms.light(by_gathering(2, 8), what), what),
+          own, 0.1f);
+    EXPECT_NEAR(own, dim != 0 ? dim : own, 0.1f);
+    dim = own;
+  }
+}
+
+TEST(BakedLight, IsExposedForAllTexelsIfTheCameraSeesNone) {
+  SceneDescription d = two_rooms();
+  d.cameras.push_back(look_at({0, 9, 0}, {0, 20, 0}, {1, 0, 0}, 40));
+  const BakeStage rooms(std::move(d), {32, 0});
+  const std::vector<RGB> even(rooms.layout.texels.face.size(), RGB(0.09f));
+  EXPECT_NEAR(automatic_exposure(*rooms.stage.scene, *rooms.stage.tracer, rooms.layout, even, TexelLight::radiance), 1,
+              1e-3f);
+}
+
 TEST(BakedLight, IsEncodedWithinACode) {
   const BakeStage cornell(builtin_scene("cornell"), {32, 0});
   const std::vector<RGB> light = cornell.light(by_gathering(1, 4), TexelLight::radiance);
