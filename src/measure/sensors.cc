@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "core/error.h"
 #include "core/names.h"
@@ -77,20 +78,56 @@ std::array<Vec3, 14> directions_around() {
   return out;
 }
 
-/// For each object, whether its box is less than half as long as the scene's along every axis.
-std::vector<bool> small_objects(const Scene& scene) {
+/// The boxes of objects; empty for those that are half as long as the scene along an axis.
+std::vector<Box3> boxes_of_small_objects(const Scene& scene) {
   const Geometry& g = scene.geometry();
   std::vector<Box3> boxes(g.objects.size());
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
     if (const std::uint32_t object = g.object_of(t); object != kNone)
       for (const std::uint32_t vertex : g.triangles[t]) boxes[object].grow(g.positions[vertex]);
   const Vec3 whole = scene.bounds().diagonal();
-  std::vector<bool> out;
-  for (const Box3& box : boxes) {
+  for (Box3& box : boxes) {
     const Vec3 size = box.empty() ? whole : box.diagonal();
-    out.push_back(size.x < 0.5f * whole.x && size.y < 0.5f * whole.y && size.z < 0.5f * whole.z);
+    if (!(size.x < 0.5f * whole.x && size.y < 0.5f * whole.y && size.z < 0.5f * whole.z)) box = Box3();
   }
-  return out;
+  return boxes;
+}
+
+/// Whether a place lies on a side of a box.
+bool is_on_side(const Box3& box, Vec3 place) {
+  const float tolerance = 1e-3f * length(box.diagonal());
+  bool within = true, on_side = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = place[axis] - box.min[axis], high = box.max[axis] - place[axis];
+    within = within && low >= -tolerance && high >= -tolerance;
+    on_side = on_side || std::abs(low) <= tolerance || std::abs(high) <= tolerance;
+  }
+  return within && on_side;
+}
+
+/// The small object around a place, or kNone.
+std::uint32_t object_around(Vec3 place, std::span<const Vec3> directions, const std::vector<Box3>& small,
+                            const Tracer& tracer) {
+  const Geometry& g = tracer.scene().geometry();
+  std::uint32_t around = kNone;
+  std::vector<Vec3> others;
+  for (const Vec3 d : directions) {
+    Ray ray;
+    ray.origin = place;
+    ray.direction = d;
+    ray.t_max = std::numeric_limits<float>::infinity();
+    const Hit hit = tracer.intersect(ray);
+    if (hit.triangle == kNone) return kNone;
+    const std::uint32_t object = g.object_of(hit.triangle);
+    const bool back = object != kNone && !small[object].empty() && dot(g.normal(hit.triangle), d) > 0;
+    if (!back || (around != kNone && object != around))
+      others.push_back(place + d * hit.distance);
+    else
+      around = object;
+  }
+  const bool stands = around != kNone &&
+                      std::all_of(others.begin(), others.end(), [&](Vec3 p) { return is_on_side(small[around], p); });
+  return stands ? around : kNone;
 }
 
 }  // namespace
@@ -185,27 +222,11 @@ Sensors surface_sensors(const std::string& text, const Scene& scene) {
 }
 
 std::vector<std::uint32_t> objects_around(const Sensors& sensors, const Tracer& tracer) {
-  const Geometry& g = tracer.scene().geometry();
-  const std::vector<bool> small = small_objects(tracer.scene());
+  const std::vector<Box3> small = boxes_of_small_objects(tracer.scene());
   const std::array<Vec3, 14> directions = directions_around();
   std::vector<std::uint32_t> out(sensors.size(), kNone);
   parallel_for(0, sensors.size(), 256, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      std::uint32_t around = kNone;
-      for (const Vec3 d : directions) {
-        Ray ray;
-        ray.origin = sensors.position[i];
-        ray.direction = d;
-        ray.t_max = std::numeric_limits<float>::infinity();
-        const Hit hit = tracer.intersect(ray);
-        const std::uint32_t object = hit.triangle == kNone ? kNone : g.object_of(hit.triangle);
-        const bool inside = object != kNone && small[object] && dot(g.normal(hit.triangle), d) > 0 &&
-                            (around == kNone || around == object);
-        around = inside ? object : kNone;
-        if (!inside) break;
-      }
-      out[i] = around;
-    }
+    for (std::size_t i = first; i < last; ++i) out[i] = object_around(sensors.position[i], directions, small, tracer);
   });
   return out;
 }

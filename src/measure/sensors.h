@@ -43,8 +43,8 @@ inline constexpr std::size_t kMaxSensors = 20'000'000;
 inline constexpr std::uint32_t kSensorBatches = 8;
 
 /// For each sensor the index of the object of the scene that it is inside of, or kNone. A sensor is taken to be inside
-/// where rays in 14 directions all meet first the back of one object whose box is less than half as long as the
-/// scene's along every axis, so that no room is meant.
+/// where rays in 14 directions all meet first the back of one object, or a surface at a side of its box that it stands
+/// on. The box must be less than half as long as the scene's along every axis, so that no room is meant.
 std::vector<std::uint32_t> objects_around(const Sensors& sensors, const Tracer& tracer);
 
 /// The sensors as a grid to render: rows of kSensorsInRow at most, the last filled up by copies of the last sensor.

@@ -71,25 +71,32 @@ TEST(Sensors, CoverPlanesAndSurfaces) {
   EXPECT_THAT(error_of([&] { plane_sensors("z=3,1", scene); }), HasSubstr("misses the scene"));
 }
 
-TEST(Sensors, InsideOfObjectsAreFound) {
+/// Of sensors in, above and beside a crate over a floor.
+std::vector<std::uint32_t> objects_around_crate(float bottom) {
   SceneDescription d = floor_description();
   add_panel(d, 2, add_emission(d, RGB(1.0f)));
   d.geometry.objects = {{0, "room"}, {static_cast<std::uint32_t>(d.geometry.triangle_count()), "crate"}};
   for (int axis = 0; axis < 3; ++axis)
     for (const float side : {0.0f, 0.5f}) {
-      Vec3 corner{0, 0, 0.1f}, u{0, 0, 0}, v{0, 0, 0};
+      Vec3 corner{0, 0, bottom}, u{0, 0, 0}, v{0, 0, 0};
       corner[axis] += side;
       u[(axis + 1) % 3] = v[(axis + 2) % 3] = 0.5f;
       side > 0 ? add_quad(d, corner, u, v) : add_quad(d, corner, v, u);
     }
   d.geometry.objects.resize(2);
   const Scene scene(std::move(d));
-  const Tracer tracer(scene);
   Sensors s;
-  s.add({0.25f, 0.25f, 0.35f}, {0, 0, 1});
-  s.add({0.25f, 0.25f, 0.65f}, {0, 0, 1});
+  s.add({0.25f, 0.25f, bottom + 0.25f}, {0, 0, 1});
+  s.add({0.25f, 0.25f, bottom + 0.55f}, {0, 0, 1});
+  s.add({-0.01f, 0.25f, 0.25f}, {0, 0, 1});
   s.add({-1, 0, 1}, {0, 0, 1});
-  EXPECT_EQ(objects_around(s, tracer), (std::vector<std::uint32_t>{1, kNone, kNone}));
+  return objects_around(s, Tracer(scene));
+}
+
+TEST(Sensors, InsideOfObjectsAreFound) {
+  const std::vector<std::uint32_t> expected = {1, kNone, kNone, kNone};
+  EXPECT_EQ(objects_around_crate(0.1f), expected);
+  EXPECT_EQ(objects_around_crate(0), expected) << "it stands on the floor";
 }
 
 Measurement example() {
