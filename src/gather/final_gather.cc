@@ -19,6 +19,10 @@ namespace {
 /// Random numbers that choose wavelengths, one stream per bounce.
 constexpr std::uint32_t kWavelengthStream = 0x77617665;
 
+/// Radius of the spot that a narrow lobe must meet, over that of photons: estimates have the noise of fifty photons,
+/// and rays spread over so many discs average it.
+constexpr float kSpotRadii = 3;
+
 /// Final gather rays per piece of parallel work.
 constexpr std::size_t kRaysPerChunk = 32768;
 /// Of these, so many, or one stratum, are traced at a time: their arrays fit into the second-level cache.
@@ -183,11 +187,16 @@ class ChunkGatherer {
            (is_direct(i) && settings_.light_samples > 0);
   }
 
-  /// Whether ray i, which ends at `position`, is shorter than the photons' radius there and needs a secondary gather.
+  /// Whether the photons' radius at `position`, where ray i ends, is large beside the ray's length, or beside the spot
+  /// that rays of its lobe meet there. Then it needs a secondary gather: estimates of the rays of a point would blur
+  /// alike, or be of the same few photons.
   bool is_short(std::size_t i, const Hit& hit, Vec3 position) const {
-    const bool straight = rays_.segment[i] == Segment::first || rays_.segment[i] == Segment::to_patch;
-    return straight && settings_.radii && hit.distance < settings_.radii->max_radius() &&
-           hit.distance < settings_.radii->radius(position);
+    const bool first = rays_.segment[i] == Segment::first;
+    if (!settings_.radii || !(first || rays_.segment[i] == Segment::to_patch)) return false;
+    const float narrowness = first ? std::max(kPi * rays_.pdf[i] - 1, 0.0f) : 0.0f;
+    const float length_squared = hit.distance * hit.distance / (1 + kSpotRadii * kSpotRadii * narrowness);
+    const auto reaches = [&](float radius) { return length_squared < radius * radius; };
+    return reaches(settings_.radii->max_radius()) && reaches(settings_.radii->radius(position));
   }
 
   /// Adds the light that a ray meets. A ray straight from the gather point is a BSDF sample of direct light.

@@ -6,6 +6,7 @@
 
 #include "builtin/builtin.h"
 #include "render/render_testing.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 namespace {
@@ -139,6 +140,29 @@ TEST(SlowSecondaryGather, ReducesTheErrorInCorners) {
            with_error, without_error);
     EXPECT_LT(with_error, without_error) << engine;
   }
+}
+
+/// A glossy floor whose pixels reflect a spot of a lit wall that is smaller than the photons' discs. With a secondary
+/// gather, their noise is not that of a few photons, and their mean is that of paths.
+TEST(SecondaryGather, TakesPhotonNoiseFromGlossyReflections) {
+  SceneDescription d;
+  d.materials.resize(2);
+  d.materials[1].kind = MaterialKind::conductor;
+  d.materials[1].use_reflectance = true;
+  d.materials[1].roughness_u.value = d.materials[1].roughness_v.value = 0.15f;
+  add_quad(d, {-2, -1, -2}, {4, 0, 0}, {0, 0, 4});
+  add_quad(d, {-2, 0, 0}, {4, 0, 0}, {0, 2, 0}, 1);
+  d.lights.push_back(point_light());
+  d.lights.back().position = {0, 0.5f, 1.5f};
+  d.cameras.push_back(square_view({0, 1, 0}, normalize({0, 1, 0.6f}), 2, 0.1f));
+  const Stage stage(std::move(d));
+  RenderSettings settings = indirect(by_photons(4, 64, 16, 500, "blocked"));
+  settings.guiding = false;
+  const Estimate with = estimate(stage, settings, 12);
+  settings.secondary_gather = false;
+  const Estimate without = estimate(stage, settings, 12), paths = estimate(stage, indirect(by_path(4, 4096)), 4);
+  EXPECT_LT(with.standard_error, 0.5 * without.standard_error);
+  EXPECT_NEAR(with.mean, paths.mean, 4 * std::hypot(with.standard_error, paths.standard_error));
 }
 
 }  // namespace
