@@ -37,20 +37,20 @@ LEAVE_OUT = 0.02
 MOST_RENDERS = 5
 
 SCENES = {
-    "cornell-grey": ("cornell-grey-pbrt/cornell-grey-reference.pbrt", "80x80"),
-    "cornell-box": ("bitterli-cornell-box-pbrt/cornell-box-reference.pbrt", "80x80"),
-    "sponza-sun": ("sponza-dabrovic/pbrt/sponza-sun.pbrt", "112x70"),
-    "veach-bidir": ("bitterli-veach-bidir-pbrt/veach-bidir-reference.pbrt", "88x66"),
-    "staircase2": ("bitterli-staircase2-pbrt/staircase2-reference.pbrt", "54x96"),
-    "living-room": ("bitterli-living-room-pbrt/living-room-reference.pbrt", "96x54"),
-    "veach-ajar": ("bitterli-veach-ajar-pbrt/veach-ajar-reference.pbrt", "96x54"),
-    "classroom": ("classroom-pbrt/classroom-reference.pbrt", "96x54"),
-    "cornell": ("builtin:cornell", "80x80"),
-    "atrium": ("builtin:atrium", "104x60"),
-    "ajar": ("builtin:ajar", "96x72"),
-    "window-room": ("builtin:window-room", "88x66"),
-    "ring": ("builtin:ring", "88x66"),
-    "glass-sphere": ("builtin:glass-sphere", "88x66"),
+    "cornell-grey": ("cornell-grey-pbrt/cornell-grey-reference.pbrt", "160x160"),
+    "cornell-box": ("bitterli-cornell-box-pbrt/cornell-box-reference.pbrt", "160x160"),
+    "sponza-sun": ("sponza-dabrovic/pbrt/sponza-sun.pbrt", "224x140"),
+    "veach-bidir": ("bitterli-veach-bidir-pbrt/veach-bidir-reference.pbrt", "176x132"),
+    "staircase2": ("bitterli-staircase2-pbrt/staircase2-reference.pbrt", "108x192"),
+    "living-room": ("bitterli-living-room-pbrt/living-room-reference.pbrt", "192x108"),
+    "veach-ajar": ("bitterli-veach-ajar-pbrt/veach-ajar-reference.pbrt", "192x108"),
+    "classroom": ("classroom-pbrt/classroom-reference.pbrt", "192x108"),
+    "cornell": ("builtin:cornell", "160x160"),
+    "atrium": ("builtin:atrium", "208x120"),
+    "ajar": ("builtin:ajar", "192x144"),
+    "window-room": ("builtin:window-room", "176x132"),
+    "ring": ("builtin:ring", "176x132"),
+    "glass-sphere": ("builtin:glass-sphere", "176x132"),
 }
 
 
@@ -148,9 +148,11 @@ class Scene:
                 break
             missing = math.log2(wanted / seconds)
             work *= 2.0 ** (math.ceil(missing) if missing > 0 else math.floor(missing))
-        (t0, e0), (t1, e1) = min(zip(sorted(curve), sorted(curve)[1:]), key=lambda pair: abs(math.log(pair[1][0] / wanted)))
-        if not t0 <= wanted <= 1.05 * t1 or e0 <= 0 or e1 <= 0:
+        curve.sort()
+        pairs = [pair for pair in zip(curve, curve[1:]) if pair[0][0] <= wanted <= 1.05 * pair[1][0]]
+        if not pairs or pairs[0][0][1] <= 0 or pairs[0][1][1] <= 0:
             return math.nan
+        (t0, e0), (t1, e1) = pairs[0]
         return e0 * (e1 / e0) ** (math.log(wanted / t0) / math.log(t1 / t0))
 
     def row(self):
@@ -181,7 +183,7 @@ def table_head(names):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples-of-reference", type=int, default=80, help="of those that are missing")
+    parser.add_argument("--samples-of-reference", type=int, default=48, help="of those that are missing")
     parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
