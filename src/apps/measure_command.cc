@@ -243,6 +243,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   c->add_option("-o,--output", o->outputs,
                 "File to write: a table as .csv, .json, .ply or .vtk, a plan in false colour as .png, or a report as "
                 ".html; - is CSV on standard output")
+      ->allow_extra_args(false)
       ->option_text("FILE")
       ->required()
       ->group("Sensors");
@@ -254,6 +255,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
       ->group("Sensors");
   add_false_color_option(*c, "Sensors", "Scale of .png and .html from LOW to HIGH (lx)", o->scale);
   c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
+      ->allow_extra_args(false)
       ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
       ->group("Scene");
   add_scene_options(*c, o->changes);

@@ -51,11 +51,12 @@ std::vector<PartFile> read_parts(const std::vector<std::string>& paths) {
   return parts;
 }
 
+/// The samples, counted from 1.
 std::string samples_text(const std::vector<SampleRange>& ranges) {
   std::vector<std::string> texts;
   for (const SampleRange& range : ranges)
-    texts.push_back(range.count() == 1 ? fmt::format("{}", range.first)
-                                       : fmt::format("{}-{}", range.first, range.end - 1));
+    texts.push_back(range.count() == 1 ? fmt::format("{}", range.end)
+                                       : fmt::format("{}-{}", range.first + 1, range.end));
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
@@ -71,7 +72,8 @@ void tell_samples(const Part& all, const Film& film, std::size_t parts) {
   }
   if (end < wanted) missing.push_back({end, wanted});
   if (!missing.empty())
-    warn(fmt::format("samples {} are missing: the picture is that of {} samples", samples_text(missing), there));
+    warn(fmt::format("samples {} of {} are missing: the picture is that of {} samples", samples_text(missing), wanted,
+                     there));
   if (film.whole_passes() < there)
     warn(fmt::format("a part was stopped before its end: some pixels have only {} of {} samples", film.whole_passes(),
                      there));
@@ -137,8 +139,7 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
   c->add_option("-o,--output", options->names,
                 "Image to write: .exr or .png, or .part for a part; several may be given")
       ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
       ->option_text("FILE");
   add_picture_options(*c, "Options", options->picture);
   c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");

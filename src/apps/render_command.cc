@@ -165,7 +165,7 @@ std::string describe(const RenderSettings& asked, const RenderSettings& s, const
   const bool open_ended = asked.samples == 0 && (s.time_limit_s > 0 || s.noise_target > 0);
   text += open_ended        ? ", unlimited samples"
           : s.part.is_all() ? fmt::format(", {} samples", s.samples)
-                            : fmt::format(", samples {} to {} of {}", range.first, range.end - 1, s.samples);
+                            : fmt::format(", samples {} to {} of {}", range.first + 1, range.end, s.samples);
   if (s.integrator == Integrator::path) return text + ", path tracing";
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
   if (s.photons_traced > s.photons)
@@ -373,6 +373,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
   c.add_option("-o,--output", o.names,
                "Image to write: .exr (linear, W sr^-1 m^-2) or .png, or .part for 'glowworm merge'; exr:- or png:- is "
                "standard output; several -o may be given")
+      ->allow_extra_args(false)
       ->option_text("FILE [the scene's, or out.exr]")
       ->group("Picture");
   add_table_options(c, "Picture", false, o.table);
@@ -384,6 +385,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
        "--light", o.lights,
        "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians); or add a luminaire of a "
        "photometric file (IES LM-63, EULUMDAT) at X,Y,Z that aims along DX,DY,DZ [0,-1,0], turned by TURN degrees")
+      ->allow_extra_args(false)
       ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
       ->group("Picture");
   c.add_option("--tev", o.tev, "Show the unfinished image in a running tev")

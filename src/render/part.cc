@@ -235,7 +235,7 @@ Part united(const std::vector<PartFile>& parts, bool mixed) {
   for (const Taken& each : taken) {
     if (last && each.range.first < all.ranges.back().end)
       throw Error(fmt::format("{} and {} have samples in common: {} to {}", last->path, each.file->path,
-                              each.range.first, std::min(each.range.end, all.ranges.back().end) - 1),
+                              each.range.first + 1, std::min(each.range.end, all.ranges.back().end)),
                   "Merge each part once.");
     if (last && each.range.first == all.ranges.back().end)
       all.ranges.back().end = each.range.end;

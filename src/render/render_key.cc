@@ -154,7 +154,7 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
                   value == "given" ? "Give --aov with any of the layers, or remove the file to start again."
                                    : "Leave --aov out, or remove the file to start again: it holds no layers.");
     if (part.name == kFirstSample)
-      throw Error(fmt::format("{} is of another part: it begins with sample {}, and this render with sample {}", kept,
+      throw Error(fmt::format("{} is of another part: it begins after {} samples, and this render after {}", kept,
                               value, part.value),
                   "Give the same --part again, or remove the file to start again.");
     if (is_of_scene(part.name)) {

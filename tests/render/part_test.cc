@@ -177,7 +177,8 @@ TEST_F(PartTest, APartContinuesFromItsOwnCheckpointAlone) {
   EXPECT_TRUE(resumed.snapshot().save() == stage.render(settings).save());
   EXPECT_EQ(resumed.snapshot().whole_passes(), 2u);
   settings.part = {3, 3};
-  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &checkpoint); }), HasSubstr("sample 2"));
+  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &checkpoint); }),
+              HasSubstr("begins after 2 samples"));
   settings.part = {3, 6};
   const Checkpoint whole = resumed.checkpoint();
   EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &whole); }), HasSubstr("beyond"));
@@ -215,8 +216,8 @@ TEST_F(PartTest, PartsOfOtherRendersAreRefusedByName) {
     mixture.part.ranges = {{4, 5}};
     EXPECT_THAT(text({first, mixture}), HasSubstr("mixed in c.part"));
   }
-  EXPECT_THAT(text({first, second, first}), HasSubstr("have samples in common: 0 to 1"));
-  EXPECT_THAT(text({render(small_picture(8), {2, 8}, "c.part"), first}), HasSubstr("have samples in common: 1 to 1"));
+  EXPECT_THAT(text({first, second, first}), HasSubstr("have samples in common: 1 to 2"));
+  EXPECT_THAT(text({render(small_picture(8), {2, 8}, "c.part"), first}), HasSubstr("have samples in common: 2 to 2"));
 }
 
 TEST_F(PartTest, DamagedFilesAreRefused) {
