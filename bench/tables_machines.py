@@ -2,7 +2,8 @@
 """Measures one picture on many machines, and models more of them: bench/results/many-machines.md. As root, network
 namespaces with addresses and folders of their own stand for machines; otherwise all ranks are on one. With `large`, it
 renders what does not fit into a small memory instead, ten processor minutes with 45 GB of temporary files:
-bench/results/many-machines-large.md.
+bench/results/many-machines-large.md. Figures go to bench/results/many-machines.json as they are measured, and a run
+that was interrupted goes on from them.
 
 usage: tables_machines.py [large] [PROGRAM]
 """
@@ -21,11 +22,12 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 IS_LARGE = sys.argv[1:2] == ["large"]
+KEPT = ROOT / "bench/results/many-machines.json"
 PROGRAM = pathlib.Path((sys.argv[1 + IS_LARGE:] or [ROOT / "build/release/bin/glowworm"])[0]).resolve()
 SIZE, PIXELS = "320x180", 320 * 180
 SHARED = ["render", "builtin:atrium", "--size", SIZE, "--precision", "float", "-q"]
 FEW = ["--gather", "4", "--photons", "20k", "--threads", "1"]
-MACHINES = 3
+MACHINES, TRAFFIC_SAMPLES = 3, 8
 NODE_CORES, NETWORK = 32, 1.25e9  # of the model: cores, and bytes a second into rank 0
 BIG_PIXELS, BIG_SAMPLES = 7680 * 4320, 1000  # 8K
 BIG_SLOTS = BIG_PIXELS * BIG_SAMPLES
@@ -130,64 +132,64 @@ def repeated_by_parts(folder):
     few = ["--pixel-bounds", "0,0,16,16"]
     shared = [*few, "--share", folder / "share"]
     run(part_of_atrium(folder, "1/16", *shared))
-    runs = [[run(part_of_atrium(folder, "1/16", *more)) for more in (few, shared)] for _ in range(5)]
+    runs = [[run(part_of_atrium(folder, "1/16", *more)) for more in (few, shared)] for _ in range(3)]
     return [statistics.median(column) for column in zip(*runs)]
 
 
-def seconds_of_a_sample(folder):
-    """Returns the processor seconds of a sample of a pixel: the median of differences between parts."""
-    pairs = [[run(part_of_atrium(folder, part)) for part in ("1/16", "1/8")] for _ in range(3)]
-    return statistics.median(two - one for one, two in pairs) / (1280 * 720)
-
-
 def efficiency(folder):
-    """Returns rows of the work efficiency of eight parts: how they run, that, and the size of the shared folder."""
+    """Returns the processor seconds of one render, and rows of the work efficiency of eight parts of it: how they run,
+    that, and the size of the shared folder. The first part and two others are rendered, and stand for all."""
     whole = run(["render", "builtin:atrium", "--size", "1280x720", "--samples", "16", "-q", "-o", folder / "a.exr"])
     rows = []
-    for name, shared, at_once in (("one after another", False, 1), ("one after another, `--share`", True, 1),
-                                  ("two at a time, `--share`", True, 2)):
-        more = ["--share", folder / f"share{at_once}"] if shared else []
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        for first in range(1, 9, at_once):
-            jobs = [subprocess.Popen([PROGRAM, *part_of_atrium(folder, f"{i}/8", *more)])
-                    for i in range(first, first + at_once)]
-            if any([job.wait() for job in jobs]):
-                sys.exit("a part failed")
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-        size = sum(file.stat().st_size for file in pathlib.Path(more[1]).rglob("*.share")) if shared else 0
-        rows.append((name, whole / spent, size))
-    return rows
+    for name, more in (("without `--share`", []), ("with `--share`", ["--share", folder / "share8"])):
+        first, *others = (run(part_of_atrium(folder, f"{i}/8", *more)) for i in (1, 4, 8))
+        size = sum(file.stat().st_size for file in pathlib.Path(more[1]).rglob("*.share")) if more else 0
+        rows.append((name, whole / (first + 7 * statistics.mean(others)), size))
+    return whole, rows
 
 
 def traffic(folder):
     """Returns a row for each rank: bytes sent for a sample of a pixel, and peak megabytes."""
-    samples, peaks = 8, {}
+    peaks = {}
     before = [sent_bytes(i) for i in range(1, MACHINES)] if os.geteuid() == 0 else []
-    job = mpirun(folder, MACHINES, [*SHARED, *FEW, "--samples", str(samples), "-o", "traffic.exr"])
+    job = mpirun(folder, MACHINES, [*SHARED, *FEW, "--samples", str(TRAFFIC_SAMPLES), "-o", "traffic.exr"])
     while job.poll() is None:
         for rank, process in ranks_of("traffic.exr").items():
             peaks[rank] = max(peaks.get(rank, 0), peak_megabytes(process))
         time.sleep(0.1)
     sent = [sent_bytes(i) - b for i, b in zip(range(1, MACHINES), before)]
-    return [(rank, sent[rank - 1] / 1e6 if rank and sent else None, peaks[rank]) for rank in sorted(peaks)], samples
+    return [(rank, sent[rank - 1] / 1e6 if rank and sent else None, peaks[rank]) for rank in sorted(peaks)]
+
+
+def measured(name, measure, *arguments):
+    """What measure() returned in this run or an interrupted one."""
+    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+    if name not in kept:
+        print(f"{name} ...", flush=True)
+        kept[name] = measure(*arguments)
+        KEPT.write_text(json.dumps(kept, indent=1), encoding="utf-8")
+    return kept[name]
 
 
 def fault(folder, name, harm, heal=lambda rank: None):
     """Renders by ranks, of which rank 1 is harmed, and healed after the end. Returns mpirun's status, its seconds after
     that, and whether the picture, if need be after --resume, has the bits of one process."""
     arguments = [*SHARED, *FEW, "--samples", "64", "-o", f"{name}.exr", f"--resume={name}.checkpoint"]
+    if not (folder / "alone.exr").exists():
+        run([*SHARED, *FEW, "--samples", "64", "-o", folder / "alone.exr"])
     job = mpirun(folder, MACHINES, arguments)
     while 1 not in ranks_of(f"{name}.exr") or not (folder / f"{name}.checkpoint").exists():
+        if job.poll() is not None:
+            sys.exit(f"{name}: the render ended before its first checkpoint")
         time.sleep(0.1)
     start = time.monotonic()
     rank = ranks_of(f"{name}.exr")[1]
     harm(rank)
-    while job.poll() is None and not (folder / f"{name}.exr").exists():
+    while job.poll() is None and not (folder / f"{name}.exr").exists() and time.monotonic() < start + 900:
         time.sleep(0.1)
     seconds = time.monotonic() - start
     try:
-        status = job.wait(30)
+        status = job.wait(120)
     except subprocess.TimeoutExpired:  # mpirun waits for the machine
         status = None
         job.kill()
@@ -207,12 +209,12 @@ def fault(folder, name, harm, heal=lambda rank: None):
 
 def faults(folder):
     """Returns rows of what fault() returns."""
-    rows = [("killed (SIGKILL)", fault(folder, "killed", lambda rank: os.kill(rank, signal.SIGKILL))),
-            ("stopped (SIGSTOP)", fault(folder, "stopped", lambda rank: os.kill(rank, signal.SIGSTOP)))]
+    harms = [("killed (SIGKILL)", "killed", lambda rank: os.kill(rank, signal.SIGKILL)),
+             ("stopped (SIGSTOP)", "stopped", lambda rank: os.kill(rank, signal.SIGSTOP))]
     if os.geteuid() == 0:
-        rows.append(("cut off (link down)", fault(folder, "cut", lambda rank: ip("-n gwm0 link set gwp1 down"),
-                                                  lambda rank: ip("-n gwm0 link set gwp1 up"))))
-    return rows
+        harms.append(("cut off (link down)", "cut", lambda rank: ip("-n gwm0 link set gwp1 down"),
+                      lambda rank: ip("-n gwm0 link set gwp1 up")))
+    return [(name, measured(name, fault, folder, *harm)) for name, *harm in harms]
 
 
 def full_disk(folder):
@@ -223,10 +225,12 @@ def full_disk(folder):
     rows = []
     disk = folder / "disk"
     disk.mkdir()
+    few = [*SHARED, *FEW, "--samples", "8"]
+    run([*few, "-o", folder / "few.exr"])
     for name, more, output in (("a picture, with `--resume`", [f"--resume={disk}/a.checkpoint"], "a.exr"),
                                ("a part", ["--part", "1/1"], "a.part"),
                                ("film and photons, with `--memory 60M`", ["--memory", "60M"], "a.exr")):
-        render = [PROGRAM, *SHARED, *FEW, "--samples", "64", *more, "-o", disk / output]
+        render = [PROGRAM, *few, *more, "-o", disk / output]
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k", "small", disk], check=True)
         try:
             first = subprocess.run(render, capture_output=True, text=True, env={**os.environ, "TMPDIR": str(disk)},
@@ -235,11 +239,11 @@ def full_disk(folder):
             run(render[1:], env={**os.environ, "TMPDIR": str(disk)})
             if output.endswith(".part"):
                 run(["merge", disk / output, "-q", "-o", disk / "a.exr", "--precision", "float"])
-            compared = subprocess.run([PROGRAM, "compare", disk / "a.exr", folder / "alone.exr"], capture_output=True,
+            compared = subprocess.run([PROGRAM, "compare", disk / "a.exr", folder / "few.exr"], capture_output=True,
                                       text=True, check=True).stdout
         finally:
             subprocess.run(["umount", disk], check=True)
-        message = next((line for line in first.stderr.splitlines() if "error" in line or "warning" in line), "")
+        message = next((line for line in first.stderr.splitlines() if str(disk) in line), "")
         rows.append((name, first.returncode, message.replace(str(disk), "/disk").strip(),
                      re.search(r"largest\s+0\n", compared) is not None))
     return rows
@@ -261,13 +265,13 @@ def films_of(samples, most):
 
 
 def merge(folder):
-    """Returns the seconds, peak megabytes and processor seconds of merging 2 and 8 parts of 1920 x 1080 pixels."""
+    """Returns the seconds, peak megabytes and processor seconds of merging 2 and 16 parts of 3840 x 2160 pixels."""
     rows = []
-    for i in range(1, 9):
-        run(["render", "builtin:cornell", "--size", "1920x1080", "--samples", "8", "--gather", "1", "--photons", "20k",
-             "--aov", "albedo,normal,depth,direct,indirect,position,object-id", "--part", f"{i}/8", "-q", "-o",
-             folder / f"{i}.part"])
-    for count in (2, 8):
+    for i in range(1, 17):
+        run(["render", "builtin:cornell", "--size", "3840x2160", "--samples", "16", "--integrator", "photons",
+             "--photons", "20k", "--aov", "albedo,normal,depth,direct,indirect,position,object-id", "--part", f"{i}/16",
+             "-q", "-o", folder / f"{i}.part"])
+    for count in (2, 16):
         parts = [str(folder / f"{i + 1}.part") for i in range(count)]
         out = subprocess.run(["/usr/bin/time", "-f", "%e %M %U %S", PROGRAM, "merge", *parts, "-q", "-o",
                               folder / "merged.exr"], capture_output=True, text=True, check=True).stderr.split()
@@ -275,15 +279,19 @@ def merge(folder):
     return rows
 
 
-def text_of(parts, shared, each, eight, rows, samples, film, faulty, full, merged):
-    """@param parts, shared processor seconds that parts repeat, without and with --share
+def text_of(repeated, efficient, rows, film, faulty, full, merged):
+    """@param repeated processor seconds that parts repeat, without and with --share
     @param film bytes of a pixel in a film"""
-    def seconds(repeated, nodes):
-        return (repeated + each * BIG_SLOTS / nodes) / NODE_CORES
+    parts, shared = repeated
+    whole, eight = efficient
+    each = (whole - parts) / (1280 * 720 * 16)
+
+    def seconds(again, nodes):
+        return (again + each * BIG_SLOTS / nodes) / NODE_CORES
 
     films = films_of(BIG_SAMPLES, BIG_SAMPLES // 4)
     receiving = BIG_PIXELS * films * film / NETWORK
-    adding = BIG_PIXELS * films * (merged[1][3] - merged[0][3]) / 6 / (1920 * 1080)
+    adding = BIG_PIXELS * films / NODE_CORES * (merged[1][3] - merged[0][3]) / (merged[1][0] - merged[0][0]) / (3840 * 2160)
     one = seconds(parts, 1)
     big = [(n, seconds(parts, n), max(receiving, adding) if n > 1 else 0, seconds(shared, n))
            for n in (1, 16, 256, 4096)]
@@ -294,19 +302,19 @@ def text_of(parts, shared, each, eight, rows, samples, film, faulty, full, merge
         f"Each part repeats {parts:.2f} processor seconds (loading, photons, map, guides), and with `--share` "
         f"{shared:.2f}, where the folder holds the photons; film and files come on top. A sample of a pixel of the "
         f"atrium takes {each * 1e6:.1f} us. One render of 1280x720 pixels with 16 samples, and eight parts of it:", "",
-        "| eight parts run | one render's processor seconds over those of all parts | MB in the folder |",
+        "| eight parts, one after another | one render's processor seconds over those of all parts | MB in the folder |",
         "| --- | ---: | ---: |",
         *(f"| {name} | {share:.2f} | {f'{size / 1e6:.0f}' if size else ''} |" for name, share, size in eight), "",
-        "| parts of 1920x1080 merged, with layers | s | MB | processor s |", "| ---: | ---: | ---: | ---: |",
+        "| parts of 3840x2160 pixels merged, with 7 layers | s | MB | processor s |", "| ---: | ---: | ---: | ---: |",
         *(f"| {n} | {s:.1f} | {m:.0f} | {cpu:.1f} |" for n, s, m, cpu in merged), "",
         "`merge` holds one film and blocks of a part, so its memory does not grow with the parts.", "",
         "## Ranks", "",
-        f"{MACHINES} ranks, atrium, {SIZE}, {samples} samples. Photons are not sent: without `--share`, each rank "
+        f"{MACHINES} ranks, atrium, {SIZE}, {TRAFFIC_SAMPLES} samples. Photons are not sent: without `--share`, each rank "
         "traces all.", "",
         "| rank | MB sent | peak MB |", "| ---: | ---: | ---: |",
         *(f"| {r} | {'' if sent is None else f'{sent:.1f}'} | {peak:.0f} |" for r, sent, peak in rows), "",
         f"A task is sent as the sums of its samples, compressed: {film:.0f} bytes for a pixel of the atrium, whatever "
-        f"the number of samples. All tasks of one sample would be {PIXELS * samples * film / 1e6:.1f} MB here.", "",
+        f"the number of samples. All tasks of one sample would be {PIXELS * TRAFFIC_SAMPLES * film / 1e6:.1f} MB here.", "",
         "## Faults", "",
         "| rank 1 of 3 is | status of mpirun | s until the picture is there, or mpirun ends | same bits, by --resume if "
         "it did not finish |",
@@ -324,9 +332,9 @@ def text_of(parts, shared, each, eight, rows, samples, film, faulty, full, merge
         *(f"| {n} | {c:.0f} | {r:.0f} | {one / n / max(c, r):.2f} | {one / n / c:.2f} | {one / n / s:.2f} |"
           for n, c, r, s in big), "",
         f"Ranks send {films} films of each tile, whose tasks double their samples up to a quarter of all. Rank 0 "
-        f"receives them in {receiving:.0f} s, and adds them on one thread in {adding:.0f} s, if a pixel takes as long as "
-        f"in a merge. So ranks stop scaling at {one / max(receiving, adding):.0f} nodes. More threads that add, or "
-        "collecting in a tree, would move that point. Parts send nothing; what they "
+        f"receives them in {receiving:.0f} s, and adds them on {NODE_CORES} cores in {adding:.0f} s, if a pixel takes as "
+        f"long as in a merge. So ranks stop scaling at {one / max(receiving, adding):.0f} nodes; collecting films in a "
+        "tree would move that point. Parts send nothing; what they "
         "repeat bounds them, and merging, which a tree of `merge -o x.part` divides. With `--share`, each part reads "
         f"{eight[1][2] / 1e6:.0f} MB more: {4096 * eight[1][2] / 1e9:.0f} GB in all for 4096 nodes, which the server "
         "of the folder must bring.", ""]
@@ -372,20 +380,19 @@ def main():
         if os.geteuid() == 0:
             make_machines()
         try:
-            parts, shared = repeated_by_parts(folder)
-            each = seconds_of_a_sample(folder)
-            eight = efficiency(folder)
-            rows, samples = traffic(folder)
-            run([*SHARED, *FEW, "--samples", "64", "-o", folder / "alone.exr"])
-            film = film_bytes(folder)
+            rows = measured("traffic", traffic, folder)
+            film = measured("film", film_bytes, folder)
             faulty = faults(folder)
-            full = full_disk(folder)
-            merged = merge(folder)
+            full = measured("full disk", full_disk, folder)
+            merged = measured("merge", merge, folder)
+            repeated = measured("repeated", repeated_by_parts, folder)
+            eight = measured("efficiency", efficiency, folder)
         finally:
             if os.geteuid() == 0:
                 remove_machines()
     out = ROOT / "bench/results/many-machines.md"
-    out.write_text(text_of(parts, shared, each, eight, rows, samples, film, faulty, full, merged), encoding="utf-8")
+    out.write_text(text_of(repeated, eight, rows, film, faulty, full, merged), encoding="utf-8")
+    KEPT.unlink()
 
 
 if __name__ == "__main__":
