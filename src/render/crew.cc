@@ -29,6 +29,8 @@ constexpr double kPatience = 600, kSendSeconds = 120;
 constexpr double kTurn = 0.002;
 /// Tasks assigned to a rank: one that it computes, and the next, to hide the time of messages.
 constexpr int kTasksAtOnce = 2;
+/// Pixels of results that rank 0 adds at once. A result of more pixels keeps all threads busy alone.
+constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 18;
 
 class Packer : public ByteWriter {
  public:
@@ -52,23 +54,48 @@ std::vector<std::byte> packed(const CameraTask& task, const Film& film) {
   return out.take();
 }
 
-/// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. Throws Error if
-/// a rank sends none in time.
+/// A rank may be stopped, or its network cut. @param others what they do without it
+void warn_of_late_rank(int rank, double seconds, const char* others) {
+  warn(
+      fmt::format("rank {} has not answered for {:g} s; others {}. Check whether its machine is overloaded or "
+                  "disconnected, or its process is stopped",
+                  rank, seconds, others));
+}
+
+/// Adds the film of a result to those of the render; ignores other messages.
+void put_result(const Message& message, const Crew::Work& work) {
+  Unpacker in(message);
+  if (in.take<Kind>() != Kind::result) return;
+  const auto task = in.take<CameraTask>();
+  work.put(task, std::span(message.bytes).last(in.left()));
+}
+
+/// Pixels of a result; 0 for other messages.
+std::size_t pixels_of(const Message& message) {
+  Unpacker in(message);
+  return in.take<Kind>() == Kind::result ? in.take<CameraTask>().pixel_count() : 0;
+}
+
+/// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. If none comes
+/// for `late_after` seconds, warns of the ranks that are missing and leaves them empty, too.
 /// @param other takes messages of other kinds
-std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, const std::string& what,
+std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, double late_after,
                                       const std::function<void(const Message&)>& other) {
   std::vector<std::string> texts(static_cast<std::size_t>(ranks.count()));
-  for (int told = 1; told < ranks.count();) {
-    const std::optional<Message> message = ranks.receive(kPatience);
-    if (!message) throw Error(fmt::format("a rank has not told its {} within {} s", what, kPatience));
+  std::set<int> missing;
+  for (int rank = 1; rank < ranks.count(); ++rank) missing.insert(rank);
+  while (!missing.empty()) {
+    const std::optional<Message> message = ranks.receive(late_after);
+    if (!message) break;
     Unpacker in(*message);
     const auto got = in.take<Kind>();
     if (got == kind)
       texts[static_cast<std::size_t>(message->from)] = in.rest();
     else
       other(*message);
-    told += got == kind || got == Kind::failure;
+    if (got == kind || got == Kind::failure) missing.erase(message->from);
   }
+  for (const int rank : missing) warn_of_late_rank(rank, late_after, "begin without it");
   return texts;
 }
 
@@ -99,6 +126,14 @@ void use_sets(const std::string& chosen) {
   set_ray_instruction_set(chosen.substr(cut + 1));
 }
 
+/// Tells a rank the sets that this one uses.
+void tell_sets(Ranks& ranks, int rank) {
+  Packer out(Kind::chosen);
+  const std::string rays = ray_instruction_set();  // its last word is the name
+  out.put_text(fmt::format("{}\n{}", simd_name(), rays.substr(rays.rfind(' ') + 1)));
+  ranks.send(rank, out.take(), kSendSeconds);
+}
+
 /// The first of the words that all texts have.
 std::string best_of_all(const std::vector<std::string>& texts) {
   for (const std::string& word : words_of(texts.front())) {
@@ -113,7 +148,7 @@ std::string best_of_all(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-std::string agree_on_instruction_sets(Ranks& ranks) {
+std::string agree_on_instruction_sets(Ranks& ranks, double late_after) {
   if (ranks.rank() > 0) {
     Packer out(Kind::sets);
     out.put_text(own_sets());
@@ -130,30 +165,38 @@ std::string agree_on_instruction_sets(Ranks& ranks) {
     if (in.take<Kind>() == Kind::failure) throw Error(fmt::format("rank {}: {}", message.from, in.rest()));
     throw Error(fmt::format("rank {} did not tell its instruction sets", message.from));
   };
-  std::vector<std::string> texts = texts_of_all(ranks, Kind::sets, "instruction sets", no_other), kernels, rays;
+  std::vector<std::string> texts = texts_of_all(ranks, Kind::sets, late_after, no_other), kernels, rays;
   texts.front() = own_sets();
   for (const std::string& text : texts) {
+    if (text.empty()) continue;
     const std::size_t cut = std::min(text.find('\n'), text.size());
     kernels.push_back(text.substr(0, cut));
     rays.push_back(text.substr(std::min(cut + 1, text.size())));
   }
   const std::string kernel = best_of_all(kernels), ray = best_of_all(rays);
-  for (int rank = 1; rank < ranks.count(); ++rank) {
-    Packer out(Kind::chosen);
-    out.put_text(kernel + "\n" + ray);
-    ranks.send(rank, out.take(), kSendSeconds);
-  }
   use_sets(kernel + "\n" + ray);
+  for (int rank = 1; rank < ranks.count(); ++rank)
+    if (!texts[static_cast<std::size_t>(rank)].empty()) tell_sets(ranks, rank);
   return fmt::format("{} ranks, kernels by {}, rays by {}", ranks.count(), kernel, ray);
 }
 
 void Crew::check(const RenderKey& key) {
+  key_ = key;
   // Ranks that are ready ask for work while others still load the scene.
   const std::vector<std::string> texts =
-      texts_of_all(*ranks_, Kind::key, "render", [&](const Message& message) { take_message(message, kNoWork); });
-  for (std::size_t rank = 1; rank < texts.size(); ++rank)
-    if (!gone_.contains(static_cast<int>(rank)))
-      check_same_whole({"rank 0", key}, {fmt::format("rank {}", rank), parse_key(texts[rank])}, false);
+      texts_of_all(*ranks_, Kind::key, late_after_, [&](const Message& message) { take_message(message, kNoWork); });
+  for (int rank = 1; rank < count(); ++rank) {
+    if (gone_.contains(rank)) continue;
+    const std::string& text = texts[static_cast<std::size_t>(rank)];
+    if (text.empty())
+      late_.insert(rank);
+    else
+      check_key(rank, text);
+  }
+}
+
+void Crew::check_key(int rank, const std::string& text) const {
+  check_same_whole({"rank 0", key_}, {fmt::format("rank {}", rank), parse_key(text)}, false);
 }
 
 void Crew::take_message(const Message& message, const Work& work) {
@@ -161,13 +204,16 @@ void Crew::take_message(const Message& message, const Work& work) {
   late_.erase(message.from);
   Unpacker in(message);
   switch (in.take<Kind>()) {
-    case Kind::result: {
-      const auto task = in.take<CameraTask>();
-      std::erase(tasks_[message.from], task);
-      work.put(task, std::span(message.bytes).last(in.left()));
-      waiting_.push_back(message.from);
+    // Of ranks that were late.
+    case Kind::sets:
+      tell_sets(*ranks_, message.from);
       return;
-    }
+    case Kind::key:
+      check_key(message.from, in.rest());
+      return;
+    case Kind::result:
+      std::erase(tasks_[message.from], in.take<CameraTask>());
+      [[fallthrough]];
     case Kind::ask:
       waiting_.push_back(message.from);
       return;
@@ -186,23 +232,27 @@ void Crew::lose(int rank, const Work& work) {
   tasks_.erase(rank);
 }
 
-/// A rank may be stopped, or its network cut: its tasks are done by others in the end.
 void Crew::warn_of_late() {
   for (const auto& [rank, tasks] : tasks_) {
     if (tasks.empty() || late_.contains(rank)) continue;
     if (std::chrono::duration<double>(Clock::now() - heard_[rank]).count() < late_after_) continue;
     late_.insert(rank);
-    warn(
-        fmt::format("rank {} has not answered for {:g} s; others will do its tasks. Check whether its machine is "
-                    "overloaded or disconnected, or its process is stopped",
-                    rank, late_after_));
+    warn_of_late_rank(rank, late_after_, "will do its tasks");
   }
 }
 
 void Crew::serve(const Work& work) {
   while (!work.ended()) {
     warn_of_late();
-    if (const std::optional<Message> message = ranks_->receive(kTurn)) take_message(*message, work);
+    std::vector<Message> messages;
+    std::size_t pixels = 0;
+    while (std::optional<Message> message = ranks_->receive(messages.empty() ? kTurn : 0)) {
+      pixels += pixels_of(*message);
+      messages.push_back(*std::move(message));
+      if (pixels >= kPixelsAtOnce) break;
+    }
+    parallel_for_each(messages.size(), 1, [&](std::size_t i) { put_result(messages[i], work); });
+    for (const Message& message : messages) take_message(message, work);
     while (!waiting_.empty()) {
       const std::optional<CameraTask> task = work.take();
       if (!task) break;

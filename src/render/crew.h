@@ -17,10 +17,14 @@
 
 namespace glowworm {
 
+/// Seconds without an answer after which rank 0 warns of a rank.
+constexpr double kLateAfter = 60;
+
 /// Chooses the fastest instruction sets, of kernels and of rays, that all ranks have, so that bits do not depend on
 /// who computes what. To be called by all ranks before the first Tracer is made. Returns what was chosen, for a
-/// message. Throws Error if a rank has another version, or does not answer.
-std::string agree_on_instruction_sets(Ranks& ranks);
+/// message. Rank 0 chooses without ranks that do not answer; they are told when they come.
+/// @param late_after seconds without an answer
+std::string agree_on_instruction_sets(Ranks& ranks, double late_after = kLateAfter);
 
 /// Tells rank 0 why this rank cannot take part. The others go on without it, or rank 0 ends them all.
 void report_failure(Ranks& ranks, const std::string& message);
@@ -28,7 +32,7 @@ void report_failure(Ranks& ranks, const std::string& message);
 /// Rank 0's side.
 class Crew {
  public:
-  /// Callbacks of Crew::serve(). Only the serving thread calls them.
+  /// Callbacks of Crew::serve(). Only the serving thread calls them, but for `put`, which several threads may call.
   struct Work {
     std::function<std::optional<CameraTask>()> take;  ///< the next task, if there is one now
     /// Takes the film of a task, for unpack_film().
@@ -38,12 +42,12 @@ class Crew {
   };
 
   /// @param late_after seconds without an answer after which a rank that has tasks is late
-  explicit Crew(std::shared_ptr<Ranks> ranks, double late_after = 60)
+  explicit Crew(std::shared_ptr<Ranks> ranks, double late_after = kLateAfter)
       : ranks_(std::move(ranks)), late_after_(late_after) {}
 
   int count() const { return ranks_->count(); }
-  /// Tells all ranks the samples that the render begins with, and checks that theirs is the same render. Throws Error
-  /// that names the difference.
+  /// Checks that all ranks have the same render. Throws Error that names the difference. Late ranks are checked when
+  /// they come.
   void check(const RenderKey& key);
   /// Gives tasks to the other ranks and takes their results until work.ended().
   void serve(const Work& work);
@@ -55,11 +59,14 @@ class Crew {
   const std::vector<std::string>& failures() const { return failures_; }
 
  private:
+  /// Notes that a rank has answered; `put` has had its result.
   void take_message(const Message& message, const Work& work);
+  void check_key(int rank, const std::string& text) const;
   void lose(int rank, const Work& work);
   void warn_of_late();
 
   std::shared_ptr<Ranks> ranks_;
+  RenderKey key_;
   std::set<int> gone_;                            // failed or dismissed
   std::vector<int> waiting_;                      // once for each task that a rank wants
   std::map<int, std::vector<CameraTask>> tasks_;  // that the ranks have

@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <condition_variable>
+#include <cstring>
 #include <deque>
 #include <mutex>
 #include <thread>
 
 #include "builtin/builtin.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "kernels/simd.h"
 #include "render/render_testing.h"
 #include "render/task_queue.h"
@@ -153,6 +155,30 @@ TEST(SharedRender, SendsSumsOfSamples) {
   EXPECT_LT(mail->largest, 40 * 40 * (5 * sizeof(RGB) + sizeof(Vec3) + sizeof(float)));
 }
 
+TEST(SharedRender, ResultsThatHaveArrivedAreAddedAtOnce) {
+  set_thread_count(2);
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(3);
+  for (const std::size_t rank : {1u, 2u}) {
+    std::vector<std::byte> result(1 + sizeof(CameraTask));
+    result.front() = std::byte{5};
+    const CameraTask task{0, 0, 16, 16};
+    std::memcpy(result.data() + 1, &task, sizeof task);
+    ranks[rank]->send(0, result, 1);
+  }
+  std::mutex mutex;
+  std::condition_variable both;
+  int begun = 0, together = 0;
+  const auto put = [&](const CameraTask&, std::span<const std::byte>) {
+    std::unique_lock lock(mutex);
+    ++begun;
+    both.notify_all();
+    together += both.wait_for(lock, std::chrono::seconds(20), [&] { return begun == 2; });
+  };
+  Crew(ranks[0]).serve({[] { return std::nullopt; }, put, [](const CameraTask&) {}, [&] { return begun == 2; }});
+  EXPECT_EQ(together, 2);
+  set_thread_count(0);
+}
+
 TEST(SharedRender, FilmsOfOtherTasksAreRefused) {
   const RenderSettings s = small_picture();
   const Film kind({0, 0, 16, 16}, false, true, s.place_layers(), true);
@@ -220,6 +246,31 @@ TEST(SharedRender, ALateRankIsToldAndNotWaitedFor) {
   EXPECT_FALSE(crew.dismiss(60));
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(30));
   EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 has not answered for 0.02 s"));
+}
+
+TEST(SharedRender, ARankThatComesLateTakesPart) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  const RenderKey key = {{"version", "1"}};
+  Crew crew(ranks[0], 0.01);
+  testing::internal::CaptureStderr();
+  agree_on_instruction_sets(*ranks[0], 0.01);
+  crew.check(key);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 has not answered for 0.01 s; others begin"));
+  std::thread rank([&] {
+    agree_on_instruction_sets(*ranks[1]);
+    CrewMember member(ranks[1]);
+    member.introduce(key);
+    member.work([] {}, [](const CameraTask&) { return Film({0, 0, 16, 16}); }, [] { return false; });
+  });
+  bool given = false, taken = false;
+  crew.serve({[&]() -> std::optional<CameraTask> {
+                if (std::exchange(given, true)) return std::nullopt;
+                return CameraTask{0, 0, 16, 16};
+              },
+              [&](const CameraTask&, std::span<const std::byte>) { taken = true; }, [](const CameraTask&) {},
+              [&] { return taken; }});
+  EXPECT_TRUE(crew.dismiss(60));
+  rank.join();
 }
 
 TEST(SharedRender, RanksWithAnotherSceneAreRefused) {
