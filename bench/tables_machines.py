@@ -319,7 +319,7 @@ def text_of(repeated, efficient, rows, film, faulty, full, merged):
         "| rank 1 of 3 is | status of mpirun | s until the picture is there, or mpirun ends | same bits, by --resume if "
         "it did not finish |",
         "| --- | ---: | ---: | --- |",
-        *(f"| {name} | {'none: it waits for the machine' if status is None else status} | {s:.0f} | "
+        *(f"| {name} | {'none within 120 s' if status is None else status} | {s:.0f} | "
           f"{'yes' if same else 'no'} |" for name, (status, s, same) in faulty), "",
         "| on a full disk | status | first message | same bits when there is room |",
         "| --- | ---: | --- | --- |",
