@@ -206,7 +206,7 @@ int run_measure(MeasureOptions& o) {
   return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 0;
 }
 
-constexpr const char* kMeasureFooter = R"(
+constexpr const char* kMeasureFooter = R"help(
 Sensors measure the light that arrives from the half space around their normal:
 irradiance in W m^-2 for each channel of linear RGB, and illuminance in lx by 179 lm/W.
 The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is
@@ -225,7 +225,12 @@ Examples:
   glowworm measure office.glb --points desks.pts --sky-patches 145 -o daylight.mtx
 
 The matrix has the irradiance for a radiance of 1 from the ground and from each patch,
-as Radiance's rfluxmtx writes it and dctimestep reads it; y is up, -z is north.)";
+as Radiance's rfluxmtx writes it and dctimestep reads it; y is up, -z is north.
+With NumPy, sensors x (ground and patches) x RGB are
+  text = open("daylight.mtx").read().split("\n\n", 1)[1]
+  matrix = np.loadtxt(text.splitlines(), ndmin=2).reshape(-1, 146, 3)
+and the irradiance under a sky of radiances sky[146, 3] is
+  np.einsum("spc,pc->sc", matrix, sky))help";
 
 }  // namespace
 
@@ -260,6 +265,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
       ->group("Scene");
   add_scene_options(*c, o->changes);
   add_table_options(*c, "Method", false, o->table);
+  c->get_option("--filter")->group("");  // hidden: check_options() takes only "off"
   add_table_options(*c, "Effort", false, o->table);
   add_table_options(*c, "Machine", false, o->table);
   c->add_option("--stats", o->statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
