@@ -54,6 +54,7 @@ float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLay
             rows = std::max(static_cast<int>(height * scale), 1);
   const auto radiance = [&](std::uint32_t triangle, Vec2 barycentric, RGB texel) {
     if (what == TexelLight::radiance) return texel;
+    if (what == TexelLight::tint) return texel * kInversePi;
     return texel * baked_albedo(scene, triangle, barycentric) * kInversePi;
   };
   std::vector<RGB> seen;
