@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <string_view>
 
 #include "apps/commands.h"
 #include "apps/table_options.h"
@@ -42,22 +43,27 @@ void check_part_output(const std::string& name, const RenderSettings& asked) {
 }
 
 void add_false_color_option(CLI::App& command, const std::string& group, const std::string& meaning,
-                            std::optional<ColorScale>& scale) {
-  const auto read = [&scale](const std::string& text) {
+                            std::optional<ColorScale>& scale, bool* illuminance) {
+  const auto read = [&scale, illuminance](const std::string& text) {
+    constexpr std::string_view kLux = "lux:";
+    std::string_view range = text;
+    if (illuminance) *illuminance = text == "lux" || text.starts_with(kLux);
+    if (illuminance && *illuminance) range = text == "lux" ? "auto" : range.substr(kLux.size());
     ColorScale given;
-    const char* const end = text.data() + text.size();
-    const auto [comma, error] = std::from_chars(text.data(), end, given.low);
+    const char* const end = range.data() + range.size();
+    const auto [comma, error] = std::from_chars(range.data(), end, given.low);
     const auto [rest, error_high] = std::from_chars(comma == end ? end : comma + 1, end, given.high);
     const bool good = error == std::errc() && error_high == std::errc() && *comma == ',' && rest == end &&
                       given.low > 0 && given.high > given.low && std::isfinite(given.high);
-    if (!good && text != "auto")
+    if (!good && range != "auto")
       throw CommandLineError(fmt::format("--false-color '{}' is not a scale", text),
-                             "Give 'auto' or two positive numbers LOW,HIGH.");
+                             fmt::format("Give 'auto' or two positive numbers LOW,HIGH{}.",
+                                         illuminance ? ", or 'lux' or 'lux:LOW,HIGH' for illuminance" : ""));
     scale = good ? given : ColorScale();
   };
   command.add_option_function<std::string>("--false-color", read, meaning)
       ->take_last()
-      ->option_text("auto|LOW,HIGH")
+      ->option_text(illuminance ? "auto|LOW,HIGH|lux[:LOW,HIGH]" : "auto|LOW,HIGH")
       ->group(group);
 }
 
@@ -65,9 +71,11 @@ void add_picture_options(CLI::App& command, const std::string& group, PictureOpt
   add_choice(command, "--precision", options.precision, {"half", "float"}, "Precision of the EXR file")->group(group);
   add_choice(command, "--tone", options.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group(group);
   add_exposure_option(command, group, options.exposure);
-  add_false_color_option(command, group,
-                         "PNG files show luminance in false colour from LOW to HIGH (cd/m^2), with legend and isolines",
-                         options.false_color);
+  add_false_color_option(
+      command, group,
+      "PNG files show luminance (cd/m^2) in false colour from LOW to HIGH, with legend and isolines; "
+      "or the illuminance of diffuse surfaces (lx)",
+      options.false_color, &options.illuminance);
 }
 
 void warn_of_unused_formats(const PictureOptions& options, const std::vector<Output>& outputs) {
@@ -81,18 +89,29 @@ void warn_of_unused_formats(const PictureOptions& options, const std::vector<Out
   if (options.false_color) warn("--false-color has no effect: no -o is a PNG file");
 }
 
+void add_layers_of_illuminance(std::vector<std::string>& aovs) {
+  for (const char* name : kLayersOfIlluminance)
+    if (std::find(aovs.begin(), aovs.end(), name) == aovs.end()) aovs.emplace_back(name);
+}
+
 namespace {
 
-/// Writes the luminance of a picture in false colour. Returns what to say of the scale.
-std::string write_luminance(const std::string& path, const Image& image, ColorScale scale) {
+std::vector<float> luminance_of(const Image& image) {
   std::vector<float> values;
   for (const RGB& pixel : image.rgb()) values.push_back(kLuminousEfficacy * luminance(pixel));
+  return values;
+}
+
+/// Writes the luminance or the illuminance of a picture in false colour. Returns what to say of the scale.
+std::string write_false_color(const std::string& path, const Image& image, ColorScale scale, bool illuminance) {
+  const std::vector<float> values = illuminance ? illuminance_of(image) : luminance_of(image);
+  const char* const unit = illuminance ? "lx" : "cd/m^2";
   const bool chosen = scale.high == 0;
   if (chosen) scale = fitting_scale(values);
-  Image plot = false_color_plot(values, image.width(), image.height(), scale, "cd/m^2");
+  Image plot = false_color_plot(values, image.width(), image.height(), scale, unit);
   plot.metadata = image.metadata;
   write_png(path, plot, ToneCurve::srgb);
-  return chosen ? fmt::format(", {:.3g} to {:.3g} cd/m^2 (auto)", scale.low, scale.high) : "";
+  return chosen ? fmt::format(", {:.3g} to {:.3g} {} (auto)", scale.low, scale.high, unit) : "";
 }
 
 }  // namespace
@@ -102,7 +121,7 @@ std::string write_picture(const Output& output, const Image& image, const Pictur
     write_exr(output.path, image, options.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
     return "";
   }
-  if (options.false_color) return write_luminance(output.path, image, *options.false_color);
+  if (options.false_color) return write_false_color(output.path, image, *options.false_color, options.illuminance);
   const float exposure = options.exposure ? *options.exposure : automatic_exposure(image.rgb());
   write_png(output.path, image, options.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
   return options.exposure ? "" : fmt::format(", exposure {:+.1f} stops (auto)", exposure);

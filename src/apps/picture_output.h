@@ -27,7 +27,8 @@ struct Output {
 struct PictureOptions {
   std::string tone = "filmic", precision = "half";
   std::optional<float> exposure;          ///< stops; none: chosen by the picture
-  std::optional<ColorScale> false_color;  ///< cd/m^2, for PNG files that show luminance in false colour
+  std::optional<ColorScale> false_color;  ///< cd/m^2 or lx, for PNG files in false colour
+  bool illuminance = false;               ///< these show illuminance, not luminance
 };
 
 /// The ending of a file's name in small letters.
@@ -41,8 +42,12 @@ Output output_of(const std::string& name);
 void check_part_output(const std::string& name, const RenderSettings& asked);
 
 /// Adds --false-color to a command: "auto", which leaves the scale at 0, or "LOW,HIGH".
+/// @param illuminance set by "lux" or "lux:LOW,HIGH"; null: these are no values
 void add_false_color_option(CLI::App& command, const std::string& group, const std::string& meaning,
-                            std::optional<ColorScale>& scale);
+                            std::optional<ColorScale>& scale, bool* illuminance = nullptr);
+
+/// Adds the layers that illuminance_of() needs, if they are not there.
+void add_layers_of_illuminance(std::vector<std::string>& aovs);
 
 /// Adds --precision, --tone, --exposure and --false-color to a command.
 void add_picture_options(CLI::App& command, const std::string& group, PictureOptions& options);

@@ -77,6 +77,7 @@ void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
   s = o.table.settings;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes() / static_cast<std::uint64_t>(launched_here());
+  if (o.picture.illuminance) add_layers_of_illuminance(s.aovs);
   s.separate_layers = !s.aovs.empty();
   read_command_line([&] {
     if (!o.view.empty()) camera_of_view(Camera(), o.view);
@@ -256,7 +257,7 @@ void warn_of_unused_formats(const RenderOptions& o) {
   const bool all_png = std::all_of(o.outputs.begin(), o.outputs.end(),
                                    [](const Output& output) { return output.format == OutputFormat::png; });
   const bool no_layers = all_png && o.tev.empty();
-  if (no_layers && !o.settings.aovs.empty()) warn("--aov has no effect: no -o is an EXR file");
+  if (no_layers && !o.table.settings.aovs.empty()) warn("--aov has no effect: no -o is an EXR file");
   if (no_layers && o.settings.light_groups) warn("--light-groups has no effect: no -o is an EXR file");
   warn_of_unused_formats(o.picture, o.outputs);
 }

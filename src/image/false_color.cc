@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/vec.h"
 
 namespace glowworm {
 
@@ -171,6 +175,25 @@ Image false_color_plot(std::span<const float> values, int width, int height, Col
   Image out(canvas.width, canvas.height);
   out.add_rgb("", canvas.pixels);
   return out;
+}
+
+std::vector<float> illuminance_of(const Image& image) {
+  // Darker surfaces send back too little light to tell it.
+  constexpr float kLeastAlbedo = 0.01f;
+  for (const std::string name : kLayersOfIlluminance)
+    if (!image.has_channel(name + ".R"))
+      throw Error(fmt::format("--false-color lux needs the layer {}", name),
+                  fmt::format("Render with --aov {}.", fmt::join(kLayersOfIlluminance, ",")));
+  const std::vector<RGB> light = image.rgb(), emitted = image.rgb("emitted"), albedo = image.rgb("albedo");
+  std::vector<float> values;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    RGB irradiance;
+    for (int c = 0; c < 3; ++c)
+      if (albedo[i][c] > 0) irradiance[c] = kPi * std::max(light[i][c] - emitted[i][c], 0.0f) / albedo[i][c];
+    values.push_back(luminance(albedo[i]) < kLeastAlbedo ? std::numeric_limits<float>::quiet_NaN()
+                                                         : kLuminousEfficacy * luminance(irradiance));
+  }
+  return values;
 }
 
 }  // namespace glowworm

@@ -1,5 +1,6 @@
 // Numbers as colours.
 #pragma once
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +27,13 @@ std::vector<RGB> false_colors(std::span<const float> values, ColorScale scale);
 /// Round numbers within a scale for its legend and its isolines, ascending: four or more unless the scale is very
 /// narrow.
 std::vector<float> scale_ticks(ColorScale scale);
+
+/// The layers that illuminance_of() needs beside the image.
+inline constexpr std::array kLayersOfIlluminance = {"emitted", "albedo"};
+
+/// Illuminance of what the pixels of a picture show, lx: pi L / albedo, which is right for diffuse surfaces seen
+/// straight. NaN where the albedo is below 1%. Throws Error if a layer is missing.
+std::vector<float> illuminance_of(const Image& image);
 
 /// A picture of values in false colour, with isolines at scale_ticks() and a legend on the right. Write it as PNG with
 /// ToneCurve::srgb.

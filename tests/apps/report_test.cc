@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "apps/program.h"
+#include "image/false_color.h"
 #include "image/image.h"
 
 namespace glowworm {
@@ -122,6 +123,28 @@ TEST_F(ReportTest, PicturesShowLuminance) {
   for (const char* scale : {"5,1", "0,1", "1", "1,nan", "1,2,3", ""})
     EXPECT_TRUE(refused(render("builtin:cornell", {"--false-color", scale, "-o", "b.png"}), {"--false-color"}, 2));
   EXPECT_TRUE(refused(run({"compare", "a.png", "a.png", "--html", "a.txt"}), {"a.txt", ".html"}, 2));
+}
+
+/// A floor of reflectance 0.5 under a point light of 10 W/sr, 2 m above: the illuminance of its middle is known.
+TEST_F(ReportTest, PicturesShowIlluminance) {
+  write("floor.pbrt", R"(LookAt 0 1 0  0 0 0  0 0 1
+Camera "perspective" "float fov" [1]
+Film "rgb" "integer xresolution" [16] "integer yresolution" [16]
+WorldBegin
+LightSource "point" "rgb I" [10 10 10] "point3 from" [0 2 0]
+Material "diffuse" "rgb reflectance" [0.5 0.25 0.5]
+Shape "trianglemesh" "point3 P" [-1 0 -1  1 0 -1  1 0 1  -1 0 1] "integer indices" [0 1 2  0 2 3]
+)");
+  const Outcome result = run({"render", "floor.pbrt", "--samples", "2", "--false-color", "lux:100,1000", "-o",
+                              "lux.png", "-o", "lux.exr", "--precision", "float"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(result.err.find("no effect"), std::string::npos) << result.err;
+  EXPECT_GT(read_image(path("lux.png")).width(), 16);
+  const double expected = kLuminousEfficacy * 10.0 / 4;
+  for (const float lux : illuminance_of(read_image(path("lux.exr")))) EXPECT_NEAR(lux, expected, 1e-3 * expected);
+  EXPECT_TRUE(refused(run({"render", "floor.pbrt", "--false-color", "lux:5", "-o", "b.png"}), {"'lux:LOW,HIGH'"}, 2));
+  ASSERT_EQ(run({"render", "floor.pbrt", "--samples", "1", "-o", "a.part"}).status, 0);
+  EXPECT_TRUE(refused(run({"merge", "a.part", "--false-color", "lux", "-o", "b.png"}), {"--aov emitted,albedo"}, 1));
 }
 
 }  // namespace
