@@ -30,7 +30,7 @@ constexpr double kTurn = 0.002;
 /// Tasks assigned to a rank: one that it computes, and the next, to hide the time of messages.
 constexpr int kTasksAtOnce = 2;
 /// Pixels of results that rank 0 adds at once. A result of more pixels keeps all threads busy alone.
-constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 18;
+constexpr std::size_t kPixelsAddedAtOnce = std::size_t{1} << 18;
 
 class Packer : public ByteWriter {
  public:
@@ -249,7 +249,7 @@ void Crew::serve(const Work& work) {
     while (std::optional<Message> message = ranks_->receive(messages.empty() ? kTurn : 0)) {
       pixels += pixels_of(*message);
       messages.push_back(*std::move(message));
-      if (pixels >= kPixelsAtOnce) break;
+      if (pixels >= kPixelsAddedAtOnce) break;
     }
     parallel_for_each(messages.size(), 1, [&](std::size_t i) { put_result(messages[i], work); });
     for (const Message& message : messages) take_message(message, work);
