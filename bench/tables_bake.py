@@ -12,16 +12,19 @@ import json
 import math
 import os
 import pathlib
+import re
 import struct
 import subprocess
 import sys
 import tempfile
 import time
-import zlib
 
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "build/release/python"))
+import glowworm  # noqa: E402
+
 SHARED = ROOT / "../shared/scenes"
 RESULTS = ROOT / "bench/results/bake.md"
 COMPONENTS = {5121: "u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -32,7 +35,7 @@ HIDDEN = 1e-6  # Share of the brightest light that only comes through the gap of
 
 
 class Lightmap:
-    """A GLB file of --format lightmap --texture rgbm: triangles, their texture coordinates, and irradiance in W m^-2."""
+    """A GLB file of --format lightmap --texture exr: triangles, their texture coordinates, and irradiance in W m^-2."""
 
     def __init__(self, path):
         data = path.read_bytes()
@@ -56,7 +59,7 @@ class Lightmap:
                 surface = material.get("name"), str(material["pbrMetallicRoughness"].get("baseColorFactor"))
                 materials += [surface] * len(index)
                 if light["file"] not in self.pictures:
-                    self.pictures[light["file"]] = read_rgbm(self.folder / light["file"], light["rgbm"])
+                    self.pictures[light["file"]] = glowworm.Picture.read(str(self.folder / light["file"]))["image"]
         self.corners, self.uvs = numpy.concatenate(corners), numpy.concatenate(uvs)
         self.atlases, self.materials = numpy.array(atlases), materials
         self.side = len(next(iter(self.pictures.values())))
@@ -94,51 +97,6 @@ class Lightmap:
         return out
 
 
-def read_rgbm(path, most):
-    """Light of an 8-bit RGBM file, by the formula of `glowworm bake --help`."""
-    data = path.read_bytes()
-    at, packed = 8, b""
-    while at < len(data):
-        length, kind = struct.unpack_from(">I4s", data, at)
-        if kind == b"IHDR":
-            width, height, depth, colors = struct.unpack_from(">IIBB", data, at + 8)
-        if kind == b"IDAT":
-            packed += data[at + 8 : at + 8 + length]
-        at += length + 12
-    if depth != 8 or colors != 6:
-        raise SystemExit(f"{path} is not an RGBA file of 8 bits")
-    rows = numpy.frombuffer(zlib.decompress(packed), "u1").reshape(height, 1 + 4 * width)
-    codes = numpy.zeros((height, width, 4), "u1")
-    above = numpy.zeros((width, 4), int)
-    for y in range(height):
-        codes[y] = above = unfiltered(rows[y, 0], rows[y, 1:].reshape(width, 4).astype(int), above)
-    return most * (codes[..., :3] / 255.0) * (codes[..., 3:] / 255.0)
-
-
-def unfiltered(kind, row, above):
-    """A row of a PNG file without its filter (PNG specification, section 9)."""
-    if kind == 0:
-        return row
-    if kind == 2:
-        return (row + above) & 255
-    if kind == 1:
-        return numpy.cumsum(row, axis=0) & 255
-    out = numpy.zeros_like(row)
-    left, corner = [0] * 4, [0] * 4
-    for x, (code, over) in enumerate(zip(row.tolist(), above.tolist())):
-        if kind == 3:
-            left = [(c + (l + o) // 2) & 255 for c, l, o in zip(code, left, over)]
-        else:
-            left = [(c + paeth(l, o, d)) & 255 for c, l, o, d in zip(code, left, over, corner)]
-        out[x], corner = left, over
-    return out
-
-
-def paeth(a, b, c):
-    p, q, r = abs(b - c), abs(a - c), abs(a + b - 2 * c)
-    return a if p <= q and p <= r else b if q <= r else c
-
-
 def bake(program, scene, options, output):
     """Runs a bake. Returns its wall and processor seconds, peak memory in MB, and what it printed."""
     script = ("import resource,subprocess,sys,time;t=time.monotonic();"
@@ -154,11 +112,21 @@ def bake(program, scene, options, output):
 
 
 def measured(program, scene, points, options, folder):
-    """Irradiance in W m^-2 and its standard error, three channels a point."""
+    """Irradiance in W m^-2 and its standard error, three channels a point. Removes points that lie in solid objects, as
+    those beneath boxes that stand on the floor do."""
     file, table = folder / "points.txt", folder / "table.json"
-    file.write_text("\n".join(" ".join(f"{x:.9g}" for x in (*p, *n)) for _, _, p, n in points) + "\n")
-    subprocess.run([str(x) for x in (program, "measure", scene, "--points", file, "--integrator", "path", *options, "-o",
-                                     table, "-q")], check=True)  # fmt: skip
+    command = [str(x) for x in (program, "measure", scene, "--points", file, "--integrator", "path", *options, "-o", table,
+                                "-q")]  # fmt: skip
+    while True:
+        file.write_text("\n".join(" ".join(f"{x:.9g}" for x in (*p, *n)) for _, _, p, n in points) + "\n")
+        result = subprocess.run(command, capture_output=True, text=True)
+        inside = re.search(r"inside of solid objects.*?: ([0-9, ]+)", result.stderr)
+        if not inside:
+            break
+        for i in sorted(map(int, inside[1].split(",")), reverse=True):
+            del points[i]
+    if result.returncode != 0:
+        raise SystemExit(result.stderr)
     return json.loads(table.read_text())
 
 
@@ -171,13 +139,12 @@ def truth(o):
         folder = pathlib.Path(name)
         points, table = None, None
         for samples in o.samples.split(","):
-            options = ["--atlas", atlas, "--format", "lightmap", "--texture", "rgbm", "--samples", samples]
+            options = ["--atlas", atlas, "--format", "lightmap", "--texture", "exr", "--samples", samples]
             (wall, processor, _), said = bake(program, "builtin:cornell", options, folder / "lit.glb")
             lit = Lightmap(folder / "lit.glb")
             if not points:
-                points = lit.random_points(count, numpy.random.default_rng(1))
-                lifted = [(a, uv, p + 1e-5 * n, n) for a, uv, p, n in points]
-                table = measured(program, "builtin:cornell", lifted, ["--samples", o.paths], folder)["points"]
+                points = [(a, uv, p + 1e-5 * n, n) for a, uv, p, n in lit.random_points(count, numpy.random.default_rng(1))]
+                table = measured(program, "builtin:cornell", points, ["--samples", o.paths], folder)["points"]
             reference = numpy.array([[p["E_R"], p["E_G"], p["E_B"]] for p in table])
             relative = numpy.array([p["relative_error"] for p in table])
             light = numpy.array([lit.light(a, uv) for a, uv, _, _ in points])
@@ -241,7 +208,7 @@ def seams(o):
     with tempfile.TemporaryDirectory() as name:
         file = pathlib.Path(name) / "lit.glb"
         for scene in o.seams.split(","):
-            options = ["--atlas", o.atlas, "--format", "lightmap", "--texture", "rgbm", "--samples", 4]
+            options = ["--atlas", o.atlas, "--format", "lightmap", "--texture", "exr", "--samples", 4]
             bake(o.program, f"builtin:{scene}", options, file)
             lit = Lightmap(file)
             stops = lit.json["asset"]["extras"]["glowworm"]["exposure_stops"]
