@@ -10,7 +10,7 @@ namespace glowworm {
 namespace {
 
 constexpr float kSmoothCosine = 0.95f;  ///< between shading normals of two sides that show one surface
-constexpr double kStiffness = 0.01;     ///< weight of keeping a texel against closing a place of a seam
+constexpr double kStiffness = 0.001;    ///< weight of keeping a texel against closing a place of a seam
 
 Vec3 corner_normal(const Geometry& geometry, BakeFace face, std::size_t corner) {
   const Vec3 n = geometry.normals[geometry.triangles[face.triangle][corner]];
