@@ -19,8 +19,8 @@ namespace {
 /// Random numbers that choose wavelengths, one stream per bounce.
 constexpr std::uint32_t kWavelengthStream = 0x77617665;
 
-/// Radius of the spot that a narrow lobe must meet, over that of photons: estimates have the noise of fifty photons,
-/// and rays spread over so many discs average it.
+/// Least radius of the spot that rays of a narrow lobe may meet, over that of photons. An estimate has the noise of
+/// some fifty photons, which rays average if they spread over several discs.
 constexpr float kSpotRadii = 3;
 
 /// Final gather rays per piece of parallel work.
@@ -188,8 +188,8 @@ class ChunkGatherer {
   }
 
   /// Whether the photons' radius at `position`, where ray i ends, is large beside the ray's length, or beside the spot
-  /// that rays of its lobe meet there. Then it needs a secondary gather: estimates of the rays of a point would blur
-  /// alike, or be of the same few photons.
+  /// that rays of its lobe meet there. Then it needs a secondary gather: the estimates of a point's rays would all be
+  /// blurred, or be of the same few photons.
   bool is_short(std::size_t i, const Hit& hit, Vec3 position) const {
     const bool first = rays_.segment[i] == Segment::first;
     if (!settings_.radii || !(first || rays_.segment[i] == Segment::to_patch)) return false;

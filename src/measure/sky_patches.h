@@ -38,8 +38,8 @@ struct DaylightMatrix {
 /// (EnvironmentParts). The scene's own lights are off.
 Scene scene_under_patches(const Scene& scene, const SkyPatches& patches);
 
-/// PointGrid::batches of such sensors. A matrix states no error of a sensor, and what patches that it sees contribute
-/// gains most from samples that are stratified.
+/// PointGrid::batches of such sensors. A matrix states no errors, and stratified samples help most where patches are
+/// seen directly.
 inline constexpr std::uint32_t kPatchBatches = 2;
 
 /// The settings of a Job over scene_under_patches() that keeps the light of patches apart, in one pass for all of them.

@@ -124,7 +124,7 @@ struct RenderSettings {
   bool indirect_only = false;
   bool progressive = false;         ///< new photons for every pass, with radii that shrink from pass to pass
   bool guiding = true;              ///< emit photons where the image needs them (render/photon_guiding.h)
-  bool secondary_gather = true;     ///< gather rays shorter than the photons' radius gather again at their end
+  bool secondary_gather = true;     ///< gather rays that are short beside the photons' radius gather again at their end
   bool gather_guiding = true;       ///< aim gather rays at light (gather/gather_guide.h, gather/bright_patches.h)
   bool boundary_correction = true;  ///< correct kernels that extend over edges (render/boundary.h)
   int max_bounces = 1000;           ///< most bounces of a path (Russian roulette ends nearly all earlier)

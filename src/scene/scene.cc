@@ -96,14 +96,14 @@ void add_studio_light(SceneDescription& d) {
                                           "added");
 }
 
-/// Tells of a scene so far from the origin that rounding of its coordinates shows. At a thousand sizes away, rays that
-/// start beside a corner or a thin part miss enough of it to change direct light by 0.3% (built-in atrium).
+/// Adds a note if the scene is so far from the origin that rounding of its coordinates shows. At a thousand sizes away,
+/// rays that start beside a corner or a thin part miss enough of it to change direct light by 0.3% (built-in atrium).
 void note_distance(Vec3 center, float radius, std::vector<std::string>& notes) {
   constexpr float kFar = 1000;
   if (const float sizes = length(center) / (2 * radius); sizes > kFar)
     notes.push_back(
         fmt::format("the scene lies {:.0f} times its size from the origin, where coordinates are rounded to {:.2g} m: "
-                    "light leaks at corners; move it to the origin",
+                    "light leaks at corners. Move it to the origin",
                     sizes, position_rounding(center)));
 }
 
