@@ -68,7 +68,7 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   const float exposure = options.exposure
                              ? *options.exposure
                              : automatic_exposure(*inner.scene, *inner.tracer, layout, light, quantity_of(format));
-  const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
+  const EncodedLight encoded = encode_light(layout, light, range_of(*inner.scene, layout, format, exposure));
   const BakeNotes notes{exposure, "", {}, inner.gltf_parts, settings.indirect_only};
   write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, notes));
 }

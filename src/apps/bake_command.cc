@@ -182,14 +182,15 @@ void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& trac
   const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
   const float exposure =
       o.exposure ? *o.exposure : automatic_exposure(scene, tracer, layout, light, quantity_of(format));
-  const EncodedLight encoded = encode_light(layout, light, scale_of(format, exposure));
+  const EncodedLight encoded = encode_light(layout, light, range_of(scene, layout, format, exposure));
   const BakeNotes notes{exposure, o.command_line, write_texture_files(o, layout.atlas, light, files), places.gltf,
                         o.settings.indirect_only};
   const bool written =
       files.write(o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format, notes)); });
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
   if (encoded.clipped > 0.001)
-    inform(fmt::format("note: {:.1f}% of the texels are brighter than the texture shows", 100 * encoded.clipped));
+    inform(fmt::format("note: {:.1f}% of the texels are brighter than 8 bits show{}", 100 * encoded.clipped,
+                       format == BakeFormat::vertex ? "" : ": --texture exr or rgbm keeps all light"));
   if (written)
     inform(fmt::format("wrote {}, exposure {:+.1f} stops{}", o.output, exposure, o.exposure ? "" : " (auto)"));
 }
@@ -326,9 +327,9 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
              "meshes; probes: irradiance in space, as JSON")
       ->group("Textures");
   add_choice(c, "--texture", o.texture, {"png", "exr", "rgbm"},
-             "png: 8 bits and a scale, in the file; also beside it, named in the materials' extras: exr: half floats, "
-             "as OUTPUT.0.exr (probes: their coefficients, as OUTPUT.exr); rgbm: 8 bits and a multiplier, as "
-             "OUTPUT.0.rgbm.png")
+             "png: 8 bits and a scale, in the file, which may end two stops above white; also beside it, named in the "
+             "materials' extras: exr: half floats, as OUTPUT.0.exr (probes: their coefficients, as OUTPUT.exr); rgbm: "
+             "8 bits and a multiplier, as OUTPUT.0.rgbm.png")
       ->check(refuse_ktx2)
       ->group("Textures");
   add_choice(c, "--light", o.light, {"all", "indirect"}, "Light to bake: indirect leaves direct light to the viewer")

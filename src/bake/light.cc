@@ -94,6 +94,39 @@ float automatic_scale(std::vector<float> peaks) {
   return std::max(std::min(*at, kLeast * bright), std::min(*i, kMost * bright));
 }
 
+constexpr float kEnough = 4;  ///< times white: two stops, for viewers with tone curves
+
+/// The least scale from this on that has a level which ends at kEnough times white.
+float with_level_above_white(float scale, float white) {
+  float level = kEnough * white;
+  if (scale < level || !(level > 0)) return scale;
+  while (level < scale) level *= 4;
+  return level;
+}
+
+/// The brightest component that the codes of each chart should hold.
+std::vector<float> chart_peaks(const BakeLayout& layout, const std::vector<RGB>& light, const LightRange& range) {
+  constexpr double kDark = 0.05;  // Share of texels.
+  struct Peak {
+    float whole = 0, enough = 0;
+    std::size_t texels = 0, dark = 0;
+  };
+  std::vector<Peak> peaks(layout.charts.size());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    if (layout.texels.face[i] == kNone) continue;
+    Peak& peak = peaks[layout.texels.chart[i]];
+    const float texel = max_component(light[i]), enough = range.enough(i);
+    peak.whole = std::max(peak.whole, texel);
+    peak.enough = std::max(peak.enough, std::min(texel, enough));
+    ++peak.texels;
+    peak.dark += kEnough * texel < enough;
+  }
+  std::vector<float> out;
+  for (const Peak& p : peaks)
+    out.push_back(static_cast<double>(p.dark) > kDark * static_cast<double>(p.texels) ? p.enough : p.whole);
+  return out;
+}
+
 }  // namespace
 
 void TexelIrradiance::take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row,
@@ -129,26 +162,27 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
   return light;
 }
 
-EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale) {
+float LightRange::enough(std::size_t texel) const {
+  return kEnough * white / (albedo ? std::max(albedo(texel), 1e-3f) : 1);
+}
+
+EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, const LightRange& range) {
   EncodedLight out;
   std::vector<float> peaks;
   for (std::size_t i = 0; i < light.size(); ++i)
     if (layout.texels.face[i] != kNone) peaks.push_back(max_component(light[i]));
-  out.scale = scale > 0 ? scale : automatic_scale(peaks);
+  out.scale = range.scale > 0 ? range.scale : with_level_above_white(automatic_scale(peaks), range.white);
   if (!(out.scale > 0)) out.scale = 1;
-  const auto clipped = std::count_if(peaks.begin(), peaks.end(), [&](float p) { return p > out.scale * 1.0001f; });
-  out.clipped = peaks.empty() ? 0 : static_cast<double>(clipped) / static_cast<double>(peaks.size());
-  std::vector<float> chart_peak(layout.charts.size(), 0);
-  for (std::size_t i = 0; i < light.size(); ++i)
-    if (layout.texels.face[i] != kNone) {
-      float& peak = chart_peak[layout.texels.chart[i]];
-      peak = std::max(peak, max_component(light[i]));
-    }
-  for (const float peak : chart_peak) {
+  for (const float peak : chart_peaks(layout, light, range)) {
     int level = 0;
     while (level + 1 < kLightLevels && peak <= out.scale_of_level(level + 1)) ++level;
     out.level.push_back(static_cast<std::uint8_t>(level));
   }
+  std::size_t clipped = 0;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    clipped += layout.texels.face[i] != kNone &&
+               max_component(light[i]) > 1.0001f * out.scale_of_level(out.level[layout.texels.chart[i]]);
+  out.clipped = peaks.empty() ? 0 : static_cast<double>(clipped) / static_cast<double>(peaks.size());
   out.codes.reserve(3 * light.size());
   const auto width = static_cast<std::size_t>(layout.texels.width);
   for (std::size_t i = 0; i < light.size(); ++i) {

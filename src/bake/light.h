@@ -2,6 +2,8 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -47,21 +49,31 @@ float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLay
 /// Levels of brightness of charts; each is a quarter of the one before.
 inline constexpr int kLightLevels = 6;
 
+/// What codes should hold.
+struct LightRange {
+  float scale = 0;                                       ///< of charts of level 0; 0: chosen
+  float white = std::numeric_limits<float>::infinity();  ///< light that shows as white on a white surface
+  std::function<float(std::size_t texel)> albedo = {};   ///< what shown light is multiplied by; empty: 1
+
+  /// Light that shows so far above white that more of it looks the same.
+  float enough(std::size_t texel) const;
+};
+
 /// Codes of textures, in sRGB. A texel is its code times the scale of its chart, so that dark rooms have fine steps.
 struct EncodedLight {
   float scale = 1;                  ///< of charts of level 0
   std::vector<std::uint8_t> level;  ///< one a chart
   std::vector<std::uint8_t> codes;  ///< three a texel, of all atlases
-  double clipped = 0;               ///< share of covered texels brighter than the scale
+  double clipped = 0;               ///< share of covered texels brighter than the scale of their chart
 
   float scale_of_level(int l) const { return std::ldexp(scale, -2 * l); }
 };
 
 /// Chooses a scale that keeps nearly all texels below it, and for each chart the last level that holds all its texels;
-/// then rounds to codes. Dark codes are dithered, so that surfaces that share the scale of a bright place keep their
+/// then rounds to codes. Charts that also have places darker than white hold no more than range.enough(), or these
+/// would have a few coarse codes, whose rounding shows as specks. Dark codes are dithered, so that surfaces keep their
 /// mean.
-/// @param scale 0: chosen
-EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, float scale = 0);
+EncodedLight encode_light(const BakeLayout& layout, const std::vector<RGB>& light, const LightRange& range = {});
 
 /// Light as 8-bit RGBM: red, green, blue and a multiplier for each texel, all linear. A texel shows
 /// range * (R / 255, G / 255, B / 255) * (M / 255), in steps of M / 255^2 of the range.

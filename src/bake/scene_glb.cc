@@ -324,10 +324,16 @@ TexelLight quantity_of(BakeFormat format) {
   return format == BakeFormat::lightmap ? TexelLight::irradiance : TexelLight::radiance;
 }
 
-float scale_of(BakeFormat format, float exposure) {
-  const float gain = std::exp2(exposure);
-  if (format == BakeFormat::vertex) return kPi / gain;
-  return format == BakeFormat::unlit ? 1 / gain : 0;
+LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat format, float exposure) {
+  LightRange out;
+  out.white = (quantity_of(format) == TexelLight::radiance ? 1 : kPi) / std::exp2(exposure);
+  if (format == BakeFormat::vertex || format == BakeFormat::unlit) out.scale = out.white;
+  if (format == BakeFormat::lightmap)
+    out.albedo = [&scene, &layout](std::size_t texel) {
+      const std::uint32_t triangle = layout.faces[layout.texels.face[texel]].triangle;
+      return max_component(baked_albedo(scene, triangle, layout.texels.barycentric[texel]));
+    };
+  return out;
 }
 
 std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,

@@ -25,9 +25,10 @@ BakeFormat format_of(std::string_view name);
 /// The quantity that textures of a format hold.
 TexelLight quantity_of(BakeFormat format);
 
-/// The value at which textures of a format end: unlit colours end at 1. 0: encode_light() chooses.
+/// What codes of a format should hold. Unlit colours and those of vertices end at 1.
 /// @param exposure stops
-float scale_of(BakeFormat format, float exposure);
+/// @param scene and layout: must outlive the result
+LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat format, float exposure);
 
 /// Metadata of a baked file.
 struct BakeNotes {

@@ -168,7 +168,7 @@ class BakedGltf : public GltfTest {
     const std::vector<RGB> light(out.layout.texels.face.size(), RGB(0.5f));
     BakeNotes notes;
     notes.gltf = options.gltf_parts;
-    write("lit.glb", glb_of_scene(*scene, out.layout, encode_light(out.layout, light, 1), format, notes));
+    write("lit.glb", glb_of_scene(*scene, out.layout, encode_light(out.layout, light, {1}), format, notes));
     return out;
   }
 
@@ -193,7 +193,8 @@ class BakedGltf : public GltfTest {
     const std::vector<RGB> light = light_of_texels(*scene, layout, std::move(baked.irradiance), quantity_of(format));
     const BakeNotes notes{exposure, "", {}, options.gltf_parts};
     write("lit.glb",
-          glb_of_scene(*scene, layout, encode_light(layout, light, scale_of(format, exposure)), format, notes));
+          glb_of_scene(*scene, layout, encode_light(layout, light, range_of(*scene, layout, format, exposure)), format,
+                       notes));
   }
 
   std::vector<std::string> scene_notes;  ///< of the last bake
@@ -403,7 +404,7 @@ TEST_F(BakedGltf, BringsLampsAndLightsToItsExposure) {
   options.gltf_parts = std::make_shared<GltfParts>();
   const auto scene = std::make_shared<const Scene>(load_scene(source, options));
   const BakeLayout layout = lay_out(scene, std::make_shared<const Tracer>(*scene), {64, 0});
-  const EncodedLight even = encode_light(layout, std::vector<RGB>(layout.texels.face.size(), RGB(0.5f)), 1);
+  const EncodedLight even = encode_light(layout, std::vector<RGB>(layout.texels.face.size(), RGB(0.5f)), {1});
   BakeNotes notes{2, "", {}, options.gltf_parts, true};
   for (const bool indirect_only : {true, false}) {
     notes.indirect_only = indirect_only;
@@ -546,7 +547,7 @@ TEST_F(BakedGltf, RefusesAFileThatChangedMeanwhile) {
   options.gltf_parts = std::make_shared<GltfParts>();
   const auto scene = std::make_shared<const Scene>(load_scene(source, options));
   const BakeLayout layout = lay_out(scene, std::make_shared<const Tracer>(*scene), {64, 0});
-  const EncodedLight even = encode_light(layout, std::vector<RGB>(layout.texels.face.size()), 1);
+  const EncodedLight even = encode_light(layout, std::vector<RGB>(layout.texels.face.size()), {1});
   GltfFile other;
   other.add_triangle();
   other.add_triangle();

@@ -379,7 +379,7 @@ TEST(BakedLight, KeepsTheMeanOfDarkPlacesBesideBrightOnes) {
   std::vector<RGB> light(cornell.layout.texels.face.size(), dark);
   for (const ChartPlace& place : cornell.layout.atlas.places)
     for (int y = 0; y < 2; ++y) light[cornell.layout.texels.index(place.x0 + kGutter + y, place.y0 + kGutter)] = RGB(1);
-  const EncodedLight encoded = encode_light(cornell.layout, light, 1);
+  const EncodedLight encoded = encode_light(cornell.layout, light, {1});
   RGB sum;
   double count = 0;
   for (std::size_t i = 0; i < light.size(); ++i) {
@@ -392,6 +392,41 @@ TEST(BakedLight, KeepsTheMeanOfDarkPlacesBesideBrightOnes) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(static_cast<double>(sum[c]) / count, dark[c], 0.02 * dark[c]);
 }
 
+/// The light that codes show.
+RGB decoded(const BakeLayout& layout, const EncodedLight& encoded, std::size_t texel) {
+  const float scale = encoded.scale_of_level(encoded.level[layout.texels.chart[texel]]);
+  RGB out;
+  for (int c = 0; c < 3; ++c) out[c] = scale * srgb_decode(encoded.codes[3 * texel + static_cast<std::size_t>(c)]);
+  return out;
+}
+
+TEST(BakedLight, KeepsTheColoursOfDarkPlacesBesideBrightOnes) {
+  const BakeStage cornell(builtin_scene("cornell"), {128, 0});
+  const std::vector<std::uint32_t>& chart = cornell.layout.texels.chart;
+  const RGB dark{0.1f, 0.06f, 0.02f}, bright(200);
+  std::vector<RGB> light(cornell.layout.texels.face.size(), dark);
+  const ChartPlace& mixed = cornell.layout.atlas.places[0];
+  for (int y = 0; y < mixed.height / 2; ++y)
+    for (int x = 0; x < mixed.width; ++x) light[cornell.layout.texels.index(mixed.x0 + x, mixed.y0 + y)] = bright;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    if (chart[i] == 1) light[i] = bright;
+  // As radiance, and as irradiance of surfaces of which half the light shows.
+  for (const float albedo : {1.0f, 0.5f}) {
+    const EncodedLight encoded =
+        encode_light(cornell.layout, light, {0, 0.5f * albedo, [=](std::size_t) { return albedo; }});
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      if (cornell.layout.texels.face[i] == kNone) continue;
+      const RGB shown = decoded(cornell.layout, encoded, i);
+      if (light[i] == dark)
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(shown[c], dark[c], 0.04f * dark.r) << "chart " << chart[i];
+      else if (chart[i] == 1)  // Nothing dark is beside.
+        ASSERT_NEAR(shown.g, bright.g, 0.01f * bright.g);
+      else
+        ASSERT_GE(shown.g, 2.0f) << "two stops above white";
+    }
+  }
+}
+
 TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
   const BakeStage cornell(builtin_scene("cornell"), {256, 0});
   const auto level = [](Vec3 p) { return 0.2f + 0.3f * p.x + 0.2f * p.y; };
@@ -401,7 +436,7 @@ TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
   std::vector<std::uint8_t> known(light.size());
   for (std::size_t i = 0; i < light.size(); ++i) known[i] = cornell.grid->has(i);
   fill_gaps(cornell.layout.texels, known, light);
-  const std::string glb = glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, 1),
+  const std::string glb = glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, {1}),
                                        BakeFormat::vertex, {});
   std::uint32_t json_size = 0;
   std::memcpy(&json_size, glb.data() + 12, sizeof json_size);
@@ -439,7 +474,7 @@ TEST_P(BakedFile, ShowsTheSceneAsItIs) {
   const std::vector<RGB> light = cornell.light(by_gathering(4, 32), what);
   const float scale = GetParam() == BakeFormat::unlit ? 1.0f : 0.0f;
   const std::string glb =
-      glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, scale), GetParam(), {});
+      glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, {scale}), GetParam(), {});
   std::string folder = (std::filesystem::temp_directory_path() / "glowworm-bake-XXXXXX").string();
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
   std::ofstream(folder + "/lit.glb", std::ios::binary) << glb;
