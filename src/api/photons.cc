@@ -1,6 +1,7 @@
 // The public header glowworm/photons.h.
 #include "glowworm/photons.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "api/scene_implementation.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "density/engine.h"
 #include "gather/final_gather.h"
@@ -64,6 +66,7 @@ Photons trace_photons(const Scene& scene, const PhotonOptions& options) {
   auto out = std::make_shared<Photons::Implementation>();
   out->batch = std::move(options.caustic ? pass.caustic : pass.global);
   out->emitted = pass.emitted;
+  for (glowworm::Vec3& p : out->batch.position) p = scene.implementation().scene->outside(p);
   return Photons(std::move(out));
 }
 
@@ -118,15 +121,16 @@ void check_points(std::span<const Vec3> position, std::span<const Vec3> normal) 
 /// a surface.
 std::vector<Hit> surfaces_at(const glowworm::Tracer& tracer, std::span<const Vec3> position,
                              std::span<const Vec3> normal) {
+  const glowworm::Scene& scene = tracer.scene();
   // How far from a surface a point may lie.
-  const float reach = 1e-4f * tracer.scene().radius();
+  const float reach = std::max(1e-4f * scene.radius(), position_rounding(scene.origin()));
   std::vector<Hit> hits(position.size());
   constexpr std::size_t kBlock = 1024;
   parallel_for(0, position.size(), kBlock, [&](std::size_t first, std::size_t last) {
     std::vector<Ray> rays;
     for (std::size_t i = first; i < last; ++i) {
       const glowworm::Vec3 n = normalize(inner(normal[i]));
-      rays.push_back({inner(position[i]) + n * reach, 0, -n, 2 * reach});
+      rays.push_back({scene.inside(inner(position[i])) + n * reach, 0, -n, 2 * reach});
     }
     tracer.intersect(rays, std::span(hits).subspan(first, last - first), RayOrder::incoherent);
   });
@@ -147,11 +151,12 @@ std::uint64_t PhotonMap::emitted() const { return implementation_->maps.pass().e
 
 std::vector<Rgb> PhotonMap::irradiance(std::span<const Vec3> position, std::span<const Vec3> normal) const {
   check_points(position, normal);
+  const glowworm::Scene& scene = implementation_->tracer().scene();
   QueryPoints queries;
   queries.reserve(position.size());
   // With a Lambertian reflectance of pi the radiance is the irradiance.
   for (std::size_t i = 0; i < position.size(); ++i)
-    queries.push_back(inner(position[i]), normalize(inner(normal[i])), RGB(kPi), RGB(1.0f),
+    queries.push_back(scene.inside(inner(position[i])), normalize(inner(normal[i])), RGB(kPi), RGB(1.0f),
                       static_cast<std::uint32_t>(i));
   return implementation_->estimate(queries, position.size());
 }

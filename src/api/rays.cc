@@ -55,14 +55,21 @@ void check_numbers(const Rays& rays, std::size_t first, std::size_t last) {
   }
 }
 
-/// The arrays of rays [first, last) as the tracer has them.
-RayArrays block_of(const Rays& rays, std::size_t first, std::size_t last) {
+/// The arrays of rays [first, last) as the tracer has them, until the next call by this thread.
+RayArrays block_of(const Rays& rays, std::size_t first, std::size_t last, const glowworm::Scene& scene) {
   const auto inner_of = [&](std::span<const Vec3> all) {
     const auto part = all.subspan(first, last - first);
     return std::span(reinterpret_cast<const glowworm::Vec3*>(part.data()), part.size());
   };
   const auto t_max = rays.t_max.size() > 1 ? rays.t_max.subspan(first, last - first) : rays.t_max;
-  return {inner_of(rays.origin), inner_of(rays.direction), rays.t_min, t_max};
+  std::span<const glowworm::Vec3> origin = inner_of(rays.origin);
+  static thread_local std::vector<glowworm::Vec3> moved;
+  if (!(scene.origin() == glowworm::Vec3{0, 0, 0})) {
+    moved.assign(origin.begin(), origin.end());
+    for (glowworm::Vec3& p : moved) p = scene.inside(p);
+    origin = moved;
+  }
+  return {origin, inner_of(rays.direction), rays.t_min, t_max};
 }
 
 }  // namespace
@@ -78,7 +85,7 @@ void Tracer::intersect(const Rays& rays, const HitSpans& hits) const {
   parallel_for(0, count, kBlock, [&](std::size_t first, std::size_t last) {
     check_numbers(rays, first, last);
     const std::size_t n = last - first;
-    tracer.intersect(block_of(rays, first, last),
+    tracer.intersect(block_of(rays, first, last, tracer.scene()),
                      {hits.distance.subspan(first, n), hits.triangle.subspan(first, n), {barycentric + first, n}});
   });
 }
@@ -115,7 +122,8 @@ std::vector<std::uint8_t> Tracer::occluded(const Rays& rays) const {
     check_numbers(rays, first, last);
     batch.clear();
     for (std::size_t i = first; i < last; ++i)
-      batch.push_back({inner(rays.origin[i]), rays.t_min, inner(rays.direction[i]), t_max_of(rays, i)});
+      batch.push_back(
+          {tracer.scene().inside(inner(rays.origin[i])), rays.t_min, inner(rays.direction[i]), t_max_of(rays, i)});
     tracer.occluded(batch, std::span(out).subspan(first, last - first));
   });
   return out;

@@ -80,7 +80,8 @@ std::vector<std::string> Scene::materials() const { return names_of(implementati
 
 std::span<const Vec3> Scene::positions() const {
   static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3));
-  const auto& positions = implementation_->scene->geometry().positions;
+  const auto& positions =
+      implementation_->positions ? *implementation_->positions : implementation_->scene->geometry().positions;
   return {reinterpret_cast<const Vec3*>(positions.data()), positions.size()};
 }
 
@@ -92,7 +93,9 @@ Scene Scene::with_camera(const Camera& camera) const {
   const glowworm::Scene& scene = *implementation_->scene;
   for (const std::string& name : cameras())
     check(name != camera.name, "the scene has a camera '" + name + "' already", "Give the new one another name.");
-  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), scene.shared_geometry(), {inner(camera)}, ""};
+  glowworm::Camera placed = inner(camera);
+  placed.to_world.translation = scene.inside(placed.to_world.translation);
+  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), scene.shared_geometry(), {placed}, ""};
   return Scene(std::make_shared<const Implementation>(*implementation_, std::move(edit)));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "glowworm/scene.h"
 #include "import/gltf/parts.h"
@@ -18,17 +19,25 @@ struct Scene::Implementation {
       : gltf_parts(std::move(parts)),
         scene(std::make_shared<const glowworm::Scene>(std::move(description))),
         traced(scene),
-        tracer(std::make_shared<const glowworm::Tracer>(*traced)) {}
+        tracer(std::make_shared<const glowworm::Tracer>(*traced)) {
+    if (scene->origin() == glowworm::Vec3{0, 0, 0}) return;
+    auto moved = std::make_shared<std::vector<glowworm::Vec3>>(scene->geometry().positions);
+    for (glowworm::Vec3& p : *moved) p = scene->outside(p);
+    positions = std::move(moved);
+  }
   /// The scene with more cameras, which the tracer does not know of.
   Implementation(const Implementation& other, SceneEdit edit)
       : gltf_parts(other.gltf_parts),
         scene(std::make_shared<const glowworm::Scene>(*other.scene, std::move(edit))),
         traced(other.traced),
-        tracer(other.tracer) {}
+        tracer(other.tracer),
+        positions(other.positions) {}
 
   std::shared_ptr<const GltfParts> gltf_parts;           ///< of a glTF file; null for others
   std::shared_ptr<const glowworm::Scene> scene, traced;  ///< `traced` is the tracer's
   std::shared_ptr<const glowworm::Tracer> tracer;
+  /// Vertices in the user's coordinates; null if these are the scene's own.
+  std::shared_ptr<const std::vector<glowworm::Vec3>> positions;
 };
 
 }  // namespace glowworm::api

@@ -16,7 +16,7 @@ namespace glowworm::api {
 
 namespace {
 
-Sensors sensors_of(std::span<const Vec3> position, std::span<const Vec3> normal) {
+Sensors sensors_of(std::span<const Vec3> position, std::span<const Vec3> normal, const glowworm::Scene& scene) {
   check_lengths(normal.size(), position.size(), "normals", "sensors");
   if (position.empty()) throw Error("there are no sensors", "Give one or more.");
   check_finite(position, "sensor");
@@ -24,7 +24,7 @@ Sensors sensors_of(std::span<const Vec3> position, std::span<const Vec3> normal)
   Sensors sensors;
   for (std::size_t i = 0; i < position.size(); ++i) {
     const Vec3 p = position[i], n = normal[i];
-    sensors.add({p.x, p.y, p.z}, normalize(glowworm::Vec3{n.x, n.y, n.z}));
+    sensors.add(scene.inside(inner(p)), normalize(glowworm::Vec3{n.x, n.y, n.z}));
   }
   return sensors;
 }
@@ -61,8 +61,8 @@ Rgb outer(RGB c) { return {c.r, c.g, c.b}; }
 
 Measurement measure(const Scene& scene, std::span<const Vec3> position, std::span<const Vec3> normal,
                     const MeasureOptions& options, const std::function<void(double)>& progress) {
-  const Sensors sensors = sensors_of(position, normal);
   const Scene::Implementation& inner = scene.implementation();
+  const Sensors sensors = sensors_of(position, normal, *inner.scene);
   if (!options.on_surfaces) check_outside(sensors, *inner.tracer);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
   Job job(inner.scene, inner.tracer, measure_settings(options.render), nullptr, sensor_time(), grid);
@@ -70,7 +70,7 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   const Film film = job.snapshot();
   if (film.whole_passes() < 2)
     throw Error("the measurement ended before every sensor had two samples", "Give it more time.");
-  const glowworm::Measurement measured = measurement_of(sensors, film);
+  const glowworm::Measurement measured = measurement_of(sensors, film, *inner.scene);
   Measurement out;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     out.irradiance.push_back(outer(measured.irradiance[i]));

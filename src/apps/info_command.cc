@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
+#include "core/text.h"
 #include "render/effects.h"
 #include "scene/scene.h"
 #include "session/light_rig.h"
@@ -37,8 +38,10 @@ std::vector<NamedPower> light_powers(const std::shared_ptr<const Scene>& scene) 
   return lights;
 }
 
-/// "(x, y, z)". Adding zero turns a zero below into one above, as people write it.
-std::string place_text(Vec3 v) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", v.x + 0.0f, v.y + 0.0f, v.z + 0.0f); }
+/// "(x, y, z)".
+std::string place_text(Vec3 v) {
+  return fmt::format("({}, {}, {})", coordinate_text(v.x), coordinate_text(v.y), coordinate_text(v.z));
+}
 
 void print_scene(const std::shared_ptr<const Scene>& shared) {
   const Scene& scene = *shared;
@@ -47,7 +50,7 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
   fmt::print("scene      {}\n", scene.name());
   fmt::print("triangles  {}\n", g.triangle_count());
   fmt::print("vertices   {}\n", g.positions.size());
-  fmt::print("bounds     {} to {} m\n", place_text(b.min), place_text(b.max));
+  fmt::print("bounds     {} to {} m\n", place_text(scene.outside(b.min)), place_text(scene.outside(b.max)));
   if (scene.film().width > 0) fmt::print("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
   std::map<std::uint32_t, std::size_t> uses;
   for (const std::uint32_t m : g.material) ++uses[m];
@@ -64,7 +67,8 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
   fmt::print("power      {:.4g} W in total (luminance)\n", scene.light_power().total());
   fmt::print("cameras    {}\n", scene.cameras().size());
   for (const Camera& c : scene.cameras())
-    fmt::print("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name, place_text(c.to_world.translation));
+    fmt::print("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name,
+               place_text(scene.outside(c.to_world.translation)));
   for (const std::string& note : effect_notes(scene, RenderSettings{})) fmt::print("note: {}\n", note);
   for (const std::string& note : scene.notes()) fmt::print("note: {}\n", note);
 }
@@ -79,7 +83,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
   json out = {{"name", scene.name()},
               {"triangles", g.triangle_count()},
               {"vertices", g.positions.size()},
-              {"bounds_m", {numbers(scene.bounds().min), numbers(scene.bounds().max)}},
+              {"bounds_m", {numbers(scene.outside(scene.bounds().min)), numbers(scene.outside(scene.bounds().max))}},
               {"picture", {{"width", scene.film().width}, {"height", scene.film().height}}},
               {"textures", scene.textures().size()},
               {"power_w", scene.light_power().total()}};
@@ -95,7 +99,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
   for (const auto& [name, power] : light_powers(shared))
     out["lights"].push_back({{"name", name}, {"power_rgb_w", numbers(power)}});
   for (const Camera& c : scene.cameras())
-    out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(c.to_world.translation)}});
+    out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(scene.outside(c.to_world.translation))}});
   for (const std::string& note : effect_notes(scene, RenderSettings{})) out["notes"].push_back(note);
   for (const std::string& note : scene.notes()) out["notes"].push_back(note);
   fmt::print("{}\n", out.dump(2, ' ', false, json::error_handler_t::replace));

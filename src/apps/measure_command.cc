@@ -133,8 +133,12 @@ void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& trace
 }
 
 Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
-  if (!o.points.empty()) return parse_points(read_input_file(o.points), o.points);
   Sensors sensors;
+  if (!o.points.empty()) {
+    sensors = parse_points(read_input_file(o.points), o.points);
+    for (Vec3& p : sensors.position) p = scene.inside(p);
+    return sensors;
+  }
   read_command_line(
       [&] { sensors = o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene); });
   return sensors;
@@ -147,7 +151,7 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
   for (const std::string& name : o.outputs) {
     const bool written = files.write(name, [&] {
       write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
-                                         : writer_of(o, name)(measurement_of(sensors, film)));
+                                         : writer_of(o, name)(measurement_of(sensors, film, job.scene())));
     });
     if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
   }

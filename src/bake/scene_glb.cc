@@ -78,6 +78,8 @@ class SceneWriter {
     write_objects();
     write_cameras();
     for (int i = 0; i < static_cast<int>(file_.json["nodes"].size()); ++i) roots_.push_back(i);
+    if (const Vec3 o = scene_.origin(); !(o == Vec3{0, 0, 0}))
+      roots_ = {file_.add("nodes", {{"name", scene_.name()}, {"translation", {o.x, o.y, o.z}}, {"children", roots_}})};
     file_.add("scenes", {{"name", scene_.name()}, {"nodes", roots_}});
     file_.json["scene"] = 0;
     return file_.content();

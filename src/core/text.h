@@ -14,6 +14,9 @@ std::string lower(std::string_view text);
 /// The ending of a file's name in lower case: ".png" of "a/B.PNG".
 std::string lower_ending(const std::string &path);
 
+/// A coordinate in metres: four digits, or all seven of float from a thousand metres on.
+std::string coordinate_text(float metres);
+
 /// Finite numbers with a separator between them; empty if the text is anything else.
 template <typename T>
 std::vector<T> numbers_of(std::string_view text, char separator = ',') {

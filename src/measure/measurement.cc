@@ -28,9 +28,10 @@ RenderSettings sensor_settings(RenderSettings settings) {
 
 JobTime sensor_time() { return {0, nullptr, 2}; }
 
-Measurement measurement_of(const Sensors& sensors, const Film& film) {
+Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene& scene) {
   Measurement out;
   out.sensors = sensors;
+  for (Vec3& p : out.sensors.position) p = scene.outside(p);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const RGB e = film.radiance(i, false);
     const float level = luminance(e), deviation = std::sqrt(film.variance(i));

@@ -11,7 +11,7 @@ namespace glowworm {
 
 /// Irradiance at sensors.
 struct Measurement {
-  Sensors sensors;
+  Sensors sensors;                    ///< in the user's coordinates (Scene::outside())
   std::vector<RGB> irradiance;        ///< W m^-2 in each channel
   std::vector<float> relative_error;  ///< standard error of the luminance over itself; 0 where no light is
 };
@@ -24,8 +24,8 @@ RenderSettings sensor_settings(RenderSettings settings);
 /// Of such a Job: it makes two passes, so that errors are known.
 JobTime sensor_time();
 
-/// Takes the sensors' cells out of a film that was rendered over sensor_grid().
-Measurement measurement_of(const Sensors& sensors, const Film& film);
+/// Takes the sensors' cells out of a film of the scene that was rendered over sensor_grid().
+Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene& scene);
 
 /// Illuminance of an irradiance in lx, by kLuminousEfficacy.
 float illuminance(RGB irradiance);

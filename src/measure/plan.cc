@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/box.h"
+#include "core/text.h"
 #include "image/html_page.h"
 
 namespace glowworm {
@@ -99,7 +100,8 @@ std::string key_figures(const Measurement& m) {
   const float error = *std::max_element(m.relative_error.begin(), m.relative_error.end());
   const auto place = [&](auto at) {
     const Vec3 p = m.sensors.position[static_cast<std::size_t>(at - levels.begin())];
-    return fmt::format("{:.5g} lx at {:.4g}, {:.4g}, {:.4g} m", *at, p.x, p.y, p.z);
+    return fmt::format("{:.5g} lx at {}, {}, {} m", *at, coordinate_text(p.x), coordinate_text(p.y),
+                       coordinate_text(p.z));
   };
   const auto ratio = [](double a, double b) { return b > 0 ? fmt::format("{:.3f}", a / b) : std::string("no light"); };
   return html_table({{"sensors", fmt::format("{}", levels.size())},
@@ -141,8 +143,9 @@ std::string measurement_page(const Measurement& m, const std::string& about, Col
   std::string script = "const sensors = [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 p = m.sensors.position[i];
-    fmt::format_to(std::back_inserter(script), "[{:.1f},{:.1f},{:.4g},{:.4g},{:.4g},{:.4g},{:.2g}],\n", plan.x(p),
-                   plan.y(p), p.x, p.y, p.z, illuminance(m.irradiance[i]), m.relative_error[i]);
+    fmt::format_to(std::back_inserter(script), "[{:.1f},{:.1f},{},{},{},{:.4g},{:.2g}],\n", plan.x(p), plan.y(p),
+                   coordinate_text(p.x), coordinate_text(p.y), coordinate_text(p.z), illuminance(m.irradiance[i]),
+                   m.relative_error[i]);
   }
   const std::string axes = fmt::format("{} to the right, {} {}", "xyz"[plan.across], "xyz"[plan.down],
                                        plan.upwards ? "upwards" : "downwards");

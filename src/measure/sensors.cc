@@ -170,9 +170,10 @@ Sensors plane_sensors(const std::string& text, const Scene& scene) {
   if (error != std::errc() || stop != end) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
   const int axis = rest[0] - 'x', across = axis == 0 ? 1 : 0, along = axis == 2 ? 1 : 2;
   const Box3 box = scene.bounds();
+  level -= scene.origin()[axis];
   if (!(level >= box.min[axis] && level <= box.max[axis]))
     throw Error(fmt::format("the plane of --grid '{}' misses the scene, which reaches from {} to {} m", text,
-                            box.min[axis], box.max[axis]));
+                            scene.outside(box.min)[axis], scene.outside(box.max)[axis]));
   const Vec3 size = box.diagonal();
   const double columns = std::max(std::round(double{size[across]} / spacing), 1.0);
   const double rows = std::max(std::round(double{size[along]} / spacing), 1.0);

@@ -12,7 +12,7 @@ namespace glowworm {
 
 /// Sensors, one after the other.
 struct Sensors {
-  std::vector<Vec3> position;  ///< metres
+  std::vector<Vec3> position;  ///< metres, as the scene's tables have them (Scene::inside())
   std::vector<Vec3> normal;    ///< unit
 
   std::size_t size() const { return position.size(); }
@@ -22,9 +22,10 @@ struct Sensors {
   }
 };
 
-/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. Blanks, tabs
-/// or commas separate; empty lines and lines that begin with # are skipped. Throws Error with the line for others, for
-/// numbers that are not finite and for directions of length 0.
+/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. The positions
+/// are those of the text, so that the caller calls Scene::inside(). Blanks, tabs or commas separate; empty lines and
+/// lines that begin with # are skipped. Throws Error with the line for others, for numbers that are not finite and for
+/// directions of length 0.
 Sensors parse_points(std::string_view text, const std::string& path);
 
 /// The middles of square cells of a plane within the scene's bounds. @param text "PLANE,SPACING", where PLANE is

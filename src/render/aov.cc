@@ -37,14 +37,15 @@ Aov rgb_row(const char* name, Layer layer) {
       name, 3, {}, [name, layer](Image& image, const Source& from) { image.add_rgb(name, means(from.film, layer)); }};
 }
 
-/// A row of three channels X, Y, Z.
-Aov vector_row(const char* name, Layer layer, PlaceLayers needs) {
-  const auto write = [name, layer](Image& image, const Source& from) {
-    std::vector<Vec3> pixels;
-    for (const RGB& mean : means(from.film, layer)) pixels.push_back({mean.r, mean.g, mean.b});
-    image.add_vec3(name, pixels);
-  };
-  return {name, 3, needs, write};
+/// Three channels X, Y, Z.
+void add_vectors(Image& image, const char* name, const Film& film, Layer layer, Vec3 origin = {0, 0, 0}) {
+  std::vector<Vec3> pixels;
+  for (const RGB& mean : means(film, layer)) {
+    const bool moves = !(origin == Vec3{0, 0, 0}) && std::isfinite(film.depth(pixels.size()));
+    const Vec3 value{mean.r, mean.g, mean.b};
+    pixels.push_back(moves ? value + origin : value);
+  }
+  image.add_vec3(name, pixels);
 }
 
 template <typename Value>
@@ -127,7 +128,10 @@ const std::vector<Aov>& table() {
       rgb_row("indirect", Layer::indirect),
       rgb_row("caustic", Layer::caustic),
       rgb_row("albedo", Layer::albedo),
-      vector_row("normal", Layer::normal, {}),
+      {"normal",
+       3,
+       {},
+       [](Image& image, const Source& from) { add_vectors(image, "normal", from.film, Layer::normal); }},
       scalar_row("depth", "depth.Z", {}, [](const Source& from, std::size_t i) { return from.film.depth(i); }),
       {"unfiltered",
        3,
@@ -149,7 +153,10 @@ const std::vector<Aov>& table() {
           "bias", "bias.Y", {.values = SlotValue::bias},
           [](const Source& from, std::size_t i) { return from.film.value(SlotValue::bias, i) * from.info.scale; }),
       scalar_row("alpha", "A", {}, [](const Source& from, std::size_t i) { return from.film.coverage(i); }),
-      vector_row("position", Layer::position, kPosition),
+      {"position", 3, kPosition,
+       [](Image& image, const Source& from) {
+         add_vectors(image, "position", from.film, Layer::position, from.info.origin);
+       }},
       {"uv", 2, kUv, add_uv},
       {"object-id", 1, kObjects,
        [](Image& image, const Source& from) {

@@ -107,13 +107,16 @@ PictureInfo picture_info(const Job& job) {
   info.settings = settings;
   info.scene = scene.name();
   info.scale = scene.film().scale;
+  info.origin = scene.origin();
   info.seconds = job.seconds();
   if (settings.place_layers().objects)
     for (const ObjectStart& object : scene.geometry().objects) info.objects.push_back(object.name);
   if (settings.place_layers().materials)
     for (const Material& material : scene.materials()) info.materials.push_back(material.name);
   if (job.light_groups()) info.light_groups = job.light_groups()->names;
-  info.matrices = matrices_of(scene.camera(settings.camera), settings.width, settings.height);
+  Camera camera = scene.camera(settings.camera);
+  camera.to_world.translation = scene.outside(camera.to_world.translation);
+  info.matrices = matrices_of(camera, settings.width, settings.height);
   return info;
 }
 

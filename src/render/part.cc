@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -89,6 +90,7 @@ std::string header_text(const Part& part) {
                     {"settings", settings_to_json(p.settings)},
                     {"scene", as_characters(p.scene)},
                     {"scale", p.scale},
+                    {"origin", {p.origin.x, p.origin.y, p.origin.z}},
                     {"seconds", p.seconds},
                     {"objects", as_characters(p.objects)},
                     {"materials", as_characters(p.materials)},
@@ -125,6 +127,8 @@ std::optional<Part> parse_header(const std::string& text) {
     p.settings = settings_from_json(in.at("settings"));
     p.scene = as_bytes(in.at("scene").get<std::string>());
     p.scale = in.at("scale").get<float>();
+    const auto origin = in.at("origin").get<std::array<float, 3>>();
+    p.origin = {origin[0], origin[1], origin[2]};
     p.seconds = in.at("seconds").get<double>();
     p.objects = as_bytes(in.at("objects"));
     p.materials = as_bytes(in.at("materials"));

@@ -14,6 +14,7 @@ struct PictureInfo {
   RenderSettings settings;  ///< resolved
   std::string scene;        ///< its name
   float scale = 1;          ///< factor on the image, by the scene's file
+  Vec3 origin;              ///< Scene::origin()
   double seconds = 0;       ///< wall time of the render
   /// Names of Geometry::objects and of the scene's materials; empty where no layer needs them.
   std::vector<std::string> objects, materials;

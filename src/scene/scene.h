@@ -43,7 +43,8 @@ struct SceneDescription {
   std::vector<std::string> notes;
 };
 
-/// Changes that a user makes in a viewer. Everything else comes from the original scene.
+/// Changes that a user makes in a viewer. Everything else comes from the original scene. Positions are those of the
+/// scene's tables (Scene::inside()).
 struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
   std::vector<Light> lights;        ///< as many as the scene has
@@ -53,11 +54,11 @@ struct SceneEdit {
   std::string name;                          ///< empty: the scene's own
 };
 
-/// An immutable scene with the tables derived from its description.
+/// An immutable scene with the tables derived from its description. All its positions are relative to origin().
 class Scene {
  public:
-  /// Checks all indices, adds a camera that frames the scene if it has none, and the studio light if it has no light.
-  /// Throws Error for a scene without triangles.
+  /// Checks all indices, moves a distant scene to the origin, adds a camera that frames the scene if it has none, and
+  /// the studio light if it has no light. Throws Error for a scene without triangles.
   explicit Scene(SceneDescription description);
   /// The same scene with other lights; shares the geometry. Adds no sky if nothing emits: then light_power() has a
   /// total of 0, and no light may be sampled. Throws Error if the edit does not fit this scene.
@@ -78,6 +79,13 @@ class Scene {
 
   /// The camera of that name; an empty name is the first. Throws Error, which lists the names, for another name.
   const Camera& camera(const std::string& name) const;
+
+  /// The point of the user's coordinates that is (0,0,0) in the scene's tables, metres. Each coordinate is 0 unless the
+  /// scene lies so far away along it that rounding of intermediate positions would show.
+  Vec3 origin() const { return origin_; }
+  /// A position (metres) of the user's coordinates in those of the tables, and back. Vertices return unchanged.
+  Vec3 inside(Vec3 place) const { return place - origin_; }
+  Vec3 outside(Vec3 place) const { return place + origin_; }
 
   /// Whether any vertex has a shading normal.
   bool smooth() const { return smooth_; }
@@ -118,6 +126,7 @@ class Scene {
   SceneDescription d_;  // without its geometry, which scenes in other light share
   std::shared_ptr<const Geometry> geometry_;
   std::shared_ptr<const LargeVector<DiffuseTriangle>> diffuse_triangles_;  // shared like the geometry
+  Vec3 origin_;
   bool smooth_ = false;
   Box3 bounds_;
   Vec3 center_;

@@ -32,18 +32,30 @@ const Camera& like_camera(const Scene& scene, const Camera& camera) {
 
 }  // namespace
 
-std::string view_text(const Camera& camera) {
+std::string view_text(const Camera& camera, Vec3 origin) {
   const Transform& m = camera.to_world;
   const Vec3 eye = m.translation, target = eye + forward(camera), up = normalize(m.y);
-  return fmt::format("{},{},{},{},{},{},{},{},{}", eye.x, eye.y, eye.z, target.x, target.y, target.z, up.x, up.y, up.z);
+  std::string text;
+  // Far from the origin, float would round the direction from eye to target.
+  for (const Vec3 place : {eye, target})
+    for (int axis = 0; axis < 3; ++axis)
+      text +=
+          origin[axis] == 0 ? fmt::format("{},", place[axis]) : fmt::format("{},", double{place[axis]} + origin[axis]);
+  return text + fmt::format("{},{},{}", up.x, up.y, up.z);
 }
 
-Camera camera_of_view(const Camera& camera, const std::string& text) {
-  const std::vector<float> v = numbers_of<float>(text);
+Camera camera_of_view(const Camera& camera, const std::string& text, Vec3 origin) {
+  const std::vector<double> v = numbers_of<double>(text);
   if (v.size() != 9)
     throw Error(fmt::format("--view '{}' is not a view", text),
                 "Give nine numbers: eye, target and up, for example 0,1,5,0,1,0,0,1,0.");
-  Camera out = placed(camera, {v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});
+  const auto triple = [&](std::size_t first, Vec3 from) {
+    Vec3 out;
+    for (int axis = 0; axis < 3; ++axis)
+      out[axis] = static_cast<float>(v[first + static_cast<std::size_t>(axis)] - from[axis]);
+    return out;
+  };
+  Camera out = placed(camera, triple(0, origin), triple(3, origin), triple(6, {0, 0, 0}));
   out.name = "view " + text;
   return out;
 }
@@ -64,7 +76,7 @@ std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, c
     throw Error("--light leaves the scene without any light", "Leave one of the lights on.");
   SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, name};
   if (!view.empty()) {
-    edit.more_cameras.push_back(camera_of_view(scene->camera(camera), view));
+    edit.more_cameras.push_back(camera_of_view(scene->camera(camera), view, scene->origin()));
     camera = edit.more_cameras.back().name;
   }
   return std::make_shared<const Scene>(*scene, std::move(edit));
@@ -82,7 +94,7 @@ std::string render_command_text(const std::string& path, const Scene& scene, con
       text += " " + command_line_text(option, value);
   const Camera& base = like_camera(scene, state.camera);
   if (&base != &scene.cameras().front()) text += fmt::format(" --camera {}", quoted(base.name));
-  if (!same_view(base, state.camera)) text += fmt::format(" --view {}", view_text(state.camera));
+  if (!same_view(base, state.camera)) text += fmt::format(" --view {}", view_text(state.camera, scene.origin()));
   for (std::size_t i = 0; i < lights.size() && i < state.lights.size(); ++i)
     if (!(state.lights[i] == LightEdit()))
       text += fmt::format(" --light {}", quoted(light_edit_text(lights[i].name, state.lights[i])));

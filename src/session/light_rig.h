@@ -16,8 +16,8 @@ enum class RigLightKind : std::uint8_t { area, point, spot, directional, environ
 struct RigLight {
   std::string name;  ///< unique in the list
   RigLightKind kind = RigLightKind::area;
-  std::uint32_t index = 0;               ///< into the emissions or the lights
-  Vec3 center{0, 0, 0};                  ///< metres, before any edit; unused for lights infinitely far away
+  std::uint32_t index = 0;  ///< into the emissions or the lights
+  Vec3 center{0, 0, 0};  ///< metres, as in the scene's tables, before any edit; unused for lights infinitely far away
   Vec3 direction{0, 0, 0};               ///< spot, directional: direction of travel, before any edit
   std::vector<std::uint32_t> triangles;  ///< of an area light
 

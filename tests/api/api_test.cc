@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <span>
 #include <stdexcept>
 
 #include "glowworm/glowworm.h"
@@ -282,6 +283,94 @@ TEST(Api, ASceneWithOneMoreCameraSharesItsTriangles) {
   EXPECT_FLOAT_EQ(gw::render(more, options).layer("depth").samples[0], 8);
   EXPECT_THAT(error_of([&] { more.with_camera(above); }), HasSubstr("above"));
   EXPECT_THAT(error_of([&] { gw::render(scene, options); }), HasSubstr("above"));
+}
+
+gw::Vec3 operator+(gw::Vec3 a, gw::Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+
+std::vector<gw::Vec3> moved(std::span<const gw::Vec3> places, gw::Vec3 by) {
+  std::vector<gw::Vec3> out;
+  for (const gw::Vec3& p : places) out.push_back(p + by);
+  return out;
+}
+
+std::vector<float> numbers(std::span<const gw::Vec3> places) {
+  std::vector<float> out;
+  for (const gw::Vec3& p : places) out.insert(out.end(), {p.x, p.y, p.z});
+  return out;
+}
+
+std::vector<float> numbers(std::span<const gw::Rgb> colors) {
+  std::vector<float> out;
+  for (const gw::Rgb& c : colors) out.insert(out.end(), {c.r, c.g, c.b});
+  return out;
+}
+
+/// A square around a place, lit by a lamp above it, with a camera "main" and a further one.
+gw::Scene square_at(gw::Vec3 place) {
+  gw::SceneBuilder builder;
+  gw::Mesh mesh = square(builder.add_material({}));
+  const std::vector<gw::Vec3> positions = moved(mesh.positions, place);
+  mesh.positions = positions;
+  builder.add_mesh(mesh);
+  builder.add_point_light(place + gw::Vec3{0.5f, 0.25f, 1}, {3, 4, 5});
+  gw::Camera camera;
+  camera.eye = place + gw::Vec3{0, 0, 2};
+  camera.target = place;
+  camera.name = "main";
+  builder.add_camera(camera);
+  const gw::Scene scene = builder.build();
+  camera.eye = place + gw::Vec3{1, 0.5f, 1};
+  camera.name = "aside";
+  return scene.with_camera(camera);
+}
+
+/// Far from the origin the same bits, and places of the caller's coordinates. The distance is such that all places
+/// are exact there.
+TEST(Api, PlacesAreTheCallersFarFromTheOrigin) {
+  const gw::Vec3 far{262'144.5f, -131'072.25f, 524'288};
+  const gw::Scene here = square_at({0, 0, 0}), there = square_at(far);
+  EXPECT_EQ(numbers(there.positions()), numbers(moved(here.positions(), far)));
+  gw::RenderOptions options;
+  options.width = options.height = 8;
+  options.samples = 2;
+  options.photons = 1000;
+  options.aovs = {"position"};
+  for (const char* camera : {"main", "aside"}) {
+    options.camera = camera;
+    const gw::Picture picture = gw::render(here, options), picture_there = gw::render(there, options);
+    EXPECT_EQ(picture_there.layer().samples, picture.layer().samples);
+    const std::vector<float>& places = picture.layer("position").samples;
+    const std::vector<float>& places_there = picture_there.layer("position").samples;
+    ASSERT_NE(places[3 * 27], 0);
+    EXPECT_EQ(places_there[3 * 27], places[3 * 27] + far.x);
+    EXPECT_EQ(places_there[3 * 27 + 2], places[3 * 27 + 2] + far.z);
+  }
+  const std::vector<gw::Vec3> at{{0.25f, 0.5f, 0}, {-0.5f, 0.125f, 0}}, up{{0, 0, 1}, {0, 0, 1}};
+  const std::vector<gw::Vec3> at_there = moved(at, far), above = moved(at, {0, 0, 1}), above_there = moved(above, far);
+  const std::vector<gw::Vec3> down{{0, 0.25f, -1}, {0.125f, 0, -1}};
+  const gw::Tracer tracer(here), tracer_there(there);
+  const gw::Hits hits = tracer.intersect({above, down, 0, {}});
+  EXPECT_EQ(tracer_there.intersect({above_there, down, 0, {}}).distance, hits.distance);
+  EXPECT_EQ(hits.triangle[0], 1u);
+  EXPECT_EQ(tracer_there.occluded({above_there, down, 0, {}}), (std::vector<std::uint8_t>{1, 1}));
+  gw::MeasureOptions measure;
+  measure.render.samples = 2;
+  measure.render.photons = 1000;
+  EXPECT_EQ(numbers(gw::measure(there, above_there, up, measure).irradiance),
+            numbers(gw::measure(here, above, up, measure).irradiance));
+  EXPECT_EQ(numbers(gw::measure(there, at_there, up, measure).irradiance),
+            numbers(gw::measure(here, at, up, measure).irradiance));
+  gw::PhotonOptions photons;
+  photons.photons = 1000;
+  const gw::Photons map = gw::trace_photons(here, photons), map_there = gw::trace_photons(there, photons);
+  EXPECT_EQ(numbers(map_there.positions()), numbers(moved(map.positions(), far)));
+  EXPECT_EQ(numbers(map_there.flux()), numbers(map.flux()));
+  gw::PhotonMapOptions dense;
+  dense.photons = 1000;
+  const gw::PhotonMap light(here, dense), light_there(there, dense);
+  EXPECT_EQ(numbers(light_there.irradiance(at_there, up)), numbers(light.irradiance(at, up)));
+  EXPECT_EQ(numbers(light_there.radiance(at_there, up)), numbers(light.radiance(at, up)));
+  EXPECT_GT(light.radiance(at, up)[0].g, 0);
 }
 
 TEST(Api, SpotLightsAndImagesOfTheSkyLightTheSquare) {

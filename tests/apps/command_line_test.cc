@@ -307,6 +307,33 @@ TEST_F(CommandLineTest, InfoListsLightsByTheNamesThatLightTakes) {
   EXPECT_NEAR(sum, total, 1e-4 * total);
 }
 
+/// A scene far from the origin, which the program moves inside.
+TEST_F(CommandLineTest, PlacesAreThoseOfTheFile) {
+  const std::string scene =
+      write("far.pbrt",
+            "LookAt 300000 -200000 4 300000 -200000 0 0 1 0 Camera \"perspective\" WorldBegin LightSource \"infinite\" "
+            "Shape \"trianglemesh\" \"point3 P\" [299999 -200001 0  300001 -200001 0  300001 -199999 0  299999 -199999 "
+            "0] \"integer indices\" [0 1 2 0 2 3]");
+  const std::string told = run({"info", scene}).out;
+  EXPECT_THAT(told, HasSubstr("bounds     (299999, -200001, 0) to (300001, -199999, 0) m"));
+  EXPECT_THAT(told, HasSubstr("at (300000, -200000, 4)"));
+  EXPECT_THAT(told, HasSubstr("coordinates are rounded to 0.031 m"));
+  const auto json = nlohmann::json::parse(run({"info", scene, "--json"}).out);
+  EXPECT_EQ(json.at("bounds_m")[1][0], 300'001);
+  EXPECT_EQ(json.at("cameras")[0].at("position_m")[1], -200'000);
+  write("a.pts", "300000.5 -200000.5 1 0 0 1\n");
+  const Outcome measured = run({"measure", scene, "--points", "a.pts", "--samples", "2", "-o", "-"});
+  EXPECT_THAT(measured.out, HasSubstr("\n300000.5,-200000.5,1,0,0,1,")) << measured.err;
+  const Outcome missed = run({"measure", scene, "--grid", "x=1,1", "-o", "a.csv"});
+  EXPECT_THAT(missed.err, HasSubstr("reaches from 299999 to 300001 m"));
+  const std::string view = "300000,-200000,2,300000,-200000,0,0,1,0";
+  ASSERT_EQ(render(scene, {"--view", view, "--aov", "depth,position", "-o", "a.exr", "-q"}).status, 0);
+  const Image picture = read_image(path("a.exr"));
+  const auto middle = static_cast<std::size_t>((picture.height() / 2) * picture.width() + picture.width() / 2);
+  EXPECT_NEAR(picture.channel("depth.Z")[middle], 2, 0.1);
+  EXPECT_NEAR(picture.channel("position.X")[middle], 300'000, 1);
+}
+
 /// What the program writes to a terminal of so many columns.
 TEST_F(CommandLineTest, ProgressNamesThePhotonMapAndFitsTheTerminal) {
   for (const unsigned short columns : {30, 50, 200}) {

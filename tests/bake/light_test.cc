@@ -12,6 +12,7 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -465,6 +466,30 @@ TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
   EXPECT_GT(vertices, 50u);
 }
 
+/// The scene of a GLB file, as a bake reads it.
+SceneDescription scene_of_glb(const std::string& glb) {
+  std::string folder = (std::filesystem::temp_directory_path() / "glowworm-bake-XXXXXX").string();
+  if (!mkdtemp(folder.data())) throw std::runtime_error("no folder");
+  std::ofstream(folder + "/lit.glb", std::ios::binary) << glb;
+  ImportOptions options;
+  options.light_uvs = true;
+  SceneDescription out = load_scene(folder + "/lit.glb", options);
+  std::filesystem::remove_all(folder);
+  return out;
+}
+
+TEST(BakedVertices, LieInTheCoordinatesOfTheFile) {
+  SceneDescription d = builtin_scene("cornell");
+  translate(d, kFarAway);
+  const BakeStage far(d, {64, 0});
+  const std::vector<RGB> light(far.layout.texels.face.size(), RGB(1.0f));
+  const SceneDescription read = scene_of_glb(
+      glb_of_scene(*far.stage.scene, far.layout, encode_light(far.layout, light, {1}), BakeFormat::vertex, {}));
+  EXPECT_EQ(read.geometry.bounds().min, d.geometry.bounds().min);
+  EXPECT_EQ(read.geometry.bounds().max, d.geometry.bounds().max);
+  EXPECT_EQ(read.cameras[0].to_world.translation, d.cameras[0].to_world.translation);
+}
+
 /// The mean picture of a view of the scene, and of its bake as read from the file.
 class BakedFile : public testing::TestWithParam<BakeFormat> {};
 
@@ -475,13 +500,7 @@ TEST_P(BakedFile, ShowsTheSceneAsItIs) {
   const float scale = GetParam() == BakeFormat::unlit ? 1.0f : 0.0f;
   const std::string glb =
       glb_of_scene(*cornell.stage.scene, cornell.layout, encode_light(cornell.layout, light, {scale}), GetParam(), {});
-  std::string folder = (std::filesystem::temp_directory_path() / "glowworm-bake-XXXXXX").string();
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
-  std::ofstream(folder + "/lit.glb", std::ios::binary) << glb;
-  ImportOptions options;
-  options.light_uvs = true;
-  const Stage baked(load_scene(folder + "/lit.glb", options));
-  std::filesystem::remove_all(folder);
+  const Stage baked(scene_of_glb(glb));
   EXPECT_EQ(baked.scene->geometry().triangle_count(), cornell.stage.scene->geometry().triangle_count());
   EXPECT_EQ(baked.scene->camera("").name, "main");
   if (GetParam() == BakeFormat::lightmap) {

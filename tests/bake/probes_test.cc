@@ -66,6 +66,17 @@ TEST(BakeProbes, HoldTheIrradianceOfAnOpenPlace) {
   EXPECT_GT(open, probes.position.size() / 2);
 }
 
+TEST(BakeProbes, LieInTheCoordinatesOfTheFile) {
+  SceneDescription d = box_in_the_open();
+  const Stage near(d);
+  translate(d, kFarAway);
+  const Stage far(std::move(d));
+  const ProbeGrid here = make_probes(*near.scene, *near.tracer, 1), there = make_probes(*far.scene, *far.tracer, 1);
+  expect_near(there.origin, here.origin + kFarAway, 0.1f);
+  EXPECT_EQ(there.origin, far.scene->outside(there.position[0]));
+  EXPECT_EQ(there.is_inside, here.is_inside);
+}
+
 TEST(BakeProbes, RefuseTooManyProbes) {
   const Stage stage(box_in_the_open());
   EXPECT_THROW(make_probes(*stage.scene, *stage.tracer, 1e-4f), Error);

@@ -140,7 +140,7 @@ std::vector<double> measured(SceneDescription d, const std::vector<Sensor>& sens
     Job job(scene, tracer, s, nullptr, 0, std::make_shared<const PointGrid>(sensor_grid(places, effort.on_surfaces)));
     job.wait();
     const Film film = job.snapshot();
-    const Measurement result = measurement_of(places, film);
+    const Measurement result = measurement_of(places, film, *scene);
     std::vector<std::size_t> noisy;
     for (std::size_t k = 0; k < pending.size(); ++k) {
       out[pending[k]] = result.irradiance[k].g - (effort.without_direct ? film.mean(Film::Layer::direct, k).g : 0.0f);

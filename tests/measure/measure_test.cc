@@ -99,6 +99,37 @@ TEST(Sensors, InsideOfObjectsAreFound) {
   EXPECT_EQ(objects_around_crate(0), expected) << "it stands on the floor";
 }
 
+/// Of a scene far from the origin, in its user's coordinates and to the bit.
+TEST(Sensors, LieInTheCoordinatesOfTheFile) {
+  SceneDescription d = lit_floor(LightCase::panel);
+  translate(d, kFarAway);
+  const auto far = std::make_shared<const Scene>(d);
+  translate(d, -far->origin());
+  const auto near = std::make_shared<const Scene>(std::move(d));
+  const float above = 1 / 32.0f;  // exact there
+  const std::string level = std::to_string(far->origin().z + above);
+  const auto measured = [](const std::shared_ptr<const Scene>& scene, const Sensors& sensors) {
+    const auto tracer = std::make_shared<const Tracer>(*scene);
+    RenderSettings s = sensor_settings({});
+    s.samples = 2;
+    s.gather = 16;
+    s.photons = 1000;
+    Job job(scene, tracer, s, nullptr, 0, std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
+    job.wait();
+    return measurement_of(sensors, job.snapshot(), *scene);
+  };
+  const Sensors sensors = plane_sensors("z=" + level + ",1", *far);
+  EXPECT_EQ(sensors.position, plane_sensors("z=" + std::to_string(above) + ",1", *near).position);
+  EXPECT_THAT(error_of([&] { plane_sensors("z=1,1", *far); }), HasSubstr("reaches from 25000"));
+  const Measurement there = measured(far, sensors), here = measured(near, sensors);
+  EXPECT_EQ(there.irradiance, here.irradiance);
+  EXPECT_GT(luminance(there.irradiance[0]), 0);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    EXPECT_EQ(here.sensors.position[i], sensors.position[i]);
+    EXPECT_EQ(there.sensors.position[i], far->outside(sensors.position[i]));
+  }
+}
+
 Measurement example() {
   Measurement m;
   m.sensors.add({1, 2, 3}, {0, 1, 0});
@@ -125,7 +156,7 @@ TEST(Sensors, GuideTheirRaysToTheLight) {
     s.filter = Filtering::off;
     Job job(scene, tracer, s, nullptr, 0, std::make_shared<const PointGrid>(grid));
     job.wait();
-    found.push_back(measurement_of(sensors, job.snapshot()));
+    found.push_back(measurement_of(sensors, job.snapshot(), *scene));
   }
   double mean[2] = {0, 0}, variance[2] = {0, 0};
   for (int k = 0; k < 2; ++k)

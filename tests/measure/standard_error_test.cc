@@ -45,7 +45,7 @@ void expect_honest_errors(const std::shared_ptr<const Scene>& scene, const Senso
   for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
     Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
     job.wait();
-    const Measurement measured = measurement_of(sensors, job.snapshot());
+    const Measurement measured = measurement_of(sensors, job.snapshot(), *scene);
     for (std::size_t i = 0; i < sensors.size(); ++i) {
       const double light = luminance(measured.irradiance[i]);
       value[i].add(light);

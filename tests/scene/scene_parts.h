@@ -46,6 +46,16 @@ inline void add_quad(SceneDescription& d, Vec3 corner, Vec3 x, Vec3 y, std::uint
   append_mesh(d.geometry, quad, "quad", material, emission);
 }
 
+/// Moves all that has a position.
+inline void translate(SceneDescription& d, Vec3 by) {
+  for (Vec3& p : d.geometry.positions) p += by;
+  for (Light& light : d.lights) light.position += by;
+  for (Camera& camera : d.cameras) camera.to_world.translation += by;
+}
+
+/// A place so far away that a scene of a few metres is moved to the origin.
+inline constexpr Vec3 kFarAway{300'001.3f, -200'002.7f, 250'003.1f};
+
 /// A square floor at z = 0, four metres wide around the origin, facing +z, and no light.
 inline SceneDescription floor_description() {
   SceneDescription d;

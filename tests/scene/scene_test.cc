@@ -39,15 +39,42 @@ TEST(SceneTest, AddsACameraThatSeesAllAndTheStudioLight) {
   EXPECT_NEAR(scene.radius(), 2 * std::sqrt(2.0f), 1e-5f);
 }
 
-TEST(SceneTest, TellsThatItLiesFarFromTheOrigin) {
+TEST(SceneTest, MovesToTheOriginFromAfar) {
+  SceneDescription d = lit_floor(LightCase::all);
+  d.cameras.push_back(look_at({1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 40));
+  const Scene near(d);
+  EXPECT_EQ(near.origin(), (Vec3{0, 0, 0}));
+  EXPECT_EQ(near.geometry().positions, d.geometry.positions);
+  SceneDescription along_x = d;
+  translate(along_x, {300'000.4f, 0.3f, 500});
+  EXPECT_EQ(Scene(along_x).origin().y, 0);
+  EXPECT_EQ(Scene(along_x).origin().z, 0) << "a hundred sizes away is near";
+  EXPECT_NEAR(Scene(along_x).origin().x, 300'000.4f, 3);
+  translate(d, kFarAway);
+  const Scene far(d);
+  for (std::size_t v = 0; v < d.geometry.positions.size(); ++v) {
+    EXPECT_EQ(far.outside(far.geometry().positions[v]), d.geometry.positions[v]);
+    EXPECT_EQ(far.inside(d.geometry.positions[v]), far.geometry().positions[v]);
+  }
+  EXPECT_LT(length(far.center()), 0.1f);
+  for (std::size_t i = 0; i < d.lights.size(); ++i)
+    EXPECT_EQ(far.lights()[i].position, d.lights[i].position - far.origin());
+  EXPECT_EQ(far.camera("").to_world.translation, d.cameras[0].to_world.translation - far.origin());
+  const Scene edited(far, {far.emissions(), far.lights(), far.environment(), nullptr, {}, ""});
+  EXPECT_EQ(edited.origin(), far.origin());
+  EXPECT_EQ(edited.lights()[0].position, far.lights()[0].position);
+}
+
+TEST(SceneTest, TellsThatItsVerticesWereRounded) {
   const auto moved = [](float by) {
     SceneDescription d = floor_description();
-    for (Vec3& p : d.geometry.positions) p.x += by;
+    translate(d, {by, 0, 0});
     return Scene(std::move(d)).notes();
   };
-  const auto far = testing::Contains(HasSubstr("times its size from the origin"));
-  EXPECT_THAT(moved(5000), testing::Not(far));
-  EXPECT_THAT(moved(6000), far);
+  const auto bent = testing::Contains(HasSubstr("coordinates are rounded to"));
+  EXPECT_THAT(moved(5000), testing::Not(bent));
+  EXPECT_THAT(moved(6000), bent);
+  EXPECT_THAT(moved(300'000), testing::Contains(HasSubstr("rounded to 0.031 m")));
 }
 
 /// A box from (-1, 0, -2) to (1, 3, 2) whose walls face inwards, or all outwards; without its side at z = 2.

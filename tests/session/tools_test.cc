@@ -7,8 +7,10 @@
 #include <limits>
 #include <thread>
 
+#include "builtin/builtin.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "scene/scene_parts.h"
 #include "session/camera_control.h"
 #include "session/command_text.h"
 #include "session/display.h"
@@ -72,7 +74,7 @@ TEST(CommandText, RendersTheSameView) {
   std::string camera;
   const auto scene =
       scene_of_view(test_scene("cornell"), {light_edit_text(session.rig().lights()[0].name, state.lights[0])},
-                    view_text(state.camera), camera);
+                    view_text(state.camera, {0, 0, 0}), camera);
   const Camera& read = scene->camera(camera);
   EXPECT_LT(length(read.to_world.translation - state.camera.to_world.translation), 1e-6f);
   EXPECT_LT(length(read.to_world.x - state.camera.to_world.x), 1e-5f);
@@ -83,6 +85,19 @@ TEST(CommandText, RendersTheSameView) {
   EXPECT_EQ(render_command_text("builtin:cornell", session.scene(), session.rig().lights(), session.initial_state()),
             "glowworm render builtin:cornell --size " + std::to_string(session.initial_state().width) + "x" +
                 std::to_string(session.initial_state().height) + " --samples 64 --gather 64 -o view.exr -o view.png");
+}
+
+TEST(CommandText, NamesPlacesAsTheFileDoes) {
+  SceneDescription d = builtin_scene("cornell");
+  translate(d, kFarAway);
+  const auto scene = std::make_shared<const Scene>(std::move(d));
+  const Camera there = orbit(scene->camera(""), 2, {0, 1, 0}, 0.3f, 0.1f);
+  const std::string text = view_text(there, scene->origin());
+  EXPECT_THAT(text, testing::StartsWith("30000"));
+  std::string camera;
+  const Camera read = scene_of_view(scene, {}, text, camera)->camera(camera);
+  EXPECT_LT(length(read.to_world.translation - there.to_world.translation), 1e-6f);
+  EXPECT_LT(length(read.to_world.z - there.to_world.z), 1e-5f);
 }
 
 TEST(CommandText, RejectsInvalidViewsAndLights) {
