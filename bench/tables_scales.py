@@ -16,7 +16,8 @@ HEAD = """# Scenes of other sizes and at other places
 
 Written by `bench/tables_scales.py %d`. Mean of that many pictures of 24x24 pixels over that of the original with the same
 samples, and its standard error. A scene that was moved is compared with itself moved back, since rounding far away bends
-its shape. At scales that are powers of two, from 1e-9 m to 1e12 m, pictures have the same bits (`ScaledScenes`).
+its shape. At scales that are powers of two, from 1e-9 m to 1e12 m, pictures have the same bits (`ScaledScenes`). Moved
+by 10,000 sizes, scenes have the bits of themselves moved back (`DistantScenes`).
 
 | scene | integrator | scale | moved by (sizes of the scene) | mean ratio |
 | --- | --- | ---: | ---: | --- |
