@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "measure/measurement.h"
 #include "render/job.h"
+#include "render/options.h"
 
 namespace glowworm::api {
 
@@ -47,8 +48,9 @@ RenderSettings measure_settings(const RenderOptions& options) {
   o.aovs.clear();
   RenderSettings s = settings_of(o);
   for (const auto& [name, value] : o.more)
-    if (name == "filter" && value != "off")
-      throw Error("sensors are not filtered: they need not be near each other", "Leave the filter out.");
+    for (const Option& option : render_options())
+      if (option.name == "--" + name && !option.is_of(Command::measure))
+        throw Error("measurements do not have the option '" + name + "'", "Leave it out.");
   s = sensor_settings(s);
   if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
   s.separate_layers = true;

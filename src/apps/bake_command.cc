@@ -29,6 +29,7 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "image/image.h"
 #include "render/checkpoint.h"
 #include "render/filtered.h"
@@ -45,13 +46,13 @@ struct BakeOptions {
   std::optional<float> exposure;  ///< stops; none: chosen by the light
   double texels_per_metre = 0, spacing = 0;
   std::uint32_t side = 0;
-  bool verbose = false, quiet = false;
+  ReportOptions report;
   TableOptions table;
   SceneOptions changes;
   RenderSettings settings;  ///< those of the table, for this bake
 
   bool is_probes() const { return format == "probes"; }
-  bool is_part() const { return ending_of(output) == ".part"; }
+  bool is_part() const { return lower_ending(output) == ".part"; }
 };
 
 void resolve_options(BakeOptions& o) {
@@ -59,13 +60,14 @@ void resolve_options(BakeOptions& o) {
   if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
   if (o.light == "indirect") o.settings.indirect_only = true;
   const char* const expected = o.is_probes() ? ".json" : ".glb";
-  const std::string ending = ending_of(o.output);
+  const std::string ending = lower_ending(o.output);
   if (ending != expected && !o.is_part())
     throw CommandLineError(fmt::format("'{}' does not end in {} or .part", o.output, expected),
                            "Give -o a name with this ending.");
   read_command_line([&] { check_part(o.settings); });
   if (o.is_part()) check_part_output(o.output, o.settings);
-  if (const std::string name = ending_of(o.atlas_picture); !o.atlas_picture.empty() && name != ".exr" && name != ".png")
+  if (const std::string name = lower_ending(o.atlas_picture);
+      !o.atlas_picture.empty() && name != ".exr" && name != ".png")
     throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .png", o.atlas_picture),
                            "Give --atlas-picture a name with one of these endings.");
   if (o.is_part() && !o.atlas_picture.empty())
@@ -216,7 +218,7 @@ std::exception_ptr attend(const BakeOptions& o, Job& job, OutputFiles& files,
   const auto keep = [&] { files.write(o.resume, [&] { write_checkpoint(o.resume, checkpoint()); }); };
   std::vector<RepeatedWork> repeated;
   if (!o.resume.empty()) repeated.push_back({1, keep});
-  const std::exception_ptr failure = attend(job, o.quiet, std::move(repeated));
+  const std::exception_ptr failure = attend(job, o.report.quiet, std::move(repeated));
   if (!o.resume.empty()) keep();
   return failure;
 }
@@ -283,7 +285,7 @@ int finish(const BakeOptions& o, const Scene& scene, const Tracer& tracer, Baked
 }
 
 int run_bake(BakeOptions& o) {
-  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
+  o.report.apply();
   set_thread_count(o.table.settings.threads);
   resolve_options(o);
   OutputFiles files;
@@ -344,10 +346,8 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
   add_number(c, "--spacing", o.spacing, 1e-6, 1e9, "Distance between probes in metres")
       ->option_text("M")
       ->group("Textures");
-  c.add_option("--atlas-picture", o.atlas_picture, "Write the atlases as a picture, too: .exr or .png")
-      ->take_last()
-      ->option_text("FILE")
-      ->group("Textures");
+  add_text(c, "Textures", "--atlas-picture", o.atlas_picture, "FILE",
+           "Write the atlases as a picture, too: .exr or .png");
   add_exposure_option(c, "Textures", o.exposure);
 }
 
@@ -381,19 +381,12 @@ void add_bake_command(CLI::App& program, const std::string& command_line, int& e
   add_scene_argument(*c, o->scene);
   add_texture_options(*c, *o);
   add_scene_options(*c, o->changes);
-  add_table_options(*c, "Method", false, o->table);
-  add_table_options(*c, "Effort", false, o->table);
-  c->add_option("--resume", o->resume, "Keep a checkpoint in a file, and continue from it if it exists")
-      ->take_last()
-      ->option_text("FILE")
-      ->group("Effort");
-  c->add_option("--from", o->from, "Take the light from a part, as of 'glowworm merge', and compute none")
-      ->take_last()
-      ->option_text("PART")
-      ->group("Effort");
-  add_table_options(*c, "Machine", false, o->table);
-  c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
-  c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
+  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::bake, o->table);
+  add_text(*c, "Effort", "--resume", o->resume, "FILE",
+           "Keep a checkpoint in a file, and continue from it if it exists");
+  add_text(*c, "Effort", "--from", o->from, "PART",
+           "Take the light from a part, as of 'glowworm merge', and compute none");
+  add_report_options(*c, false, o->report);
   c->footer(kBakeFooter);
   c->callback([o, &exit_status] { exit_status = run_bake(*o); });
 }

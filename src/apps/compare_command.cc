@@ -13,6 +13,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/text.h"
 #include "image/html_page.h"
 #include "image/image.h"
 #include "image/metrics.h"
@@ -67,7 +68,7 @@ void cut_both(const CompareOptions& o, Image& image, Image& reference) {
 /// Checks before pictures are read that a file can be written.
 void prepare_output(const std::string& option, const std::string& path, const std::string& ending, OutputFiles& files) {
   if (path.empty()) return;
-  if (ending_of(path) != ending)
+  if (lower_ending(path) != ending)
     throw CommandLineError(fmt::format("'{}' does not end in {}", path, ending),
                            fmt::format("Give {} a name with this ending.", option));
   files.add(option, path);
@@ -87,7 +88,7 @@ int run_compare(const CompareOptions& o) {
     reference = layer_of(reference, o.layer);
   });
   const auto is_exposed = [](const std::string& path) {
-    return ending_of(path) == ".png" || ending_of(path) == ".jpg";
+    return lower_ending(path) == ".png" || lower_ending(path) == ".jpg";
   };
   if (is_exposed(o.image) != is_exposed(o.reference))
     warn("one picture was exposed for display (.png, .jpg), the other not: compare two .exr files");
@@ -115,20 +116,13 @@ void add_compare_command(CLI::App& program, const std::string& command_line, int
   c->add_option("reference", options->reference, "The reference, of the same size")
       ->required()
       ->option_text("REFERENCE");
-  c->add_option("-o,--difference", options->difference,
-                "Write the signed relative difference in false colour: red where IMAGE is too bright, blue where dark")
-      ->take_last()
-      ->option_text("FILE.png");
-  c->add_option("--html", options->page,
-                "Write a page for a browser: slider, difference, exposure, zoom, histogram, and these measures")
-      ->take_last()
-      ->option_text("FILE.html");
-  c->add_option("--layer", options->layer, "Compare this layer of EXR files instead of the image")
-      ->take_last()
-      ->option_text("NAME");
-  c->add_option("--region", options->region, "Compare only these pixels; X1 and Y1 are one past the last")
-      ->take_last()
-      ->option_text("X0,Y0,X1,Y1");
+  add_text(*c, "Options", "-o,--difference", options->difference, "FILE.png",
+           "Write the signed relative difference in false colour: red where IMAGE is too bright, blue where dark");
+  add_text(*c, "Options", "--html", options->page, "FILE.html",
+           "Write a page for a browser: slider, difference, exposure, zoom, histogram, and these measures");
+  add_text(*c, "Options", "--layer", options->layer, "NAME", "Compare this layer of EXR files instead of the image");
+  add_text(*c, "Options", "--region", options->region, "X0,Y0,X1,Y1",
+           "Compare only these pixels; X1 and Y1 are one past the last");
   add_number(*c, "--leave-out", options->leave_out, 0, 0.99,
              "Exclude this share of the worst pixels from MSE and relMSE")
       ->option_text("SHARE [0]");

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -23,6 +22,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
 #include "measure/sky_patches.h"
@@ -36,11 +36,11 @@ namespace glowworm {
 namespace {
 
 struct MeasureOptions {
-  std::string scene, command_line, points, grid, surface, statistics;
+  std::string scene, command_line, points, grid, surface;
   std::vector<std::string> outputs, lights;
   int sky_patches = 0;              ///< 0: no matrix
   std::optional<ColorScale> scale;  ///< lx, of pictures
-  bool verbose = false, quiet = false;
+  ReportOptions report;
   TableOptions table;
   SceneOptions changes;
 };
@@ -50,7 +50,7 @@ std::function<std::string(const Measurement&)> writer_of(const MeasureOptions& o
   using Writer = std::string (*)(const Measurement&, const std::string&);
   const std::map<std::string, Writer> tables = {
       {".csv", measurement_csv}, {".json", measurement_json}, {".ply", measurement_ply}, {".vtk", measurement_vtk}};
-  const std::string ending = name == kStandardOutput ? ".csv" : ending_of(name);
+  const std::string ending = name == kStandardOutput ? ".csv" : lower_ending(name);
   const ColorScale scale = o.scale.value_or(ColorScale());
   if (ending == ".png") return [&o, scale](const Measurement& m) { return measurement_png(m, o.command_line, scale); };
   if (ending == ".html")
@@ -65,7 +65,7 @@ std::function<std::string(const Measurement&)> writer_of(const MeasureOptions& o
 /// Throws CommandLineError if the format of a file does not suit the measurement.
 void check_outputs(const MeasureOptions& o) {
   for (const std::string& name : o.outputs) {
-    const bool is_matrix = std::filesystem::path(name).extension() == ".mtx";
+    const bool is_matrix = lower_ending(name) == ".mtx";
     if (o.sky_patches == 0 && !is_matrix) writer_of(o, name);
     if (is_matrix != (o.sky_patches > 0))
       throw CommandLineError(is_matrix ? fmt::format("'{}' is a matrix, but --sky-patches is not given", name)
@@ -83,9 +83,6 @@ void check_options(MeasureOptions& o) {
   read_command_line([&] {
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
-    for (const Option* option : o.table.given)
-      if (option->name == std::string_view("--filter") && o.table.settings.filter != Filtering::off)
-        throw Error("sensors are not filtered: they need not be near each other", "Leave --filter out.");
     if (o.table.settings.samples == 1)
       throw Error("--samples 1 leaves the error of a measurement unknown", "Give two samples or more.");
   });
@@ -155,15 +152,15 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
     });
     if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
   }
-  if (!o.statistics.empty())
-    files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
+  if (!o.report.statistics.empty())
+    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   files.throw_if_any_failed();
   inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
                      relative_error(unfiltered_picture(film, false))));
 }
 
 int run_measure(MeasureOptions& o) {
-  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
+  o.report.apply();
   set_thread_count(o.table.settings.threads);
   check_options(o);
   const RenderSettings asked = settings_of(o);
@@ -171,9 +168,9 @@ int run_measure(MeasureOptions& o) {
   files.add_input("the scene", o.scene);
   if (!o.points.empty()) files.add_input("--points", o.points);
   for (const std::string& name : o.outputs) files.add("-o", name);
-  if (!o.statistics.empty()) files.add("--stats", o.statistics);
+  if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
   for (const std::string& name : o.outputs) files.probe(name);
-  if (!o.statistics.empty()) files.probe(o.statistics);
+  if (!o.report.statistics.empty()) files.probe(o.report.statistics);
   files.throw_if_any_failed();
   const auto start = std::chrono::steady_clock::now();
   ImportOptions import_options;
@@ -197,7 +194,7 @@ int run_measure(MeasureOptions& o) {
   if (o.sky_patches > 0)
     inform(fmt::format("{} patches of the sky and the ground; other lights are off", o.sky_patches));
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-  const std::exception_ptr failure = attend(job, o.quiet, {});
+  const std::exception_ptr failure = attend(job, o.report.quiet, {});
   if (failure) std::rethrow_exception(failure);
   if (job.snapshot().whole_passes() < 2) {
     warn("the measurement ended before every sensor had two samples: no file was written");
@@ -243,12 +240,11 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   o->command_line = command_line;
   CLI::App* c = program.add_subcommand("measure", "Measures irradiance and illuminance at points.");
   add_scene_argument(*c, o->scene);
-  const auto add = [&](const char* name, std::string& value, const char* values, const char* meaning) {
-    c->add_option(name, value, meaning)->take_last()->option_text(values)->group("Sensors");
-  };
-  add("--points", o->points, "FILE", "Places and normals: a line x y z nx ny nz (m) for each sensor");
-  add("--grid", o->grid, "PLANE,SPACING", "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
-  add("--surface", o->surface, "NAME,SPACING", "Sensors on the front of an object's surface");
+  add_text(*c, "Sensors", "--points", o->points, "FILE",
+           "Places and normals: a line x y z nx ny nz (m) for each sensor");
+  add_text(*c, "Sensors", "--grid", o->grid, "PLANE,SPACING",
+           "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
+  add_text(*c, "Sensors", "--surface", o->surface, "NAME,SPACING", "Sensors on the front of an object's surface");
   c->add_option("-o,--output", o->outputs,
                 "File to write: a table as .csv, .json, .ply or .vtk, a plan in false colour as .png, or a report as "
                 ".html; - is CSV on standard output")
@@ -268,16 +264,8 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
       ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
       ->group("Scene");
   add_scene_options(*c, o->changes);
-  add_table_options(*c, "Method", false, o->table);
-  c->get_option("--filter")->group("");  // hidden: check_options() takes only "off"
-  add_table_options(*c, "Effort", false, o->table);
-  add_table_options(*c, "Machine", false, o->table);
-  c->add_option("--stats", o->statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
-      ->take_last()
-      ->option_text("FILE")
-      ->group("Reports");
-  c->add_flag("-v,--verbose", o->verbose, "Print choices, too")->group("Reports");
-  c->add_flag("-q,--quiet", o->quiet, "Print warnings and errors only")->group("Reports");
+  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
+  add_report_options(*c, true, o->report);
   c->footer(kMeasureFooter);
   c->callback([o, &exit_status] { exit_status = run_measure(*o); });
 }

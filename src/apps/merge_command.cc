@@ -143,7 +143,7 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
       ->option_text("FILE");
   add_picture_options(*c, "Options", options->picture);
   c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");
-  for (const char* name : {"--threads", "--memory", "--disk"}) add_table_option(*c, name, options->table);
+  add_table_options(*c, "Machine", Command::merge, options->table);
   c->add_flag("-q,--quiet", options->quiet, "Print warnings and errors only");
   c->footer(kMergeFooter);
   c->callback([options, &exit_status] { exit_status = run_merge(*options); });

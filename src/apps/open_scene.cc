@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <functional>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
+#include "core/text.h"
 #include "import/ies/luminaire.h"
 #include "import/sky_text.h"
 
@@ -23,12 +23,10 @@ namespace {
 
 /// Parses a number between two bounds. Throws Error that names the option.
 float parse_number(const char* name, const std::string& text, float least, float most) {
-  float value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || rest != end || !(value >= least && value <= most))
+  const std::vector<float> value = numbers_of<float>(text);
+  if (value.size() != 1 || value[0] < least || value[0] > most)
     throw Error(fmt::format("{} '{}' is not a number from {:g} to {:g}", name, text, least, most));
-  return value;
+  return value[0];
 }
 
 }  // namespace

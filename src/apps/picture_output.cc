@@ -4,29 +4,20 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
-#include <charconv>
-#include <cmath>
-#include <filesystem>
 #include <string_view>
 
 #include "apps/commands.h"
 #include "apps/table_options.h"
 #include "core/atomic_file.h"
 #include "core/log.h"
+#include "core/text.h"
 
 namespace glowworm {
-
-std::string ending_of(const std::string& name) {
-  std::string ending = std::filesystem::path(name).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending;
-}
 
 Output output_of(const std::string& name) {
   if (name == kStandardOutput || name == "exr:-") return {std::string(kStandardOutput), OutputFormat::exr};
   if (name == "png:-") return {std::string(kStandardOutput), OutputFormat::png};
-  const std::string ending = ending_of(name);
+  const std::string ending = lower_ending(name);
   if (ending == ".exr") return {name, OutputFormat::exr};
   if (ending == ".png") return {name, OutputFormat::png};
   if (ending == ".part") return {name, OutputFormat::part};
@@ -49,17 +40,13 @@ void add_false_color_option(CLI::App& command, const std::string& group, const s
     std::string_view range = text;
     if (illuminance) *illuminance = text == "lux" || text.starts_with(kLux);
     if (illuminance && *illuminance) range = text == "lux" ? "auto" : range.substr(kLux.size());
-    ColorScale given;
-    const char* const end = range.data() + range.size();
-    const auto [comma, error] = std::from_chars(range.data(), end, given.low);
-    const auto [rest, error_high] = std::from_chars(comma == end ? end : comma + 1, end, given.high);
-    const bool good = error == std::errc() && error_high == std::errc() && *comma == ',' && rest == end &&
-                      given.low > 0 && given.high > given.low && std::isfinite(given.high);
+    const std::vector<float> ends = numbers_of<float>(range);
+    const bool good = ends.size() == 2 && ends[0] > 0 && ends[1] > ends[0];
     if (!good && range != "auto")
       throw CommandLineError(fmt::format("--false-color '{}' is not a scale", text),
                              fmt::format("Give 'auto' or two positive numbers LOW,HIGH{}.",
                                          illuminance ? ", or 'lux' or 'lux:LOW,HIGH' for illuminance" : ""));
-    scale = good ? given : ColorScale();
+    scale = good ? ColorScale{ends[0], ends[1]} : ColorScale();
   };
   command.add_option_function<std::string>("--false-color", read, meaning)
       ->take_last()

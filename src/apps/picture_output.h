@@ -31,9 +31,6 @@ struct PictureOptions {
   bool illuminance = false;               ///< these show illuminance, not luminance
 };
 
-/// The ending of a file's name in small letters.
-std::string ending_of(const std::string& name);
-
 /// The output that a name after -o describes. Throws CommandLineError for an unknown ending.
 Output output_of(const std::string& name);
 

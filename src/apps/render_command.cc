@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -24,6 +23,7 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "dist/ranks.h"
 #include "kernels/simd.h"
 #include "render/checkpoint.h"
@@ -44,10 +44,11 @@ struct RenderOptions {
   std::string scene, command_line;
   std::vector<std::string> names;  ///< values of -o
   std::vector<Output> outputs;
-  std::string statistics, simd = "auto", resume, view, tev;
+  std::string simd = "auto", resume, view, tev;
   std::vector<std::string> lights;
   PictureOptions picture;
-  bool verbose = false, quiet = false, preview = false, resumes = false;
+  bool preview = false, resumes = false;
+  ReportOptions report;
   TableOptions table;
   SceneOptions changes;
   RenderSettings settings;  ///< settings of the table, with the memory available
@@ -64,7 +65,7 @@ void name_outputs(RenderOptions& o, const FilmRequest& film) {
     o.outputs.push_back(output_of(fmt::format("{}-of-{}.part", part.index, part.count)));
   if (o.outputs.empty()) {
     std::string name = film.file.empty() ? "out.exr" : film.file;
-    if (const std::string ending = ending_of(name); ending != ".exr" && ending != ".png") {
+    if (const std::string ending = lower_ending(name); ending != ".exr" && ending != ".png") {
       name = std::filesystem::path(name).replace_extension(".exr");
       inform(fmt::format("note: the image of '{}' is written as {}", film.file, name));
     }
@@ -97,14 +98,14 @@ void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
   if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
   for (const Output& output : o.outputs) files.add("-o", output.path);
-  if (!o.statistics.empty()) files.add("--stats", o.statistics);
+  if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
   if (!o.resume.empty()) files.add("--resume", o.resume);
   // Probing or reading a pipe would block forever.
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
   bool any = false;
   for (const Output& output : o.outputs) any = files.probe(output.path) || any;
   if (!any) files.throw_if_any_failed();
-  for (const std::string& path : {o.statistics, o.resume})
+  for (const std::string& path : {o.report.statistics, o.resume})
     if (!path.empty()) files.probe(path);
 }
 
@@ -213,8 +214,8 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
   describe_times(statistics);
   describe_photons(job);
-  if (!o.statistics.empty())
-    files.write(o.statistics, [&] { write_file(o.statistics, statistics_json(job, tracer) + "\n"); });
+  if (!o.report.statistics.empty())
+    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} camera samples are black, because their light was not finite", job.samples_not_finite()));
   inform(fmt::format("{:.4g} samples a pixel in {:.2f} s{}", job.mean_samples(), statistics.seconds(Phase::total),
@@ -329,7 +330,7 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   inform(describe(o.table.settings, job.settings(), *scene));
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
   for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
-  const std::exception_ptr failure = attend(job, o.quiet,
+  const std::exception_ptr failure = attend(job, o.report.quiet,
                                             {{1, [&] { keep_checkpoint(o, job, files); }},
                                              {2, [&] { keep_preview(o, job, files); }},
                                              {0.25, [&] { tev.show(job); }}});
@@ -363,7 +364,7 @@ int render_with_others(RenderOptions& o) {
 }
 
 int run_render(RenderOptions& o) {
-  set_log_level(o.quiet ? LogLevel::quiet : o.verbose ? LogLevel::verbose : LogLevel::normal);
+  o.report.apply();
   set_thread_count(o.table.settings.threads);
   read_command_line([&] { set_simd(o.simd); });
   resolve_options(o);
@@ -377,11 +378,9 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->allow_extra_args(false)
       ->option_text("FILE [the scene's, or out.exr]")
       ->group("Picture");
-  add_table_options(c, "Picture", false, o.table);
-  c.add_option("--view", o.view, "Move the camera: nine numbers for eye, target and up; the lens does not change")
-      ->take_last()
-      ->option_text("X,Y,Z,X,Y,Z,X,Y,Z")
-      ->group("Picture");
+  add_table_options(c, "Picture", Command::render, o.table);
+  add_text(c, "Picture", "--view", o.view, "X,Y,Z,X,Y,Z,X,Y,Z",
+           "Move the camera: nine numbers for eye, target and up; the lens does not change");
   c.add_option(
        "--light", o.lights,
        "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians); or add a luminaire of a "
@@ -389,15 +388,12 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->allow_extra_args(false)
       ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
       ->group("Picture");
-  c.add_option("--tev", o.tev, "Show the unfinished image in a running tev")
-      ->take_last()
-      ->option_text("HOST:PORT")
-      ->group("Picture");
+  add_text(c, "Picture", "--tev", o.tev, "HOST:PORT", "Show the unfinished image in a running tev");
   add_picture_options(c, "Picture", o.picture);
 }
 
 void add_effort_options(CLI::App& c, RenderOptions& o) {
-  add_table_options(c, "Effort", false, o.table);
+  add_table_options(c, "Effort", Command::render, o.table);
   c.add_option("--resume", o.resume,
                "Keep a checkpoint in a file, and continue from it if it exists; give it as the last option, or as "
                "--resume=FILE")
@@ -406,23 +402,6 @@ void add_effort_options(CLI::App& c, RenderOptions& o) {
       ->group("Effort");
   c.add_flag("--preview", o.preview, "Write the unfinished image every two seconds, or less often if writing is slow")
       ->group("Effort");
-}
-
-void add_machine_options(CLI::App& c, RenderOptions& o) {
-  add_table_options(c, "Machine", false, o.table);
-  c.add_option("--simd", o.simd, "Instruction set of the kernels")
-      ->take_last()
-      ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
-      ->group("Machine");
-}
-
-void add_report_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("--stats", o.statistics, "Write counts, times and settings as JSON; docs/guide.md has the keys")
-      ->take_last()
-      ->option_text("FILE")
-      ->group("Reports");
-  c.add_flag("-v,--verbose", o.verbose, "Also print automatic choices and the time of each phase")->group("Reports");
-  c.add_flag("-q,--quiet", o.quiet, "Print only warnings and errors")->group("Reports");
 }
 
 /// Whether an option was given. CLI::App::count() would end the program if memory runs out.
@@ -461,10 +440,11 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_scene_argument(*c, options->scene);
   add_picture_options(*c, *options);
   add_scene_options(*c, options->changes);
-  add_table_options(*c, "Method", false, options->table);
+  add_table_options(*c, "Method", Command::render, options->table);
   add_effort_options(*c, *options);
-  add_machine_options(*c, *options);
-  add_report_options(*c, *options);
+  add_table_options(*c, "Machine", Command::render, options->table);
+  add_simd_option(*c, "Machine", options->simd);
+  add_report_options(*c, true, options->report);
   c->footer(kRenderFooter);
   c->callback([c, options, &exit_status] {
     options->resumes = is_given(*c, "--resume");

@@ -4,8 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
+#include <string_view>
+
+#include "core/log.h"
+#include "core/text.h"
+#include "kernels/simd.h"
 
 namespace glowworm {
 
@@ -22,13 +26,14 @@ CLI::Option* add_option(CLI::App& command, const Option& option, TableOptions& o
   return command.add_option_function<std::string>(option.name, take, option.meaning);
 }
 
-CLI::Option* add_row(CLI::App& command, const Option& option, const char* standard, TableOptions& options) {
+CLI::Option* add_row(CLI::App& command, const Option& option, const std::string& standard, TableOptions& options) {
   CLI::Option* added = add_option(command, option, options);
   if (option.is_list)
     added->join(',');
   else
     added->take_last();
-  if (!option.is_flag) added->option_text(*standard ? fmt::format("{} [{}]", option.values, standard) : option.values);
+  if (!option.is_flag)
+    added->option_text(!standard.empty() ? fmt::format("{} [{}]", option.values, standard) : option.values);
   return added;
 }
 
@@ -36,11 +41,10 @@ template <typename T>
 CLI::Option* add_bounded(CLI::App& command, const std::string& name, T& value, T least, T most, const char* kind,
                          const std::string& meaning) {
   const auto take = [=, &value](const std::string& text) {
-    T number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size() || !(number >= least && number <= most))
+    const std::vector<T> number = numbers_of<T>(text);
+    if (number.size() != 1 || number[0] < least || number[0] > most)
       throw CommandLineError(fmt::format("{} '{}' is not {} from {} to {}", name, text, kind, least, most));
-    value = number;
+    value = number[0];
   };
   return command.add_option_function<std::string>(name, take, meaning)->take_last();
 }
@@ -67,30 +71,43 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, std::uint32_
   return add_bounded(command, name, value, least, most, "a whole number", meaning);
 }
 
-void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options) {
-  for (const Option& option : render_options()) {
-    const char* standard = view ? option.in_view : option.standard.c_str();
-    if (option.group != group || !standard) continue;
-    add_row(command, option, standard, options)->group(group);
-  }
+void add_table_options(CLI::App& command, const std::string& group, Command which, TableOptions& options) {
+  for (const Option& option : render_options())
+    if (option.group == group && option.is_of(which))
+      add_row(command, option, which == Command::view ? option.in_view : option.standard, options)->group(group);
 }
 
-void add_table_option(CLI::App& command, std::string_view name, TableOptions& options) {
-  for (const Option& option : render_options())
-    if (option.name == name) add_row(command, option, option.standard.c_str(), options);
+void ReportOptions::apply() const {
+  set_log_level(quiet ? LogLevel::quiet : verbose ? LogLevel::verbose : LogLevel::normal);
+}
+
+void add_report_options(CLI::App& command, bool has_statistics, ReportOptions& options) {
+  if (has_statistics)
+    add_text(command, "Reports", "--stats", options.statistics, "FILE",
+             "Write counts, times and settings as JSON; docs/guide.md has the keys");
+  command.add_flag("-v,--verbose", options.verbose, "Also print automatic choices and their reasons")->group("Reports");
+  command.add_flag("-q,--quiet", options.quiet, "Print only warnings and errors")->group("Reports");
+}
+
+CLI::Option* add_text(CLI::App& command, const std::string& group, const std::string& name, std::string& value,
+                      const std::string& values, const std::string& meaning) {
+  return command.add_option(name, value, meaning)->take_last()->option_text(values)->group(group);
+}
+
+void add_simd_option(CLI::App& command, const std::string& group, std::string& simd) {
+  add_text(command, group, "--simd", simd, fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")),
+           "Instruction set of the kernels");
 }
 
 void add_exposure_option(CLI::App& command, const std::string& group, std::optional<float>& exposure) {
   const auto read = [&exposure](const std::string& text) {
-    float stops = 0;
-    const char* const end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data() + text.starts_with('+'), end, stops);
-    const bool good = error == std::errc() && rest == end && std::abs(stops) <= 100;
+    const std::vector<float> stops = numbers_of<float>(std::string_view(text).substr(text.starts_with('+')));
+    const bool good = stops.size() == 1 && std::abs(stops[0]) <= 100;
     if (!good && text != "auto")
       throw CommandLineError(Error(fmt::format("--exposure '{}' is not a number of stops", text),
                                    "Give 'auto' or a number from -100 to 100.")
                                  .what());
-    exposure = good ? std::optional(stops) : std::nullopt;
+    exposure = good ? std::optional(stops[0]) : std::nullopt;
   };
   command
       .add_option_function<std::string>(

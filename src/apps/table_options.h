@@ -1,9 +1,8 @@
-// The options of a render (render/options.h) on the command line.
+// Options on the command line that several commands have, those of the table of renders (render/options.h) among them.
 #pragma once
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "apps/commands.h"
@@ -21,6 +20,25 @@ struct TableOptions {
   std::vector<const Option*> given;
 };
 
+/// How much a command prints, and where it writes statistics.
+struct ReportOptions {
+  std::string statistics;  ///< file of --stats; empty: none
+  bool verbose = false, quiet = false;
+
+  /// Sets the level of the log.
+  void apply() const;
+};
+
+/// Adds -v, -q and, if the command writes statistics, --stats.
+void add_report_options(CLI::App& command, bool has_statistics, ReportOptions& options);
+
+/// Adds an option with one text. The last one counts if it is given several times.
+/// @param values placeholder in the help
+CLI::Option* add_text(CLI::App& command, const std::string& group, const std::string& name, std::string& value,
+                      const std::string& values, const std::string& meaning);
+/// Adds --simd.
+void add_simd_option(CLI::App& command, const std::string& group, std::string& simd);
+
 /// Adds an option whose value is one of `names`. Any other value ends the program with status 2 and suggests the
 /// nearest name.
 CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& value,
@@ -33,11 +51,8 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, std::uint32_
                         std::uint32_t most, const std::string& meaning);
 
 /// Adds the options of one group of the table to a command.
-/// @param view add only those that `glowworm view` has
-void add_table_options(CLI::App& command, const std::string& group, bool view, TableOptions& options);
-
-/// Adds one option of the table to a command.
-void add_table_option(CLI::App& command, std::string_view name, TableOptions& options);
+/// @param which the command, as the table names it
+void add_table_options(CLI::App& command, const std::string& group, Command which, TableOptions& options);
 
 /// Adds --exposure: stops, or "auto", which leaves `exposure` empty.
 void add_exposure_option(CLI::App& command, const std::string& group, std::optional<float>& exposure);

@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -34,14 +31,8 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
 }
 
 void add_session_options(CLI::App& c, ViewOptions& o) {
-  c.add_option("--script", o.script, "Play this JSON file; docs/guide.md has its keys")
-      ->take_last()
-      ->option_text("FILE.json")
-      ->group("Session");
-  c.add_option("--out", o.out, "Write every frame to this folder instead of opening a window")
-      ->take_last()
-      ->option_text("FOLDER")
-      ->group("Session");
+  add_text(c, "Session", "--script", o.script, "FILE.json", "Play this JSON file; docs/guide.md has its keys");
+  add_text(c, "Session", "--out", o.out, "FOLDER", "Write every frame to this folder instead of opening a window");
   add_number(c, "--frames", o.frames, 1u, 1'000'000'000u, "Stop after this number of frames")
       ->option_text("N [the script's]")
       ->group("Session");
@@ -51,10 +42,7 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
       ->group("Session");
   c.add_flag("--adapt", o.adapt, "Also with --out: hold --fps with fewer pixels, rays and photons while the view moves")
       ->group("Session");
-  c.add_option("--simd", o.simd, "Instruction set of the kernels")
-      ->take_last()
-      ->option_text(fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")))
-      ->group("Session");
+  add_simd_option(c, "Session", o.simd);
 }
 
 constexpr const char* kViewFooter = R"(
@@ -121,7 +109,7 @@ void add_view_command(CLI::App& program, int& exit_status) {
   CLI::App* c = program.add_subcommand("view", "Opens a window on a scene: move the camera and the lights.");
   add_scene_argument(*c, options->scene);
   for (const char* group : {"Picture", "Method", "Effort", "Machine"})
-    add_table_options(*c, group, true, options->table);
+    add_table_options(*c, group, Command::view, options->table);
   add_scene_options(*c, options->changes);
   add_start_options(*c, *options);
   add_session_options(*c, *options);

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/text.h"
 
 namespace glowworm {
 
@@ -23,7 +24,7 @@ namespace {
 /// @param exposure stops; if empty, it is chosen from the frame and kept
 void write_frame(const ViewOptions& o, const ViewFrame& frame, const std::string& path,
                  std::optional<float>& exposure) {
-  if (std::filesystem::path(path).extension() == ".exr") {
+  if (lower_ending(path) == ".exr") {
     write_exr(path, frame_image(frame));
     return;
   }

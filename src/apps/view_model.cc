@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <exception>
-#include <filesystem>
 #include <utility>
 
 #include "core/log.h"
+#include "core/text.h"
 #include "session/camera_control.h"
 
 namespace glowworm {
@@ -135,9 +135,8 @@ void ViewModel::add_times(const ViewFrame& frame) {
 void ViewModel::save(const std::string& path) {
   if (!shown) return say("there is no picture to save yet");
   try {
-    const std::string ending = std::filesystem::path(path).extension();
     const bool light_shown = shown->frame.is_light;
-    if (ending == ".png")
+    if (lower_ending(path) == ".png")
       write_png(path, frame_image(shown->frame), light_shown ? tone : ToneCurve::srgb, light_shown ? exposure : 0);
     else
       write_image(path, frame_image(shown->frame));

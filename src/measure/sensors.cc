@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/names.h"
 #include "core/parallel.h"
+#include "core/text.h"
 
 namespace glowworm {
 
@@ -45,16 +46,10 @@ struct Spaced {
 
 Spaced read_spaced(const char* option, const std::string& text, const char* form) {
   const std::size_t comma = text.rfind(',');
-  Spaced out;
-  bool good = comma != std::string::npos && comma > 0;
-  if (good) {
-    const char* const end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data() + comma + 1, end, out.spacing);
-    good = error == std::errc() && rest == end && out.spacing > 0 && std::isfinite(out.spacing);
-  }
-  if (!good) throw Error(fmt::format("{} '{}' has no spacing", option, text), form);
-  out.name = text.substr(0, comma);
-  return out;
+  const bool named = comma != std::string::npos && comma > 0;
+  const std::vector<float> spacing = named ? numbers_of<float>(text.substr(comma + 1)) : std::vector<float>();
+  if (spacing.size() != 1 || !(spacing[0] > 0)) throw Error(fmt::format("{} '{}' has no spacing", option, text), form);
+  return {text.substr(0, comma), spacing[0]};
 }
 
 void check_number(double count, const std::string& text) {
@@ -162,15 +157,12 @@ Sensors plane_sensors(const std::string& text, const Scene& scene) {
   const auto [plane, spacing] = read_spaced("--grid", text, kForm);
   const bool turned = plane.starts_with('-');
   const std::string_view rest = std::string_view(plane).substr(turned);
-  float level = 0;
-  const char* const end = rest.data() + rest.size();
   const bool named = rest.size() > 2 && rest[0] >= 'x' && rest[0] <= 'z' && rest[1] == '=';
-  if (!named) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
-  const auto [stop, error] = std::from_chars(rest.data() + 2, end, level);
-  if (error != std::errc() || stop != end) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
+  const std::vector<float> levels = named ? numbers_of<float>(rest.substr(2)) : std::vector<float>();
+  if (levels.size() != 1) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
   const int axis = rest[0] - 'x', across = axis == 0 ? 1 : 0, along = axis == 2 ? 1 : 2;
   const Box3 box = scene.bounds();
-  level -= scene.origin()[axis];
+  const float level = levels[0] - scene.origin()[axis];
   if (!(level >= box.min[axis] && level <= box.max[axis]))
     throw Error(fmt::format("the plane of --grid '{}' misses the scene, which reaches from {} to {} m", text,
                             scene.outside(box.min)[axis], scene.outside(box.max)[axis]));

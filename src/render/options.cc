@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "kernels/kernel_shape.h"
 
 namespace glowworm {
@@ -117,19 +118,15 @@ Option flag(Option row, bool RenderSettings::*field, bool value = true) {
 
 Option size_row(Option row) {
   row.parse = [name = row.name](RenderSettings& s, const std::string& text) {
-    int width = 0, height = 0;
-    const char* const end = text.data() + text.size();
-    const auto x = std::from_chars(text.data(), end, width);
-    const bool has_x = x.ec == std::errc() && x.ptr != end && *x.ptr == 'x';
-    const auto y = std::from_chars(has_x ? x.ptr + 1 : end, end, height);
-    const bool good = has_x && y.ec == std::errc() && y.ptr == end && std::min(width, height) > 0 &&
-                      std::max(width, height) <= kMaxPictureSide;
+    const std::vector<int> sides = numbers_of<int>(text, 'x');
+    const bool good =
+        sides.size() == 2 && std::min(sides[0], sides[1]) > 0 && std::max(sides[0], sides[1]) <= kMaxPictureSide;
     if (!good && text != "auto")
       throw Error(
           fmt::format("{} '{}' is not a size", name, text),
           fmt::format("Give WIDTHxHEIGHT in pixels, both from 1 to {}, for example 1280x720.", kMaxPictureSide));
-    s.width = good ? width : 0;
-    s.height = good ? height : 0;
+    s.width = good ? sides[0] : 0;
+    s.height = good ? sides[1] : 0;
   };
   row.print = [](const RenderSettings& s) {
     return s.width == 0 && s.height == 0 ? "auto" : fmt::format("{}x{}", s.width, s.height);
@@ -143,12 +140,9 @@ Option size_row(Option row) {
 
 template <typename T>
 bool parse_four(std::string_view text, T (&out)[4]) {
-  const char *at = text.data(), *const end = at + text.size();
-  for (int i = 0; i < 4; ++i) {
-    const auto [next, error] = std::from_chars(at, end, out[i]);
-    if (error != std::errc() || (i < 3 ? next == end || *next != ',' : next != end)) return false;
-    at = next + 1;
-  }
+  const std::vector<T> numbers = numbers_of<T>(text);
+  if (numbers.size() != 4) return false;
+  std::copy(numbers.begin(), numbers.end(), out);
   return out[0] < out[2] && out[1] < out[3] && out[0] >= 0 && out[1] >= 0;
 }
 
@@ -183,15 +177,11 @@ Option pixel_bounds_row(Option row) {
 
 Option part_row(Option row) {
   const auto read = [name = row.name](const std::string& text) {
-    SampleShare part;
-    const char* const end = text.data() + text.size();
-    const auto i = std::from_chars(text.data(), end, part.index);
-    const bool has_index = i.ec == std::errc() && i.ptr != end && *i.ptr == '/';
-    const auto n = std::from_chars(has_index ? i.ptr + 1 : end, end, part.count);
-    const bool good = has_index && n.ec == std::errc() && n.ptr == end && part.index >= 1 && part.index <= part.count;
+    const std::vector<std::uint32_t> part = numbers_of<std::uint32_t>(text, '/');
+    const bool good = part.size() == 2 && part[0] >= 1 && part[0] <= part[1];
     if (!good && text != "all")
       throw Error(fmt::format("{} '{}' is not a part", name, text), "Give I/N with I from 1 to N, for example 3/8.");
-    return good ? part : SampleShare();
+    return good ? SampleShare{part[0], part[1]} : SampleShare();
   };
   const auto print = [](const SampleShare& p) { return p.is_all() ? "all" : fmt::format("{}/{}", p.index, p.count); };
   return member(std::move(row), &RenderSettings::part, read, print, print);
@@ -243,6 +233,19 @@ std::string without_packets(const RenderSettings& s) {
 
 std::string by_pixel_bounds(const RenderSettings& s) { return s.bounds.empty() ? "" : "--pixel-bounds"; }
 
+Option of_commands(std::set<Command> commands, Option row) {
+  row.commands = std::move(commands);
+  return row;
+}
+
+/// The commands of a row that names none. @param group of the row
+std::set<Command> commands_of(const std::string& group) {
+  if (group == kPicture) return {Command::render};
+  if (group == kMachine) return {Command::render, Command::bake, Command::measure, Command::merge};
+  if (group.empty()) return {};
+  return {Command::render, Command::bake, Command::measure};
+}
+
 // Rows: name, group, key, values, standard, in_view, meaning, shows, overruled_by.
 std::vector<Option> picture_options() {
   return {
@@ -289,12 +292,12 @@ std::vector<Option> method_options() {
              "far as it pays)",
              false, without_packets},
             &S::reorder, 1u << 20),
-      choice(
-          {"--filter", kMethod, "filter", "", "auto", "auto",
-           "Filter of gathered light: auto averages pixels whose difference is noise; off leaves all samples as they "
-           "are",
-           true, without_gathering},
-          &S::filter, {"auto", "off"}),
+      of_commands({Command::render, Command::bake},
+                  choice({"--filter", kMethod, "filter", "", "auto", "auto",
+                          "Filter of gathered light: auto averages pixels whose difference is noise; off leaves all "
+                          "samples as they are",
+                          true, without_gathering},
+                         &S::filter, {"auto", "off"})),
       count({"--seed", kMethod, "seed", "N", "0", "0",
              "Seed of all random numbers: the same scene, settings and seed give the same image, bit for "
              "bit, with the same version and instruction set (--simd, and the machine's for rays)",
@@ -391,7 +394,7 @@ std::vector<Option> machine_options() {
   };
 }
 
-/// Settings that only programs choose.
+/// Settings that only programs choose; no command has them.
 std::vector<Option> inner_options() {
   using S = RenderSettings;
   return {
@@ -411,8 +414,8 @@ const std::vector<Option>& render_options() {
   static const std::vector<Option> options = [] {
     std::vector<Option> all;
     for (auto* part : {picture_options, method_options, method_flags, effort_options, machine_options, inner_options}) {
-      const std::vector<Option> rows = part();
-      all.insert(all.end(), rows.begin(), rows.end());
+      for (const Option& row : part())
+        all.push_back(row.commands.empty() ? of_commands(commands_of(row.group), row) : row);
     }
     return all;
   }();

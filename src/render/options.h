@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "render/settings.h"
 
 namespace glowworm {
+
+/// Commands of the program that take options of the table.
+enum class Command { render, bake, measure, merge, view };
 
 struct Option {
   const char* name;               ///< "--samples"; without dashes: not on the command line
@@ -24,8 +28,9 @@ struct Option {
   bool shows = false;  ///< changes bits of the samples; part of the key of a checkpoint
   /// The option, with its value, that disables this one; "" if none does. Null: it always has an effect.
   std::string (*overruled_by)(const RenderSettings&) = nullptr;
-  bool is_list = false;  ///< may be repeated; each use adds to its list
-  bool is_flag = false;  ///< takes no value
+  bool is_list = false;             ///< may be repeated; each use adds to its list
+  bool is_flag = false;             ///< takes no value
+  std::set<Command> commands = {};  ///< that have the option, besides view (in_view)
 
   /// Parses the text. Throws Error that names the option, the text and what is expected.
   /// Flags: "given" or "not given".
@@ -37,6 +42,9 @@ struct Option {
 
   bool has_effect(const RenderSettings& settings) const { return !overruled_by || overruled_by(settings).empty(); }
   bool is_on_command_line() const { return !group.empty(); }
+  bool is_of(Command command) const {
+    return command == Command::view ? in_view != nullptr : commands.contains(command);
+  }
 };
 
 /// All options, in the order of the help.

@@ -282,7 +282,6 @@ def measure(
     nearest: Optional[int] = None,
     integrator: Optional[str] = None,
     engine: Optional[str] = None,
-    filter: Optional[str] = None,
     seed: Optional[int] = None,
     time: Union[float, str, None] = None,
     noise: Union[float, str, None] = None,
