@@ -32,8 +32,6 @@ constexpr std::size_t kBlockedAhead = 16;
 
 using Clock = std::chrono::steady_clock;
 
-std::size_t parts_of(std::size_t points) { return (points + kPartPoints - 1) / kPartPoints; }
-
 /// Processes one bucket after another. Holds the memory of one thread.
 class BucketWorker {
  public:
@@ -182,11 +180,7 @@ class BlockedEngine final : public DensityEngine {
  public:
   std::string name() const override { return "blocked"; }
 
-  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
-    const std::size_t parts = std::max<std::size_t>(parts_of(points), 1);
-    return {BlockedIndex::bytes(photons) + QueryBuckets::bytes((points + parts - 1) / parts),
-            static_cast<std::uint32_t>(parts)};
-  }
+  std::uint64_t index_bytes(std::size_t photons) const override { return BlockedIndex::bytes(photons); }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
@@ -198,7 +192,7 @@ class BlockedEngine final : public DensityEngine {
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
     statistics.add(Counter::query_points, points.size());
     if (index_.size() == 0) return;
-    const std::size_t parts = parts_of(points.size());
+    const std::size_t parts = (points.size() + kPartPoints - 1) / kPartPoints;
     std::unique_ptr<QueryMemory> memory = take_memory();
     for (std::size_t part = 0; part < parts; ++part)
       estimate_part(points, points.size() * part / parts, points.size() * (part + 1) / parts, radiance, *memory,

@@ -198,11 +198,6 @@ void QueryBuckets::divide(Bucket bucket, int rounds_left) {
   for (const Bucket& part : parts) divide(part, rounds_left - 1);
 }
 
-std::uint64_t QueryBuckets::bytes(std::size_t points) {
-  return points * (sizeof(BucketPoint) + sizeof(RGB) + 2 * sizeof(std::uint32_t)) +
-         (pieces_of(points) * sizeof(std::uint32_t) + sizeof(Bucket)) * cells_for(points);
-}
-
 void BucketOrder::sort(std::span<const BucketPoint> points) {
   const std::size_t n = points.size();
   constexpr std::uint32_t kSheets = 1u << (kKeyCellShift - kKeyCurveBits), kSheetMask = kSheets - 1;

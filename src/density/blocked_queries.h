@@ -58,9 +58,6 @@ class QueryBuckets {
   /// access.)
   void add_answers(const QueryPoints& points, std::span<RGB> radiance);
 
-  /// Bytes that so many points take.
-  static std::uint64_t bytes(std::size_t points);
-
  private:
   void divide(Bucket bucket, int rounds_left);
 

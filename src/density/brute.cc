@@ -26,8 +26,8 @@ class BruteEngine final : public DensityEngine {
  public:
   std::string name() const override { return "brute"; }
 
-  EnginePlan plan(std::size_t, std::size_t photons, std::uint64_t) const override {
-    return {photons * (PhotonBatch::kBytesEach + sizeof(float)), 1};
+  std::uint64_t index_bytes(std::size_t photons) const override {
+    return photons * (PhotonBatch::kBytesEach + sizeof(float));
   }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {

@@ -165,9 +165,8 @@ PhotonBatch control_density(const PhotonBatch& photons, const DensityControlSett
     const std::size_t target = std::max({settings.wanted, share, std::size_t{1}});
     if (target >= left.size()) break;
     Round work(left, flux);
-    const double threshold = std::max(work.threshold(target), double(settings.always_kept));
     const std::vector<bool> stays =
-        work.thin(target, threshold, kDirectionCosines[likeness], hash_combine(settings.seed, round));
+        work.thin(target, work.threshold(target), kDirectionCosines[likeness], hash_combine(settings.seed, round));
     const std::size_t before = left.size();
     keep(left, flux, stays);
     // Most of the target was missed: the remaining photons have no similar neighbours.

@@ -9,8 +9,6 @@ namespace glowworm {
 struct DensityControlSettings {
   /// Number of photons to keep. The batch is thinned where it is densest, by the threshold that gives this number.
   std::size_t wanted = 500000;
-  /// No thinning below this number of photons per square metre, whatever `wanted` is; 0: no limit.
-  float always_kept = 0;
   std::uint32_t seed = 0;  ///< of the order in which photons are visited
 };
 

@@ -37,12 +37,6 @@ struct RadiusPolicy {
   float min_normal_cosine = 0.7f;
 };
 
-/// Resources that an engine would need for a task.
-struct EnginePlan {
-  std::uint64_t bytes = 0;   ///< held at once, in addition to photons, query points and radiances
-  std::uint32_t passes = 1;  ///< number of passes over the query points within the budget
-};
-
 /// An engine indexes one batch of photons and estimates any number of batches of query points; it keeps no state of
 /// queries. All engines with the same radii agree with the brute-force sum to rounding.
 class DensityEngine {
@@ -54,8 +48,8 @@ class DensityEngine {
   virtual ~DensityEngine() = default;
   virtual std::string name() const = 0;
 
-  /// Resources that estimate() would need for so many points and photons within `budget_bytes` (0: unlimited).
-  virtual EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t budget_bytes) const = 0;
+  /// Bytes of an index of so many photons, at most.
+  virtual std::uint64_t index_bytes(std::size_t photons) const = 0;
 
   /// Builds the index over a batch of photons, on all threads (Phase::build_photon_map). Replaces the previous index.
   /// Throws Error if the engine does not support the kind of policy.

@@ -54,10 +54,9 @@ class ForwardEngine final : public DensityEngine {
 
   std::string name() const override { return "forward"; }
 
-  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
-    const std::uint64_t map = photons * (sizeof(ForwardNode) + sizeof(ForwardHot) + sizeof(ForwardCold) + sizeof(Vec3) +
-                                         sizeof(ForwardReach) + sizeof(std::uint32_t) + sizeof(Vec3));
-    return {map + points * 3 * sizeof(std::uint64_t), 1};
+  std::uint64_t index_bytes(std::size_t photons) const override {
+    return photons * (sizeof(ForwardNode) + sizeof(ForwardHot) + sizeof(ForwardCold) + sizeof(Vec3) +
+                      sizeof(ForwardReach) + sizeof(std::uint32_t) + sizeof(Vec3));
   }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {

@@ -38,9 +38,8 @@ class KnnEngine final : public DensityEngine {
 
   std::string name() const override { return nearest_ ? "knn" : "single"; }
 
-  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
-    const std::uint64_t map = photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 4 * sizeof(float));
-    return {map + points * 3 * sizeof(std::uint64_t), 1};
+  std::uint64_t index_bytes(std::size_t photons) const override {
+    return photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 4 * sizeof(float));
   }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {

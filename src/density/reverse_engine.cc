@@ -202,12 +202,7 @@ class ReverseEngine final : public DensityEngine {
 
   std::string name() const override { return "reverse"; }
 
-  EnginePlan plan(std::size_t points, std::size_t photons, std::uint64_t) const override {
-    const std::size_t parts = std::max<std::size_t>((points + kTreePoints - 1) / kTreePoints, 1);
-    const std::size_t part = (points + parts - 1) / parts;
-    return {ReversePhotonArray::bytes(photons) + ReverseTree::bytes(part) + part * kReverseSums * sizeof(float),
-            static_cast<std::uint32_t>(parts)};
-  }
+  std::uint64_t index_bytes(std::size_t photons) const override { return ReversePhotonArray::bytes(photons); }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);

@@ -262,10 +262,4 @@ Box3 ReverseTree::measure(const ReverseSubtree& subtree, const float* points,
   return box;
 }
 
-std::uint64_t ReverseTree::bytes(std::size_t points) {
-  const std::uint64_t finished = kReverseFields * sizeof(float) + sizeof(ReverseNode);
-  const std::uint64_t building = sizeof(KdPoint) + sizeof(KdNode) + sizeof(Vec3) + sizeof(std::uint32_t);
-  return points * (finished + building);
-}
-
 }  // namespace glowworm

@@ -50,9 +50,6 @@ class ReverseTree {
   /// @param points its part of A_R
   Box3 measure(const ReverseSubtree& subtree, const float* points, std::vector<ReverseLeafBounds>& bounds) const;
 
-  /// Peak bytes of building a tree of so many points.
-  static std::uint64_t bytes(std::size_t points);
-
  private:
   std::vector<ReverseNode> nodes_;
   std::vector<ReverseSubtree> subtrees_;

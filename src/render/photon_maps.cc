@@ -293,10 +293,7 @@ void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
   }
   if (settings_.patches && !patched_) find_patches(tracer, statistics);
   if (settings_.diagnosed && !diagnosis_) diagnose(statistics);
-  if (settings_.kept) return;
-  global_.photons = PhotonBatch();
-  global_.radii = PhotonRadii();
-  global_.factors = std::vector<float>();
+  if (!settings_.kept) global_.drop_photons();
 }
 
 void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) {
@@ -306,10 +303,7 @@ void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) 
   const double growth = static_cast<double>(caustic_.count) / static_cast<double>(first_caustic_);
   const double nearest = growth * caustic_nearest(settings_.nearest);
   bring_up(caustic_, static_cast<std::uint32_t>(std::lround(nearest)), tracer, statistics);
-  if (settings_.kept) return;
-  caustic_.photons = PhotonBatch();
-  caustic_.radii = PhotonRadii();
-  caustic_.factors = std::vector<float>();
+  if (!settings_.kept) caustic_.drop_photons();
 }
 
 /// Number of passes for the caustic map if each brings as many photons as the first.
@@ -396,10 +390,10 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 /// Reserves what remains after the maps are made.
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;
-  std::uint64_t bytes = global_.engines.front()->plan(0, count, 0).bytes;
+  std::uint64_t bytes = global_.engines.front()->index_bytes(count);
   for (const Map* map : {&global_, &caustic_})
-    if (map->narrow) bytes += map->narrow->plan(0, map->count, 0).bytes;
-  if (diagnosis_) bytes += diagnosis_->plan(0, global_.count, 0).bytes;
+    if (map->narrow) bytes += map->narrow->index_bytes(map->count);
+  if (diagnosis_) bytes += diagnosis_->index_bytes(global_.count);
   if (settings_.kept)
     bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
   else

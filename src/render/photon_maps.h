@@ -131,6 +131,13 @@ class PhotonMaps {
     Engines engines;
     std::unique_ptr<DensityEngine> narrow;
     bool measured = false, corrected = false, indexed = false;
+
+    /// Frees all but the engines.
+    void drop_photons() {
+      photons = PhotonBatch();
+      radii = PhotonRadii();
+      factors = std::vector<float>();
+    }
   };
 
   void invalidate(const PhotonMapSettings& old);

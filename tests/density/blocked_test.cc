@@ -272,14 +272,10 @@ TEST(BlockedEngine, DividesWhereAllPointsCrowdInOneCell) {
   expect_agreement(photons, fixed(0.1f), points);
 }
 
-TEST(BlockedEngine, PlansItsMemory) {
+TEST(BlockedEngine, TellsTheMemoryOfItsIndex) {
   const auto engine = make_engine("blocked");
-  const EnginePlan plan = engine->plan(1000000, 100000, 0);
-  EXPECT_GE(plan.bytes, 100000u * 40);
-  EXPECT_EQ(plan.passes, 1u);
-  // Query points are worked off in parts: ten times as many do not take ten times the memory.
-  EXPECT_LT(engine->plan(100000000, 100000, 0).bytes, 1u << 30);
-  EXPECT_GT(engine->plan(100000000, 100000, 0).passes, 1u);
+  EXPECT_GE(engine->index_bytes(100000), 100000u * 40);
+  EXPECT_LT(engine->index_bytes(100000), 100000u * 80);
 }
 
 TEST(BlockedEngine, RejectsUnsupportedOptions) {

@@ -74,18 +74,6 @@ TEST(DensityControl, LowersTheCountWhereDensityIsHigh) {
   EXPECT_NEAR(after, before, 0.01 * before);
 }
 
-TEST(DensityControl, KeepsPhotonsBelowADensity) {
-  const PhotonBatch photons = uneven_photons(20000);
-  DensityControlSettings settings;
-  settings.wanted = 1;
-  settings.always_kept = 20000;  // the dense quarter has 73000 to the square metre
-  const PhotonBatch left = control_density(photons, settings);
-  const double per_square_metre = static_cast<double>(in_dense_quarter(left)) / 0.25;
-  EXPECT_GT(per_square_metre, 15000);
-  EXPECT_LT(per_square_metre, 30000);
-  expect_same_flux(photons, left);
-}
-
 /// How much the estimate changes when photons are thinned to a quarter by control, over how much when at random.
 double change_over_that_at_random(const PhotonBatch& photons, const QueryPoints& points, std::uint32_t seed) {
   DensityControlSettings settings;
