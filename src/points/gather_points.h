@@ -31,6 +31,7 @@ struct CameraTask {
   }
   std::size_t pixel_count() const { return static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0); }
   std::size_t slot_count() const { return pixel_count() * sample_count; }
+  bool operator==(const CameraTask&) const = default;
 };
 
 /// Tasks of one pass. Their slots follow one another.

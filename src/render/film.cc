@@ -367,45 +367,26 @@ Film Film::sketch_of_rows(int first, int end) const {
 }
 
 std::vector<std::uint32_t> Film::save() const {
-  std::vector<std::uint32_t> out(state_bytes() / sizeof(std::uint32_t) + 2);
-  std::memcpy(out.data(), &not_finite_, sizeof not_finite_);
-  std::size_t at = 2;
-  for_arrays(
-      [&](const auto& array) {
-        if (array.empty()) return;
-        std::memcpy(&out[at], array.data(), array.size() * sizeof array[0]);
-        at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
-      },
-      *this);
+  std::vector<std::uint32_t> out;
+  out.reserve((sizeof not_finite_ + state_bytes()) / sizeof out[0]);
+  write_state([&](std::span<const std::byte> bytes) {
+    if (bytes.empty()) return;
+    const std::size_t at = out.size();
+    out.resize(at + bytes.size() / sizeof out[0]);
+    std::memcpy(&out[at], bytes.data(), bytes.size());
+  });
   return out;
 }
 
 bool Film::restore(const std::vector<std::uint32_t>& state) {
-  if (state.size() != state_bytes() / sizeof(std::uint32_t) + 2) return false;
-  std::memcpy(&not_finite_, state.data(), sizeof not_finite_);
-  std::size_t at = 2;
-  for_arrays(
-      [&](auto& array) {
-        if (array.empty()) return;
-        std::memcpy(static_cast<void*>(array.data()), &state[at], array.size() * sizeof array[0]);
-        at += array.size() * sizeof array[0] / sizeof(std::uint32_t);
-      },
-      *this);
-  return is_possible();
-}
-
-bool Film::is_possible() const {
-  for (const std::uint32_t count : count_)
-    if (count > kMaxSamples) return false;
-  bool possible = true;
-  for_arrays(
-      [&](const auto& entries) {
-        const bool of_hits = static_cast<const void*>(&entries) == &depth_sum_;
-        const std::vector<std::uint32_t>& counts = of_hits ? depth_count_ : count_;
-        for (std::size_t i = 0; i < entries.size() && possible; ++i) possible = is_possible_of(entries[i], counts[i]);
-      },
-      *this);
-  return possible;
+  std::span<const std::byte> left = std::as_bytes(std::span(state));
+  const auto read = [&](std::span<std::byte> to) {
+    if (to.size() > left.size()) return false;
+    std::copy_n(left.begin(), to.size(), to.begin());
+    left = left.subspan(to.size());
+    return true;
+  };
+  return merge_state(read, kMaxSamples) && left.empty();
 }
 
 void Film::write_state(const std::function<void(std::span<const std::byte>)>& write) const {

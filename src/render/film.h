@@ -138,7 +138,8 @@ class Film {
 
   /// The complete state of the film, for checkpoints.
   std::vector<std::uint32_t> save() const;
-  /// Restores the result of save(); returns false if the size differs or the state is impossible.
+  /// Restores the result of save() in a film of the same size and kind without samples. Returns false, with this film
+  /// in no useful state, if the size differs or the state is impossible.
   bool restore(const std::vector<std::uint32_t>& state);
 
   /// Hands the complete state on, piece by piece, for merge_state().
@@ -167,7 +168,6 @@ class Film {
   /// Calls work(arrays...) for each array of the state, of one film or of several, in the order of save().
   template <typename Work, typename... Films>
   static void for_arrays(Work&& work, Films&... films);
-  bool is_possible() const;
   template <typename Entry>
   bool merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t>& counts,
                    const std::function<bool(std::span<std::byte>)>& read);

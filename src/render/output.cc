@@ -20,23 +20,8 @@ namespace {
 
 using nlohmann::json;
 
-const char* ending_name(Ending ending) {
-  switch (ending) {
-    case Ending::running:
-      return "running";
-    case Ending::samples_done:
-      return "samples_done";
-    case Ending::time_up:
-      return "time_up";
-    case Ending::noise_reached:
-      return "noise_reached";
-    case Ending::cancelled:
-      return "cancelled";
-    case Ending::failed:
-      return "failed";
-  }
-  return "";
-}
+/// By Ending.
+constexpr const char* kEndingNames[] = {"running", "samples_done", "time_up", "noise_reached", "cancelled", "failed"};
 
 json settings_json(const RenderSettings& s) {
   json out;
@@ -161,7 +146,7 @@ std::string statistics_json(const Job& job, const Tracer& tracer) {
   out["mean_samples"] = job.mean_samples();
   out["samples_not_finite"] = job.samples_not_finite();
   out["tasks"] = job.tasks();
-  out["ending"] = ending_name(job.ending());
+  out["ending"] = kEndingNames[static_cast<std::size_t>(job.ending())];
   out["isa"] = simd_name();
   out["threads"] = settings.threads;
   for (int i = 0; i < static_cast<int>(Phase::count_); ++i)

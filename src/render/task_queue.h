@@ -12,11 +12,6 @@
 
 namespace glowworm {
 
-inline bool operator==(const CameraTask& a, const CameraTask& b) {
-  return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1 && a.first_sample == b.first_sample &&
-         a.sample_count == b.sample_count && a.squares == b.squares;
-}
-
 /// Hands out the tasks of tiles. The samples of a tile are computed one task after another, as the film wants them;
 /// tiles are independent. Not thread-safe.
 class TaskQueue {
