@@ -27,8 +27,8 @@ constexpr int kBlock = CameraTask::kBlock;
 constexpr int kSquare = CameraTask::kSquare;
 /// Slot of a camera ray that only fills a packet; its pixel is not of the task.
 constexpr std::uint32_t kNoSlot = 0xffffffffu;
-/// Russian roulette begins after this many sharp bounces.
-constexpr int kRouletteAfter = 4;
+/// Russian roulette begins after this many sharp bounces, and paths end after so many.
+constexpr int kRouletteAfter = 4, kMaxSharpBounces = 32;
 
 /// State of a camera path between bounces.
 struct CameraPath {
@@ -245,7 +245,7 @@ class BlockTracer {
       return false;
     }
     path.throughput *= 1 / (1 - broad_probability);
-    return bounce < settings_.max_sharp_bounces && follow(path, ray, point, bsdf, wo, bounce);
+    return bounce < kMaxSharpBounces && follow(path, ray, point, bsdf, wo, bounce);
   }
 
   void add_emission(const CameraPath& path, const SurfacePoint& point, Vec3 wo) {

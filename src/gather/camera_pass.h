@@ -15,7 +15,6 @@ namespace glowworm {
 struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
-  int max_sharp_bounces = 32;
   bool places = false;  ///< also fill FirstHit::triangle and barycentric
 };
 

@@ -20,7 +20,6 @@ struct FinalGatherSettings {
   const GatherGuide* guide = nullptr;     ///< of diffuse gather points; null: none
   const BrightPatches* bright = nullptr;  ///< patches to sample directly; null: none
   std::uint32_t patch_samples = 0;        ///< rays of each gather point to bright patches, in addition to `rays`
-  int max_sharp_bounces = 16;
   /// Whether rays that meet lights through sharp bounces add them to `radiance.caustic`. Use it for points without
   /// photons around them.
   bool adds_caustics = false;

@@ -24,6 +24,8 @@ using Clock = std::chrono::steady_clock;
 /// Passes of a view at rest that share photons before new ones are traced.
 constexpr std::uint32_t kPassesOfMaps = 16;
 constexpr int kMaxSide = 16384;
+/// Approximate duration of a pass at rest, if frames adapt.
+constexpr double kRestingSeconds = 0.25;
 /// Of large arrays that were freed.
 constexpr std::uint64_t kMaxSpareBytes = std::uint64_t{128} << 20;
 
@@ -168,11 +170,6 @@ void Session::forget_sums() {
   next_filter_ = kSamplesWithSpread;
 }
 
-void Session::forget_frames() {
-  forget_sums();
-  history_.clear();
-}
-
 PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t photons, bool moving) const {
   const bool gathers = state.mode == ViewMode::gather || state.mode == ViewMode::cost;
   PhotonMapSettings wanted;
@@ -301,7 +298,7 @@ FrameEffort Session::plan(const ViewState& state, bool moving) const {
     // Any map of this light is good enough until the view rests.
     if (has_maps_) effort.photons = map_photons_;
   } else if (gathers) {
-    effort.gather = pace_.resting_gather(pixels, state.gather, settings_.resting_seconds);
+    effort.gather = pace_.resting_gather(pixels, state.gather, kRestingSeconds);
   }
   effort.gather = std::max<std::uint32_t>(effort.gather, 1);
   return effort;

@@ -24,7 +24,6 @@ namespace glowworm {
 struct SessionSettings {
   bool adapt = false;             ///< keep the frame rate of moving views with fewer pixels, rays and photons
   double frames_per_second = 15;  ///< target of adapting
-  double resting_seconds = 0.25;  ///< approximate duration of a pass at rest, if frames adapt
   std::uint32_t seed = 0;
   std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
 };
@@ -58,8 +57,6 @@ class Session {
 
   /// Makes the next frame trace new photons although the lights are unchanged: for measurements.
   void forget_photons();
-  /// Makes the next frame start with nothing but the maps: for measurements.
-  void forget_frames();
 
   const MemoryBudget& budget() const { return budget_; }
   const Statistics& statistics() const { return statistics_; }

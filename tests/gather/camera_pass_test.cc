@@ -47,7 +47,7 @@ class CameraPass : public testing::TestWithParam<std::string> {
   const Tracer tracer_;
   // Neither side a multiple of what is traced together.
   const CameraTask task_{3, 2, 61, 47, 5, 2};
-  const CameraPassSettings settings_{64, 48, 7, 32};
+  const CameraPassSettings settings_{64, 48, 7};
   mutable Statistics statistics_;
 };
 
