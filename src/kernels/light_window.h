@@ -42,9 +42,6 @@ struct WindowSums {
 /// surface and the same light. Only the first `height` rows are computed. Runs on the instruction set of set_simd().
 void add_window(const WindowPlanes& planes, int height, WindowSums& sums);
 
-/// The same as plain loops, bit for bit: the reference for tests of the kernel.
-void add_window_reference(const WindowPlanes& planes, int height, WindowSums& sums);
-
 namespace light_window {
 /// Depths may differ by this share, beside what the slope of the surface explains.
 inline constexpr float kDepthShare = 0.005f;

@@ -9,6 +9,7 @@
 
 #include "core/random.h"
 #include "kernels/instruction_sets.h"
+#include "kernels/light_window_reference.h"
 
 namespace glowworm {
 namespace {

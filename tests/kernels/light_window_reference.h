@@ -1,3 +1,4 @@
+#pragma once
 #include <algorithm>
 #include <cmath>
 
@@ -5,18 +6,16 @@
 
 namespace glowworm {
 
-namespace {
-
-using namespace light_window;
+namespace light_window {
 
 /// Similarity of a pixel and the one `to` entries on, and its product with the squared normalized difference.
 struct Pair {
   float alike, differ;
 };
 
-float square(float x) { return x * x; }
+inline float square(float x) { return x * x; }
 
-Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance) {
+inline Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance) {
   const std::ptrdiff_t there = here + to;
   const float difference = square(planes.normal[0][there] - planes.normal[0][here]) +
                            square(planes.normal[1][there] - planes.normal[1][here]) +
@@ -32,8 +31,8 @@ Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to,
   return {alike, alike * d * d / (planes.variance[here] + planes.variance[there] + least)};
 }
 
-void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance2, WindowSums& sums,
-               std::size_t at) {
+inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance2,
+                      WindowSums& sums, std::size_t at) {
   const float distance = std::sqrt(distance2);
   float alike = 0, differ = 0;
   for (std::ptrdiff_t y = -1; y <= 1; ++y)
@@ -54,17 +53,18 @@ void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t t
   sums.variance[at] += weight * weight * planes.variance[here + to];
 }
 
-}  // namespace
+}  // namespace light_window
 
-void add_window_reference(const WindowPlanes& planes, int height, WindowSums& sums) {
+/// add_window() as plain loops, bit for bit.
+inline void add_window_reference(const WindowPlanes& planes, int height, WindowSums& sums) {
   for (int dy = -kWindowReach; dy <= kWindowReach; ++dy)
     for (int dx = -kWindowReach; dx <= kWindowReach; ++dx) {
       const int distance2 = dx * dx + dy * dy;
       if (distance2 == 0 || distance2 > kWindowReach * kWindowReach) continue;
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < WindowSums::kWidth; ++x)
-          add_pixel(planes, y * planes.stride + x, dy * planes.stride + dx, static_cast<float>(distance2), sums,
-                    WindowSums::at(x, y));
+          light_window::add_pixel(planes, y * planes.stride + x, dy * planes.stride + dx, static_cast<float>(distance2),
+                                  sums, WindowSums::at(x, y));
     }
 }
 
