@@ -8,17 +8,6 @@
 
 namespace glowworm {
 
-namespace {
-
-/// Text in one line.
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (c == '\n' || c == '\r') c = ' ';
-  return text;
-}
-
-}  // namespace
-
 RenderSettings sensor_settings(RenderSettings settings) {
   settings.progressive = settings.integrator != Integrator::path;
   settings.default_gather = 256;
@@ -42,6 +31,12 @@ Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene
 }
 
 float illuminance(RGB irradiance) { return kLuminousEfficacy * luminance(irradiance); }
+
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (c == '\n' || c == '\r') c = ' ';
+  return text;
+}
 
 std::string measurement_csv(const Measurement& m, const std::string& about) {
   std::string text = fmt::format(

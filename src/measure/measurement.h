@@ -30,6 +30,9 @@ Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene
 /// Illuminance of an irradiance in lx, by kLuminousEfficacy.
 float illuminance(RGB irradiance);
 
+/// The text with blanks in place of line breaks.
+std::string one_line(std::string text);
+
 /// Text files of a measurement. `about` is told in comments, such as the command line.
 /// Comma-separated values, with the header x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is the mean of
 /// the three channels. Lines that begin with # are comments.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "measure/measurement.h"
 #include "render/output.h"
 
 namespace glowworm {
@@ -75,11 +76,8 @@ DaylightMatrix daylight_matrix(const Job& job, std::size_t sensors) {
 }
 
 std::string daylight_matrix_text(const DaylightMatrix& m, const std::string& about) {
-  std::string line = about;
-  for (char& c : line)
-    if (c == '\n' || c == '\r') c = ' ';
   std::string text = fmt::format("#?RADIANCE\n{}\nSOFTWARE= glowworm {}\nNCOMP=3\nNROWS={}\nNCOLS={}\nFORMAT=ascii\n\n",
-                                 line, version(), m.sensors, m.patches);
+                                 one_line(about), version(), m.sensors, m.patches);
   for (std::size_t i = 0; i < m.sensors; ++i) {
     for (std::size_t patch = 0; patch < m.patches; ++patch) {
       const RGB e = m.at(i, patch);

@@ -67,4 +67,14 @@ py::array owned(std::vector<T> values) {
   return view(data, shape, owner, true);
 }
 
+/// owned() of the vector that work() returns, which runs without the lock of the interpreter.
+template <typename Number, typename Work>
+py::array owned_result(Work&& work) {
+  auto values = [&] {
+    const py::gil_scoped_release release;
+    return work();
+  }();
+  return owned<Number>(std::move(values));
+}
+
 }  // namespace glowworm::python

@@ -14,21 +14,6 @@ namespace py = pybind11;
 
 namespace glowworm::python {
 
-namespace {
-
-void bake(const api::Scene& scene, const std::string& path, const api::BakeOptions& options,
-          const py::object& progress) {
-  const auto report = [&](double share) {
-    const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!progress.is_none()) progress(share);
-  };
-  const py::gil_scoped_release release;
-  api::bake(scene, path, options, report);
-}
-
-}  // namespace
-
 void bind_bake(py::module_& module) {
   const auto with_words = [](const api::Scene& scene, const std::string& path,
                              std::vector<std::pair<std::string, std::string>> more, const std::string& format,
@@ -36,7 +21,8 @@ void bind_bake(py::module_& module) {
                              std::optional<float> exposure, const py::object& progress) {
     api::BakeOptions options{{}, format, light, atlas, texels_per_metre, exposure};
     options.render.more = std::move(more);
-    bake(scene, path, options, progress);
+    const py::gil_scoped_release release;
+    api::bake(scene, path, options, reporter(progress));
   };
   module.def("_bake", with_words, py::arg("scene"), py::arg("path"), py::arg("options"), py::arg("format"),
              py::arg("light"), py::arg("atlas"), py::arg("texels_per_metre"), py::arg("exposure"), py::arg("progress"));

@@ -18,6 +18,16 @@ void bind_rays(pybind11::module_& module);
 void bind_sensors(pybind11::module_& module);
 void bind_bake(pybind11::module_& module);
 
+/// A function that reports the finished share to `progress`, unless that is None. It throws what `progress` and
+/// handlers of signals raise, and may be called without the lock of the interpreter.
+inline auto reporter(const pybind11::object& progress) {
+  return [&progress](double share) {
+    const pybind11::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
+    if (!progress.is_none()) progress(share);
+  };
+}
+
 /// Runs work(const Interrupt&) in a thread, without the lock of the interpreter, and returns its result. A signal whose
 /// handler raises, such as Ctrl-C, interrupts the work, and the handler's exception is thrown.
 template <typename Work>

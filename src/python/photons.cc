@@ -64,6 +64,13 @@ void bind_photon_arrays(py::module_& module) {
 }
 
 void bind_photon_map(py::module_& module) {
+  const auto at_points = [](auto member) {
+    return [member](const PhotonMap& self, const py::object& points, const py::object& normals) {
+      const Floats at = vectors(points, "points");
+      const Floats facing = vectors(normals, "normals", at.shape(0), "points");
+      return owned_result<float>([&] { return (self.*member)(rows<api::Vec3>(at), rows<api::Vec3>(facing)); });
+    };
+  };
   py::class_<PhotonMap>(module, "PhotonMap", "The photon map of all light of a scene.")
       .def(
           py::init([](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, std::uint32_t nearest,
@@ -78,33 +85,13 @@ void bind_photon_map(py::module_& module) {
           "photons: the least number to store. nearest: photons that an estimate should catch. kernel: 'box', 'cone',\n"
           "'epanechnikov' or 'gaussian'. boundary_correction: correct photons whose kernel extends over the edge of a\n"
           "surface. Ctrl-C stops it.")
-      .def(
-          "irradiance",
-          [](const PhotonMap& self, const py::object& points, const py::object& normals) {
-            const Floats at = vectors(points, "points");
-            const Floats facing = vectors(normals, "normals", at.shape(0), "points");
-            const py::gil_scoped_release release;
-            auto out = self.irradiance(rows<api::Vec3>(at), rows<api::Vec3>(facing));
-            const py::gil_scoped_acquire acquire;
-            return owned<float>(std::move(out));
-          },
-          py::arg("points"), py::arg("normals"),
-          "Irradiance at points on surfaces, (m, 3), W m^-2, direct and indirect. points: (m, 3), metres. normals:\n"
-          "(m, 3), unit, on the side whose light is wanted.")
-      .def(
-          "radiance",
-          [](const PhotonMap& self, const py::object& points, const py::object& normals) {
-            const Floats at = vectors(points, "points");
-            const Floats facing = vectors(normals, "normals", at.shape(0), "points");
-            const py::gil_scoped_release release;
-            auto out = self.radiance(rows<api::Vec3>(at), rows<api::Vec3>(facing));
-            const py::gil_scoped_acquire acquire;
-            return owned<float>(std::move(out));
-          },
-          py::arg("points"), py::arg("normals"),
-          "Radiance, (m, 3), W sr^-1 m^-2, that the surface at each point reflects along its normal. Raises Error for "
-          "a\n"
-          "point that is not on a surface.")
+      .def("irradiance", at_points(&PhotonMap::irradiance), py::arg("points"), py::arg("normals"),
+           "Irradiance at points on surfaces, (m, 3), W m^-2, direct and indirect. points: (m, 3), metres. normals:\n"
+           "(m, 3), unit, on the side whose light is wanted.")
+      .def("radiance", at_points(&PhotonMap::radiance), py::arg("points"), py::arg("normals"),
+           "Radiance, (m, 3), W sr^-1 m^-2, that the surface at each point reflects along its normal. Raises Error for "
+           "a\n"
+           "point that is not on a surface.")
       .def_property_readonly("emitted", &PhotonMap::emitted, "Number of emitted light paths.")
       .def("__len__", &PhotonMap::size);
 }
@@ -136,10 +123,7 @@ void bind_density(py::module_& module) {
           [](const DensityIndex& self, const py::object& points, const py::object& normals) {
             const Floats at = vectors(points, "points");
             const Floats facing = normals.is_none() ? Floats() : vectors(normals, "normals", at.shape(0), "points");
-            const py::gil_scoped_release release;
-            auto out = self.sum(rows<api::Vec3>(at), rows<api::Vec3>(facing));
-            const py::gil_scoped_acquire acquire;
-            return owned<float>(std::move(out));
+            return owned_result<float>([&] { return self.sum(rows<api::Vec3>(at), rows<api::Vec3>(facing)); });
           },
           py::arg("points"), py::arg("normals") = py::none(),
           "For each point the sum over photons within their radius h of kernel(distance / h) / h^2 times flux, (m, "
@@ -150,10 +134,7 @@ void bind_density(py::module_& module) {
       "photon_radii",
       [](const py::object& positions, std::uint32_t k) {
         const Floats at = vectors(positions, "positions");
-        const py::gil_scoped_release release;
-        auto out = api::photon_radii(rows<api::Vec3>(at), k);
-        const py::gil_scoped_acquire acquire;
-        return owned<float>(std::move(out));
+        return owned_result<float>([&] { return api::photon_radii(rows<api::Vec3>(at), k); });
       },
       py::arg("positions"), py::arg("k") = 50, "A radius for each photon that holds about k photons, (n,), metres.");
 }

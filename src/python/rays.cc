@@ -83,13 +83,8 @@ std::unique_ptr<RayHits> intersect(const Tracer& tracer, const py::object& origi
 
 py::object normals_of(RayHits& hits) {
   if (!hits.normals.is_none()) return hits.normals;
-  std::vector<api::Vec3> normals;
-  {
-    const std::span<const std::uint32_t> triangles = hits.triangles();
-    const py::gil_scoped_release release;
-    normals = hits.tracer.normals(triangles);
-  }
-  return hits.normals = owned<float>(std::move(normals));
+  const std::span<const std::uint32_t> triangles = hits.triangles();
+  return hits.normals = owned_result<float>([&] { return hits.tracer.normals(triangles); });
 }
 
 }  // namespace

@@ -22,15 +22,10 @@ py::dict measure(const api::Scene& scene, const py::object& points, const py::ob
   api::MeasureOptions options;
   options.render.more = more;
   options.on_surfaces = on_surfaces;
-  const auto report = [&](double share) {
-    const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!progress.is_none()) progress(share);
-  };
   api::Measurement measured;
   {
     const py::gil_scoped_release release;
-    measured = api::measure(scene, rows<api::Vec3>(at), rows<api::Vec3>(facing), options, report);
+    measured = api::measure(scene, rows<api::Vec3>(at), rows<api::Vec3>(facing), options, reporter(progress));
   }
   py::dict out;
   out["irradiance"] = owned<float>(std::move(measured.irradiance));
