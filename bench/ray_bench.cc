@@ -68,16 +68,6 @@ std::vector<Ray> fully_sorted(const std::vector<Ray>& rays, const Box3& bounds) 
   return out;
 }
 
-/// Gives each aligned group of eight rays the direction of its first, as if its gather points shared random numbers and
-/// frames. Rays that would go into their surface keep their own.
-std::vector<Ray> of_one_direction(std::vector<Ray> rays, const std::vector<Vec3>& normals) {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Vec3 shared = rays[i / 8 * 8].direction;
-    if (dot(shared, normals[i]) > 0) rays[i].direction = shared;
-  }
-  return rays;
-}
-
 /// Rays of a scene in one order.
 struct Order {
   const char* name;
@@ -170,8 +160,6 @@ class SceneBench {
     counted<4>(orders_[3], true);
     counted<5>(orders_[0], false);
     counted<6>(orders_[0], true);
-    counted<7>(orders_[4], true);
-    counted<8>(orders_[5], true);
   }
 
  private:
@@ -200,7 +188,6 @@ class SceneBench {
     std::vector<Ray> created;
     for (const std::uint32_t i : by_point) created.push_back(rays.rays[i]);
     std::vector<Ray> framed;
-    std::vector<Vec3> normals;  // of the points of `framed`
     const auto for_chunks = [&](const std::function<void()>& work) {
       for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk) {
         coherent_order(points_, first, std::min(first + kPointsPerChunk, points_.size()), order);
@@ -212,17 +199,13 @@ class SceneBench {
       maker.prepare(points_, order, kRaysEach, 0, nullptr);
       maker.create(0, kRaysEach, rays);
       framed.insert(framed.end(), rays.rays.begin(), rays.rays.end());
-      for (const std::uint32_t point : rays.point) normals.push_back(points_.normal[point]);
     });
     const double framed_seconds = median_seconds(repeats_, [&] { for_chunks([] {}); });
     std::vector<Ray> sorted;
     const double sort_seconds = median_seconds(repeats_, [&] { sorted = fully_sorted(created, scene_.bounds()); });
     orders_.push_back({"gather, point by point", std::move(created), RayOrder::incoherent, 0});
-    std::vector<Ray> alike = of_one_direction(framed, normals);
     orders_.push_back({"gather, strata by frame", std::move(framed), RayOrder::incoherent, framed_seconds});
     orders_.push_back({"gather, all sorted", std::move(sorted), RayOrder::incoherent, sort_seconds});
-    orders_.push_back({"gather, one direction for eight", alike, RayOrder::incoherent, framed_seconds});
-    orders_.push_back({"gather, one direction for eight, told so", std::move(alike), RayOrder::camera, framed_seconds});
   }
 
   const char* name_;
