@@ -137,7 +137,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
       gathers && (settings.disk == DiskUse::always ||
                   (settings.disk == DiskUse::automatic && engine_traits(settings.engine).goes_over_photons &&
                    schedule.queries_at_once < std::min(kFewQueriesPerPhoton * settings.photons, kMaxQueries)));
-  // The file's cache needs memory, too.
+  // Points that are read from the file, and their answers, need memory, too.
   if (schedule.by_disk)
     schedule.queries_at_once =
         static_cast<std::size_t>(std::clamp(left / 2 / kBytesPerQuery, kMinQueries, kMaxQueries));
