@@ -13,25 +13,13 @@ Outline& Outline::line_to(float radius, float y) {
   return *this;
 }
 
-Outline& Outline::torus(float height) {
+Outline& Outline::half_round(float height, float bulge) {
   crease();
   const MeshBuilder::ProfilePoint from = points_.back();
   for (int i = 1; i <= subdivision_; ++i) {
     const float angle = kPi * static_cast<float>(i) / static_cast<float>(subdivision_);
     const bool last = i == subdivision_;
-    points_.push_back({last ? from.radius : from.radius + height / 2 * std::sin(angle),
-                       last ? from.y + height : from.y + height / 2 * (1 - std::cos(angle)), last});
-  }
-  return *this;
-}
-
-Outline& Outline::scotia(float height) {
-  crease();
-  const MeshBuilder::ProfilePoint from = points_.back();
-  for (int i = 1; i <= subdivision_; ++i) {
-    const float angle = kPi * static_cast<float>(i) / static_cast<float>(subdivision_);
-    const bool last = i == subdivision_;
-    points_.push_back({last ? from.radius : from.radius - height / 4 * std::sin(angle),
+    points_.push_back({last ? from.radius : from.radius + bulge * std::sin(angle),
                        last ? from.y + height : from.y + height / 2 * (1 - std::cos(angle)), last});
   }
   return *this;

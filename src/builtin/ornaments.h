@@ -17,8 +17,8 @@ class Outline {
   /// A straight piece with a crease at its beginning and end.
   Outline& line_to(float radius, float y);
   /// A half round that bulges outwards (a torus), or inwards (a scotia, flattened by half), up by `height`.
-  Outline& torus(float height);
-  Outline& scotia(float height);
+  Outline& torus(float height) { return half_round(height, height / 2); }
+  Outline& scotia(float height) { return half_round(height, -height / 4); }
   /// A smooth curve from the last point to (radius, y) that is vertical at both ends.
   Outline& swell_to(float radius, float y);
   /// The shaft of a column up to (radius, y), with a slight swelling in its middle (entasis).
@@ -27,6 +27,7 @@ class Outline {
   std::span<const MeshBuilder::ProfilePoint> points() const { return points_; }
 
  private:
+  Outline& half_round(float height, float bulge);
   void crease() { points_.back().crease = true; }
   int subdivision_;
   std::vector<MeshBuilder::ProfilePoint> points_;
