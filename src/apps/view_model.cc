@@ -34,14 +34,13 @@ FrameTimes times_of(const FrameCost& cost) {
   return t;
 }
 
-}  // namespace
-
+/// Whether two states give the same frame.
 bool same_state(const ViewState& a, const ViewState& b) {
-  return same_view(a.camera, b.camera) && a.lights == b.lights && a.mode == b.mode && a.part == b.part &&
-         a.gather == b.gather && a.engine == b.engine && a.kernel == b.kernel && a.photons == b.photons &&
-         a.nearest == b.nearest && a.width == b.width && a.height == b.height &&
-         a.secondary_gather == b.secondary_gather && a.filter == b.filter && a.reuse == b.reuse;
+  return same_view(a.camera, b.camera) && a.lights == b.lights && same_picture(a, b) && a.filter == b.filter &&
+         a.reuse == b.reuse;
 }
+
+}  // namespace
 
 ViewModel::ViewModel(const ViewOptions& o, const Script& s, std::function<void()> wake)
     : options(o),
@@ -91,24 +90,17 @@ bool ViewModel::take() {
   }
   if (auto loaded = worker.take_scene()) {
     const bool first = !scene;
-    const int width = state.width, height = state.height;
     scene = std::move(loaded);
     rig = std::make_unique<LightRig>(scene->scene);
     tell_notes(*scene->scene, scene->path);
-    ViewState fresh = first ? first_state(options, script, *scene->scene, scene->state) : scene->state;
-    if (!first) {
-      // A new scene keeps the view settings of the last one.
-      fresh.mode = state.mode;
-      fresh.gather = state.gather;
-      fresh.engine = state.engine;
-      fresh.kernel = state.kernel;
-      fresh.filter = state.filter;
-      fresh.secondary_gather = state.secondary_gather;
-      fresh.reuse = state.reuse;
-      fresh.width = width;
-      fresh.height = height;
+    if (first) {
+      state = first_state(options, script, *scene->scene, scene->state);
+    } else {
+      // The settings of the view stay.
+      state.camera = scene->state.camera;
+      state.pivot_distance = scene->state.pivot_distance;
+      state.lights = scene->state.lights;
     }
-    state = fresh;
     light = -1;
     saved_cameras.clear();
     if (!first) expose = expose || !options.exposure;

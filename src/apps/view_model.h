@@ -73,7 +73,4 @@ struct ViewModel {
   std::uint64_t number_ = 0;  // number of the state posted last
 };
 
-/// Whether two states are equal.
-bool same_state(const ViewState& a, const ViewState& b);
-
 }  // namespace glowworm

@@ -135,10 +135,7 @@ Session::Change Session::compare(const ViewState& state) const {
   Change change;
   change.camera = !same_view(state.camera, state_.camera);
   change.lights = state.lights != state_.lights;
-  change.picture = state.mode != state_.mode || state.part != state_.part ||
-                   state.secondary_gather != state_.secondary_gather || state.gather != state_.gather ||
-                   state.engine != state_.engine || state.kernel != state_.kernel || state.photons != state_.photons ||
-                   state.nearest != state_.nearest || state.width != state_.width || state.height != state_.height;
+  change.picture = !same_picture(state, state_);
   return change;
 }
 

@@ -27,6 +27,12 @@ bool needs_diagnosis(ViewMode mode) {
   return mode == ViewMode::density || mode == ViewMode::radius || mode == ViewMode::cost;
 }
 
+bool same_picture(const ViewState& a, const ViewState& b) {
+  return a.mode == b.mode && a.part == b.part && a.gather == b.gather && a.engine == b.engine && a.kernel == b.kernel &&
+         a.photons == b.photons && a.nearest == b.nearest && a.width == b.width && a.height == b.height &&
+         a.secondary_gather == b.secondary_gather;
+}
+
 bool same_view(const Camera& a, const Camera& b) {
   const Transform &m = a.to_world, &n = b.to_world;
   return a.kind == b.kind && m.x == n.x && m.y == n.y && m.z == n.z && m.translation == n.translation &&

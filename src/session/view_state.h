@@ -61,6 +61,8 @@ bool needs_photons(ViewMode mode);
 /// Whether a mode needs PhotonMapSettings::diagnosed.
 bool needs_diagnosis(ViewMode mode);
 
+/// Whether two states show the same light of the same size, but for the camera, the lights, filter and reuse.
+bool same_picture(const ViewState& a, const ViewState& b);
 /// Whether all rays of two cameras are the same.
 bool same_view(const Camera& a, const Camera& b);
 
