@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kWavelengthStream = 0x77617665;
 
 /// Rays end after so many sharp bounces.
-constexpr int kMaxSharpBounces = 16;
+constexpr int kMaxSharpGatherBounces = 16;
 
 /// Least radius of the spot that rays of a narrow lobe may meet, over that of photons. An estimate has the noise of
 /// some fifty photons, which rays average if they spread over several discs.
@@ -254,7 +254,7 @@ class ChunkGatherer {
   /// Continues through the sharp lobes.
   bool follow(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
     const int bounces = ++rays_.bounces[i];
-    if (bounces > kMaxSharpBounces) return false;
+    if (bounces > kMaxSharpGatherBounces) return false;
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
                     hash_combine(hash_combine(points_.sequence[p], kSharpStream + static_cast<std::uint32_t>(bounces)),
