@@ -323,7 +323,7 @@ PointGrid texel_points(const Scene& scene, const Tracer& tracer, const BakeLayou
   grid.position.assign(map.face.size(), Vec3{});
   grid.normal.assign(map.face.size(), Vec3{});
   grid.surface = map.chart;
-  grid.on_surfaces = true;
+  grid.on_surfaces = grid.learns = true;
   std::vector<std::uint8_t> inside(map.face.size(), 0);
   parallel_for(0, map.face.size(), 4096, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
