@@ -5,6 +5,7 @@
 
 #include "bake/light.h"
 #include "image/tone_map.h"
+#include "scene/light_sampling.h"
 
 namespace glowworm {
 
@@ -58,6 +59,7 @@ float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLay
     return texel * baked_albedo(scene, triangle, barycentric) * kInversePi;
   };
   std::vector<RGB> seen;
+  bool sees_texels = false;
   const ShownTexels texels(scene, layout);
   const Camera& camera = scene.camera("");
   for (int y = 0; y < rows; ++y)
@@ -65,12 +67,18 @@ float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLay
       const Vec2 pixel{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
       const CameraRay ray = generate_ray(camera, pixel, columns, rows, {0.5f, 0.5f});
       const Hit hit = tracer.intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-      if (hit.triangle == kNone) continue;
+      if (hit.triangle == kNone) {
+        seen.push_back(environment_radiance(scene, ray.direction));
+        continue;
+      }
       const bool back = dot(scene.geometry().normal(hit.triangle), ray.direction) > 0;
       const std::size_t texel = texels.at(hit.triangle, back, hit.barycentric);
-      if (texel < light.size()) seen.push_back(radiance(hit.triangle, hit.barycentric, light[texel]));
+      if (texel == light.size()) continue;
+      seen.push_back(radiance(hit.triangle, hit.barycentric, light[texel]));
+      sees_texels = true;
     }
-  if (!seen.empty()) return automatic_exposure(seen);
+  if (sees_texels) return automatic_exposure(seen);
+  seen.clear();
   for (std::size_t i = 0; i < light.size(); ++i) {
     const std::uint32_t face = layout.texels.face[i];
     if (face != kNone) seen.push_back(radiance(layout.faces[face].triangle, layout.texels.barycentric[i], light[i]));

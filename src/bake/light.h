@@ -39,9 +39,9 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
 /// diffuse.
 RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// The exposure in stops of a picture by the scene's first camera, as the texels show it. Texels that this camera does
-/// not see, such as the insides of objects, count only if it sees none at all. Tints are exposed as on white surfaces,
-/// because files clip them at 1.
+/// The exposure in stops of a picture by the scene's first camera, as the texels and the environment show it. Texels
+/// that this camera does not see, such as the insides of objects, count only if it sees none at all. Tints are exposed
+/// as on white surfaces, because files clip them at 1.
 /// @param light of all texels; @param what it is
 float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLayout& layout, std::span<const RGB> light,
                          TexelLight what);

@@ -327,6 +327,20 @@ TEST(BakedLight, IsExposedForTheFirstCamera) {
   }
 }
 
+TEST(BakedLight, IsExposedForTheEnvironmentThatTheCameraSees) {
+  SceneDescription d;
+  d.materials.resize(1);
+  d.materials[0].reflectance.value = RGB(0.02f);
+  d.environment.emplace().scale = RGB(5.0f);
+  d.cameras.push_back(look_at({0, 2, 2}, {0, 0, 0}, {0, 1, 0}, 40));
+  add_quad(d, {-0.5f, 0, 0.5f}, {1, 0, 0}, {0, 0, -1});
+  const BakeStage sheet(std::move(d), {32, 0});
+  const float own = automatic_exposure(pixels(sheet.stage.render(by_path(32, 16))));
+  EXPECT_NEAR(automatic_exposure(*sheet.stage.scene, *sheet.stage.tracer, sheet.layout,
+                                 sheet.light(by_gathering(4, 8), TexelLight::radiance), TexelLight::radiance),
+              own, 0.2f);
+}
+
 TEST(BakedLight, IsExposedForAllTexelsIfTheCameraSeesNone) {
   SceneDescription d = two_rooms();
   d.cameras.push_back(look_at({0, 9, 0}, {0, 20, 0}, {1, 0, 0}, 40));
