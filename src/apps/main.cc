@@ -17,6 +17,7 @@
 
 #include "apps/commands.h"
 #include "core/names.h"
+#include "core/parallel.h"
 #include "core/temporary_files.h"
 #include "render/options.h"
 #include "render/output.h"
@@ -145,6 +146,7 @@ int main(int argc, char** argv) {
   int status = 1;
   try {
     status = glowworm::run_program(argc, argv);
+    glowworm::end_threads();
   } catch (const glowworm::CommandLineError& error) {
     glowworm::fail(error.what(), 2);
   } catch (const std::bad_alloc&) {

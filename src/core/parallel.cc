@@ -108,6 +108,11 @@ void set_thread_count(int threads) {
                                                   static_cast<std::size_t>(limit));
 }
 
+void end_threads() noexcept {
+  tbb::task_scheduler_handle handle(tbb::attach{});
+  tbb::finalize(handle, std::nothrow);
+}
+
 int thread_count() { return limit > 0 ? limit : tbb::info::default_concurrency(); }
 
 void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,

@@ -12,6 +12,11 @@ void set_thread_count(int threads);
 /// The number of threads that parallel work uses.
 int thread_count();
 
+/// Ends the threads of parallel work and waits until they are gone; later work starts new ones. Call it at the end of
+/// main(): otherwise the threads end while the process exits, at the same time as leak checkers look at them. Does
+/// nothing while another thread does parallel work.
+void end_threads() noexcept;
+
 /// While this object lives, parallel loops started by this thread, and loops nested in them, stop taking new pieces
 /// when interrupted, and throw Cancelled (core/error.h).
 class CancellationScope {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
+#include <iterator>
 #include <limits>
 #include <mutex>
 #include <set>
@@ -72,6 +74,26 @@ TEST_P(Parallel, InvokeRunsBoth) {
   std::atomic<int> a = 0, b = 0;
   parallel_invoke([&] { a = 1; }, [&] { b = 2; });
   EXPECT_EQ(a + b, 3);
+}
+
+/// Threads are gone after end_threads(), and later work has threads again.
+TEST(EndThreads, LeavesTheThreadsOfTheCallerOnly) {
+  const auto threads = [] {
+    const std::filesystem::directory_iterator all("/proc/self/task");
+    return std::distance(begin(all), end(all));
+  };
+  end_threads();
+  const auto before = threads();
+  set_thread_count(5);
+  for (int round = 0; round < 20; ++round) {
+    std::atomic<int> sum = 0;
+    parallel_for(0, 1000, 1, [&](std::size_t first, std::size_t) { sum += static_cast<int>(first); });
+    EXPECT_EQ(sum, 499500);
+    EXPECT_GT(threads(), before);
+    end_threads();
+    EXPECT_EQ(threads(), before);
+  }
+  set_thread_count(0);
 }
 
 #if defined(__x86_64__)

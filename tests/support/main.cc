@@ -1,0 +1,11 @@
+// The main program of all tests.
+#include <gtest/gtest.h>
+
+#include "core/parallel.h"
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  const int status = RUN_ALL_TESTS();
+  glowworm::end_threads();
+  return status;
+}
