@@ -2,7 +2,8 @@
 """The error that renders with --noise predict, and their true error: bench/results/noise.md.
 
 Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
-samples with the same photons, relative as the predicted one is (relative_error() in src/render/filtered.h).
+seeds without filter, relative as the predicted one is (relative_error() in src/render/filtered.h). It includes the noise of
+the photons, which all samples share, and what the filter blurs; the predicted error does not.
 
 A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
 chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.
@@ -42,9 +43,8 @@ def rows(name, samples):
     """One row for each target."""
     scene = glowworm.Scene.load(path_of(name))
     settings = {"size": SCENES[name][1], "progress": False}
-    # The first part has the samples that the picture begins with.
-    references = [luminance(glowworm.render(scene, samples=3 * samples, part=part, filter="off", **settings))
-                  for part in ("2/3", "3/3")]
+    references = [luminance(glowworm.render(scene, samples=samples, seed=seed, filter="off", **settings))
+                  for seed in (1, 2)]
     for target in TARGETS:
         picture = glowworm.render(scene, noise=target, samples=samples, **settings)
         predicted = float(picture.metadata["glowworm:relative_error"])

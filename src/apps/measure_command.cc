@@ -155,8 +155,10 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
   if (!o.report.statistics.empty())
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   files.throw_if_any_failed();
+  FilmPicture measured = unfiltered_picture(film, false);
+  measured.width = 0;  // sensors need not be beside each other
   inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
-                     relative_error(unfiltered_picture(film, false))));
+                     relative_error(measured)));
 }
 
 int run_measure(MeasureOptions& o) {

@@ -84,9 +84,9 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
-/// @param edges also filter edges
+/// @param edges pixels are beside each other: also filter edges
 FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges) {
-  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
+  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()), edges ? film.width() : 0};
   std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;
@@ -117,6 +117,20 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
   return out;
 }
 
+/// Mean of 5 x 5 pixels, fewer at borders of the picture.
+double luminance_around(const FilmPicture& picture, std::size_t pixel) {
+  constexpr int kReach = 2;
+  const int width = picture.width, height = static_cast<int>(picture.radiance.size()) / width;
+  const int x = static_cast<int>(pixel) % width, y = static_cast<int>(pixel) / width;
+  double sum = 0;
+  int count = 0;
+  for (int v = std::max(y - kReach, 0); v < std::min(y + kReach + 1, height); ++v)
+    for (int u = std::max(x - kReach, 0); u < std::min(x + kReach + 1, width); ++u, ++count)
+      sum += luminance(picture.radiance[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                                        static_cast<std::size_t>(u)]);
+  return sum / count;
+}
+
 }  // namespace
 
 double mean_luminance(const FilmPicture& picture) {
@@ -126,7 +140,9 @@ double mean_luminance(const FilmPicture& picture) {
 }
 
 double relative_variance(const FilmPicture& picture, std::size_t pixel, double mean_luminance) {
-  const double m = luminance(picture.radiance[pixel]), scale = m * m + 0.01 * mean_luminance * mean_luminance;
+  double level = luminance(picture.radiance[pixel]);
+  if (picture.width > 0) level = std::min(level, luminance_around(picture, pixel));
+  const double scale = level * level + 0.01 * mean_luminance * mean_luminance;
   return scale > 0 ? picture.variance[pixel] / scale : 0;
 }
 
@@ -138,7 +154,7 @@ double relative_error(const FilmPicture& picture) {
 }
 
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
-  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count())};
+  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()), film.width()};
   for_pixels(film, [&](std::size_t i) {
     out.radiance[i] = film.radiance(i, indirect_only);
     out.variance[i] = film.variance(i);

@@ -13,6 +13,7 @@ namespace glowworm {
 struct FilmPicture {
   std::vector<RGB> radiance;    ///< W sr^-1 m^-2
   std::vector<float> variance;  ///< of its luminance, as an estimate of what infinitely many samples would give
+  int width = 0;                ///< pixels of a row; 0: pixels are not beside each other
 };
 
 /// The means of all samples.
@@ -29,8 +30,10 @@ FilmPicture filtered_picture(const Film& film, bool indirect_only);
 /// @param rows of the film that are wanted; the others have no meaning
 FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows);
 
-/// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with m the
-/// luminance of the pixel and M that of the picture. What photons that all samples share add to it is not in it.
+/// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with M the
+/// luminance of the picture and m that of the pixel, or of the 5 x 5 pixels around it where that is less: the error of a
+/// single bright sample is large for what the pixel should show. What photons that all samples share add to it is not
+/// in it.
 double relative_error(const FilmPicture& picture);
 
 /// M, and a pixel's part of that mean.

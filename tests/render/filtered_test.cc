@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "builtin/builtin.h"
+#include "core/random.h"
 #include "render/render_testing.h"
 
 namespace glowworm {
@@ -21,12 +22,13 @@ RenderSettings filtered_render(int side, std::uint32_t samples) {
 
 /// Root over pixels of the mean of the squared difference of luminance, relative as relative_error() is.
 double true_error(const FilmPicture& picture, const FilmPicture& reference) {
-  FilmPicture difference = reference;
-  for (std::size_t i = 0; i < difference.variance.size(); ++i) {
-    const float d = luminance(picture.radiance[i]) - luminance(reference.radiance[i]);
-    difference.variance[i] = d * d;
+  const double mean = mean_luminance(reference);
+  double sum = 0;
+  for (std::size_t i = 0; i < reference.radiance.size(); ++i) {
+    const double m = luminance(reference.radiance[i]), d = luminance(picture.radiance[i]) - m;
+    sum += d * d / (m * m + 0.01 * mean * mean);
   }
-  return relative_error(difference);
+  return std::sqrt(sum / static_cast<double>(reference.radiance.size()));
 }
 
 /// The same over the nine tenths of the pixels with the smallest differences: without edges.
@@ -49,6 +51,26 @@ TEST(Filtered, PicturesHaveLessErrorAndEstimateIt) {
   const double error = true_error(filtered, reference);
   EXPECT_LT(error, true_error(unfiltered, reference));
   EXPECT_NEAR(relative_error(filtered), error, 0.3 * error);
+}
+
+/// Pixels of luminance 0.1, of which every hundredth sample is 10 and all others 0. The few bright pixels must not pass
+/// for bright surfaces of little relative noise.
+TEST(Filtered, RelativeErrorKnowsFirefliesFromBrightSurfaces) {
+  constexpr int kSamples = 20, kSide = 140, kPixels = kSide * kSide;
+  constexpr float kBright = 10, kChance = 0.01f, kLevel = kBright * kChance;
+  FilmPicture picture{{}, {}, kSide};
+  double true_variance = 0;
+  for (int i = 0; i < kPixels; ++i) {
+    Sampler sampler(SamplerKind::independent, 1, static_cast<std::uint32_t>(i), 0);
+    int hits = 0;
+    for (int s = 0; s < kSamples; ++s) hits += sampler.next1() < kChance;
+    const float share = static_cast<float>(hits) / kSamples, error = kBright * share - kLevel;
+    picture.radiance.push_back(RGB(kBright * share));
+    picture.variance.push_back(kBright * kBright * share * (1 - share) / (kSamples - 1));
+    true_variance += error * error / kPixels;
+  }
+  const double error = std::sqrt(true_variance / (1.01 * kLevel * kLevel));
+  EXPECT_NEAR(relative_error(picture), error, 0.2 * error);
 }
 
 TEST(Filtered, RendersStopByTheErrorOfTheFilteredPicture) {
