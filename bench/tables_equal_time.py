@@ -2,18 +2,21 @@
 """Error at equal processor time: the path tracer, and photon mapping with and without guided gather rays, filter and
 adaptive sampling.
 
-The time is that of 16 samples with neither guide nor filter (nor rays to bright patches). Each method is rendered with twice
-or half of the samples, or of the square of a noise target, until its times enclose that one, and its error there is
-interpolated. Numbers of samples are powers of two, which are the best stratified. The error is relRMSE without the
-worst 2% of the pixels, against the mean of two progressive renders of this program of other seeds without filter; half of
-their difference is the reference's own noise, which is taken off.
+The time is that of 16 samples (--samples) with neither guide nor filter (nor rays to bright patches). Each method is
+rendered with twice or half of the samples, or of the square of a noise target, until its times enclose that one, and its
+error there is interpolated. Numbers of samples are powers of two, which are the best stratified. The error is relRMSE
+without the worst 2% of the pixels, against the mean of two progressive renders of this program of other seeds without
+filter; half of their difference is the reference's own noise, which is taken off.
 
 A second table has the error of filtered progressive renders of half the size with few photons, and the slope of its
 logarithm over that of the time, with two standard errors of the straight line.
 
 Writes bench/results/equal-time.md. References stay in build/equal-time/, and are made where they are missing.
 
-usage: tables_equal_time.py [--samples-of-reference N] [--seeds N] [SCENE...]
+A filter has more to average in larger pictures: --times 2 doubles their sides, and leaves out the second table.
+
+usage: tables_equal_time.py [--samples-of-reference N] [--samples N] [--times N] [--methods NAME,...] [--seeds N]
+                            [SCENE...]
 """
 import argparse
 import math
@@ -119,6 +122,7 @@ class Scene:
         self.name = name
         self.halves = halves_of_reference(name, options.samples_of_reference)
         self.seeds = range(1, options.seeds + 1)
+        self.methods, self.work = options.methods, options.samples / 16
         self.output = os.path.join(folder, "image.exr")
 
     def noise(self):
@@ -140,6 +144,7 @@ class Scene:
     def error_at(self, method, wanted):
         """Error of a method at a processor time, interpolated between renders, on logarithmic scales."""
         options, effort, work = METHODS[method]
+        work *= self.work
         curve = []
         while len(curve) < MOST_RENDERS:
             seconds, error = self.try_out([*effort(work), *options])
@@ -156,9 +161,9 @@ class Scene:
         return e0 * (e1 / e0) ** (math.log(wanted / t0) / math.log(t1 / t0))
 
     def row(self):
-        first, *others = METHODS
+        first, *others = self.methods
         options, effort, work = METHODS[first]
-        seconds, error = self.try_out([*effort(work), *options])
+        seconds, error = self.try_out([*effort(self.work * work), *options])
         cells = [f"{error:.4f}"]
         for method in others:
             own = self.error_at(method, seconds)
@@ -184,21 +189,27 @@ def table_head(names):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples-of-reference", type=int, default=48, help="of those that are missing")
+    parser.add_argument("--samples", type=int, default=16, help="of the method whose time is that of all")
+    parser.add_argument("--times", type=int, default=1, help="sides of the pictures, times those of the list of scenes")
+    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), help="the first is compared with")
     parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
     if unknown := set(options.scenes) - set(SCENES):
         sys.exit(f"tables_equal_time: there is no scene {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
+    for name, (file, size) in SCENES.items():
+        SCENES[name] = (file, "x".join(str(options.times * int(side)) for side in size.split("x")))
     os.makedirs(CACHE, exist_ok=True)
     os.makedirs(os.path.dirname(RESULTS), exist_ok=True)
     names = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
     lines = [
         "# Error at equal processor time",
         "",
-        "relRMSE without the worst 2% of the pixels, at the processor time of 16 samples with neither guide nor filter, and in",
-        "brackets its ratio to their error. Made by `bench/tables_equal_time.py`, which says how.",
+        f"relRMSE without the worst 2% of the pixels, at the processor time of {options.samples} samples with '{options.methods[0]}',",
+        "and in brackets its ratio to that error. 'neither' is neither guide nor filter. Made by `bench/tables_equal_time.py`,",
+        "which says how.",
         "",
-        *table_head(["scene", "seconds", "noise of reference", *METHODS]),
+        *table_head(["scene", "seconds", "noise of reference", *options.methods]),
     ]
     slopes = []
     with tempfile.TemporaryDirectory() as folder:
@@ -206,12 +217,13 @@ def main():
             scene = Scene(name, options, folder)
             lines.append(scene.row())
             print(lines[-1], flush=True)
-            if name in SLOPE_SCENES:
+            if name in SLOPE_SCENES and options.times == 1:
                 slopes.append(scene.slope_row())
                 print(slopes[-1], flush=True)
-    samples = [f"{n} samples" for n in SLOPE_SAMPLES]
-    lines += ["", "## Error of filtered progressive renders", "",
-              *table_head(["scene", *samples, "longest over shortest time", "slope"]), *slopes]
+    if slopes:
+        samples = [f"{n} samples" for n in SLOPE_SAMPLES]
+        lines += ["", "## Error of filtered progressive renders", "",
+                  *table_head(["scene", *samples, "longest over shortest time", "slope"]), *slopes]
     with open(RESULTS, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 

@@ -86,7 +86,8 @@ EdgePicture edges_of(const Film& film) {
 
 /// @param edges pixels are beside each other: also filter edges
 FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges) {
-  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()), edges ? film.width() : 0};
+  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()),
+                  edges ? film.width() : 0};
   std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;

@@ -31,8 +31,8 @@ FilmPicture filtered_picture(const Film& film, bool indirect_only);
 FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows);
 
 /// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with M the
-/// luminance of the picture and m that of the pixel, or of the 5 x 5 pixels around it where that is less: the error of a
-/// single bright sample is large for what the pixel should show. What photons that all samples share add to it is not
+/// luminance of the picture and m that of the pixel, or of the 5 x 5 pixels around it where that is less: the error of
+/// a single bright sample is large for what the pixel should show. What photons that all samples share add to it is not
 /// in it.
 double relative_error(const FilmPicture& picture);
 

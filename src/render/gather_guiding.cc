@@ -18,13 +18,13 @@ constexpr double kMaxRays = 1 << 20;
 /// Rays from a PointGrid at least: there may be few points, with many samples each.
 constexpr double kMinRaysFromPoints = 1 << 16;
 /// Rays of the pilot pass, as a share of those of a sample of all pixels.
-constexpr double kShare = 0.5;
+constexpr double kShare = 0.25;
 /// The pilot pass ends after one of so many parts if a guide from that gains less than its rays would cost: guided rays
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
 constexpr double kLeastGain = 0.12;
-/// Points of the pilot pass that are worked on at a time.
-constexpr std::size_t kPointsAtOnce = 256;
+/// Points of the pilot pass that are worked on at a time: few rays at once are slow to look up.
+constexpr std::size_t kPointsAtOnce = 1024;
 /// Points of a piece of shared work, about a tenth of a second of a core.
 constexpr double kPointsPerPiece = 4096;
 /// Memory of a point, and of it with its rays.
