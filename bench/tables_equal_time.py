@@ -191,7 +191,8 @@ def main():
     parser.add_argument("--samples-of-reference", type=int, default=48, help="of those that are missing")
     parser.add_argument("--samples", type=int, default=16, help="of the method whose time is that of all")
     parser.add_argument("--times", type=int, default=1, help="sides of the pictures, times those of the list of scenes")
-    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), help="the first is compared with")
+    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS),
+                        help="the first is compared with")
     parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
@@ -206,8 +207,8 @@ def main():
         "# Error at equal processor time",
         "",
         f"relRMSE without the worst 2% of the pixels, at the processor time of {options.samples} samples with '{options.methods[0]}',",
-        "and in brackets its ratio to that error. 'neither' is neither guide nor filter. Made by `bench/tables_equal_time.py`,",
-        "which says how.",
+        f"and in brackets its ratio to that error. 'neither' is neither guide nor filter. Sides of pictures are {options.times} times those",
+        "listed in `bench/tables_equal_time.py`, which made this table and says how.",
         "",
         *table_head(["scene", "seconds", "noise of reference", *options.methods]),
     ]
