@@ -23,8 +23,8 @@ constexpr double kShare = 0.25;
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
 constexpr double kLeastGain = 0.12;
-/// Points of the pilot pass that are worked on at a time: few rays at once are slow to look up.
-constexpr std::size_t kPointsAtOnce = 1024;
+/// Points of the pilot pass that are worked on at a time. More would be faster to look up, but a point takes 13 KB.
+constexpr std::size_t kPointsAtOnce = 256;
 /// Points of a piece of shared work, about a tenth of a second of a core.
 constexpr double kPointsPerPiece = 4096;
 /// Memory of a point, and of it with its rays.
