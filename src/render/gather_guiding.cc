@@ -14,11 +14,11 @@ namespace {
 
 /// Rays of a point of the pilot pass, and most of all.
 constexpr std::uint32_t kRaysEach = 16;
-constexpr double kMaxRays = 1 << 20;
+constexpr double kMaxRays = 1 << 19;
 /// Rays from a PointGrid at least: there may be few points, with many samples each.
 constexpr double kMinRaysFromPoints = 1 << 16;
 /// Rays of the pilot pass, as a share of those of a sample of all pixels.
-constexpr double kShare = 0.25;
+constexpr double kShare = 0.5;
 /// The pilot pass ends after one of so many parts if a guide from that gains less than its rays would cost: guided rays
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
