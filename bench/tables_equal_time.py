@@ -198,6 +198,8 @@ def main():
     options = parser.parse_args()
     if unknown := set(options.scenes) - set(SCENES):
         sys.exit(f"tables_equal_time: there is no scene {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
+    if unknown := set(options.methods) - set(METHODS):
+        sys.exit(f"tables_equal_time: there is no method {', '.join(sorted(unknown))}; there are {', '.join(METHODS)}")
     for name, (file, size) in SCENES.items():
         SCENES[name] = (file, "x".join(str(options.times * int(side)) for side in size.split("x")))
     os.makedirs(CACHE, exist_ok=True)

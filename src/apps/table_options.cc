@@ -85,7 +85,10 @@ void add_report_options(CLI::App& command, bool has_statistics, ReportOptions& o
   if (has_statistics)
     add_text(command, "Reports", "--stats", options.statistics, "FILE",
              "Write counts, times and settings as JSON; docs/guide.md has the keys");
-  command.add_flag("-v,--verbose", options.verbose, "Also print automatic choices and their reasons")->group("Reports");
+  command
+      .add_flag("-v,--verbose", options.verbose,
+                "Also print automatic choices and, for renders, the time of each phase")
+      ->group("Reports");
   command.add_flag("-q,--quiet", options.quiet, "Print only warnings and errors")->group("Reports");
 }
 

@@ -16,9 +16,6 @@ namespace glowworm {
 
 namespace {
 
-/// Random numbers that choose wavelengths, one stream per bounce.
-constexpr std::uint32_t kWavelengthStream = 0x77617665;
-
 /// Rays end after so many sharp bounces.
 constexpr int kMaxSharpGatherBounces = 16;
 
