@@ -23,6 +23,9 @@ constexpr int kMaxSharpGatherBounces = 16;
 /// some fifty photons, which rays average if they spread over several discs.
 constexpr float kSpotRadii = 3;
 
+/// Samples of the direct light at the end of a short ray.
+constexpr LightSampleCounts kSecondaryCounts{1, 1};
+
 /// Final gather rays per piece of parallel work.
 constexpr std::size_t kRaysPerChunk = 32768;
 /// Of these, so many, or one stratum, are traced at a time: their arrays fit into the second-level cache.
@@ -182,9 +185,20 @@ class ChunkGatherer {
 
   /// Whether the final gather adds the light that ray i meets.
   bool counts_light(std::size_t i) const {
-    return (rays_.segment[i] == Segment::secondary_chain && !caustic_queries_) ||
-           (rays_.segment[i] == Segment::chain && settings_.adds_caustics) ||
-           (is_direct(i) && settings_.light_samples > 0);
+    switch (rays_.segment[i]) {
+      case Segment::first:
+      case Segment::through_panes:
+        return settings_.light_samples > 0;
+      case Segment::chain:
+        return settings_.adds_caustics;
+      case Segment::secondary:
+        return true;
+      case Segment::secondary_chain:
+        return !caustic_queries_;
+      case Segment::to_patch:
+        return false;
+    }
+    return false;
   }
 
   /// Whether the photons' radius at `position`, where ray i ends, is large beside the ray's length, or beside the spot
@@ -199,22 +213,26 @@ class ChunkGatherer {
     return reaches(settings_.radii->max_radius()) && reaches(settings_.radii->radius(position));
   }
 
-  /// Adds the light that a ray meets. A ray straight from the gather point is a BSDF sample of direct light.
+  /// Adds the light that a ray meets, if counts_light(i). A ray straight from the gather point, or from the end of a
+  /// short ray, is a BSDF sample of direct light there, and is weighted against the light samples.
   /// @param source light source, counted as in Scene::light_power()
   template <typename PdfFrom>
   void add_light(std::size_t i, RGB emitted, std::uint32_t source, PdfFrom&& light_density_from) {
     if (is_black(emitted)) return;
     const std::uint32_t p = rays_.point[i];
-    if (is_direct(i) && settings_.light_samples > 0) {
-      const float weight =
-          balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
-                            static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
-      radiance_.add(radiance_.direct, points_.slot[p], rays_.weight[i] * emitted * weight, source);
-    } else if (rays_.segment[i] == Segment::secondary_chain) {
-      radiance_.add(radiance_.indirect, points_.slot[p], rays_.weight[i] * emitted, source);
-    } else if (rays_.segment[i] == Segment::chain) {
-      radiance_.add(radiance_.caustic, points_.slot[p], rays_.weight[i] * emitted, source);
-    }
+    const Segment segment = rays_.segment[i];
+    const bool secondary = segment == Segment::secondary;
+    float weight = 1;
+    if (is_direct(i))
+      weight = balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
+                                 static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
+    else if (secondary)
+      weight = balance_heuristic(kSecondaryCounts.bsdf, rays_.pdf[i], kSecondaryCounts.light,
+                                 light_density_from(rays_.scattered_at[i]));
+    std::vector<RGB>& target = is_direct(i)                                       ? radiance_.direct
+                               : secondary || segment == Segment::secondary_chain ? radiance_.indirect
+                                                                                  : radiance_.caustic;
+    radiance_.add(target, points_.slot[p], rays_.weight[i] * emitted * weight, source);
   }
 
   /// Processes a ray that ends on a broad lobe: makes query points, or starts a secondary gather if the ray is too
@@ -228,7 +246,8 @@ class ChunkGatherer {
     return false;
   }
 
-  /// Secondary gather: direct light by one light sample, caustics by their map, all other light by one more ray.
+  /// Secondary gather: caustics by their map, all other light by one more ray, whose direct light is weighted against
+  /// that of one light sample. The sample alone would have no bound where a light touches a corner.
   bool secondary_gather(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
@@ -236,7 +255,7 @@ class ChunkGatherer {
                     points_.sample[p]);
     const Vec2 u_light = sampler.next2();
     const UnoccludedLight light =
-        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y});
+        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y}, kSecondaryCounts);
     if (!is_black(light.radiance)) {
       ++shadow_rays;
       radiance_.add(radiance_.indirect, points_.slot[p],
@@ -274,7 +293,13 @@ class ChunkGatherer {
     if (!s.valid || is_black(s.weight)) return false;
     rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
     rays_.weight[i] = weight * s.weight;
-    rays_.segment[i] = s.straight ? behind_pane(rays_.segment[i]) : next;
+    if (s.straight) {
+      rays_.segment[i] = behind_pane(rays_.segment[i]);
+    } else {
+      rays_.segment[i] = next;
+      rays_.pdf[i] = s.pdf;
+      rays_.scattered_at[i] = point.position;
+    }
     rays_.absorption[i] = absorption(scene_, point.triangle, s.direction);
     return true;
   }

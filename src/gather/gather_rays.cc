@@ -76,6 +76,7 @@ void GatherRays::for_arrays(const Work& work) {
   work(segment);
   work(bounces);
   work(absorption);
+  work(scattered_at);
 }
 
 void GatherRays::reserve(std::size_t n) {
@@ -107,6 +108,7 @@ void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t g
   segment.push_back(Segment::first);
   bounces.push_back(0);
   absorption.push_back(RGB(0.0f));
+  scattered_at.emplace_back();
 }
 
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last,

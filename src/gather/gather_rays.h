@@ -16,7 +16,7 @@ enum class Segment : std::uint8_t {
   first,            ///< straight from the gather point
   through_panes,    ///< the same after panes, which light samples pass, too
   chain,            ///< after a sharp bounce; lights seen through it belong to the caustic map
-  secondary,        ///< straight from the end of a short ray (secondary gather); direct light is sampled there
+  secondary,        ///< from the end of a short ray (secondary gather), through panes or not
   secondary_chain,  ///< after a sharp bounce of a secondary ray; lights count only if there is no caustic map
   to_patch          ///< straight from the gather point to a bright patch
 };
@@ -26,12 +26,13 @@ struct GatherRays {
   std::vector<Ray> rays;
   std::vector<Hit> hits;
   std::vector<RGB> weight;             ///< factor on the radiance along the ray: throughput f_r cos / (pdf N)
-  std::vector<float> pdf;              ///< density of the direction from the gather point, per steradian
+  std::vector<float> pdf;              ///< density of the direction at the last bounce that bent the ray, per steradian
   std::vector<std::uint32_t> point;    ///< index of the gather point
   std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
   std::vector<Segment> segment;
   std::vector<std::uint8_t> bounces;  ///< sharp bounces so far
   std::vector<RGB> absorption;        ///< absorption of the volume that the last bounce entered
+  std::vector<Vec3> scattered_at;     ///< the place of the last bounce that bent the ray; unset before the first
 
   std::size_t size() const { return rays.size(); }
   /// Calls `work` for each of the arrays but `hits`.

@@ -32,6 +32,12 @@ TEST_P(Furnace, ByPhotonMapping) {
   }
 }
 
+/// Secondary gathers sample lights that touch the corners that they start in: no sample may be far off.
+TEST(FurnaceCorners, HaveNoBrightSpecks) {
+  const Stage stage(builtin_scene("furnace-box"));
+  for (const RGB& pixel : pixels(stage.render(by_photons(48, 16, 16, 100'000)))) EXPECT_NEAR(pixel.r, kFurnace, 0.2);
+}
+
 class SlowFurnace : public Furnace {};
 
 /// The gathered light by itself, where nothing exact makes an error look smaller: the mean over four photon maps, whose
