@@ -16,7 +16,7 @@ RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   if (diffuse_point(scene, triangle, barycentric, diffuse)) return diffuse.reflectance;
   SurfacePoint point = surface_point(scene, triangle, barycentric);
   const Bsdf bsdf = resolve_bsdf(scene, point);
-  return clamp(albedo(bsdf, {0, 0, 1}, kDiffuseReflection | kGlossy), 0, 1);
+  return clamp(albedo(bsdf, {0, 0, 1}, kAllLobes & ~kDiffuseTransmission), 0, 1);
 }
 
 namespace {

@@ -303,6 +303,25 @@ TEST(BakeLayout, BakesWhatGlowsInPlacesOrLittle) {
   EXPECT_TRUE(bakes_panel(RGB(20.0f), true)) << "its texture may be black in most places";
 }
 
+TEST(BakedLight, ShowsMetalThatATexturePolishes) {
+  const RGB color{0.5f, 0.25f, 0.125f};
+  SceneDescription d = two_rooms();
+  Material metal;
+  metal.kind = MaterialKind::metallic_roughness;
+  metal.reflectance.value = color;
+  metal.metallic.value = 1;
+  metal.roughness_u = metal.roughness_v = {0.01f, static_cast<std::uint32_t>(d.textures.size())};
+  d.textures.emplace_back();
+  d.materials.push_back(metal);
+  const std::uint32_t material = static_cast<std::uint32_t>(d.materials.size()) - 1;
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, material);
+  const Stage stage(std::move(d));
+  ASSERT_TRUE(is_bakeable(*stage.scene, material));
+  const auto triangle = static_cast<std::uint32_t>(stage.scene->geometry().triangle_count() - 1);
+  const RGB albedo = baked_albedo(*stage.scene, triangle, {0.3f, 0.3f});
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(albedo[c], color[c], 0.1f * color[c]);
+}
+
 /// Two rooms, of which the camera sees the one with the lamp. @param other radiance of a lamp of the other one
 SceneDescription rooms_with_camera(float other) {
   SceneDescription d = two_rooms();
