@@ -1,6 +1,7 @@
 // Charts from the texture coordinates of a file.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -17,6 +18,16 @@ constexpr float kRounding = 1e-4f;     ///< by which coordinates may leave [0, 1
 
 float uv_area(const std::array<Vec2, 3>& c) {
   return 0.5f * std::abs((c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x));
+}
+
+/// Whether an object has coordinates of its own; those of the others of a scene are (0, 0).
+bool has_coordinates(const Geometry& geometry, std::span<const BakeFace> faces, const Chart& chart) {
+  if (geometry.second_uvs.empty()) return false;
+  return std::any_of(chart.faces.begin(), chart.faces.end(), [&](std::uint32_t f) {
+    const auto& corners = geometry.triangles[faces[f].triangle];
+    return std::any_of(corners.begin(), corners.end(),
+                       [&](std::uint32_t v) { return geometry.second_uvs[v].x != 0 || geometry.second_uvs[v].y != 0; });
+  });
 }
 
 /// Makes a chart of an object's coordinates. Returns why they cannot be used; "" where they can.
@@ -41,7 +52,6 @@ std::string lay_out(const Geometry& geometry, std::span<const BakeFace> faces, C
     in_space += geometry.area(faces[f].triangle);
     chart.corners.push_back(corners);
   }
-  if (flat == chart.faces.size()) return "there are none";
   if (flat > 0) return fmt::format("{} of its triangles have no area in the texture", flat);
   if (const double share = overlapping_share(chart); share > kMaxOverlap)
     return fmt::format("{:.1f}% of their area overlaps", 100 * share);
@@ -59,13 +69,14 @@ OwnCharts own_charts(const Geometry& geometry, std::span<const BakeFace> faces) 
   std::map<std::uint32_t, Chart> by_object;
   for (std::uint32_t f = 0; f < faces.size(); ++f) by_object[geometry.object_of(faces[f].triangle)].faces.push_back(f);
   for (auto& [object, chart] : by_object) {
-    const std::string reason = geometry.second_uvs.empty() ? "there are none" : lay_out(geometry, faces, chart);
-    if (reason.empty()) {
+    const bool has_own = has_coordinates(geometry, faces, chart);
+    const std::string reason = has_own ? lay_out(geometry, faces, chart) : "";
+    if (has_own && reason.empty()) {
       out.charts.push_back(std::move(chart));
       continue;
     }
     out.rest.insert(out.rest.end(), chart.faces.begin(), chart.faces.end());
-    if (reason != "there are none") {
+    if (has_own) {
       const std::string name = object != kNone ? geometry.objects[object].name : "the mesh";
       out.reasons.push_back(
           fmt::format("'{}' gets texture coordinates for light instead of its own: {}", name, reason));

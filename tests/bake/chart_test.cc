@@ -119,14 +119,16 @@ TEST(BakeCharts, TakeTrianglesWithoutArea) {
 }
 
 /// Two quads in one object with these second texture coordinates.
-OwnCharts with_uvs(std::array<Vec2, 8> uvs) {
+OwnCharts with_uvs(std::array<Vec2, 8> uvs, bool both_sides = false) {
   Geometry g;
   MeshBuilder builder(g);
   builder.quad({0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0});
   builder.quad({0, 0, 1}, {2, 0, 1}, {2, 1, 1}, {0, 1, 1});
   g.objects = {{0, "quads"}};
   g.second_uvs.assign(uvs.begin(), uvs.end());
-  return own_charts(g, fronts(g));
+  std::vector<BakeFace> faces = fronts(g);
+  if (both_sides) faces.push_back({0, true});
+  return own_charts(g, faces);
 }
 
 constexpr std::array<Vec2, 8> kGoodUvs{
@@ -154,8 +156,12 @@ TEST(BakeOwnCharts, SayWhyCoordinatesAreOfNoUse) {
   uvs[5] = uvs[6] = uvs[4];
   EXPECT_NE(with_uvs(uvs).reasons.at(0).find("no area"), std::string::npos);
   EXPECT_EQ(with_uvs(uvs).rest.size(), 4u);
-  // A file without the coordinates needs no excuse.
+  uvs.fill({0.5f, 0.5f});
+  EXPECT_NE(with_uvs(uvs).reasons.at(0).find("no area"), std::string::npos);
+  EXPECT_NE(with_uvs(kGoodUvs, true).reasons.at(0).find("both sides"), std::string::npos);
+  // An object without coordinates needs no excuse.
   EXPECT_TRUE(with_uvs({}).reasons.empty());
+  EXPECT_TRUE(with_uvs({}, true).reasons.empty());
   EXPECT_EQ(with_uvs({}).rest.size(), 4u);
 }
 
