@@ -36,6 +36,7 @@ enum RandomStream : std::uint32_t {
   kPilotStream = 0x70696c6f,        ///< pilot passes of photons
   kSharpStream = 0x73686172,        ///< gather rays that continue through sharp lobes; one stream for each bounce
   kSplitStream = 0x73706c69,        ///< choice between broad and sharp lobes of gather rays; one stream for each bounce
+  kSurfaceStream = 0x73757266,      ///< camera samples that only look at surfaces
   kWavelengthStream = 0x77617665,   ///< wavelengths of gather rays; one stream for each bounce
 };
 

@@ -81,6 +81,14 @@ class BlockTracer {
   void trace(int x0, int y0) {
     points_.clear();
     queries_.clear();
+    follow_paths(x0, y0);
+    if (!settings_.fine) return;
+    for (looks_ = 0; looks_ < static_cast<int>(kSurfaceSamples); ++looks_) follow_paths(x0, y0);
+  }
+  std::uint64_t rays_traced() const { return rays_traced_; }
+
+ private:
+  void follow_paths(int x0, int y0) {
     paths_.clear();
     start(x0, y0);
     intersect_camera_rays();
@@ -99,9 +107,7 @@ class BlockTracer {
       rays_.resize(kept);
     }
   }
-  std::uint64_t rays_traced() const { return rays_traced_; }
 
- private:
   void start(int x0, int y0) {
     rays_.clear();
     slot_.clear();
@@ -135,10 +141,12 @@ class BlockTracer {
     memory_.stream.resize(n);
     for (auto* numbers : {&memory_.film_x, &memory_.film_y, &memory_.lens_x, &memory_.lens_y}) numbers->resize(n);
     for (std::size_t i = 0; i < n; ++i) memory_.stream[i] = stream_of(pixel_[first + i]);
-    sobol_pairs_of(settings_.seed, memory_.stream.data(), n, sample, 0, memory_.film_x.data(), memory_.film_y.data());
+    sobol_pairs_of(settings_.seed, memory_.stream.data(), n, in_stream(sample), 0, memory_.film_x.data(),
+                   memory_.film_y.data());
     const bool has_lens = camera_.lens_radius > 0;
     if (has_lens)
-      sobol_pairs_of(settings_.seed, memory_.stream.data(), n, sample, 1, memory_.lens_x.data(), memory_.lens_y.data());
+      sobol_pairs_of(settings_.seed, memory_.stream.data(), n, in_stream(sample), 1, memory_.lens_x.data(),
+                     memory_.lens_y.data());
     const auto width = static_cast<std::uint32_t>(settings_.width);
     for (std::size_t i = 0; i < n; ++i) {
       const std::uint32_t pixel = pixel_[first + i];
@@ -150,8 +158,15 @@ class BlockTracer {
     }
   }
 
+  bool looks() const { return looks_ >= 0; }
   /// The sequence of random numbers of a pixel.
-  static std::uint32_t stream_of(std::uint32_t pixel) { return hash_combine(pixel, kCameraStream); }
+  std::uint32_t stream_of(std::uint32_t pixel) const {
+    return hash_combine(pixel, looks() ? kSurfaceStream : kCameraStream);
+  }
+  /// The place of a camera sample in its sequence.
+  std::uint32_t in_stream(std::uint32_t sample) const {
+    return looks() ? sample * kSurfaceSamples + static_cast<std::uint32_t>(looks_) : sample;
+  }
 
   void intersect() {
     hits_.resize(rays_.size());
@@ -173,21 +188,43 @@ class BlockTracer {
   bool see(std::size_t i) {
     if (slot_[i] == kNoSlot) return false;
     const Hit& hit = hits_[i];
-    first_hit_.depth[slot_[i]] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
-    if (settings_.places) {
-      first_hit_.triangle[slot_[i]] = hit.triangle;
-      first_hit_.barycentric[slot_[i]] = hit.barycentric;
-    }
-    if (as_queries_ && hit.triangle != kNone && see_diffuse(i)) return false;
+    if (looks() ? hit.triangle != kNone && look_at_diffuse(i) : see_first(i)) return false;
     const std::size_t per_sample = slot_.size() / task_.sample_count;
     const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
-    Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), sample);
+    Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), in_stream(sample));
     // Film and lens have used the first two pairs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
     paths_.push_back({RGB(1.0f), sampler, slot_[i], pixel_[i], sample, 0, {}, RGB(0.0f)});
     if (advance(paths_.back(), rays_[i], hit, 0)) return true;
     paths_.pop_back();
     return false;
+  }
+
+  /// Notes the place that camera ray i meets. Returns true if that was all.
+  bool see_first(std::size_t i) {
+    const Hit& hit = hits_[i];
+    first_hit_.depth[slot_[i]] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (settings_.places) {
+      first_hit_.triangle[slot_[i]] = hit.triangle;
+      first_hit_.barycentric[slot_[i]] = hit.barycentric;
+    }
+    return as_queries_ && hit.triangle != kNone && see_diffuse(i);
+  }
+
+  /// A fast version of advance() for surface samples that meet surfaces that only reflect diffusely. Returns false for
+  /// other surfaces.
+  bool look_at_diffuse(std::size_t i) {
+    const Hit& hit = hits_[i];
+    DiffusePoint point;
+    if (tracer_.scene().geometry().emission[hit.triangle] != kNone ||
+        !diffuse_point(tracer_.scene(), hit.triangle, hit.barycentric, point))
+      return false;
+    add_fine(first_hit_.fine_albedo, slot_[i], point.reflectance);
+    return true;
+  }
+
+  static void add_fine(std::vector<RGB>& target, std::uint32_t slot, RGB value) {
+    target[slot] += value * (1.0f / kSurfaceSamples);
   }
 
   /// A fast version of advance() for surfaces that only reflect diffusely. Returns false for other surfaces.
@@ -220,7 +257,7 @@ class BlockTracer {
       if (path.bounce_pdf > 0)
         weight = balance_heuristic(1, path.bounce_pdf, 1,
                                    environment_pdf(scene, path.bounce_position, {0, 0, 0}, direction));
-      radiance_.add(radiance_.emitted, slot, path.throughput * sky * weight, environment_source(scene, direction));
+      add_emitted(slot, path.throughput * sky * weight, environment_source(scene, direction));
       return false;
     }
     SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
@@ -232,8 +269,12 @@ class BlockTracer {
     if (bsdf.dispersion > 0) path.throughput *= choose_wavelength(bsdf, path.throughput, sampler.next1());
     const ShadedSurface surface = shaded(point, bsdf);
     const Lobes have = lobes(bsdf);
-    if (bounce == 0) first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
-    if (bounce == 0) first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
+    if (bounce == 0 && looks()) {
+      add_fine(first_hit_.fine_albedo, slot, surface.albedo(wo, kAllLobes));
+    } else if (bounce == 0) {
+      first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
+      first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
+    }
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
     if ((have & kBroad) && (have & kSharp)) {
       const float broad = luminance(surface.albedo(wo, kBroad));
@@ -241,7 +282,7 @@ class BlockTracer {
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
     if (broad_probability >= 1 || sampler.next1() < broad_probability) {
-      add_point(path, point, bsdf, wo, path.throughput / broad_probability);
+      if (!looks()) add_point(path, point, bsdf, wo, path.throughput / broad_probability);
       return false;
     }
     path.throughput *= 1 / (1 - broad_probability);
@@ -255,8 +296,14 @@ class BlockTracer {
     if (path.bounce_pdf > 0)
       weight =
           balance_heuristic(1, path.bounce_pdf, 1, light_pdf(tracer_.scene(), path.bounce_position, {0, 0, 0}, point));
-    radiance_.add(radiance_.emitted, path.slot, path.throughput * emitted * weight,
-                  tracer_.scene().emissive_index(point.triangle));
+    add_emitted(path.slot, path.throughput * emitted * weight, tracer_.scene().emissive_index(point.triangle));
+  }
+
+  void add_emitted(std::uint32_t slot, RGB light, std::uint32_t source) {
+    if (looks())
+      add_fine(radiance_.fine_emitted, slot, light);
+    else
+      radiance_.add(radiance_.emitted, slot, light, source);
   }
 
   void add_point(const CameraPath& path, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB throughput) {
@@ -283,11 +330,13 @@ class BlockTracer {
     const float u_lobe = sampler.next1();
     const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
-    const UnoccludedLight light =
-        sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, {sampler.next1(), u_light.y}, {1, 1});
-    if (!is_black(light.radiance))
-      radiance_.add(radiance_.direct, path.slot,
-                    path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+    const Vec2 u{sampler.next1(), u_light.y};
+    if (!looks()) {
+      const UnoccludedLight light = sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, u, {1, 1});
+      if (!is_black(light.radiance))
+        radiance_.add(radiance_.direct, path.slot,
+                      path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+    }
     if (!s.valid) return false;
     RGB throughput = path.throughput * s.weight;
     if (bounce >= kRouletteAfter) {
@@ -322,6 +371,7 @@ class BlockTracer {
   GatherPoints& points_;
   QueryPoints& queries_;
   std::uint64_t rays_traced_ = 0;
+  int looks_ = -1;  ///< the surface sample under way; negative: a camera sample for gather points
 };
 
 /// Outputs of a pass other than its points.
@@ -355,6 +405,10 @@ void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                   bool as_queries, const PassOutput& output, Join&& join) {
   output.radiance.resize(tasks.slot_count());
   output.first_hit.resize(tasks.slot_count(), settings.places);
+  if (settings.fine) {
+    output.radiance.fine_emitted.resize(tasks.slot_count());
+    output.first_hit.fine_albedo.resize(tasks.slot_count());
+  }
   const std::vector<Block> blocks = blocks_of(tasks);
   PartQueue<BlockMemory> queue(blocks.size(), join);
   parallel_for(0, blocks.size(), 1, [&](std::size_t, std::size_t) {
@@ -373,6 +427,7 @@ void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
 
 void FirstHit::resize(std::size_t slots, bool places) {
   albedo.assign(slots, RGB());
+  fine_albedo.clear();
   normal.assign(slots, Vec3());
   depth.assign(slots, 0);
   triangle.assign(places ? slots : 0, kNone);

@@ -12,10 +12,15 @@
 
 namespace glowworm {
 
+/// Surface samples of each camera sample: camera paths that find emission and albedo, but no gather points. They cost
+/// little, and textures, edges and lamps need more samples than light does.
+inline constexpr std::uint32_t kSurfaceSamples = 4;
+
 struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
   bool places = false;  ///< also fill FirstHit::triangle and barycentric
+  bool fine = false;    ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
 };
 
 /// The first visible surface of each slot, seen through sharp bounces.
@@ -24,13 +29,15 @@ struct FirstHit {
   std::vector<Vec3> normal;  ///< shading normal on the viewer's side; (0,0,0) if nothing is hit
   std::vector<float> depth;  ///< metres along the camera ray to the first surface; infinity if there is none
   // Filled on request.
+  std::vector<RGB> fine_albedo;         ///< as `albedo`, by surface samples
   std::vector<std::uint32_t> triangle;  ///< first triangle hit; kNone if there is none
   std::vector<Vec2> barycentric;        ///< position on that triangle
   /// By SlotValue; infinity where a slot has no such value. Empty unless render_pass() is asked for them.
   std::array<std::vector<float>, kSlotValues> values;
   std::vector<float>& of(SlotValue value) { return values[static_cast<std::size_t>(value)]; }
 
-  /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates
+  /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates; without
+  /// `fine_albedo`
   void resize(std::size_t slots, bool places);
 };
 

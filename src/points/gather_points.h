@@ -86,15 +86,16 @@ struct GatherPoints {
 
 /// Light of a task, one entry a slot; W sr^-1 m^-2.
 struct SlotRadiance {
-  std::vector<RGB> emitted;   ///< seen directly or through sharp bounces
-  std::vector<RGB> direct;    ///< one broad bounce (or a rough sharp one) between light and viewer
-  std::vector<RGB> indirect;  ///< all that is gathered from surfaces
-  std::vector<RGB> caustic;   ///< light through sharp bounces only
+  std::vector<RGB> emitted;       ///< seen directly or through sharp bounces
+  std::vector<RGB> direct;        ///< one broad bounce (or a rough sharp one) between light and viewer
+  std::vector<RGB> indirect;      ///< all that is gathered from surfaces
+  std::vector<RGB> caustic;       ///< light through sharp bounces only
+  std::vector<RGB> fine_emitted;  ///< as `emitted`, by surface samples (gather/camera_pass.h); empty without them
   /// Light of each group of light sources, all four parts together; empty without light groups.
   std::vector<std::vector<RGB>> groups;
   std::span<const std::uint32_t> group_of_source;  ///< index into `groups` of each light source
 
-  /// Sizes all parts, black.
+  /// Sizes all parts, black, but `fine_emitted`, which it empties.
   void resize(std::size_t slots);
   /// Adds light of one source to a part, and to the source's group.
   void add(std::vector<RGB>& part, std::size_t slot, RGB light, std::uint32_t source) {

@@ -197,6 +197,7 @@ PlaceLayers RenderSettings::place_layers() const {
     out.materials |= needs.materials;
     out.values |= needs.values;
   }
+  out.fine = filters(*this) && !of_points;
   return out;
 }
 

@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '7'};
+constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '8'};
 
 /// Writes bytes and computes their fingerprint.
 class Writer {

@@ -87,7 +87,19 @@ class Film {
 
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
-  enum class Layer : std::uint8_t { emitted, direct, indirect, caustic, albedo, normal, position, uv };
+  /// Those called fine are of the surface samples, or as without `fine` where these are not kept.
+  enum class Layer : std::uint8_t {
+    emitted,
+    direct,
+    indirect,
+    caustic,
+    albedo,
+    normal,
+    position,
+    uv,
+    fine_emitted,
+    fine_albedo
+  };
   RGB mean(Layer layer, std::size_t pixel) const;
   /// Mean light of a group of light sources over the samples so far. W sr^-1 m^-2.
   RGB light_of_group(std::size_t group, std::size_t pixel) const;
@@ -118,6 +130,8 @@ class Film {
   /// fewer than two.
   float variance(std::size_t pixel) const;
   bool has_moments() const { return has_moments_; }
+  /// Whether layers by surface samples are kept.
+  bool is_fine() const { return places_.fine; }
   /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
   /// samples, weighted by their albedo, and the variance of that mean by the spread of the samples. Albedo counts as
   /// kMinAlbedo at least.
@@ -178,7 +192,8 @@ class Film {
   SampleBatches batches_;
   std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
-  std::vector<std::array<UnitSum, 3>> albedo_, normal_;
+  std::vector<std::array<UnitSum, 3>> albedo_, normal_, fine_albedo_;
+  std::vector<std::array<LightSum, 3>> fine_emitted_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
   std::vector<IdCounts> objects_, materials_;
   std::vector<LightSum> depth_sum_;

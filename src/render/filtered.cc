@@ -84,6 +84,25 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
+/// The factors from a pixel's light to that of the albedo that surface samples have found. 1 where a light is seen: the
+/// albedo of lights is not that of what is lit.
+RGB to_fine_albedo(const Film& film, std::size_t pixel) {
+  if (!is_black(film.mean(Layer::emitted, pixel)) || !is_black(film.mean(Layer::fine_emitted, pixel))) return RGB(1.0f);
+  const RGB coarse = shading_albedo(film, pixel), fine = film.mean(Layer::fine_albedo, pixel);
+  return {fine.r / coarse.r, fine.g / coarse.g, fine.b / coarse.b};
+}
+
+/// Adds what light does not bring to the picture of light. Like the filters, it leaves single samples as they are.
+void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
+  for_pixels(film, [&](std::size_t i) {
+    RGB& pixel = picture.radiance[i];
+    const bool fine = film.is_fine() && film.sample_count(i) > 1;
+    if (!indirect_only) pixel += film.mean(Layer::caustic, i);
+    if (fine) pixel *= to_fine_albedo(film, i);
+    if (!indirect_only) pixel += film.mean(fine ? Layer::fine_emitted : Layer::emitted, i);
+  });
+}
+
 /// @param edges pixels are beside each other: also filter edges
 FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges) {
   FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()),
@@ -109,12 +128,11 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
   }
   // What varies beside, as at edges of surfaces, stays. Its samples are stratified as those of light.
   for_pixels(film, [&](std::size_t i) {
-    const float other = std::max(film.variance(i) - of_light[i], 0.0f);
+    float other = std::max(film.variance(i) - of_light[i], 0.0f);
+    if (film.is_fine() && is_black(film.mean(Layer::caustic, i))) other *= 1.0f / kSurfaceSamples;
     out.variance[i] += of_light[i] > 0 ? other * std::min(stratified[i] / of_light[i], 1.0f) : other;
   });
-  if (!indirect_only)
-    for_pixels(film,
-               [&](std::size_t i) { out.radiance[i] += film.mean(Layer::emitted, i) + film.mean(Layer::caustic, i); });
+  add_surfaces(film, indirect_only, out);
   return out;
 }
 

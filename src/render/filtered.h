@@ -19,9 +19,10 @@ struct FilmPicture {
 /// The means of all samples.
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 
-/// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, and adds what is seen directly
-/// and caustic light as they are: their noise is small, or that of the photons, which samples share. Then filters edges
-/// (filter/edge_filter.h).
+/// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, filters edges
+/// (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples share. All
+/// this is scaled to the albedo that surface samples have found, where the film keeps them, and the emission that they
+/// have found is added.
 /// @param film with moments (Film::has_moments())
 FilmPicture filtered_picture(const Film& film, bool indirect_only);
 

@@ -37,6 +37,7 @@ bool looks_at_noise(std::uint32_t passes, bool filtered) {
 
 /// The settings with the size of the grid, and all of it unless they have bounds; as they are without points.
 RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
+  settings.of_points = points != nullptr;
   if (!points) return settings;
   points->check();
   settings.width = points->width;
@@ -299,6 +300,7 @@ PassSettings Job::pass_settings() const {
   pass.seed = s.seed;
   pass.places = s.place_layers().of_triangles();
   pass.values = s.place_layers().values;
+  pass.fine = s.place_layers().fine;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;

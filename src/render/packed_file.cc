@@ -121,7 +121,7 @@ bool PackedReader::fill() {
   while (!ended_ && headers.size() < kBlocksAtOnce) {
     BlockHeader header;
     if (!source_(std::as_writable_bytes(std::span(&header, 1)))) return false;
-    ended_ = header.size == 0 && header.packed_size == 0;
+    ended_ = header.size == 0 && header.packed_size == 0 && header.hash == 0;
     if (ended_) break;
     if (header.size > kBlockBytes || header.packed_size > ZSTD_compressBound(kBlockBytes)) return false;
     packed.emplace_back(header.packed_size);

@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr FileKind kPartFile = {'G', 'L', 'O', 'W', 'P', 'T', '0', '2'};
+constexpr FileKind kPartFile = {'G', 'L', 'O', 'W', 'P', 'T', '0', '3'};
 
 /// Names of files are any bytes, and JSON has only characters: each byte is one of the first 256.
 std::string as_characters(const std::string& bytes) {
@@ -95,7 +95,8 @@ std::string header_text(const Part& part) {
                     {"objects", as_characters(p.objects)},
                     {"materials", as_characters(p.materials)},
                     {"light_groups", as_characters(p.light_groups)},
-                    {"matrices", p.matrices}};
+                    {"matrices", p.matrices},
+                    {"of_points", p.settings.of_points}};
   return out.dump();
 }
 
@@ -134,6 +135,7 @@ std::optional<Part> parse_header(const std::string& text) {
     p.materials = as_bytes(in.at("materials"));
     p.light_groups = as_bytes(in.at("light_groups"));
     p.settings.light_group_count = static_cast<std::uint32_t>(p.light_groups.size());
+    p.settings.of_points = in.at("of_points").get<bool>();
     p.matrices = in.at("matrices").get<decltype(p.matrices)>();
   } catch (const json::exception&) {
     return std::nullopt;

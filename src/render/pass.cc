@@ -50,6 +50,7 @@ class PassRenderer {
     camera_settings.height = settings_.height;
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
+    camera_settings.fine = settings_.fine;
     if (settings_.kind == PassKind::photons) {
       camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
                           memory_.queries, statistics_);
@@ -262,8 +263,9 @@ PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View&
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
-  const Reservation reservation(budget, "camera samples",
-                                tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places));
+  const Reservation reservation(
+      budget, "camera samples",
+      tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places, settings.fine));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
 }
 

@@ -33,6 +33,7 @@ struct PassSettings {
   std::uint32_t seed = 0;
   bool places = false;                                  ///< fill FirstHit::triangle and barycentric, too
   SlotValues values;                                    ///< kinds gather and photons: fill these of FirstHit, too
+  bool fine = false;                                    ///< of camera views: CameraPassSettings::fine
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   bool patches = true;                                  ///< send some gather rays to bright patches

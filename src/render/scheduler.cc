@@ -42,7 +42,7 @@ constexpr int kLowestBand = 64;
 
 std::uint64_t slot_bytes_of(const RenderSettings& settings) {
   const PlaceLayers places = settings.place_layers();
-  return bytes_per_slot(settings.light_group_count, places.values.count(), places.of_triangles());
+  return bytes_per_slot(settings.light_group_count, places.values.count(), places.of_triangles(), places.fine);
 }
 
 std::uint64_t ray_bytes(const RenderSettings& settings) {

@@ -85,8 +85,9 @@ struct SampleRange {
 struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
   SlotValues values = {};  ///< of the photons there
+  bool fine = false;       ///< emission and albedo by surface samples (gather/camera_pass.h)
 
-  bool any() const { return of_triangles() || !values.empty(); }
+  bool any() const { return of_triangles() || !values.empty() || fine; }
   /// Whether FirstHit::triangle and barycentric are needed.
   bool of_triangles() const { return position || uv || objects || materials; }
   bool operator==(const PlaceLayers&) const = default;
@@ -130,6 +131,7 @@ struct RenderSettings {
   int max_bounces = 1000;           ///< most bounces of a path (Russian roulette ends nearly all earlier)
   SamplerKind sampler = SamplerKind::sobol;
   Filtering filter = Filtering::automatic;
+  bool of_points = false;               ///< points are rendered, and not what a camera sees; set by Job
   bool separate_layers = true;          ///< keep the film's layers apart; always true if there are AOVs or a filter
   bool light_groups = false;            ///< keep the light of each name of light apart (scene/light_groups.h)
   std::uint32_t light_group_count = 0;  ///< of the scene, if light_groups; set by resolve()
