@@ -83,7 +83,8 @@ class BlockTracer {
     queries_.clear();
     follow_paths(x0, y0);
     if (!settings_.fine) return;
-    for (looks_ = 0; looks_ < static_cast<int>(kSurfaceSamples); ++looks_) follow_paths(x0, y0);
+    for (surface_sample_ = 0; surface_sample_ < static_cast<int>(kSurfaceSamples); ++surface_sample_)
+      follow_paths(x0, y0);
   }
   std::uint64_t rays_traced() const { return rays_traced_; }
 
@@ -158,14 +159,14 @@ class BlockTracer {
     }
   }
 
-  bool looks() const { return looks_ >= 0; }
+  bool is_surface_sample() const { return surface_sample_ >= 0; }
   /// The sequence of random numbers of a pixel.
   std::uint32_t stream_of(std::uint32_t pixel) const {
-    return hash_combine(pixel, looks() ? kSurfaceStream : kCameraStream);
+    return hash_combine(pixel, is_surface_sample() ? kSurfaceStream : kCameraStream);
   }
   /// The place of a camera sample in its sequence.
   std::uint32_t in_stream(std::uint32_t sample) const {
-    return looks() ? sample * kSurfaceSamples + static_cast<std::uint32_t>(looks_) : sample;
+    return is_surface_sample() ? sample * kSurfaceSamples + static_cast<std::uint32_t>(surface_sample_) : sample;
   }
 
   void intersect() {
@@ -188,7 +189,7 @@ class BlockTracer {
   bool see(std::size_t i) {
     if (slot_[i] == kNoSlot) return false;
     const Hit& hit = hits_[i];
-    if (looks() ? hit.triangle != kNone && look_at_diffuse(i) : see_first(i)) return false;
+    if (is_surface_sample() ? hit.triangle != kNone && look_at_diffuse(i) : see_first(i)) return false;
     const std::size_t per_sample = slot_.size() / task_.sample_count;
     const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
     Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), in_stream(sample));
@@ -200,7 +201,7 @@ class BlockTracer {
     return false;
   }
 
-  /// Notes the place that camera ray i meets. Returns true if that was all.
+  /// Records the first hit of camera ray i. Returns true if the path ends there.
   bool see_first(std::size_t i) {
     const Hit& hit = hits_[i];
     first_hit_.depth[slot_[i]] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
@@ -269,7 +270,7 @@ class BlockTracer {
     if (bsdf.dispersion > 0) path.throughput *= choose_wavelength(bsdf, path.throughput, sampler.next1());
     const ShadedSurface surface = shaded(point, bsdf);
     const Lobes have = lobes(bsdf);
-    if (bounce == 0 && looks()) {
+    if (bounce == 0 && is_surface_sample()) {
       add_fine(first_hit_.fine_albedo, slot, surface.albedo(wo, kAllLobes));
     } else if (bounce == 0) {
       first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
@@ -282,7 +283,7 @@ class BlockTracer {
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
     if (broad_probability >= 1 || sampler.next1() < broad_probability) {
-      if (!looks()) add_point(path, point, bsdf, wo, path.throughput / broad_probability);
+      if (!is_surface_sample()) add_point(path, point, bsdf, wo, path.throughput / broad_probability);
       return false;
     }
     path.throughput *= 1 / (1 - broad_probability);
@@ -300,7 +301,7 @@ class BlockTracer {
   }
 
   void add_emitted(std::uint32_t slot, RGB light, std::uint32_t source) {
-    if (looks())
+    if (is_surface_sample())
       add_fine(radiance_.fine_emitted, slot, light);
     else
       radiance_.add(radiance_.emitted, slot, light, source);
@@ -331,7 +332,7 @@ class BlockTracer {
     const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
     const Vec2 u{sampler.next1(), u_light.y};
-    if (!looks()) {
+    if (!is_surface_sample()) {
       const UnoccludedLight light = sample_direct_light(tracer_.scene(), point, bsdf, wo, kSharp, u_light.x, u, {1, 1});
       if (!is_black(light.radiance))
         radiance_.add(radiance_.direct, path.slot,
@@ -371,7 +372,7 @@ class BlockTracer {
   GatherPoints& points_;
   QueryPoints& queries_;
   std::uint64_t rays_traced_ = 0;
-  int looks_ = -1;  ///< the surface sample under way; negative: a camera sample for gather points
+  int surface_sample_ = -1;  ///< number of the surface sample; negative: a camera sample that makes gather points
 };
 
 /// Outputs of a pass other than its points.

@@ -87,7 +87,8 @@ class Film {
 
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
-  /// Those called fine are of the surface samples, or as without `fine` where these are not kept.
+  /// fine_emitted and fine_albedo are those of surface samples (gather/camera_pass.h), or `emitted` and `albedo` in a
+  /// film without them.
   enum class Layer : std::uint8_t {
     emitted,
     direct,

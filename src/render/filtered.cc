@@ -24,8 +24,9 @@ void for_pixels(const Film& film, Work&& work) {
 }
 
 /// What each channel of light is divided by.
-RGB shading_albedo(const Film& film, std::size_t pixel) {
-  const RGB albedo = film.mean(Layer::albedo, pixel);
+/// @param layer albedo or fine_albedo
+RGB shading_albedo(const Film& film, std::size_t pixel, Layer layer = Layer::albedo) {
+  const RGB albedo = film.mean(layer, pixel);
   const float least = std::max(Film::kMinAlbedo, 0.05f * max_component(albedo));
   return {std::max(albedo.r, least), std::max(albedo.g, least), std::max(albedo.b, least)};
 }
@@ -84,15 +85,16 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
-/// The factors from a pixel's light to that of the albedo that surface samples have found. 1 where a light is seen: the
-/// albedo of lights is not that of what is lit.
+/// Factors that scale a pixel's reflected light to the albedo of the surface samples. They are 1 where a light is seen,
+/// because the albedo of a light is not that of what it lights.
 RGB to_fine_albedo(const Film& film, std::size_t pixel) {
   if (!is_black(film.mean(Layer::emitted, pixel)) || !is_black(film.mean(Layer::fine_emitted, pixel))) return RGB(1.0f);
-  const RGB coarse = shading_albedo(film, pixel), fine = film.mean(Layer::fine_albedo, pixel);
+  const RGB coarse = shading_albedo(film, pixel), fine = shading_albedo(film, pixel, Layer::fine_albedo);
   return {fine.r / coarse.r, fine.g / coarse.g, fine.b / coarse.b};
 }
 
-/// Adds what light does not bring to the picture of light. Like the filters, it leaves single samples as they are.
+/// Adds caustic light and emission to a picture of direct and indirect light, and scales reflected light to the albedo
+/// of the surface samples. Pixels with a single sample keep their own albedo and emission, as the filters keep theirs.
 void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   for_pixels(film, [&](std::size_t i) {
     RGB& pixel = picture.radiance[i];

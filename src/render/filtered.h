@@ -20,9 +20,8 @@ struct FilmPicture {
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 
 /// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, filters edges
-/// (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples share. All
-/// this is scaled to the albedo that surface samples have found, where the film keeps them, and the emission that they
-/// have found is added.
+/// (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples share.
+/// Where the film keeps surface samples, their albedo and emission replace those of the samples.
 /// @param film with moments (Film::has_moments())
 FilmPicture filtered_picture(const Film& film, bool indirect_only);
 

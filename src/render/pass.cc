@@ -263,9 +263,9 @@ PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View&
                        const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
   memory.reservation.reset();
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
-  const Reservation reservation(
-      budget, "camera samples",
-      tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places, settings.fine));
+  const Reservation reservation(budget, "camera samples",
+                                tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places,
+                                                                    settings.fine && view.camera));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
 }
 

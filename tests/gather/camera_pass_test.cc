@@ -51,6 +51,39 @@ class CameraPass : public testing::TestWithParam<std::string> {
   mutable Statistics statistics_;
 };
 
+/// Surface samples estimate the same emission and albedo as camera samples, and change nothing else.
+TEST_P(CameraPass, SurfaceSamplesFindTheSameEmissionAndAlbedo) {
+  constexpr std::uint32_t kSamples = 64;
+  const CameraTask whole{0, 0, 64, 48, 0, kSamples};
+  CameraPassSettings settings = settings_;
+  Seen coarse, fine;
+  camera_pass(tracer_, scene_.camera(""), whole, settings, coarse.radiance, coarse.first_hit, statistics_);
+  settings.fine = true;
+  camera_pass(tracer_, scene_.camera(""), whole, settings, fine.radiance, fine.first_hit, statistics_);
+  expect_same(coarse, fine);
+  EXPECT_TRUE(coarse.radiance.fine_emitted.empty());
+  struct Moments {
+    double mean = 0, variance = 0;  ///< of the mean
+  };
+  const auto moments = [](const std::vector<RGB>& slots) {
+    const auto n = static_cast<double>(slots.size());
+    double sum = 0, squares = 0;
+    for (const RGB& slot : slots) {
+      const double l = luminance(slot);
+      sum += l;
+      squares += l * l;
+    }
+    return Moments{sum / n, (squares / n - sum / n * (sum / n)) / n};
+  };
+  // Four standard errors. Pixels are stratified, so the error is less.
+  const auto expect_near = [&](const std::vector<RGB>& a, const std::vector<RGB>& b) {
+    const Moments of_a = moments(a), of_b = moments(b);
+    EXPECT_NEAR(of_a.mean, of_b.mean, 4 * std::sqrt(of_a.variance + of_b.variance));
+  };
+  expect_near(fine.first_hit.fine_albedo, fine.first_hit.albedo);
+  expect_near(fine.radiance.fine_emitted, fine.radiance.emitted);
+}
+
 TEST_P(CameraPass, MakesTheQueryPointsOfItsGatherPoints) {
   Seen by_points, by_queries;
   const QueryPoints expected = gather_points_as_queries(points(by_points));

@@ -85,6 +85,44 @@ TEST(Filtered, RendersStopByTheErrorOfTheFilteredPicture) {
   EXPECT_GT(relative_error(unfiltered_picture(film, false)), 1.2 * settings.noise_target);
 }
 
+/// A film of one pixel with the same first hit and light in each sample, and other emission and albedo by surface
+/// samples.
+Film pixel_with_surface_samples(std::uint32_t samples, RGB albedo, RGB fine_albedo, float emitted, float fine_emitted) {
+  Film film({0, 0, 1, 1}, false, true, {.fine = true}, true);
+  for (std::uint32_t i = 0; i < samples; ++i) {
+    SlotRadiance radiance;
+    radiance.resize(1);
+    radiance.emitted[0] = RGB(emitted);
+    radiance.indirect[0] = albedo;
+    radiance.fine_emitted = {RGB(fine_emitted)};
+    FirstHit hit;
+    hit.albedo = {albedo};
+    hit.fine_albedo = {fine_albedo};
+    hit.normal = {Vec3{0, 0, 1}};
+    hit.depth = {1.0f};
+    film.add({0, 0, 1, 1, i, 1}, radiance, hit, Geometry());
+  }
+  return film;
+}
+
+TEST(Filtered, LightHasTheAlbedoOfSurfaceSamples) {
+  const auto shown = [](const Film& film) { return filtered_picture(film, false).radiance[0]; };
+  const RGB lit = shown(pixel_with_surface_samples(4, RGB(0.4f), RGB(0.5f), 0, 0));
+  EXPECT_NEAR(lit.g, 0.5f, 1e-6f);
+  // Light of dark surfaces, or of a channel that is dark beside others, is divided by more than its albedo.
+  const RGB dark{0.8f, 0.02f, 0.001f};
+  const RGB same = shown(pixel_with_surface_samples(4, dark, dark, 0, 0));
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(same[c], dark[c], 1e-6f);
+  const RGB black = shown(pixel_with_surface_samples(4, RGB(0.002f), RGB(0.002f), 0, 0));
+  EXPECT_NEAR(black.g, 0.002f, 1e-7f);
+  // Where a lamp is seen, its emission alone is that of surface samples.
+  const RGB lamp = shown(pixel_with_surface_samples(4, RGB(0.4f), RGB(0.5f), 3, 2));
+  EXPECT_NEAR(lamp.g, 2.4f, 1e-5f);
+  // A single sample stays as it is.
+  const RGB single = shown(pixel_with_surface_samples(1, RGB(0.4f), RGB(0.5f), 3, 2));
+  EXPECT_NEAR(single.g, 3.4f, 1e-5f);
+}
+
 TEST(Film, TakesTheSamplesOfATaskFromAnotherFilm) {
   const CameraTask tasks[] = {{0, 0, 16, 10, 0, 1}, {0, 10, 16, 16, 0, 1}};
   Film whole({0, 0, 16, 16}, false, true, {}, true), lower = whole, upper = whole.like({0, 0, 16, 10});
