@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <memory>
+#include <new>
 
 #include "core/content_hash.h"
 #include "core/parallel.h"
@@ -13,8 +15,8 @@ namespace glowworm {
 
 namespace {
 
-/// Bytes of a block before compression, and blocks that are compressed at once.
-constexpr std::size_t kBlockBytes = std::size_t{1} << 20, kBlocksAtOnce = 32;
+/// Bytes of a block before compression.
+constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 /// Bytes of the largest numbers.
 constexpr std::size_t kNumber = 16;
 /// Slower levels hardly compress sums of samples further.
@@ -25,20 +27,75 @@ struct BlockHeader {
   std::uint64_t hash = 0;  // of the bytes before compression
 };
 
+using Bytes16 [[gnu::vector_size(16)]] = unsigned char;
+
+/// Bytes of a and b in turn: those of their first halves, or of their second.
+Bytes16 interleave_low(Bytes16 a, Bytes16 b) {
+  return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+}
+Bytes16 interleave_high(Bytes16 a, Bytes16 b) {
+  return __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+}
+
+/// Transposes 16 x 16 bytes. @param from_stride, to_stride bytes from row to row
+void transpose_square(const std::byte* from, std::size_t from_stride, std::byte* to, std::size_t to_stride) {
+  std::array<Bytes16, 16> rows, mixed;
+  for (std::size_t i = 0; i < 16; ++i) std::memcpy(&rows[i], from + i * from_stride, 16);
+  // A step rotates the eight bits of a byte's row and column by one; four exchange the row and the column.
+  for (int step = 0; step < 4; ++step) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      mixed[2 * i] = interleave_low(rows[i], rows[i + 8]);
+      mixed[2 * i + 1] = interleave_high(rows[i], rows[i + 8]);
+    }
+    rows = mixed;
+  }
+  for (std::size_t i = 0; i < 16; ++i) std::memcpy(to + i * to_stride, &rows[i], 16);
+}
+
+/// Copies the bytes of a matrix by columns.
+void transpose(const std::byte* from, std::size_t rows, std::size_t columns, std::byte* to) {
+  for (std::size_t r = 0; r < rows; r += 16)
+    for (std::size_t c = 0; c < columns; c += 16)
+      if (r + 16 <= rows && c + 16 <= columns) {
+        transpose_square(from + r * columns + c, columns, to + c * rows + r, rows);
+      } else {
+        for (std::size_t i = r; i < std::min(r + 16, rows); ++i)
+          for (std::size_t j = c; j < std::min(c + 16, columns); ++j) to[j * rows + i] = from[i * columns + j];
+      }
+}
+
 /// Bytes i, i + 16, i + 32, ... together. The rest that is no whole number stays at the end.
 void sort_bytes(std::span<const std::byte> from, std::byte* to) {
-  const std::size_t numbers = from.size() / kNumber;
-  for (std::size_t i = 0; i < kNumber; ++i)
-    for (std::size_t j = 0; j < numbers; ++j) to[i * numbers + j] = from[j * kNumber + i];
-  std::copy(from.begin() + static_cast<std::ptrdiff_t>(numbers * kNumber), from.end(), to + numbers * kNumber);
+  const std::size_t numbers = from.size() / kNumber, whole = numbers * kNumber;
+  transpose(from.data(), numbers, kNumber, to);
+  std::copy(from.begin() + static_cast<std::ptrdiff_t>(whole), from.end(), to + whole);
 }
 
 void unsort_bytes(std::span<const std::byte> from, std::byte* to) {
-  const std::size_t numbers = from.size() / kNumber;
-  for (std::size_t i = 0; i < kNumber; ++i)
-    for (std::size_t j = 0; j < numbers; ++j) to[j * kNumber + i] = from[i * numbers + j];
-  std::copy(from.begin() + static_cast<std::ptrdiff_t>(numbers * kNumber), from.end(), to + numbers * kNumber);
+  const std::size_t numbers = from.size() / kNumber, whole = numbers * kNumber;
+  transpose(from.data(), kNumber, numbers, to);
+  std::copy(from.begin() + static_cast<std::ptrdiff_t>(whole), from.end(), to + whole);
 }
+
+/// What a thread needs for a block. It stays with the thread, because making it takes long.
+struct Workshop {
+  Workshop() {
+    if (!packer || !unpacker) throw std::bad_alloc();
+  }
+
+  std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> packer{ZSTD_createCCtx(), ZSTD_freeCCtx};
+  std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> unpacker{ZSTD_createDCtx(), ZSTD_freeDCtx};
+  std::vector<std::byte> sorted = std::vector<std::byte>(kBlockBytes);
+  std::vector<std::byte> packed = std::vector<std::byte>(ZSTD_compressBound(kBlockBytes));
+};
+
+Workshop& workshop() {
+  thread_local Workshop own;
+  return own;
+}
+
+/// Blocks that wait for compression, or for the reader: few, so that they stay in the cache.
+std::size_t blocks_at_once() { return 2 * static_cast<std::size_t>(thread_count()); }
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
   ContentHash hash;
@@ -73,11 +130,12 @@ PackedWriter::PackedWriter(AtomicFile& file)
     : sink_([&file](std::span<const std::byte> bytes) { file.write(bytes.data(), bytes.size()); }) {}
 
 void PackedWriter::write(std::span<const std::byte> bytes) {
+  const std::size_t most = kBlockBytes * blocks_at_once();
   while (!bytes.empty()) {
-    const std::size_t taken = std::min(bytes.size(), kBlockBytes * kBlocksAtOnce - waiting_.size());
+    if (waiting_.size() >= most) flush();
+    const std::size_t taken = std::min(bytes.size(), most - waiting_.size());
     waiting_.insert(waiting_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
     bytes = bytes.subspan(taken);
-    if (waiting_.size() == kBlockBytes * kBlocksAtOnce) flush();
   }
 }
 
@@ -94,12 +152,12 @@ void PackedWriter::flush() {
   parallel_for(0, blocks, 1, [&](std::size_t i, std::size_t) {
     const std::size_t size = std::min(kBlockBytes, waiting_.size() - i * kBlockBytes);
     const std::span<const std::byte> raw(waiting_.data() + i * kBlockBytes, size);
-    std::vector<std::byte> sorted(size);
-    sort_bytes(raw, sorted.data());
-    packed[i].resize(ZSTD_compressBound(size));
-    const std::size_t bytes = ZSTD_compress(packed[i].data(), packed[i].size(), sorted.data(), size, kLevel);
+    Workshop& own = workshop();
+    sort_bytes(raw, own.sorted.data());
+    const std::size_t bytes =
+        ZSTD_compressCCtx(own.packer.get(), own.packed.data(), own.packed.size(), own.sorted.data(), size, kLevel);
     if (ZSTD_isError(bytes)) throw Error(std::string("a block cannot be compressed: ") + ZSTD_getErrorName(bytes));
-    packed[i].resize(bytes);
+    packed[i].assign(own.packed.begin(), own.packed.begin() + static_cast<std::ptrdiff_t>(bytes));
     headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(raw)};
   });
   for (std::size_t i = 0; i < blocks; ++i) {
@@ -118,7 +176,7 @@ PackedReader::PackedReader(std::ifstream& file)
 bool PackedReader::fill() {
   std::vector<BlockHeader> headers;
   std::vector<std::vector<std::byte>> packed;
-  while (!ended_ && headers.size() < kBlocksAtOnce) {
+  while (!ended_ && headers.size() < blocks_at_once()) {
     BlockHeader header;
     if (!source_(std::as_writable_bytes(std::span(&header, 1)))) return false;
     ended_ = header.size == 0 && header.packed_size == 0 && header.hash == 0;
@@ -134,14 +192,15 @@ bool PackedReader::fill() {
   taken_ = 0;
   std::atomic<bool> good = !headers.empty();
   parallel_for(0, headers.size(), 1, [&](std::size_t i, std::size_t) {
-    std::vector<std::byte> sorted(headers[i].size);
-    const std::size_t size = ZSTD_decompress(sorted.data(), sorted.size(), packed[i].data(), packed[i].size());
-    if (size != sorted.size()) {
+    Workshop& own = workshop();
+    const std::size_t size = headers[i].size;
+    const std::span<std::byte> raw(ready_.data() + first[i], size);
+    if (ZSTD_decompressDCtx(own.unpacker.get(), own.sorted.data(), size, packed[i].data(), packed[i].size()) != size) {
       good = false;
       return;
     }
-    unsort_bytes(sorted, ready_.data() + first[i]);
-    if (hash_of({ready_.data() + first[i], size}) != headers[i].hash) good = false;
+    unsort_bytes(std::span(own.sorted).first(size), raw.data());
+    if (hash_of(raw) != headers[i].hash) good = false;
   });
   return good;
 }
