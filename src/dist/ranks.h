@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace glowworm {
@@ -23,6 +24,8 @@ class Ranks {
 
   virtual int rank() const = 0;
   virtual int count() const = 0;
+  /// Name of a rank's machine, for messages. Only rank 0 knows it.
+  virtual std::string host(int rank) const = 0;
 
   /// Sends bytes, and waits until they are on their way. Returns false if the other rank has taken none after
   /// `seconds`, and is probably lost. Messages between two ranks arrive in the order of sending.
@@ -43,7 +46,8 @@ int launched_count();
 int launched_here();
 
 /// The ranks of this process. Loads the MPI library. Throws Error, which says what to install, if it cannot be loaded.
-/// The ranks end with the object, which waits for all of them.
+/// Ends the process with an error if other ranks have not joined after ten minutes. The ranks end with the object,
+/// which waits for all of them.
 std::unique_ptr<Ranks> join_ranks();
 
 /// Function of the module that MPI is used by; it stands beside the program.

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <deque>
 
 #include "core/bytes.h"
@@ -54,12 +53,15 @@ std::vector<std::byte> packed(const CameraTask& task, const Film& film) {
   return out.take();
 }
 
+/// Number and machine of a rank, for messages.
+std::string name_of(const Ranks& ranks, int rank) { return fmt::format("rank {} on {}", rank, ranks.host(rank)); }
+
 /// A rank may be stopped, or its network cut. @param others what they do without it
-void warn_of_late_rank(int rank, double seconds, const char* others) {
+void warn_of_late_rank(const Ranks& ranks, int rank, double seconds, const char* others) {
   warn(
-      fmt::format("rank {} has not answered for {:g} s; others {}. Check whether its machine is overloaded or "
+      fmt::format("{} has not answered for {:g} s; others {}. Check whether its machine is overloaded or "
                   "disconnected, or its process is stopped",
-                  rank, seconds, others));
+                  name_of(ranks, rank), seconds, others));
 }
 
 /// Adds the film of a result to those of the render; ignores other messages.
@@ -95,7 +97,7 @@ std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, double late_after
       other(*message);
     if (got == kind || got == Kind::failure) missing.erase(message->from);
   }
-  for (const int rank : missing) warn_of_late_rank(rank, late_after, "begin without it");
+  for (const int rank : missing) warn_of_late_rank(ranks, rank, late_after, "begin without it");
   return texts;
 }
 
@@ -200,8 +202,8 @@ void Crew::check_key(int rank, const std::string& text) const {
 }
 
 void Crew::take_message(const Message& message, const Work& work) {
-  heard_[message.from] = Clock::now();
-  late_.erase(message.from);
+  heard_[message.from] = clock_.seconds();
+  if (late_.erase(message.from) > 0) inform(name_of(*ranks_, message.from) + " answers again");
   Unpacker in(message);
   switch (in.take<Kind>()) {
     // Of ranks that were late.
@@ -233,17 +235,20 @@ void Crew::lose(int rank, const Work& work) {
 }
 
 void Crew::warn_of_late() {
-  for (const auto& [rank, tasks] : tasks_) {
-    if (tasks.empty() || late_.contains(rank)) continue;
-    if (std::chrono::duration<double>(Clock::now() - heard_[rank]).count() < late_after_) continue;
-    late_.insert(rank);
-    warn_of_late_rank(rank, late_after_, "will do its tasks");
+  const double now = clock_.seconds();
+  if (now - looked_ < late_after_ / 1000) return;  // ranks may be thousands
+  looked_ = now;
+  for (int rank = 1; rank < count(); ++rank) {
+    const auto heard = heard_.find(rank);
+    const bool owes = heard == heard_.end() || !tasks_[rank].empty();
+    const double silent = now - (heard == heard_.end() ? 0 : heard->second);
+    if (!owes || silent < late_after_ || gone_.contains(rank) || !late_.insert(rank).second) continue;
+    warn_of_late_rank(*ranks_, rank, late_after_, "do its tasks");
   }
 }
 
 void Crew::serve(const Work& work) {
   while (!work.ended()) {
-    warn_of_late();
     std::vector<Message> messages;
     std::size_t pixels = 0;
     while (std::optional<Message> message = ranks_->receive(messages.empty() ? kTurn : 0)) {
@@ -253,6 +258,7 @@ void Crew::serve(const Work& work) {
     }
     parallel_for_each(messages.size(), 1, [&](std::size_t i) { put_result(messages[i], work); });
     for (const Message& message : messages) take_message(message, work);
+    warn_of_late();
     while (!waiting_.empty()) {
       const std::optional<CameraTask> task = work.take();
       if (!task) break;
@@ -260,10 +266,10 @@ void Crew::serve(const Work& work) {
       waiting_.erase(waiting_.begin());
       Packer out(Kind::task);
       out.put(*task);
-      if (tasks_[rank].empty()) heard_[rank] = Clock::now();
+      if (tasks_[rank].empty()) heard_[rank] = clock_.seconds();
       tasks_[rank].push_back(*task);
       if (ranks_->send(rank, out.take(), kSendSeconds)) continue;
-      failures_.push_back(fmt::format("rank {} does not answer", rank));
+      failures_.push_back(name_of(*ranks_, rank) + " does not answer");
       lose(rank, work);
     }
   }
@@ -277,17 +283,18 @@ void Crew::stop(double seconds) {
 }
 
 bool Crew::dismiss(double seconds) {
-  const Clock::time_point end =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  RunningClock clock;
   stop(seconds);
   const auto missing = [&] {
-    std::size_t ranks = 0;
-    for (int rank = 1; rank < count(); ++rank) ranks += !gone_.contains(rank) && !late_.contains(rank);
+    std::vector<int> ranks;
+    for (int rank = 1; rank < count(); ++rank)
+      if (!gone_.contains(rank) && !late_.contains(rank)) ranks.push_back(rank);
     return ranks;
   };
   // Results that are on their way come too late.
-  while (missing() > 0 && Clock::now() < end)
+  while (!missing().empty() && clock.seconds() < seconds)
     if (const std::optional<Message> message = ranks_->receive(0.05)) take_message(*message, kNoWork);
+  for (const int rank : missing()) warn_of_late_rank(*ranks_, rank, seconds, "have done its tasks");
   return gone_.size() + 1 == static_cast<std::size_t>(count());
 }
 

@@ -1,6 +1,5 @@
 // One render by several processes: rank 0 hands out tasks and collects their light in its film; the others compute.
 #pragma once
-#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "dist/ranks.h"
+#include "dist/running_clock.h"
 #include "points/gather_points.h"
 #include "render/film.h"
 #include "render/render_key.h"
@@ -41,7 +41,7 @@ class Crew {
     std::function<bool()> ended;                       ///< true: serve() returns
   };
 
-  /// @param late_after seconds without an answer after which a rank that has tasks is late
+  /// @param late_after seconds without an answer after which a rank that has tasks, or has not begun, is late
   explicit Crew(std::shared_ptr<Ranks> ranks, double late_after = kLateAfter)
       : ranks_(std::move(ranks)), late_after_(late_after) {}
 
@@ -53,7 +53,8 @@ class Crew {
   void serve(const Work& work);
   /// Tells all ranks to end after the task under way. Waits up to `seconds` for each to take the message.
   void stop(double seconds);
-  /// Stops all ranks and waits for them, up to `seconds`; not for late ones. Returns whether all have answered.
+  /// Stops all ranks and waits for them, up to `seconds`; not for late ones. Warns of those that do not answer. Returns
+  /// whether all have answered.
   bool dismiss(double seconds);
   /// Ranks that have failed, with their errors.
   const std::vector<std::string>& failures() const { return failures_; }
@@ -71,9 +72,10 @@ class Crew {
   std::vector<int> waiting_;                      // once for each task that a rank wants
   std::map<int, std::vector<CameraTask>> tasks_;  // that the ranks have
   std::vector<std::string> failures_;
-  using Clock = std::chrono::steady_clock;
   double late_after_;
-  std::map<int, Clock::time_point> heard_;  // when a rank last answered, or got its first task
+  RunningClock clock_;
+  double looked_ = 0;            // when warn_of_late() last looked, seconds
+  std::map<int, double> heard_;  // when a rank last answered, or got its first task, seconds
   std::set<int> late_;
   std::set<int> stopped_;  // that have been told to end
 };

@@ -98,6 +98,26 @@ TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   expect_same_pixels("a.exr", "alone.exr");
 }
 
+TEST_F(SlowMpiTest, AStoppedRankIsNamedAndThePictureIsFinished) {
+  const std::string samples = "300";
+  const std::vector<std::string> shared =
+      arguments({"--samples", samples, "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
+  Running program(folder_, shared, by_ranks(3, shared));
+  ASSERT_TRUE(wait_for_file("a.checkpoint", 60));
+  ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("a.checkpoint"))->passes > 0; }, 60));
+  const pid_t rank = process_of_rank(1);
+  ASSERT_GT(rank, 0);
+  ASSERT_EQ(kill(rank, SIGSTOP), 0);
+  char host[256] = {};
+  ASSERT_EQ(gethostname(host, sizeof host), 0);
+  EXPECT_TRUE(program.wait_for_text("rank 1 on " + std::string(host) + " has not answered for 60 s", 120));
+  EXPECT_TRUE(program.wait_for_text("wrote a.exr", 60));
+  program.wait();
+  EXPECT_TRUE(wait_until([&] { return process_of_rank(1) == 0; }, 60));
+  ASSERT_EQ(run(arguments({"--samples", samples, "-o", "alone.exr"})).status, 0);
+  expect_same_pixels("a.exr", "alone.exr");
+}
+
 TEST_F(SlowMpiTest, AnErrorOfAllRanksIsToldOnceAndEndsThem) {
   const Outcome outcome = run_ranks(2, {"--camera", "none", "-o", "a.exr"});
   EXPECT_NE(outcome.status, 0);

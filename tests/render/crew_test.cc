@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
@@ -32,11 +33,12 @@ struct Mail {
   std::size_t largest = 0;  // message, bytes
 };
 
-class ThreadRanks final : public Ranks {
+class ThreadRanks : public Ranks {
  public:
   ThreadRanks(std::shared_ptr<Mail> mail, int rank) : mail_(std::move(mail)), rank_(rank) {}
   int rank() const override { return rank_; }
   int count() const override { return static_cast<int>(mail_->boxes.size()); }
+  std::string host(int) const override { return "node"; }
   bool send(int to, std::vector<std::byte> bytes, double) override {
     const std::lock_guard lock(mail_->mutex);
     mail_->largest = std::max(mail_->largest, bytes.size());
@@ -227,25 +229,107 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   EXPECT_TRUE(first->snapshot().save() == stage.render(settings).save());
 }
 
-/// As one whose process is stopped.
-TEST(SharedRender, ALateRankIsToldAndNotWaitedFor) {
-  using Clock = std::chrono::steady_clock;
-  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
-  constexpr std::byte kAsk{3};
-  ranks[1]->send(0, {kAsk}, 1);
-  Crew crew(ranks[0], 0.02);
+constexpr std::byte kAsk{3}, kBye{8};
+/// Turns of Crew::serve() without messages that take longer than 0.02 s.
+constexpr int kLateTurns = 50;
+
+/// Serves ranks one task until `ended`.
+void serve_one_task(Crew& crew, const std::function<bool()>& ended) {
   bool given = false;
-  const Clock::time_point start = Clock::now();
-  testing::internal::CaptureStderr();
   crew.serve({[&]() -> std::optional<CameraTask> {
                 if (std::exchange(given, true)) return std::nullopt;
                 return CameraTask{0, 0, 16, 16};
               },
-              [](const CameraTask&, std::span<const std::byte>) {}, [](const CameraTask&) {},
-              [&] { return Clock::now() > start + std::chrono::milliseconds(200); }});
-  EXPECT_FALSE(crew.dismiss(60));
+              [](const CameraTask&, std::span<const std::byte>) {}, [](const CameraTask&) {}, ended});
+}
+
+/// As one whose process is stopped.
+TEST(SharedRender, ALateRankIsNamedAndNotWaitedFor) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  for (const bool has_begun : {true, false}) {
+    const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+    if (has_begun) ranks[1]->send(0, {kAsk}, 1);
+    Crew crew(ranks[0], 0.02);
+    testing::internal::CaptureStderr();
+    serve_one_task(crew, [turns = 0]() mutable { return ++turns > kLateTurns; });
+    EXPECT_FALSE(crew.dismiss(60));
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 on node has not answered for 0.02 s"));
+  }
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(30));
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 has not answered for 0.02 s"));
+}
+
+TEST(SharedRender, ALateRankThatAnswersIsNamedAgain) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  Crew crew(ranks[0], 0.02);
+  std::string told;
+  testing::internal::CaptureStderr();
+  serve_one_task(crew, [&, turns = 0]() mutable {
+    if (++turns == kLateTurns) {
+      told = testing::internal::GetCapturedStderr();
+      testing::internal::CaptureStderr();
+      ranks[1]->send(0, {kAsk}, 1);
+    }
+    return turns > kLateTurns;
+  });
+  EXPECT_THAT(told, HasSubstr("rank 1 on node has not answered"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 on node answers again"));
+}
+
+TEST(SharedRender, ARankThatIsSilentAtTheEndIsNamed) {
+  Crew crew(ranks_of(2)[0]);
+  testing::internal::CaptureStderr();
+  EXPECT_FALSE(crew.dismiss(0.1));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 on node has not answered for 0.1 s"));
+}
+
+/// Rank 0 of a process that is stopped once while it waits for a message.
+struct StoppedRanks : ThreadRanks {
+  using ThreadRanks::ThreadRanks;
+  std::optional<Message> receive(double seconds) override {
+    if (!std::exchange(stops, false)) return ThreadRanks::receive(seconds);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    return std::nullopt;
+  }
+  bool stops = false;
+};
+
+TEST(SharedRender, OthersAreNotLateBecauseRank0WasStopped) {
+  const auto mail = std::make_shared<Mail>(2);
+  const auto rank0 = std::make_shared<StoppedRanks>(mail, 0);
+  ThreadRanks other(mail, 1);
+  other.send(0, {kAsk}, 1);
+  Crew crew(rank0, 2);
+  testing::internal::CaptureStderr();
+  serve_one_task(crew, [&, turns = 0]() mutable {
+    rank0->stops = ++turns == 3;
+    return turns == 6;
+  });
+  rank0->stops = true;
+  other.send(0, {kBye}, 1);
+  EXPECT_TRUE(crew.dismiss(2));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(Watch, CallsIfItIsNotDestroyedInTime) {
+  std::atomic<int> calls = 0;
+  const auto start = std::chrono::steady_clock::now();
+  {
+    const std::jthread patient = watch(60, [&] { calls += 100; });
+    const std::jthread short_one = watch(0.05, [&] { ++calls; });
+    while (calls == 0 && std::chrono::steady_clock::now() < start + std::chrono::seconds(20))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(calls, 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+}
+
+TEST(RunningClock, DoesNotCountTimeInWhichTheProcessIsStopped) {
+  RunningClock clock;
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // as a stop is seen
+  EXPECT_LT(clock.seconds(), 1.1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_GE(clock.seconds(), 1.1);
 }
 
 TEST(SharedRender, ARankThatComesLateTakesPart) {
@@ -255,7 +339,8 @@ TEST(SharedRender, ARankThatComesLateTakesPart) {
   testing::internal::CaptureStderr();
   agree_on_instruction_sets(*ranks[0], 0.01);
   crew.check(key);
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 has not answered for 0.01 s; others begin"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              HasSubstr("rank 1 on node has not answered for 0.01 s; others begin"));
   std::thread rank([&] {
     agree_on_instruction_sets(*ranks[1]);
     CrewMember member(ranks[1]);

@@ -5,16 +5,16 @@
 #include <chrono>
 #include <cstdlib>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <utility>
 
 #include "dist/ranks.h"
+#include "dist/running_clock.h"
 
 namespace glowworm {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Interval of polling for messages. MPI's blocking calls would occupy a whole core.
 constexpr std::chrono::microseconds kPause{200};
@@ -26,6 +26,11 @@ class MpiRanks final : public Ranks {
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &count_);
+    char host[kNameBytes] = {};
+    int length = 0;
+    MPI_Get_processor_name(host, &length);
+    if (rank_ == 0) hosts_.resize(static_cast<std::size_t>(count_) * kNameBytes);
+    MPI_Gather(host, kNameBytes, MPI_CHAR, hosts_.data(), kNameBytes, MPI_CHAR, 0, MPI_COMM_WORLD);
   }
   ~MpiRanks() override {
     const std::lock_guard lock(mutex_);
@@ -34,6 +39,9 @@ class MpiRanks final : public Ranks {
 
   int rank() const override { return rank_; }
   int count() const override { return count_; }
+  std::string host(int rank) const override {
+    return rank_ == 0 ? hosts_.data() + static_cast<std::size_t>(rank) * kNameBytes : "";
+  }
 
   bool send(int to, std::vector<std::byte> bytes, double seconds) override {
     MPI_Request request;
@@ -41,13 +49,13 @@ class MpiRanks final : public Ranks {
       const std::lock_guard lock(mutex_);
       MPI_Isend(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, to, 0, MPI_COMM_WORLD, &request);
     }
-    const Clock::time_point end = after(seconds);
+    RunningClock clock;
     while (true) {
       int done = 0;
       {
         const std::lock_guard lock(mutex_);
         MPI_Test(&request, &done, MPI_STATUS_IGNORE);
-        if (!done && Clock::now() > end) {
+        if (!done && clock.seconds() > seconds) {
           // The library may still read the bytes.
           lost_.push_back(std::move(bytes));
           MPI_Request_free(&request);
@@ -60,7 +68,7 @@ class MpiRanks final : public Ranks {
   }
 
   std::optional<Message> receive(double seconds) override {
-    const Clock::time_point end = after(seconds);
+    RunningClock clock;
     while (true) {
       {
         const std::lock_guard lock(mutex_);
@@ -75,7 +83,7 @@ class MpiRanks final : public Ranks {
           return message;
         }
       }
-      if (Clock::now() > end) return std::nullopt;
+      if (clock.seconds() > seconds) return std::nullopt;
       std::this_thread::sleep_for(kPause);
     }
   }
@@ -86,11 +94,10 @@ class MpiRanks final : public Ranks {
   }
 
  private:
-  static Clock::time_point after(double seconds) {
-    return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  }
+  static constexpr int kNameBytes = MPI_MAX_PROCESSOR_NAME;
 
   int rank_ = 0, count_ = 1;
+  std::vector<char> hosts_;  // of all ranks, kNameBytes each
   std::mutex mutex_;
   std::vector<std::vector<std::byte>> lost_;  // messages that no rank takes
 };
