@@ -25,7 +25,7 @@ constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
 /// A cluster is plain if the first lines give all its photons a mass within this distance of 1.
 constexpr float kTolerance = 0.02f;
 /// Share of a line that is skipped behind a surface, in addition to rounding, so that the surface is not hit again.
-/// There is no limit on the number of surfaces: without all slats of a blind, the mass would be too small.
+/// A line goes on through all slats of a blind, without which the mass would be too small.
 constexpr float kStep = 1e-3f;
 /// Surfaces nearly parallel to a line are ignored; they have no photon's normal.
 constexpr float kMinCosine = 0.25f;
@@ -116,10 +116,13 @@ class ClusterMass {
     for (const std::uint32_t p : members_)
       positions_.push_back(surface_.frame().to_local(photons_.position[p] - cluster.center));
     trace(kFirstLines);
-    if (is_plain()) return;
-    trace(kAllLines);
+    if (!surface_.crowded()) {
+      if (is_plain()) return;
+      trace(kAllLines);
+    }
+    // So many surfaces have more than the maximum mass, even if every other one is invisible.
     for (std::size_t i = 0; i < members_.size(); ++i)
-      factors[members_[i]] = 1 / std::clamp(mass(i), kMinMass, kMaxMass);
+      factors[members_[i]] = 1 / (surface_.crowded() ? kMaxMass : std::clamp(mass(i), kMinMass, kMaxMass));
   }
 
  private:

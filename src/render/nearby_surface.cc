@@ -33,6 +33,7 @@ void NearbySurface::approach(const BoundaryCluster& cluster) {
   frame_ = Frame::from_normal(cluster.normal);
   triangles_.clear();
   copied_ = true;
+  crowded_ = false;
   const float rounding = 4 * position_rounding(cluster.center), reach = cluster.reach + rounding;
   reach_squared_ = reach * reach;
   lowest_ = cluster.low - rounding;
@@ -128,6 +129,8 @@ void NearbySurface::trace(const Segments& segments, float first, float step) {
         {cluster_->center + frame_.to_world(at(segments.origin)), first, frame_.to_world(at(segments.direction)), 1});
   }
   while (!active.empty()) {
+    crowded_ |= found_.size() >= kMostHitsOfSegment * segments.count;
+    if (crowded_) break;
     hits_.resize(rays_.size());
     tracer_.intersect(rays_, hits_, RayOrder::incoherent);
     std::size_t kept = 0;

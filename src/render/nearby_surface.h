@@ -13,6 +13,8 @@ namespace glowworm {
 
 /// Most segments at once.
 inline constexpr std::size_t kMostSegments = 400;
+/// Tracing of segments ends at this many hits of each on average, which bounds the time in stacks of sheets.
+inline constexpr std::size_t kMostHitsOfSegment = 64;
 
 /// Segments from `origin` to `origin` + `direction`, in metres and in a cluster's frame: from its center, z along its
 /// normal.
@@ -51,7 +53,10 @@ class NearbySurface {
   /// The axes of the cluster's frame.
   const Frame& frame() const { return frame_; }
 
-  /// All hits of segments that lie in the cylinder, by segment and then distance.
+  /// Whether tracing has ended with hits left since approach().
+  bool crowded() const { return crowded_; }
+
+  /// All hits of segments that lie in the cylinder, by segment and then distance; fewer if it is crowded().
   /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment
   const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
 
@@ -73,7 +78,7 @@ class NearbySurface {
   const BoundaryCluster* cluster_ = nullptr;
   Frame frame_;
   float reach_squared_ = 0, lowest_ = 0, highest_ = 0;  ///< of the cylinder, with room for rounding
-  bool copied_ = false;
+  bool copied_ = false, crowded_ = false;
   std::vector<Triangle> triangles_;  ///< if copied
   std::vector<Meeting> found_, meetings_;
   std::array<std::uint32_t, kMostSegments + kBoundaryPadding> segment_;

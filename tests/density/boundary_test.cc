@@ -8,6 +8,7 @@
 
 #include "builtin/mesh_builder.h"
 #include "core/parallel.h"
+#include "render/nearby_surface.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -114,6 +115,35 @@ TEST(BoundaryTest, AllSlatsOfABlindCountTogether) {
     expected += 2 * plane * plane;
   }
   expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, kRadius, expected);
+}
+
+TEST(BoundaryTest, LinesThroughCountlessSurfacesEnd) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  MeshBuilder mesh(d.geometry);
+  mesh.set_material(0);
+  constexpr int kSheets = 2000;
+  for (int i = 0; i < kSheets; ++i) {
+    const float z = 1e-4f * static_cast<float>(i);
+    mesh.quad({-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z});
+  }
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  NearbySurface surface(tracer);
+  BoundaryCluster cluster;
+  cluster.normal = {0, 0, 1};
+  cluster.reach = cluster.high = 0.1f;
+  surface.approach(cluster);
+  Segments segments;
+  for (std::size_t i = 0; i < kMostSegments; ++i) segments.push_back({0, 0, 0.1f}, {0, 0, -0.1f});
+  EXPECT_LT(surface.meetings(segments, 0, 1e-5f).size(), (kMostHitsOfSegment + 1) * kMostSegments);
+  EXPECT_TRUE(surface.crowded());
+  PhotonBatch photons;
+  photons.push_back({0, 0, 0.05f}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+  RadiusPolicy policy;
+  policy.kind = RadiusKind::fixed;
+  policy.radius = 0.1f;
+  EXPECT_EQ(boundary_factors(tracer, photons, policy), std::vector<float>{0.25f});
 }
 
 TEST(BoundaryTest, ManyTrianglesGiveTheMassOfFew) {
