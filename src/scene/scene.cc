@@ -13,6 +13,7 @@
 #include "scene/default_camera.h"
 #include "scene/environment.h"
 #include "scene/light_power.h"
+#include "scene/repeated_triangles.h"
 #include "scene/scene_checks.h"
 #include "scene/studio_light.h"
 
@@ -145,6 +146,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   note_rounding(origin_, length(bounds_.diagonal()), d_.notes);
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   material_is_pane_ = find_panes(d_.materials);
+  find_repeated();
   find_light_sources();
   if (light_power_.total() > 0) return;
   if (has_lights(d_, *geometry_)) {
@@ -159,6 +161,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
     : d_(scene.d_),
       geometry_(scene.geometry_),
       diffuse_triangles_(scene.diffuse_triangles_),
+      repeated_(scene.repeated_),
       origin_(scene.origin_),
       smooth_(scene.smooth_),
       bounds_(scene.bounds_),
@@ -196,6 +199,13 @@ void Scene::measure() {
   for (const Vec3& p : geometry_->positions) radius_ = std::max(radius_, length(p - center_));
 }
 
+void Scene::find_repeated() {
+  auto repeated = repeated_triangles(*geometry_, material_has_alpha_);
+  if (const auto count = std::count(repeated.begin(), repeated.end(), true); count > 0)
+    d_.notes.push_back(fmt::format("{} triangles repeat others in the same place; rays meet the first of each", count));
+  repeated_ = std::make_shared<const std::vector<bool>>(std::move(repeated));
+}
+
 void Scene::find_light_sources() {
   const Geometry& g = *geometry_;
   const float disc = kPi * radius_ * radius_;
@@ -204,7 +214,8 @@ void Scene::find_light_sources() {
   source_powers_.clear();
   std::vector<std::uint32_t> emitting;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
-    if (g.emission[t] != kNone && !is_black(d_.emissions[g.emission[t]].radiance.value)) emitting.push_back(t);
+    if (g.emission[t] != kNone && !repeats(t) && !is_black(d_.emissions[g.emission[t]].radiance.value))
+      emitting.push_back(t);
   const std::vector<RGB> powers = triangle_powers(g, d_, emitting);
   for (std::size_t i = 0; i < emitting.size(); ++i) {
     const std::uint32_t t = emitting[i];

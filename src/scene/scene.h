@@ -68,6 +68,8 @@ class Scene {
   const Geometry& geometry() const { return *geometry_; }
   std::shared_ptr<const Geometry> shared_geometry() const { return geometry_; }
   const DiffuseTriangle& diffuse_triangle(std::uint32_t triangle) const { return (*diffuse_triangles_)[triangle]; }
+  /// Whether a triangle repeats an earlier one (repeated_triangles()). No ray hits it, and it emits no light.
+  bool repeats(std::uint32_t triangle) const { return !repeated_->empty() && (*repeated_)[triangle]; }
   const std::vector<Material>& materials() const { return d_.materials; }
   const std::vector<TextureNode>& textures() const { return d_.textures; }
   const std::vector<Emission>& emissions() const { return d_.emissions; }
@@ -121,11 +123,13 @@ class Scene {
 
  private:
   void measure();
+  void find_repeated();
   void find_light_sources();
 
   SceneDescription d_;  // without its geometry, which scenes in other light share
   std::shared_ptr<const Geometry> geometry_;
   std::shared_ptr<const LargeVector<DiffuseTriangle>> diffuse_triangles_;  // shared like the geometry
+  std::shared_ptr<const std::vector<bool>> repeated_;                      // empty: none is
   Vec3 origin_;
   bool smooth_ = false;
   Box3 bounds_;

@@ -310,6 +310,7 @@ void Tracer::Implementation::sort_triangles(std::span<const std::uint32_t> movab
   std::vector<bool> moves(g.triangle_count(), false);
   for (const std::uint32_t i : movable) moves[i] = true;
   for (std::uint32_t i = 0; i < g.triangle_count(); ++i) {
+    if (scene->repeats(i)) continue;
     const bool tested = scene->has_alpha(g.material[i]) || scene->is_pane(g.material[i]);
     lists[(moves[i] ? kMovable : 0) + (tested ? kTested : 0)].push_back(i);
   }

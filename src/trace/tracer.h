@@ -47,7 +47,7 @@ enum class RayOrder : std::uint8_t {
            ///< single-sided surfaces (Material::single_sided), which all other rays hit.
 };
 
-/// The scene as a structure for ray tracing.
+/// The scene as a structure for ray tracing, without triangles that repeat others (Scene::repeats()).
 /// Immutable except for follow(); all other calls are thread-safe.
 class Tracer {
  public:

@@ -462,5 +462,25 @@ TEST(TracerTest, VisitsNoMoreTrianglesAfterTheEnd) {
   EXPECT_EQ(visits, 5);
 }
 
+/// Embree would test each ray against all of them.
+TEST(TracerTest, HoldsOneOfManyEqualTriangles) {
+  SceneDescription d = floor_description();
+  const Scene once(d);
+  const Tracer tracer_once(once);
+  for (int i = 0; i < 10; ++i) d.geometry.triangles.insert(d.geometry.triangles.end(), {{0, 1, 2}, {0, 2, 3}});
+  d.geometry.material.resize(22, 0);
+  d.geometry.emission.resize(22, kNone);
+  const Scene scene(d);
+  const Tracer tracer(scene);
+  EXPECT_EQ(tracer.bytes(), tracer_once.bytes());
+  std::multiset<std::uint32_t> visited;
+  tracer.visit_near({}, 1e3f, [&](std::uint32_t triangle) {
+    visited.insert(triangle);
+    return true;
+  });
+  EXPECT_EQ(visited, (std::multiset<std::uint32_t>{0, 1}));
+  EXPECT_EQ(tracer.intersect(Ray{{0.5f, -1, 1}, 0, {0, 0, -1}, kInfinity}).triangle, 0u);
+}
+
 }  // namespace
 }  // namespace glowworm
