@@ -113,17 +113,47 @@ Vec3 move_to_origin(SceneDescription& d) {
   return origin;
 }
 
-/// Adds a note if the vertices of a moved scene were rounded so far from the origin that it shows: from a thousand
-/// sizes away, by more than 1/17,000 of the scene.
-void note_rounding(Vec3 origin, float size, std::vector<std::string>& notes) {
-  constexpr float kFar = 1000;
+/// Share of the triangles that are short compared to the rounding of their coordinates.
+struct ShortTriangles {
+  float share = 0, farthest = 0;  ///< farthest: largest coordinate of one, metres
+};
+
+/// @param origin what was subtracted from all positions
+ShortTriangles short_triangles(const Geometry& g, Vec3 origin) {
+  // A number is rounded to 2^-23 to 2^-24 of itself: these are 50 to 100 roundings.
+  constexpr float kShort = 100 * 0x1p-24f;
+  ShortTriangles out;
+  std::size_t count = 0;
+  for (const auto& [a, b, c] : g.triangles) {
+    const Vec3 p = g.positions[a], q = g.positions[b], r = g.positions[c], at = p + origin;
+    const float largest = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+    const float longest = std::max({length_squared(q - p), length_squared(r - q), length_squared(p - r)});
+    if (!(longest < kShort * kShort * largest * largest)) continue;
+    ++count;
+    out.farthest = std::max(out.farthest, largest);
+  }
+  out.share = static_cast<float>(count) / static_cast<float>(g.triangle_count());
+  return out;
+}
+
+/// Adds a note if vertices were rounded so far from the origin that it shows: if the scene lies a thousand sizes away,
+/// by more than 1/17,000 of it; or if a tenth of the triangles are short, as of a house in a wide land.
+void note_rounding(const Geometry& geometry, Vec3 origin, float size, std::vector<std::string>& notes) {
+  constexpr float kFar = 1000, kManyShort = 0.1f;
+  const auto note = [&](const std::string& what, float coordinate) {
+    const float step = std::nextafter(coordinate, std::numeric_limits<float>::infinity()) - coordinate;
+    notes.push_back(
+        fmt::format("{}, where coordinates are rounded to {:.2g} m, which bends its shapes. Move it to the "
+                    "origin before you export it",
+                    what, step));
+  };
   const float largest = std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)});
-  if (!(largest > kFar * size)) return;
-  const float step = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
-  notes.push_back(
-      fmt::format("the scene lies {:.0f} times its size from the origin, where coordinates are rounded to {:.2g} m, "
-                  "which bends its shapes. Move it to the origin before you export it",
-                  largest / size, step));
+  if (largest > kFar * size)
+    return note(fmt::format("the scene lies {:.0f} times its size from the origin", largest / size), largest);
+  const ShortTriangles found = short_triangles(geometry, origin);
+  if (found.share > kManyShort)
+    note(fmt::format("{:.0f}% of the scene's triangles are small and far from the origin", 100 * found.share),
+         found.farthest);
 }
 
 float power_weight(RGB power) {
@@ -143,7 +173,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   if (needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
-  note_rounding(origin_, length(bounds_.diagonal()), d_.notes);
+  note_rounding(*geometry_, origin_, length(bounds_.diagonal()), d_.notes);
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   material_is_pane_ = find_panes(d_.materials);
   find_repeated();

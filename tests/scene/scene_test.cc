@@ -107,6 +107,29 @@ void add_closed_box(SceneDescription& d, Box3 box, bool inwards) {
   wall(box.max, -x, -z);
 }
 
+/// A house of boxes in a land 100 km across.
+SceneDescription house_in_wide_land(float from_origin) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  add_quad(d, {-5e4f, 0, -5e4f}, {0, 0, 1e5f}, {1e5f, 0, 0});
+  for (int i = 0; i < 3; ++i)
+    add_closed_box(d, {{3.0f * static_cast<float>(i), 0, 0}, {3.0f * static_cast<float>(i) + 2, 3, 2}}, false);
+  translate(d, {0, 0, from_origin});
+  return d;
+}
+
+TEST(SceneTest, TellsThatSmallTrianglesWereRounded) {
+  const auto bent =
+      testing::Contains(HasSubstr("95% of the scene's triangles are small and far from the origin, where "
+                                  "coordinates are rounded to 0.062 m"));
+  EXPECT_THAT(Scene(house_in_wide_land(1e6f)).notes(), bent);
+  const auto rounded = testing::Contains(HasSubstr("coordinates are rounded to"));
+  EXPECT_THAT(Scene(house_in_wide_land(1e5f)).notes(), testing::Not(rounded));
+  SceneDescription few = house_in_wide_land(1e6f);
+  for (int i = 0; i < 200; ++i) add_quad(few, {100, 0, 1e6f + 100 * static_cast<float>(i)}, {0, 0, 100}, {100, 0, 0});
+  EXPECT_THAT(Scene(few).notes(), testing::Not(rounded));
+}
+
 SceneDescription closed_box(Box3 box, bool inwards) {
   SceneDescription d;
   d.materials.emplace_back();
