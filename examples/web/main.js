@@ -136,11 +136,13 @@ function draw() {
 async function start() {
   const names = await (await fetch("scenes/list.json")).json();
   for (const name of names) element("scene").add(new Option(name, name));
-  element("scene").value = query.get("scene") ?? names[0];
+  const wanted = query.get("scene") ?? names[0];
+  if (!names.includes(wanted)) throw new Error(`there is no scene '${wanted}': there are ${names.join(", ")}`);
+  element("scene").value = wanted;
   element("texels").checked = query.has("texels");
   element("atlas").checked = query.has("atlas");
   element("split").value = query.get("split") ?? 0;
-  element("scene").addEventListener("change", () => load(element("scene").value));
+  element("scene").addEventListener("change", () => load(element("scene").value).catch(say));
   element("texels").addEventListener("change", (event) => setTexels(event.target.checked));
   element("atlas").addEventListener("change", (event) => setAtlas(event.target.checked));
   await load(element("scene").value);
@@ -155,4 +157,10 @@ async function start() {
   });
 }
 
-start().catch((error) => (element("state").textContent = String(error)));
+/** Shows an error in the bar, which pictures do without. */
+function say(error) {
+  document.body.classList.remove("plain");
+  element("state").textContent = String(error);
+}
+
+start().catch(say);

@@ -76,8 +76,10 @@ void resolve_options(BakeOptions& o) {
     throw CommandLineError("--from computes no light", "Leave out --part, --resume and -o with a part.");
   if (o.is_probes() && !(o.spacing > 0))
     throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
-  if (o.texture != "png" && (o.format == "vertex" || (o.is_probes() && o.texture != "exr")))
-    throw CommandLineError(fmt::format("--format {} has no textures", o.format), "Leave --texture out.");
+  if (o.texture != "png" && o.format == "vertex")
+    throw CommandLineError("--format vertex has no textures", "Leave --texture out.");
+  if (o.texture == "rgbm" && o.is_probes())
+    throw CommandLineError("--format probes has no RGBM picture", "Give --texture exr, or leave it out.");
   if (o.is_probes()) o.settings.filter = Filtering::off;
   o.settings.separate_layers = filters(o.settings);
   keep_heap_small(o.settings.memory_bytes);
