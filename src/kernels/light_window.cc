@@ -48,7 +48,7 @@ HWY_INLINE WindowFloats alike_at(const WindowPlanes& p, std::ptrdiff_t here, std
   const WindowFloats facing = above_zero(hn::Sub(one, hn::Div(difference, hn::Set(f, kNormalDifference))));
   if (hn::AllFalse(f, hn::Gt(facing, hn::Zero(f)))) return hn::Zero(f);
   const WindowFloats depth = hn::LoadU(f, p.depth + here);
-  const WindowFloats slope = hn::Max(hn::LoadU(f, p.slope + here), hn::LoadU(f, p.slope + here + to));
+  const WindowFloats slope = hn::Min(hn::LoadU(f, p.slope + here), hn::LoadU(f, p.slope + here + to));
   const WindowFloats expected =
       hn::Add(hn::Add(hn::Mul(slope_steps, slope), hn::Mul(hn::Set(f, kDepthShare), depth)), hn::Set(f, kLeastDepth));
   const WindowFloats step2 = squared_step(p.depth + here, to);
@@ -73,7 +73,8 @@ HWY_INLINE bool compare_row(const WindowPlanes& p, std::ptrdiff_t row, std::ptrd
     some = true;
     const WindowFloats level = hn::LoadU(f, p.level + here);
     const WindowFloats d = hn::Sub(hn::LoadU(f, p.level + here + to), level);
-    const WindowFloats least = hn::Add(hn::Mul(hn::Mul(hn::Set(f, kMinVariance), level), level), hn::Set(f, 1e-30f));
+    const WindowFloats least =
+        hn::Add(hn::Mul(hn::Mul(hn::Set(f, kMinVariance), level), level), hn::Set(f, kLeastVariance));
     const WindowFloats variance =
         hn::Add(hn::Add(hn::LoadU(f, p.variance + here), hn::LoadU(f, p.variance + here + to)), least);
     hn::StoreU(hn::Div(hn::Mul(hn::Mul(a, d), d), variance), f, differ + x);
@@ -94,6 +95,14 @@ HWY_INLINE void add_product(WindowFloats weight, const float* values, float* sum
   hn::StoreU(hn::Add(hn::LoadU(f, sums), hn::Mul(weight, hn::LoadU(f, values))), f, sums);
 }
 
+/// 1 less the ratio of the smaller to the larger variance of pixels: 0 for pixels of equal noise.
+HWY_INLINE WindowFloats noise_difference(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to) {
+  const WindowTag f;
+  const WindowFloats a = hn::LoadU(f, p.variance + here), b = hn::LoadU(f, p.variance + here + to);
+  const WindowFloats larger = hn::Max(hn::Max(a, b), hn::Set(f, light_window::kLeastVariance));
+  return hn::Sub(hn::Set(f, 1.0f), hn::Div(hn::Min(a, b), larger));
+}
+
 /// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.
 HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float near, const WindowPairs& pairs,
                         WindowSums& sums) {
@@ -110,8 +119,13 @@ HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float n
     const WindowFloats excess = hn::Div(hn::Sub(hn::Div(sum_around(pairs.differ + around), n), one), deviation);
     const WindowFloats same =
         hn::Min(above_zero(hn::Div(hn::Sub(none, excess), hn::Set(f, kNoWeight - kFullWeight))), one);
+    const WindowFloats differ = hn::Div(hn::LoadU(f, pairs.differ + around + kStride + 1), own);
+    const WindowFloats noise = noise_difference(p, y * p.stride + x, to);
+    const WindowFloats contrast = hn::Mul(differ, hn::Mul(noise, noise));
+    const WindowFloats credible = hn::Min(
+        above_zero(hn::Div(hn::Sub(hn::Set(f, kNoContrast), contrast), hn::Set(f, kNoContrast - kFullContrast))), one);
     // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-    const WindowFloats weight = hn::Mul(hn::Mul(hn::Set(f, near), own), same);
+    const WindowFloats weight = hn::Mul(hn::Mul(hn::Mul(hn::Set(f, near), own), same), credible);
     const std::size_t at = WindowSums::at(static_cast<int>(x), y);
     for (int c = 0; c < 3; ++c) add_product(weight, p.light[c] + there, sums.light[c] + at);
     hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), weight), f, sums.weight + at);

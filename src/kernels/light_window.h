@@ -17,9 +17,10 @@ inline constexpr float kNormalDifference = 0.2f;
 /// pixels on all sides of the tile can be read.
 struct WindowPlanes {
   std::ptrdiff_t stride = 0;
-  const float* normal[3] = {};      ///< NaN: like no other pixel
-  const float* depth = nullptr;     ///< metres
-  const float* slope = nullptr;     ///< change of depth from pixel to pixel, metres
+  const float* normal[3] = {};   ///< NaN: like no other pixel
+  const float* depth = nullptr;  ///< metres
+  /// Change of depth from pixel to pixel, metres. Of two pixels the smaller one counts: at edges it is large.
+  const float* slope = nullptr;
   const float* light[3] = {};       ///< W sr^-1 m^-2
   const float* level = nullptr;     ///< luminance of the light
   const float* variance = nullptr;  ///< of the level
@@ -47,10 +48,14 @@ namespace light_window {
 inline constexpr float kDepthShare = 0.005f;
 /// Least depth difference, metres: keeps its square above the least normal float.
 inline constexpr float kLeastDepth = 1e-18f;
-/// Share of the squared level that is added to variances, so that 0 / 0 counts as no difference.
-inline constexpr float kMinVariance = 1e-10f;
+/// Share of the squared level that is added to variances, so that 0 / 0 counts as no difference, and their least value.
+inline constexpr float kMinVariance = 1e-10f, kLeastVariance = 1e-30f;
 /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
 inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
+/// Squared difference over variance up to which a pixel counts in full that is much noisier, or much less noisy, than
+/// the centre, and beyond which it does not. Of pixels that met n rare bright samples it is n; those at the edge of
+/// something bright differ by more, and would shine into the dark pixels around them.
+inline constexpr float kFullContrast = 4.0f, kNoContrast = 6.0f;
 }  // namespace light_window
 
 }  // namespace glowworm

@@ -132,6 +132,33 @@ TEST(LightFilter, KeepsTheLightOfRareBrightSamples) {
   }
 }
 
+/// Sets the light of a pixel that something bright is seen in by some of its samples.
+void see_something_bright(LightEstimate& estimate, std::size_t pixel) {
+  estimate.level[pixel] = 5;
+  estimate.light[pixel] = RGB(5.0f);
+  estimate.variance[pixel] = 4;
+}
+
+TEST(LightFilter, KeepsTheLightOfBrightEdgesOutOfDarkPixels) {
+  const auto level = [](int, int) { return 0.1f; };
+  LightEstimate estimate = noisy(0.002f, level);
+  for (int y = 0; y < kSide; y += 4) see_something_bright(estimate, static_cast<std::size_t>(y * kSide + kSide / 2));
+  EXPECT_LT(error_of(filter_light(estimate, flat_surface()), level, kSide / 2 + 1, kSide / 2 + 4), 0.01f);
+}
+
+TEST(LightFilter, KeepsPixelsBetweenTwoDepthsApart) {
+  const auto level = [](int, int) { return 1.0f; };
+  LightEstimate estimate = noisy(0.01f, level);
+  FilterGuides guides = flat_surface();
+  for (int y = 0; y < kSide; ++y) {
+    const auto pixel = static_cast<std::size_t>(y * kSide + kSide / 2);
+    see_something_bright(estimate, pixel);
+    estimate.variance[pixel] = 16;  // so that the noise alone does not tell them apart
+    guides.depth[pixel] = 3;
+  }
+  EXPECT_LT(error_of(filter_light(estimate, guides), level, kSide / 2 + 1, kSide / 2 + 4), 0.02f);
+}
+
 TEST(LightFilter, SkipsPixelsWithoutSurfaceOrVariance) {
   const auto level = [](int x, int y) { return static_cast<float>((x * 7 + y * 13) % 5); };
   FilterGuides guides = flat_surface();

@@ -23,11 +23,11 @@ inline Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdif
   // In this order NaN gives 0.
   const float facing = std::max(0.0f, 1 - difference / kNormalDifference);
   const float step = planes.depth[there] - planes.depth[here];
-  const float expected = 1.5f * distance * std::max(planes.slope[here], planes.slope[there]) +
+  const float expected = 1.5f * distance * std::min(planes.slope[here], planes.slope[there]) +
                          kDepthShare * planes.depth[here] + kLeastDepth;
   const float alike = facing * facing * std::max(0.0f, 1 - step * step / (expected * expected));
   const float d = planes.level[there] - planes.level[here];
-  const float least = kMinVariance * planes.level[here] * planes.level[here] + 1e-30f;
+  const float least = kMinVariance * planes.level[here] * planes.level[here] + kLeastVariance;
   return {alike, alike * d * d / (planes.variance[here] + planes.variance[there] + least)};
 }
 
@@ -46,8 +46,14 @@ inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrd
   const float excess = (differ / n - 1) / std::sqrt(2 / std::max(n, 1.0f));
   const float same = std::min(std::max((kNoWeight - excess) / (kNoWeight - kFullWeight), 0.0f), 1.0f);
   const float near = 1 - distance2 / square(kWindowReach + 1);
+  const Pair own = compare(planes, here, to, distance);
+  if (!(own.alike > 0)) return;
+  const float a = planes.variance[here], b = planes.variance[here + to];
+  const float noise = 1 - std::min(a, b) / std::max({a, b, kLeastVariance});
+  const float contrast = own.differ / own.alike * (noise * noise);
+  const float credible = std::min(std::max((kNoContrast - contrast) / (kNoContrast - kFullContrast), 0.0f), 1.0f);
   // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-  const float weight = near * compare(planes, here, to, distance).alike * same;
+  const float weight = near * own.alike * same * credible;
   for (int c = 0; c < 3; ++c) sums.light[c][at] += weight * planes.light[c][here + to];
   sums.weight[at] += weight;
   sums.variance[at] += weight * weight * planes.variance[here + to];
