@@ -105,6 +105,21 @@ void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   });
 }
 
+/// Variance of the luminance of a pixel's mean beside that of direct and indirect light, as at edges of surfaces.
+/// Surface samples reduce it. A light that a pixel sees counts as one of even radiance that a share of the samples
+/// meet.
+/// @param other variance by the spread of the camera samples
+float variance_beside_light(const Film& film, std::size_t pixel, float other) {
+  if (!film.is_fine()) return other;
+  const float caustic = luminance(film.mean(Layer::caustic, pixel)),
+              emitted = luminance(film.mean(Layer::emitted, pixel));
+  if (!(emitted > 0)) return caustic > 0 ? other : other / kSurfaceSamples;
+  const auto samples = static_cast<float>(film.sample_count(pixel));
+  const float level = (other * (samples - 1) + emitted * emitted) / emitted;  // mean square over mean
+  const float share = std::min(luminance(film.mean(Layer::fine_emitted, pixel)) / level, 1.0f);
+  return level * level * share * (1 - share) / (kSurfaceSamples * samples) + std::min(other, caustic * caustic);
+}
+
 /// @param edges pixels are beside each other: also filter edges
 FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges) {
   FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()),
@@ -130,8 +145,7 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
   }
   // What varies beside, as at edges of surfaces, stays. Its samples are stratified as those of light.
   for_pixels(film, [&](std::size_t i) {
-    float other = std::max(film.variance(i) - of_light[i], 0.0f);
-    if (film.is_fine() && is_black(film.mean(Layer::caustic, i))) other *= 1.0f / kSurfaceSamples;
+    const float other = variance_beside_light(film, i, std::max(film.variance(i) - of_light[i], 0.0f));
     out.variance[i] += of_light[i] > 0 ? other * std::min(stratified[i] / of_light[i], 1.0f) : other;
   });
   add_surfaces(film, indirect_only, out);

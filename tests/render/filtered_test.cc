@@ -105,6 +105,37 @@ Film pixel_with_surface_samples(std::uint32_t samples, RGB albedo, RGB fine_albe
   return film;
 }
 
+TEST(Filtered, NoiseOfLampsIsThatOfSurfaceSamples) {
+  constexpr int kSide = 64;
+  constexpr std::uint32_t kPixels = kSide * kSide, kSamples = 8;
+  constexpr float kLamp = 8, kShare = 0.3f;
+  Film film({0, 0, kSide, kSide}, false, true, {.fine = true}, true);
+  for (std::uint32_t s = 0; s < kSamples; ++s) {
+    SlotRadiance radiance;
+    radiance.resize(kPixels);
+    radiance.fine_emitted.resize(kPixels);
+    FirstHit hit;
+    hit.albedo = hit.fine_albedo = std::vector<RGB>(kPixels, RGB(0.5f));
+    hit.normal.assign(kPixels, Vec3{0, 0, 1});
+    hit.depth.assign(kPixels, 1.0f);
+    for (std::uint32_t i = 0; i < kPixels; ++i) {
+      Sampler sampler(SamplerKind::independent, 3, i, s);
+      const auto lamp = [&] { return RGB(sampler.next1() < kShare ? kLamp : 0.0f); };
+      radiance.emitted[i] = lamp();
+      for (std::uint32_t k = 0; k < kSurfaceSamples; ++k) radiance.fine_emitted[i] += lamp() * (1.0f / kSurfaceSamples);
+    }
+    film.add({0, 0, kSide, kSide, s, 1}, radiance, hit, Geometry());
+  }
+  const FilmPicture picture = filtered_picture(film, false);
+  double stated = 0, squares = 0;
+  for (std::uint32_t i = 0; i < kPixels; ++i) {
+    stated += picture.variance[i];
+    squares += std::pow(picture.radiance[i].g - kLamp * kShare, 2);
+  }
+  // The spread of the camera samples alone, which find no lamp in 6% of the pixels, is four times as large.
+  EXPECT_NEAR(stated / squares, 1, 0.15);
+}
+
 TEST(Filtered, LightHasTheAlbedoOfSurfaceSamples) {
   const auto shown = [](const Film& film) { return filtered_picture(film, false).radiance[0]; };
   const RGB lit = shown(pixel_with_surface_samples(4, RGB(0.4f), RGB(0.5f), 0, 0));
