@@ -118,7 +118,7 @@ TEST(Adaptive, SquaresWithFewSamplesTakePart) {
 
 TEST(AdaptiveRender, NeedsFewerSamplesForTheSameError) {
   const Stage stage(builtin_scene("cornell"));
-  RenderSettings settings = adaptive_render(64, 0.05);
+  RenderSettings settings = adaptive_render(64, 0.03);
   const Film film = stage.render(settings);
   settings.adaptive = false;
   const Film even = stage.render(settings);
