@@ -52,6 +52,15 @@ class SlowMpiTest : public ProgramTest {
     return 0;
   }
 
+  /// Sends a signal to rank 1 of a run as soon as its checkpoint has samples.
+  void signal_rank_1(int signal) const {
+    ASSERT_TRUE(wait_for_file("a.checkpoint", 60));
+    ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("a.checkpoint"))->passes > 0; }, 60));
+    const pid_t rank = process_of_rank(1);
+    ASSERT_GT(rank, 0);
+    ASSERT_EQ(kill(rank, signal), 0);
+  }
+
   void expect_same_pixels(const std::string& a, const std::string& b) const {
     const Image one = read_image(path(a)), other = read_image(path(b));
     ASSERT_EQ(one.channels().size(), 6u);
@@ -83,11 +92,7 @@ TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
       arguments({"--samples", samples, "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
   {
     Running program(folder_, shared, by_ranks(3, shared));
-    ASSERT_TRUE(wait_for_file("a.checkpoint", 60));
-    ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("a.checkpoint"))->passes > 0; }, 60));
-    const pid_t rank = process_of_rank(1);
-    ASSERT_GT(rank, 0);
-    ASSERT_EQ(kill(rank, SIGKILL), 0);
+    ASSERT_NO_FATAL_FAILURE(signal_rank_1(SIGKILL));
     EXPECT_NE(program.wait().status, 0);
   }
   // The other ranks have ended, too.
@@ -103,11 +108,7 @@ TEST_F(SlowMpiTest, AStoppedRankIsNamedAndThePictureIsFinished) {
   const std::vector<std::string> shared =
       arguments({"--samples", samples, "--threads", "1", "-o", "a.exr", "--resume=a.checkpoint"});
   Running program(folder_, shared, by_ranks(3, shared));
-  ASSERT_TRUE(wait_for_file("a.checkpoint", 60));
-  ASSERT_TRUE(wait_until([&] { return read_checkpoint(path("a.checkpoint"))->passes > 0; }, 60));
-  const pid_t rank = process_of_rank(1);
-  ASSERT_GT(rank, 0);
-  ASSERT_EQ(kill(rank, SIGSTOP), 0);
+  ASSERT_NO_FATAL_FAILURE(signal_rank_1(SIGSTOP));
   char host[256] = {};
   ASSERT_EQ(gethostname(host, sizeof host), 0);
   EXPECT_TRUE(program.wait_for_text("rank 1 on " + std::string(host) + " has not answered for 60 s", 120));
