@@ -15,6 +15,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "core/disk_memory.h"
+
 namespace glowworm {
 
 namespace {
@@ -154,8 +156,9 @@ void AtomicFile::write(const void* data, std::size_t bytes) {
   if (descriptor_ < 0) throw Error({path_}, "nothing can be written after the file was closed");
   const char* next = static_cast<const char*>(data);
   while (bytes > 0) {
-    // At most 1 GiB at a time: Linux writes at most 2 GiB in one call.
-    const ssize_t written = ::write(descriptor_, next, std::min<std::size_t>(bytes, std::size_t{1} << 30));
+    // Little at a time: what is written may be an array on disk.
+    check_disk_memory();
+    const ssize_t written = ::write(descriptor_, next, std::min<std::size_t>(bytes, std::size_t{1} << 20));
     if (written < 0) {
       if (errno == EINTR || (errno == EAGAIN && wait_for_reader(descriptor_))) continue;
       fail("cannot write", errno);

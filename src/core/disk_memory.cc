@@ -12,6 +12,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <set>
 
 #include "core/error.h"
 #include "core/unnamed_file.h"
@@ -21,12 +22,17 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kMinBytes = std::size_t{1} << 20;
-/// Interval at which pages are counted. In this time threads may touch some 20 MB of new pages, and more on a busy
-/// machine, where this thread wakes up late. A count takes some 5 us.
-constexpr std::chrono::milliseconds kInterval{2};
+/// Interval at which pages are counted. In this time threads may touch some 5 MB of new pages. A count takes some 5 us.
+constexpr std::chrono::microseconds kInterval{500};
 
 thread_local bool uses_disk = false;
 std::atomic<bool> available{false};
+
+/// Numbers of mapped bytes above which pages leave memory, of all that live.
+std::mutex limits_mutex;
+std::multiset<std::uint64_t> limits;
+std::atomic<std::uint64_t> least_limit{0};  // 0: none
+std::atomic<std::int64_t> next_count_ns{0};
 
 /// Sizes of the arrays on disk by address.
 struct Blocks {
@@ -70,17 +76,36 @@ void release_pages() {
 
 }  // namespace
 
-DiskMemory::DiskMemory(std::uint64_t resident_bytes)
-    : limit_(resident_bytes), before_(mapped_bytes()), thread_([this] {
-        while (!ended_) {
-          std::this_thread::sleep_for(kInterval);
-          if (mapped_bytes() > before_ + limit_ / 2) release_pages();
-        }
-      }) {}
+void check_disk_memory() {
+  const std::uint64_t most = least_limit;
+  if (most == 0) return;
+  const std::int64_t now = std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+  std::int64_t next = next_count_ns;
+  const std::int64_t after = now + std::chrono::nanoseconds(kInterval).count();
+  if (now < next || !next_count_ns.compare_exchange_strong(next, after)) return;
+  if (mapped_bytes() > most) release_pages();
+}
+
+DiskMemory::DiskMemory(std::uint64_t resident_bytes) : most_(mapped_bytes() + resident_bytes / 2) {
+  {
+    const std::lock_guard lock(limits_mutex);
+    limits.insert(most_);
+    least_limit = *limits.begin();
+  }
+  thread_ = std::thread([this] {
+    while (!ended_) {
+      std::this_thread::sleep_for(kInterval);
+      check_disk_memory();
+    }
+  });
+}
 
 DiskMemory::~DiskMemory() {
   ended_ = true;
   thread_.join();
+  const std::lock_guard lock(limits_mutex);
+  limits.erase(limits.find(most_));
+  least_limit = limits.empty() ? 0 : *limits.begin();
 }
 
 bool DiskMemory::is_available() { return available; }

@@ -17,7 +17,8 @@ enum class DiskUse : std::uint8_t {
 };
 
 /// While this object lives, the pages of arrays on disk leave the process's memory as soon as they fill most of a
-/// limit. The system writes them to the disk, and reads them back when they are used.
+/// limit. The system writes them to the disk, and reads them back when they are used. A thread of its own counts them,
+/// and so do the loops of core/parallel.h, because that thread may wake up late on a busy machine.
 class DiskMemory {
  public:
   /// @param resident_bytes limit of the pages of all arrays on disk that the process holds
@@ -49,7 +50,7 @@ class DiskMemory {
   };
 
  private:
-  std::uint64_t limit_, before_;  // before_: mapped pages of other files
+  std::uint64_t most_;  // mapped pages of all files
   std::atomic<bool> ended_{false};
   std::thread thread_;
 };
@@ -59,6 +60,10 @@ class DiskMemory {
 void* allocate_on_disk(std::size_t bytes);
 /// Frees what allocate_on_disk() gave. Returns false if it did not.
 bool free_on_disk(void* memory) noexcept;
+
+/// Counts the pages of arrays on disk, and releases them if they fill most of the limit. Does nothing if no DiskMemory
+/// lives, or if they were counted a moment ago.
+void check_disk_memory();
 
 /// Tells DiskMemory that this program's operator new uses these functions.
 void make_disk_memory_available();

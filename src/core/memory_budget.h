@@ -22,7 +22,7 @@ class MemoryBudget {
   /// @param limit_bytes total bytes that may be reserved at once; 0: unlimited
   /// @param remedy advice for the user if the limit is exceeded
   explicit MemoryBudget(std::uint64_t limit_bytes = 0,
-                        std::string remedy = "Give a larger --memory, or a smaller image.")
+                        std::string remedy = "Give a larger --memory, a smaller image or fewer --threads.")
       : limit_(limit_bytes), remedy_(std::move(remedy)) {}
 
   /// Reserves bytes under a name. If that exceeds the limit, throws MemoryError, which lists all holders.

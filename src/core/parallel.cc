@@ -10,6 +10,7 @@
 #include <exception>
 #include <memory>
 
+#include "core/disk_memory.h"
 #include "core/error.h"
 
 #ifdef GLOWWORM_THREAD_SANITIZER  // defined by the build
@@ -63,6 +64,7 @@ void run_ordered(Ordering& start, Ordering& end, const Interrupt* flag, const Ta
   const AtEnd restored([own = cancellation] { cancellation = own; });
   cancellation = flag;
   task();
+  check_disk_memory();
 }
 
 // The first exception of a loop. TBB would allocate memory to transport it, and would abort if there is none.
@@ -124,6 +126,7 @@ void parallel_for(std::size_t begin, std::size_t end, std::size_t grain,
     for (std::size_t first = begin; first < end; first += grain) {
       throw_if_cancelled(cancellation);
       body(first, std::min(first + grain, end));
+      check_disk_memory();
     }
     return;
   }

@@ -68,6 +68,8 @@ void add_all(std::vector<Entry>& to, const std::vector<Entry>& from) {
 constexpr std::size_t kPixelsAtOnce = 4096;
 /// Pixels whose entries merge_state() holds at once.
 constexpr std::size_t kPixelsRead = 64 * kPixelsAtOnce;
+/// Bytes that one piece of parallel work copies.
+constexpr std::size_t kBytesCopied = std::size_t{1} << 20;
 
 /// What the luminance of light is divided by.
 float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMinAlbedo); }
@@ -385,7 +387,10 @@ std::vector<std::uint32_t> Film::save() const {
     if (bytes.empty()) return;
     const std::size_t at = out.size();
     out.resize(at + bytes.size() / sizeof out[0]);
-    std::memcpy(&out[at], bytes.data(), bytes.size());
+    std::byte* const to = std::as_writable_bytes(std::span(out)).data() + at * sizeof out[0];
+    parallel_for(0, bytes.size(), kBytesCopied, [&](std::size_t first, std::size_t last) {
+      std::memcpy(to + first, bytes.data() + first, last - first);
+    });
   });
   return out;
 }
