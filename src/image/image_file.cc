@@ -53,12 +53,11 @@ constexpr int kBandRows = 64;
 // No format and no renderer needs more; products of several such numbers stay far below 2^64.
 constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
 
-void check_expansion(const std::string& path, const ImageFormat& format, int width, int height) {
-  const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+void check_expansion(const std::string& path, const ImageFormat& format, std::int64_t width, std::int64_t height) {
   std::error_code unknown_size;
   const std::uint64_t file_bytes = std::filesystem::file_size(path, unknown_size);
   const double most = format.pixels_per_byte * static_cast<double>(file_bytes);
-  if (!unknown_size && most > 0 && static_cast<double>(pixels) > most) {
+  if (!unknown_size && most > 0 && static_cast<double>(width) * static_cast<double>(height) > most) {
     throw Error({path},
                 fmt::format("truncated or damaged: {} x {} pixels cannot come out of a file of {} bytes", width, height,
                             file_bytes),
@@ -103,9 +102,8 @@ const ImageFormat& format_of(const std::string& path) {
     if (format->name == std::string_view("TGA") && !has_whole_palette(begin))
       throw Error({path}, "is a TGA file whose palette has fewer colours than its pixels may name",
                   "Save it without a palette, or as PNG.");
-    // OpenImageIO allocates the picture before it has read any of it.
-    if (format->name == std::string_view("GIF") && begin.size() == kFormatBytes)
-      check_expansion(path, *format, begin[6] | begin[7] << 8, begin[8] | begin[9] << 8);
+    const auto [width, height] = claimed_size(begin, *format);
+    check_expansion(path, *format, width, height);
     return *format;
   }
   const std::string other = unread_format(begin);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <string_view>
 
 #include "core/text.h"
@@ -12,8 +13,9 @@ namespace {
 
 // Deflate expands a byte to at most 1032 bytes (258 bytes from two bits), or 8 one-bit pixels per byte. In JPEG, a
 // block of 8 x 8 pixels takes at least one bit. EXR's DWAA deflates runs of 128 bytes to two, with two-byte pixels. In
-// HDR, a run of 127 pixels takes 2 bytes for each of four channels; in TGA, one of 128 pixels takes 2 bytes. In GIF, a
-// code of 12 bits stands for at most 4096 pixels.
+// HDR, a run of 127 pixels takes 2 bytes for each of four channels; in TGA, one of 128 pixels takes 2 bytes, in BMP one
+// of 255, and pixels that it skips cost nothing, so it has twice that. In GIF, a code of 12 bits stands for at most
+// 4096 pixels. WebP has no limit, but no side beyond 16383 pixels.
 constexpr std::array kFormats = {
     ImageFormat{"PNG", "png", 8 * 1032, true},
     ImageFormat{"JPEG", "jpeg", 512, true},
@@ -21,7 +23,7 @@ constexpr std::array kFormats = {
     ImageFormat{"HDR", "hdr", 16, true},
     ImageFormat{"TIFF", "tiff", 0, true},
     ImageFormat{"TGA", "targa", 64, false},
-    ImageFormat{"BMP", "bmp", 0, false},
+    ImageFormat{"BMP", "bmp", 256, false},
     ImageFormat{"WebP", "webp", 0, false},
     ImageFormat{"GIF", "gif", 4096 / 1.5, false},
 };
@@ -75,7 +77,8 @@ constexpr Mark kUnreadMarks[] = {
 bool is_tga(std::string_view bytes, const std::string& name) {
   const std::string ending = lower_ending(name);
   if (ending != ".tga" && ending != ".tpic") return false;
-  if (bytes.size() < kFormatBytes) return false;
+  constexpr std::size_t kHeaderBytes = 18;
+  if (bytes.size() < kHeaderBytes) return false;
   const int map_type = bytes[1], image_type = bytes[2];
   return map_type <= 1 && (image_type & ~8) >= 1 && (image_type & ~8) <= 3;
 }
@@ -95,6 +98,22 @@ bool has_whole_palette(std::span<const std::uint8_t> bytes) {
   const bool has_palette = (bytes[2] & ~8) == 1;
   const unsigned first = bytes[3] | bytes[4] << 8, length = bytes[5] | bytes[6] << 8, index_bits = bytes[16];
   return !has_palette || (bytes[1] == 1 && first == 0 && index_bits <= 16 && length >= 1u << index_bits);
+}
+
+std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, const ImageFormat& format) {
+  const auto number = [&](std::size_t at, int count) {
+    std::uint32_t value = 0;
+    for (int i = count - 1; i >= 0; --i) value = value << 8 | bytes[at + static_cast<std::size_t>(i)];
+    return value;
+  };
+  // Heights of BMP are negative if the first row is the upper one.
+  const auto length = [&](std::size_t at) { return std::abs(std::int64_t{static_cast<std::int32_t>(number(at, 4))}); };
+  const std::string_view name = format.name;
+  if (name == "GIF" && bytes.size() >= 10) return {number(6, 2), number(8, 2)};
+  if (name != "BMP" || bytes.size() < 26) return {0, 0};
+  constexpr std::uint32_t kShortHeader = 12;
+  if (number(14, 4) == kShortHeader) return {number(18, 2), number(20, 2)};
+  return {length(18), length(22)};
 }
 
 std::string unread_format(std::span<const std::uint8_t> bytes) {

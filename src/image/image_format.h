@@ -1,5 +1,6 @@
 // Supported picture formats. OpenImageIO supports more, but their readers crash on damaged files.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -20,10 +21,14 @@ struct ImageFormat {
 /// The format of a file that begins with `bytes` (kFormatBytes of them, unless the file is shorter); null if it is not
 /// supported. TGA has no magic number: it is recognised by the extension of `name` and a plausible header.
 const ImageFormat* find_image_format(std::span<const std::uint8_t> bytes, const std::string& name);
-inline constexpr std::size_t kFormatBytes = 18;
+inline constexpr std::size_t kFormatBytes = 26;
 
-/// Whether a TGA file that begins with these kFormatBytes has no palette, or a colour for every index.
+/// Whether a TGA file that begins with these bytes has no palette, or a colour for every index.
 bool has_whole_palette(std::span<const std::uint8_t> bytes);
+
+/// Width and height that a GIF or BMP file that begins with these bytes says it has: OpenImageIO allocates such
+/// pictures before it has read any of them. 0 x 0 for other formats, and if the bytes end before.
+std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, const ImageFormat& format);
 
 /// The name of an unsupported format ("a DDS"), by the first bytes of the file; empty if unknown.
 std::string unread_format(std::span<const std::uint8_t> bytes);

@@ -9,6 +9,7 @@
 
 #include "core/log.h"
 #include "fuzz/parse_once.h"
+#include "image/image_file.h"
 
 namespace glowworm {
 namespace {
@@ -48,6 +49,17 @@ TEST(FuzzSeeds, Textures) {
   for (const char* format : {"png", "jpeg", "exr", "hdr", "tiff", "tga", "bmp", "webp", "gif"}) {
     const std::string folder = std::string("texture/") + format;
     EXPECT_GT(for_each_seed(folder, fuzz::parse_texture), 1u) << format;
+  }
+}
+
+/// OpenImageIO's own function for them reads beyond the end of damaged ones.
+TEST(FuzzSeeds, IccProfilesAreLeftOut) {
+  for (const char* name : {"jpeg/icc.jpg", "png/icc.png", "tiff/icc.tif"}) {
+    const ImageFileHeader header =
+        read_image_header(std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/" + name);
+    EXPECT_EQ(header.width, 4) << name;
+    for (const auto& [key, value] : header.metadata)
+      EXPECT_EQ(key.find("ICC"), std::string::npos) << name << ' ' << key;
   }
 }
 

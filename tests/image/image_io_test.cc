@@ -356,6 +356,14 @@ TEST_F(ImageIo, AGifOfMorePixelsThanItCanHoldIsRefused) {
   // 16,952 x 21,381 pixels: 1.4 GB in memory.
   write_bytes("huge.gif", "GIF89a8B\x85Sj" + std::string(40, 'G'));
   EXPECT_THAT(message_of([&] { read_image(path("huge.gif")); }), HasSubstr("16952 x 21381 pixels cannot come out"));
+  write_bytes("huge.gif", "GIF89aFRIRRRb");
+  EXPECT_THAT(message_of([&] { read_image(path("huge.gif")); }), HasSubstr("21062 x 21065 pixels cannot come out"));
+}
+
+TEST_F(ImageIo, ABmpOfMorePixelsThanItCanHoldIsRefused) {
+  // A run-length encoded picture of 1.9 GB in memory.
+  const std::string name = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/bmp/huge.bmp";
+  EXPECT_THAT(message_of([&] { read_image(name); }), HasSubstr("8388624 x 221 pixels cannot come out"));
 }
 
 TEST_F(ImageIo, OtherFormatsAreNamedAndNotRead) {

@@ -120,6 +120,14 @@ void configure_openimageio() {
 }  // namespace
 }  // namespace glowworm
 
+OIIO_NAMESPACE_BEGIN
+/// Takes the place of OpenImageIO's function of this name, which reads beyond the end of damaged profiles (2.4).
+/// Nothing here uses ICC profiles. The dynamic linker looks in this library before OpenImageIO. Declared as in its
+/// tiffutils.h, which needs headers of libtiff.
+OIIO_API bool decode_icc_profile(cspan<uint8_t> iccdata, ImageSpec& spec, std::string& error);
+bool decode_icc_profile(cspan<uint8_t> /*iccdata*/, ImageSpec& /*spec*/, std::string& /*error*/) { return true; }
+OIIO_NAMESPACE_END
+
 extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const char* plugin, std::string& failure) try {
   glowworm::configure_openimageio();
   OIIO::ImageSpec config, spec;
