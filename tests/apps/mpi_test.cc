@@ -2,8 +2,11 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
+#include "dist/ranks.h"
 #include "image/image.h"
 #include "program.h"
 #include "render/checkpoint.h"
@@ -117,6 +120,31 @@ TEST_F(SlowMpiTest, AStoppedRankIsNamedAndThePictureIsFinished) {
   EXPECT_TRUE(wait_until([&] { return process_of_rank(1) == 0; }, 60));
   ASSERT_EQ(run(arguments({"--samples", samples, "-o", "alone.exr"})).status, 0);
   expect_same_pixels("a.exr", "alone.exr");
+}
+
+/// Rank 1 stops amid a large message, and rank 0 must not wait for the rest of it. The test starts itself by mpirun.
+TEST_F(SlowMpiTest, AMessageThatNeverEndsHoldsNobodyUp) {
+  if (launched_count() == 1) {
+    const std::string self = fs::read_symlink("/proc/self/exe");
+    const Outcome outcome = run({}, [&] {
+      execlp("timeout", "timeout", "60", "mpirun", "--allow-run-as-root", "--oversubscribe", "--mca", "btl", "tcp,self",
+             "-n", "2", self.c_str(), "--gtest_filter=*AMessageThatNeverEnds*", nullptr);
+    });
+    EXPECT_THAT(outcome.out + outcome.err, testing::HasSubstr("rank 0 has no whole message"));
+    return;
+  }
+  const std::unique_ptr<Ranks> ranks = join_ranks();
+  if (ranks->rank() == 1) {
+    std::vector<std::byte> bytes(std::size_t{1} << 30);
+    const std::jthread stop([] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      raise(SIGSTOP);
+    });
+    ranks->send(0, std::move(bytes), 60);
+  } else {
+    fputs(ranks->receive(3) ? "rank 0 has a message\n" : "rank 0 has no whole message\n", stderr);
+    ranks->abort(1);
+  }
 }
 
 TEST_F(SlowMpiTest, AnErrorOfAllRanksIsToldOnceAndEndsThem) {

@@ -2,9 +2,12 @@
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <list>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -72,16 +75,8 @@ class MpiRanks final : public Ranks {
     while (true) {
       {
         const std::lock_guard lock(mutex_);
-        int there = 0;
-        MPI_Status status;
-        MPI_Iprobe(MPI_ANY_SOURCE, 0, MPI_COMM_WORLD, &there, &status);
-        if (there) {
-          int size = 0;
-          MPI_Get_count(&status, MPI_BYTE, &size);
-          Message message{status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(size))};
-          MPI_Recv(message.bytes.data(), size, MPI_BYTE, status.MPI_SOURCE, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-          return message;
-        }
+        take_up();
+        if (std::optional<Message> message = next_whole()) return message;
       }
       if (clock.seconds() > seconds) return std::nullopt;
       std::this_thread::sleep_for(kPause);
@@ -94,12 +89,51 @@ class MpiRanks final : public Ranks {
   }
 
  private:
+  /// A message that is arriving. Its rank may stop at any byte of it, so nothing waits for the rest.
+  struct Arriving {
+    MPI_Request request;
+    Message message;
+  };
+
+  /// Begins to receive messages that were sent. The others wait at their ranks, so that they take no memory here.
+  void take_up() {
+    while (arriving_.size() < kMostArriving) {
+      int there = 0, size = 0;
+      MPI_Message found;
+      MPI_Status status;
+      MPI_Improbe(MPI_ANY_SOURCE, 0, MPI_COMM_WORLD, &there, &found, &status);
+      if (!there) return;
+      MPI_Get_count(&status, MPI_BYTE, &size);
+      Arriving& arriving = arriving_.emplace_back();
+      arriving.message = {status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(size))};
+      MPI_Imrecv(arriving.message.bytes.data(), size, MPI_BYTE, &found, &arriving.request);
+    }
+  }
+
+  /// The first message that is there and has no message of the same rank before it.
+  std::optional<Message> next_whole() {
+    for (auto at = arriving_.begin(); at != arriving_.end(); ++at) {
+      const auto before =
+          std::find_if(arriving_.begin(), at, [&](const Arriving& a) { return a.message.from == at->message.from; });
+      if (before != at) continue;
+      int done = 0;
+      MPI_Test(&at->request, &done, MPI_STATUS_IGNORE);
+      if (!done) continue;
+      Message message = std::move(at->message);
+      arriving_.erase(at);
+      return message;
+    }
+    return std::nullopt;
+  }
+
+  static constexpr std::size_t kMostArriving = 16;
   static constexpr int kNameBytes = MPI_MAX_PROCESSOR_NAME;
 
   int rank_ = 0, count_ = 1;
   std::vector<char> hosts_;  // of all ranks, kNameBytes each
   std::mutex mutex_;
   std::vector<std::vector<std::byte>> lost_;  // messages that no rank takes
+  std::list<Arriving> arriving_;              // in the order of sending
 };
 
 }  // namespace
