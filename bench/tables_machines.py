@@ -138,14 +138,18 @@ def repeated_by_parts(folder):
 
 def efficiency(folder):
     """Returns the processor seconds of one render, and rows of the work efficiency of eight parts of it: how they run,
-    that, and the size of the shared folder. The first part and two others are rendered, and stand for all."""
-    whole = run(["render", "builtin:atrium", "--size", "1280x720", "--samples", "16", "-q", "-o", folder / "a.exr"])
-    rows = []
+    that, and the size of the shared folder. The first part and two others are rendered, and stand for all; the one render
+    is the mean of one before them and one after."""
+    def one():
+        return run(["render", "builtin:atrium", "--size", "1280x720", "--samples", "16", "-q", "-o", folder / "a.exr"])
+
+    before, parts = one(), []
     for name, more in (("without `--share`", []), ("with `--share`", ["--share", folder / "share8"])):
         first, *others = (run(part_of_atrium(folder, f"{i}/8", *more)) for i in (1, 4, 8))
         size = sum(file.stat().st_size for file in pathlib.Path(more[1]).rglob("*.share")) if more else 0
-        rows.append((name, whole / (first + 7 * statistics.mean(others)), size))
-    return whole, rows
+        parts.append((name, first + 7 * statistics.mean(others), size))
+    whole = (before + one()) / 2
+    return whole, [(name, whole / seconds, size) for name, seconds, size in parts]
 
 
 def traffic(folder):

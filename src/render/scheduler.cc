@@ -60,8 +60,9 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 /// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
   // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
-  // portions. A part never gets more.
-  const std::uint32_t samples = settings.part.is_all() ? kDefaultSamples : settings.sample_range().count();
+  // portions. A part never gets more; where it has few, the batches of half the default are faster all the same.
+  const std::uint32_t samples =
+      settings.part.is_all() ? kDefaultSamples : std::max(settings.sample_range().count(), kDefaultSamples / 2);
   const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * samples;
   // The zero of the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
