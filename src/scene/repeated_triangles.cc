@@ -12,7 +12,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kTrianglesAtOnce = 16384;
+constexpr std::size_t kComparedAtOnce = 16384;
 /// Bits of hashes that are sorted: enough to separate nearly all triangles, and four digits of the sort.
 constexpr int kSortedBits = 44;
 
@@ -36,7 +36,7 @@ Content content_of(const Geometry& g, std::uint32_t triangle) {
 
 std::vector<bool> repeated_triangles(const Geometry& geometry, const std::vector<bool>& ignored) {
   std::vector<KeyedIndex<std::uint64_t>> order(geometry.triangle_count());
-  parallel_for_each(order.size(), kTrianglesAtOnce, [&](std::size_t i) {
+  parallel_for_each(order.size(), kComparedAtOnce, [&](std::size_t i) {
     ContentHash hash;
     hash.add(content_of(geometry, static_cast<std::uint32_t>(i)));
     order[i] = {hash.value(), static_cast<std::uint32_t>(i)};
