@@ -4,7 +4,8 @@
 Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
 seeds without filter and with many photons, whose noise would be alike in a whole region of a small picture. It is
 relative as the predicted one is (relative_error() in src/render/filtered.h), and includes the noise of the photons, which
-all samples share, and what the filter blurs; the predicted error does not. The last column leaves out 1% of the pixels.
+all samples share, and what the filter blurs; the predicted error does not. The last column has the share of
+the worst 1% of the pixels in the square of the true error.
 
 A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
 chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.
@@ -34,13 +35,14 @@ def luminance(picture):
     return picture["image"] @ np.array([0.2126, 0.7152, 0.0722])
 
 
-def relative_errors(image, references):
-    """Of the image, and of all but its worst 1%, without those of two independent references: the mean of the product of
-    both differences has none."""
+def relative_error(image, references):
+    """Of the image, without those of two independent references: the mean of the product of both differences has none.
+    And the share of its square that the worst 1% of the pixels have."""
     mean = sum(references) / 2
     product = (image - references[0]) * (image - references[1])
     squares = np.sort((product / (mean**2 + 0.01 * mean.mean() ** 2)).ravel())
-    return [max(float(np.mean(s)), 0) ** 0.5 for s in (squares, squares[:int(0.99 * len(squares))])]
+    total = max(squares.sum(), 1e-9)
+    return (total / len(squares)) ** 0.5, min(squares[int(0.99 * len(squares)):].sum() / total, 1)
 
 
 def rows(name, samples):
@@ -52,9 +54,9 @@ def rows(name, samples):
     for target in TARGETS:
         picture = glowworm.render(scene, noise=target, samples=samples, **settings)
         predicted = float(picture.metadata["glowworm:relative_error"])
-        true, most = relative_errors(luminance(picture), references)
+        true, worst = relative_error(luminance(picture), references)
         mean = picture.statistics["mean_samples"]
-        yield f"| {name} | {target} | {mean:.1f} | {predicted:.4f} | {true:.4f} | {predicted / true:.2f} | {predicted / most:.2f} |"
+        yield f"| {name} | {target} | {mean:.1f} | {predicted:.4f} | {true:.4f} | {predicted / true:.2f} | {worst:.0%} |"
 
 
 def spread_row(name):
@@ -75,7 +77,7 @@ def main():
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
     lines = ["# Predicted and true error of renders with --noise", "", "Made by `bench/tables_noise.py`, which says how.", "",
-             "| scene | --noise | samples a pixel | predicted | true | predicted / true | without 1% |", "| --- |" + " --- |" * 6]
+             "| scene | --noise | samples a pixel | predicted | true | predicted / true | of 1% |", "| --- |" + " --- |" * 6]
     scenes = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
     for name in scenes:
         for line in rows(name, options.samples):
