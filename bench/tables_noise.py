@@ -4,8 +4,8 @@
 Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
 seeds without filter and with many photons, whose noise would be alike in a whole region of a small picture. It is
 relative as the predicted one is (relative_error() in src/render/filtered.h), and includes the noise of the photons, which
-all samples share, and what the filter blurs; the predicted error does not. The last column has the share of
-the worst 1% of the pixels in the square of the true error.
+all samples share, and what the filter blurs; the predicted error does not. The last column has the share of the worst 1%
+of the pixels in the square of the true error.
 
 A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
 chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.
@@ -77,7 +77,7 @@ def main():
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
     lines = ["# Predicted and true error of renders with --noise", "", "Made by `bench/tables_noise.py`, which says how.", "",
-             "| scene | --noise | samples a pixel | predicted | true | predicted / true | of 1% |", "| --- |" + " --- |" * 6]
+             "| scene | --noise | samples a pixel | predicted | true | predicted / true | share of the worst 1% |", "| --- |" + " --- |" * 6]
     scenes = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
     for name in scenes:
         for line in rows(name, options.samples):

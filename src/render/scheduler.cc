@@ -60,7 +60,7 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 /// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
   // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
-  // portions. A part never gets more; where it has few, the batches of half the default are faster all the same.
+  // portions. A part never gets more. Parts of few samples are faster in batches for half the default.
   const std::uint32_t samples =
       settings.part.is_all() ? kDefaultSamples : std::max(settings.sample_range().count(), kDefaultSamples / 2);
   const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * samples;

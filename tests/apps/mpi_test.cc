@@ -122,7 +122,8 @@ TEST_F(SlowMpiTest, AStoppedRankIsNamedAndThePictureIsFinished) {
   expect_same_pixels("a.exr", "alone.exr");
 }
 
-/// Rank 1 stops amid a large message, and rank 0 must not wait for the rest of it. The test starts itself by mpirun.
+/// Rank 1 stops in the middle of a large message, and rank 0 must not wait for the rest of it. The test starts itself
+/// by mpirun.
 TEST_F(SlowMpiTest, AMessageThatNeverEndsHoldsNobodyUp) {
   if (launched_count() == 1) {
     const std::string self = fs::read_symlink("/proc/self/exe");
