@@ -21,7 +21,9 @@ namespace glowworm {
 namespace {
 
 using testing::AllOf;
+using testing::Each;
 using testing::HasSubstr;
+using testing::SizeIs;
 
 class ImageIo : public TemporaryFolder {
  protected:
@@ -401,6 +403,26 @@ TEST_F(ImageIo, GifsHaveTheirAlphaLast) {
   EXPECT_EQ(texture->color({0.25f, 0.5f}), RGB(1, 0, 0));
   EXPECT_EQ(texture->alpha({0.25f, 0.5f}), 1);
   EXPECT_EQ(texture->alpha({0.75f, 0.5f}), 0);
+}
+
+/// OpenImageIO looks them up beyond the end of the palette.
+TEST_F(ImageIo, PixelsBeyondThePaletteOfAGifAreBlack) {
+  // Two white colours and 128 pixels of the values 128 to 255, each a code of nine bits.
+  std::string gif("GIF89a\x80\0\1\0\x80\0\0\xff\xff\xff\xff\xff\xff\x2c\0\0\0\0\x80\0\1\0\0\x8", 30);
+  constexpr unsigned kClear = 256, kEnd = 257;
+  std::string codes;
+  unsigned pending = 0, bits = 0;
+  const auto append = [&](unsigned code) {
+    pending |= code << bits;
+    for (bits += 9; bits >= 8; bits -= 8, pending >>= 8) codes += static_cast<char>(pending & 0xff);
+  };
+  append(kClear);
+  for (unsigned value = 128; value < 256; ++value) append(value);
+  append(kEnd);
+  codes += static_cast<char>(pending);
+  write_bytes("beyond.gif", gif + static_cast<char>(codes.size()) + codes + std::string("\0;", 2));
+  const std::vector<RGB> pixels = read_image(path("beyond.gif")).rgb();
+  EXPECT_THAT(pixels, AllOf(SizeIs(128), Each(RGB(0, 0, 0))));
 }
 
 TEST_F(ImageIo, UnwritableOutputLeavesNothing) {

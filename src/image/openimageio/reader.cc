@@ -1,12 +1,13 @@
 // The shared library of image/image_reader.h: the one place where pixels come out of OpenImageIO.
 #include <OpenImageIO/imageio.h>
 
-#include <algorithm>
 #include <exception>
 #include <mutex>
+#include <string_view>
 #include <utility>
 
 #include "image/image_reader.h"
+#include "image/openimageio/gif_reader.h"
 
 namespace glowworm {
 namespace {
@@ -50,12 +51,6 @@ TransferFunction transfer_function(const OIIO::ImageSpec& spec) {
   return {};
 }
 
-/// The alpha channel, or -1. The reader of GIF returns an index beyond the last channel.
-int alpha_channel(const OIIO::ImageSpec& spec) {
-  if (spec.alpha_channel < spec.nchannels) return std::max(spec.alpha_channel, -1);
-  return spec.nchannels == 2 || spec.nchannels == 4 ? spec.nchannels - 1 : -1;
-}
-
 ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   ImageFileHeader header;
   header.width = spec.width;
@@ -67,7 +62,7 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
     header.whole_height = spec.full_height;
   }
   header.channels = spec.nchannels;
-  header.alpha_channel = alpha_channel(spec);
+  header.alpha_channel = spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
   header.type = sample_type(spec);
   header.transfer = transfer_function(spec);
   header.channel_names = spec.channelnames;
@@ -129,6 +124,7 @@ bool decode_icc_profile(cspan<uint8_t> /*iccdata*/, ImageSpec& /*spec*/, std::st
 OIIO_NAMESPACE_END
 
 extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const char* plugin, std::string& failure) try {
+  if (plugin == std::string_view("gif")) return glowworm::open_gif(path, failure).release();
   glowworm::configure_openimageio();
   OIIO::ImageSpec config, spec;
   config.attribute("oiio:UnassociatedAlpha", 1);

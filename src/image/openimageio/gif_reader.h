@@ -1,0 +1,14 @@
+// Reads GIF files by giflib. OpenImageIO (2.4) looks pixels up beyond the end of small palettes.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "image/image_reader.h"
+
+namespace glowworm {
+
+/// Opens the first picture of a GIF file as 8-bit RGBA, sRGB-encoded. Pixels that the picture leaves out are transparent;
+/// those beyond the palette are black. Arguments and result as of open_image_reader().
+std::unique_ptr<ImageReader> open_gif(const char* path, std::string& failure);
+
+}  // namespace glowworm
