@@ -3,9 +3,9 @@
 
 Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
 seeds without filter and with many photons, whose noise would be alike in a whole region of a small picture. It is
-relative as the predicted one is (relative_error() in src/render/filtered.h), and includes the noise of the photons, which
-all samples share, and what the filter blurs; the predicted error does not. The last column has the share of the worst 1%
-of the pixels in the square of the true error.
+relative as the predicted one is (relative_error() in src/render/filtered.h). Both include the noise of the photons, which
+all samples share; the true error also includes what the filter blurs. The last column has the share of the worst 1% of
+the pixels in the square of the true error.
 
 A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
 chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.

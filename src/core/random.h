@@ -33,6 +33,8 @@ enum RandomStream : std::uint32_t {
   kLobeStream = 0x6c6f6265,         ///< the lobe of a gather ray
   kPathStream = 0x70617468,         ///< the path tracer
   kPhotonStream = 0x70686f74,       ///< photons
+  kPhotonNoiseStream = 0x6e6f6973,  ///< samples that measure the noise of photons
+  kPhotonSignStream = 0x7369676e,   ///< signs of photons that measure their noise
   kPilotStream = 0x70696c6f,        ///< pilot passes of photons
   kSharpStream = 0x73686172,        ///< gather rays that continue through sharp lobes; one stream for each bounce
   kSplitStream = 0x73706c69,        ///< choice between broad and sharp lobes of gather rays; one stream for each bounce

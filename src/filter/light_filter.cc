@@ -20,9 +20,13 @@ constexpr int kTileWidth = WindowSums::kWidth, kTileHeight = WindowSums::kHeight
 constexpr int kBlock = 32;
 /// Samples whose spread a pixel shares with its neighbours.
 constexpr float kSharedSamples = 8;
-/// Weights favour pixels whose noise resembles that of the centre, so this share of its noise remains in addition to
-/// what the weights predict (measured on flat surfaces).
-constexpr float kNoiseKept = 0.1f;
+/// Weights favour pixels whose noise resembles that of the centre, so a share of its variance remains in addition to
+/// what the weights predict: kLeastKept where all pixels of its surface show the same light, and kKeptApart more where
+/// none does. On indirect light of two rooms (16 renders of 16 samples) it was 0.006, 0.012, 0.03, 0.06, 0.095 and 0.12
+/// where 0.025, 0.1, 0.22, 0.4, 0.6 and 0.77 of them differ.
+constexpr float kLeastKept = 0.006f, kKeptApart = 0.14f;
+
+float kept_variance(float apart) { return kLeastKept + kKeptApart * apart * apart * (3 - 2 * apart); }
 
 /// One float per pixel, with a border of zeros, and what windows of the last tile read after it.
 class Plane {
@@ -205,6 +209,7 @@ class LightFilter {
       for (int c = 0; c < 3; ++c) std::copy_n(planes.light[c] + y * planes.stride, width, sums.light[c] + at);
       std::copy_n(planes.variance + y * planes.stride, width, sums.variance + at);
       std::fill_n(sums.weight + at, width, 1.0f);
+      std::fill_n(sums.surface + at, width, 1.0f);
     }
     if (shows_something(x0, y0, width, height)) add_window(planes, height, sums);
     for (int y = 0; y < height; ++y)
@@ -214,7 +219,8 @@ class LightFilter {
         const float share = 1 / sums.weight[at];
         out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * share;
         const float own = *variance_.at(x0 + x, y0 + y);
-        out_.variance[pixel] = sums.variance[at] * squared(share) + squared(kNoiseKept) * (1 - share) * own;
+        const float apart = 1 - sums.weight[at] / sums.surface[at];
+        out_.variance[pixel] = sums.variance[at] * squared(share) + kept_variance(apart) * (1 - share) * own;
         out_.unfiltered[pixel] = own;
       }
   }

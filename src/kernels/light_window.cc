@@ -125,8 +125,10 @@ HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float n
     const WindowFloats credible = hn::Min(
         above_zero(hn::Div(hn::Sub(hn::Set(f, kNoContrast), contrast), hn::Set(f, kNoContrast - kFullContrast))), one);
     // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-    const WindowFloats weight = hn::Mul(hn::Mul(hn::Mul(hn::Set(f, near), own), same), credible);
+    const WindowFloats surface = hn::Mul(hn::Set(f, near), own);
+    const WindowFloats weight = hn::Mul(hn::Mul(surface, same), credible);
     const std::size_t at = WindowSums::at(static_cast<int>(x), y);
+    hn::StoreU(hn::Add(hn::LoadU(f, sums.surface + at), surface), f, sums.surface + at);
     for (int c = 0; c < 3; ++c) add_product(weight, p.light[c] + there, sums.light[c] + at);
     hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), weight), f, sums.weight + at);
     add_product(hn::Mul(weight, weight), p.variance + there, sums.variance + at);

@@ -35,6 +35,7 @@ struct WindowSums {
   float light[3][kFloats];
   float weight[kFloats];
   float variance[kFloats];  ///< times squared weights
+  float surface[kFloats];   ///< weights that the pixels would have if they showed the same light
 
   static std::size_t at(int x, int y) { return static_cast<std::size_t>(y * kStride + x); }
 };

@@ -191,6 +191,10 @@ class Job {
   /// The processes that divide the photons of a pass with this one; null: none.
   SharedWork* sharers(std::uint32_t pass) const;
   void shoot_photons(std::uint32_t sample);
+  /// Whether the noise of the photons is still to be measured. Not where memory is scarce: it takes the photons beside
+  /// the map. Of several parts, the first measures.
+  bool measures_photon_noise() const;
+  void find_photon_noise(std::uint32_t sample);
   /// Makes the photon map and the schedule of a pass, unless they are there.
   void prepare(std::uint32_t done);
   /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for. Not for renders
@@ -247,6 +251,7 @@ class Job {
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;
+  bool knows_photon_noise_ = false;
   std::optional<std::uint32_t> mapped_;  // the pass that map and schedule are of
   std::shared_ptr<Ranks> ranks_;
   std::unique_ptr<Crew> crew_;  // of rank 0

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -117,7 +118,9 @@ Image make_image(const Film& film, const PictureInfo& info) {
   for (const std::string& aov : settings.aovs) add_layer(image, {film, info, seen}, aov);
   for (std::size_t group = 0; group < film.light_group_count(); ++group)
     add_light_group(image, film, group, info.light_groups[group]);
-  if (film.whole_passes() >= 2) image.metadata[kRelativeError] = fmt::format("{:.3g}", relative_error(seen));
+  if (film.whole_passes() >= 2)
+    image.metadata[kRelativeError] =
+        fmt::format("{:.3g}", std::hypot(relative_error(seen), std::sqrt(film.photon_variance())));
   image.matrices = info.matrices;
   const std::time_t now = std::time(nullptr);
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));

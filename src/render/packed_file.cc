@@ -24,7 +24,7 @@ constexpr int kLevel = 1;
 
 struct BlockHeader {
   std::uint32_t size = 0, packed_size = 0;
-  std::uint64_t hash = 0;  // of the bytes before compression
+  std::uint64_t hash = 0;  // of the packed bytes
 };
 
 using Bytes16 [[gnu::vector_size(16)]] = unsigned char;
@@ -158,7 +158,7 @@ void PackedWriter::flush() {
         ZSTD_compressCCtx(own.packer.get(), own.packed.data(), own.packed.size(), own.sorted.data(), size, kLevel);
     if (ZSTD_isError(bytes)) throw Error(std::string("a block cannot be compressed: ") + ZSTD_getErrorName(bytes));
     packed[i].assign(own.packed.begin(), own.packed.begin() + static_cast<std::ptrdiff_t>(bytes));
-    headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(raw)};
+    headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(packed[i])};
   });
   for (std::size_t i = 0; i < blocks; ++i) {
     sink_(std::as_bytes(std::span(&headers[i], 1)));
@@ -195,12 +195,11 @@ bool PackedReader::fill() {
     Workshop& own = workshop();
     const std::size_t size = headers[i].size;
     const std::span<std::byte> raw(ready_.data() + first[i], size);
-    if (ZSTD_decompressDCtx(own.unpacker.get(), own.sorted.data(), size, packed[i].data(), packed[i].size()) != size) {
+    if (hash_of(packed[i]) != headers[i].hash ||
+        ZSTD_decompressDCtx(own.unpacker.get(), own.sorted.data(), size, packed[i].data(), packed[i].size()) != size)
       good = false;
-      return;
-    }
-    unsort_bytes(std::span(own.sorted).first(size), raw.data());
-    if (hash_of(raw) != headers[i].hash) good = false;
+    else
+      unsort_bytes(std::span(own.sorted).first(size), raw.data());
   });
   return good;
 }

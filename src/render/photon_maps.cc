@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "density/density_control.h"
 #include "points/query_points.h"
 #include "render/boundary.h"
@@ -74,6 +75,14 @@ LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<float>& fac
   return flux;
 }
 
+std::vector<float> random_signs(std::size_t count, std::uint32_t seed) {
+  const std::uint32_t key = hash_combine(seed, kPhotonSignStream);
+  std::vector<float> signs(count);
+  for (std::size_t i = 0; i < count; ++i)
+    signs[i] = (hash_combine(key, static_cast<std::uint32_t>(i)) & 1) != 0 ? 1.0f : -1.0f;
+  return signs;
+}
+
 std::vector<float> scaled(std::vector<float> radii, float factor) {
   if (factor != 1)
     for (float& radius : radii) radius *= factor;
@@ -117,7 +126,8 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   for (Map* map : {&global_, &caustic_}) {
     if (old.fixed_radius != now.fixed_radius || old.nearest != now.nearest) map->measured = false;
     if (other_radii || old.kernel != now.kernel) map->corrected = map->indexed = false;
-    if (old.engine != now.engine || old.reorder != now.reorder || old.narrow != now.narrow) map->indexed = false;
+    if (old.engine != now.engine || old.reorder != now.reorder || old.narrow != now.narrow || old.signs != now.signs)
+      map->indexed = false;
   }
   if (!global_.measured || other_radii) gridded_ = patched_ = false;
   if (!global_.measured || other_radii || !now.diagnosed) diagnosis_.reset();
@@ -241,7 +251,10 @@ void PhotonMaps::index(Map& map, Statistics& statistics) const {
   map.engines.clear();
   std::optional<BorrowedFlux> multiplied;
   if (map.corrected) multiplied.emplace(map.photons, flux_times(map.photons.flux, map.factors));
-  if (settings_.light_groups) {
+  std::optional<BorrowedFlux> with_signs;
+  if (settings_.signs)
+    with_signs.emplace(map.photons, flux_times(map.photons.flux, random_signs(map.count, settings_.seed)));
+  if (settings_.light_groups && !settings_.signs) {
     index_groups(map, statistics);
   } else {
     map.engines.push_back(make_engine(settings_.engine, {.reorder = settings_.reorder}));

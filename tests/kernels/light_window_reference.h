@@ -53,9 +53,10 @@ inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrd
   const float contrast = own.differ / own.alike * (noise * noise);
   const float credible = std::min(std::max((kNoContrast - contrast) / (kNoContrast - kFullContrast), 0.0f), 1.0f);
   // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-  const float weight = near * own.alike * same * credible;
+  const float surface = near * own.alike, weight = surface * same * credible;
   for (int c = 0; c < 3; ++c) sums.light[c][at] += weight * planes.light[c][here + to];
   sums.weight[at] += weight;
+  sums.surface[at] += surface;
   sums.variance[at] += weight * weight * planes.variance[here + to];
 }
 

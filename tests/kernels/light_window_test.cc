@@ -77,6 +77,7 @@ TEST(LightWindow, SameBitsAsPlainLoops) {
         for (int c = 0; c < 3; ++c) EXPECT_TRUE(same_row(sums.light[c], expected.light[c], y)) << y;
         EXPECT_TRUE(same_row(sums.weight, expected.weight, y)) << y;
         EXPECT_TRUE(same_row(sums.variance, expected.variance, y)) << y;
+        EXPECT_TRUE(same_row(sums.surface, expected.surface, y)) << y;
       }
     });
   }

@@ -7,8 +7,8 @@
 
 namespace glowworm {
 
-/// Opens the first picture of a GIF file as 8-bit RGBA, sRGB-encoded. Pixels that the picture leaves out are transparent;
-/// those beyond the palette are black. Arguments and result as of open_image_reader().
+/// Opens the first picture of a GIF file as 8-bit RGBA, sRGB-encoded. Pixels that the picture leaves out are
+/// transparent; those beyond the palette are black. Arguments and result as of open_image_reader().
 std::unique_ptr<ImageReader> open_gif(const char* path, std::string& failure);
 
 }  // namespace glowworm

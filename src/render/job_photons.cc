@@ -1,0 +1,111 @@
+// The part of Job that makes the photon maps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+
+#include "core/log.h"
+#include "render/gather_guiding.h"
+#include "render/job.h"
+#include "render/photon_noise.h"
+#include "render/scheduler.h"
+
+namespace glowworm {
+
+PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass) const {
+  PhotonMapSettings wanted;
+  wanted.photons = s.photons;
+  wanted.photons_traced = s.photons_traced;
+  wanted.nearest = s.nearest;
+  wanted.engine = s.engine;
+  wanted.reorder = s.reorder;
+  wanted.kernel = s.kernel;
+  wanted.fixed_radius = s.fixed_radius;
+  wanted.seed = s.seed;
+  wanted.pass = s.progressive ? pass : 0;
+  wanted.radius_scale = s.progressive ? progressive_radius_scale(pass) : 1.0f;
+  wanted.max_bounces = photon_bounces(s.max_bounces);
+  wanted.guide = made_->guide;
+  wanted.demand = made_->demand;
+  wanted.corrected = s.boundary_correction;
+  const bool gathers = s.integrator == Integrator::gather;
+  wanted.secondary_gather = gathers && s.secondary_gather;
+  wanted.patches = gathers && s.gather_guiding;
+  if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
+    wanted.more_caustic_photons =
+        affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
+  wanted.light_groups = light_groups_;
+  wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
+  wanted.narrow = s.place_layers().values.has(SlotValue::bias);
+  wanted.kept = measures_photon_noise();
+  wanted.shared = sharers(wanted.pass);
+  return wanted;
+}
+
+void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
+  if (!s.guiding || made_->guide) return;
+  const PhaseTimer timer(statistics, Phase::trace_photons);
+  PhotonGuiding guiding = guide_photons(*tracer_, view(), s, shared_.get());
+  made_->guide = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
+  made_->demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+}
+
+SharedWork* Job::sharers(std::uint32_t pass) const {
+  // Passes of a progressive render belong to one part each, but all need the first for their guide.
+  return pass == 0 ? shared_.get() : nullptr;
+}
+
+void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics) {
+  // Photons may use all memory that tasks leave.
+  memory_.clear();
+  guide_emission(s, statistics);
+  const DiskMemory::Scope scope(disk_.get());
+  made_->maps.update(*tracer_, map_settings(s, sample), statistics);
+}
+
+bool Job::measures_photon_noise() const {
+  const RenderSettings& s = settings_;
+  constexpr std::uint64_t kMemoryShare = 4;
+  return !knows_photon_noise_ && !points_ && !s.progressive && s.part.index <= 1 && !(ranks_ && !crew_) && !disk_ &&
+         std::max(s.photons, s.photons_traced) * kBytesPerPhoton <= s.memory_bytes / kMemoryShare;
+}
+
+void Job::find_photon_noise(std::uint32_t sample) {
+  make_maps(settings_, sample, statistics_);
+  const auto add_signs = [&] {
+    PhotonMapSettings with_signs = map_settings(settings_, sample);
+    with_signs.signs = true;
+    Statistics not_the_renders;
+    made_->maps.update(*tracer_, with_signs, not_the_renders);
+  };
+  const double variance =
+      measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, budget_, add_signs);
+  knows_photon_noise_ = true;
+  const std::lock_guard lock(film_mutex_);
+  film_.set_photon_variance(variance);
+}
+
+void Job::shoot_photons(std::uint32_t sample) {
+  const CancellationScope scope(interrupt_);
+  const double start = seconds();
+  is_mapping_ = true;
+  if (pass_.kind == PassKind::gather && settings_.gather_guiding && !made_->has_gather_guide) {
+    // From the first map alone, whichever pass comes first here: all passes of all parts have the same guide.
+    Statistics not_the_renders;
+    const bool is_own = sample == 0 || !settings_.progressive;
+    make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
+    made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_, shared_.get());
+    made_->has_gather_guide = true;
+  }
+  if (measures_photon_noise()) find_photon_noise(sample);
+  make_maps(settings_, sample, statistics_);
+  photon_seconds_ = seconds() - start;
+  photon_map_bytes_ = made_->maps.bytes();
+  is_mapping_ = false;
+  if (shared_) detail(fmt::format("{}: {} pieces made, {} read", shared_->folder(), shared_->made(), shared_->read()));
+  const std::lock_guard lock(film_mutex_);
+  add(light_photons_, photons_by_light(*scene_, made_->maps.pass()));
+}
+
+}  // namespace glowworm

@@ -1,0 +1,31 @@
+// The noise of photon maps, which all samples of a picture share.
+#pragma once
+#include <functional>
+
+#include "core/memory_budget.h"
+#include "render/pass.h"
+#include "render/photon_maps.h"
+#include "render/settings.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Estimates what photons add to the square of a camera picture's relative error (render/filtered.h): the mean of
+/// v / (m^2 + 0.01 M^2) over at most 256 squares of pixels all over the picture, with v the variance by photons of the
+/// luminance of a pixel of the square, m the mean luminance of the square, and M that of all.
+///
+/// Light is a sum over photons. With a random sign for each, the expected square of the sum is its variance, as for a
+/// bootstrap (Efron, "Bootstrap Methods: Another Look at the Jackknife", 1979) that weighs photons by 0 or 2. The
+/// product of two sums with gather rays of their own has no noise of rays.
+///
+/// Throws as render_pass().
+/// @param maps      up to date
+/// @param part      of the picture
+/// @param settings  of the picture's passes
+/// @param add_signs updates the maps with PhotonMapSettings::signs
+/// @return at least 0; 0 if the part has no whole square, or no light
+double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PixelBounds& part,
+                               const PassSettings& settings, MemoryBudget& budget,
+                               const std::function<void()>& add_signs);
+
+}  // namespace glowworm
