@@ -74,7 +74,7 @@ struct EngineTraits {
   int (*lanes)() = &simd_lanes;  ///< query points or photons in a vector, on the instruction set in use
 };
 
-/// The engine named by "auto". Others are faster only for a few hundred query points, and save at most 30 ms.
+/// The engine named by "auto": the fastest, for few query points, too.
 inline constexpr const char* kAutomaticEngine = "blocked";
 /// Names of all engines, in order of preference.
 std::vector<std::string> engine_names();

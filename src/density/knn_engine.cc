@@ -33,10 +33,7 @@ struct Scratch {
 
 class KnnEngine final : public DensityEngine {
  public:
-  /// @param nearest whether to use RadiusKind::nearest; the engine is "knn" if so, else "single"
-  explicit KnnEngine(bool nearest) : nearest_(nearest) {}
-
-  std::string name() const override { return nearest_ ? "knn" : "single"; }
+  std::string name() const override { return "knn"; }
 
   std::uint64_t index_bytes(std::size_t photons) const override {
     return photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 4 * sizeof(float));
@@ -44,7 +41,7 @@ class KnnEngine final : public DensityEngine {
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
-    check_policy(photons, policy, nearest_ ? nullptr : "single");
+    check_policy(photons, policy);
     policy_ = policy;
     map_.build(photons,
                policy.kind == RadiusKind::per_photon ? std::span<const float>(policy.radii) : std::span<const float>());
@@ -148,14 +145,12 @@ class KnnEngine final : public DensityEngine {
     return scratch.shader.shade(query, scratch.gathered);
   }
 
-  bool nearest_;
   RadiusPolicy policy_;
   PhotonMap map_;
 };
 
 }  // namespace
 
-std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(true); }
-std::unique_ptr<DensityEngine> make_single_engine() { return std::make_unique<KnnEngine>(false); }
+std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(); }
 
 }  // namespace glowworm
