@@ -58,7 +58,7 @@ struct Cloud {
     whole.depth = 21;
     order = hilbert_order(points.position, bounds_of(points.position), photons.size(), whole);
     nanoflann = std::make_unique<NanoflannTree>(3, photon_points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-    map.build(photons, radii);
+    map.build(photons);
   }
 };
 Cloud& cloud() {
@@ -250,9 +250,11 @@ void register_engines() {
   };
   for (const std::string& engine : engine_names()) {
     if (engine_traits(engine).for_tests) continue;
-    if (engine_traits(engine).takes_nearest) add(engine, "nearest", nearest);
     add(engine, "fixed", fixed);
-    add(engine, "per_photon", per_photon);
+    if (engine_traits(engine).takes_nearest)
+      add(engine, "nearest", nearest);
+    else
+      add(engine, "per_photon", per_photon);
   }
 }
 

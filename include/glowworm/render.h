@@ -27,7 +27,7 @@ struct RenderOptions {
   std::uint64_t photons = 0;  ///< in the global map
   std::string integrator;     ///< "gather": photon maps with final gathering, the default; "path": path tracing, the
                               ///< reference; "photons": the photon map shown directly
-  std::string engine;         ///< density engine: "blocked", "forward", "reverse", "knn", "single"
+  std::string engine;         ///< density engine: "blocked", "forward", "reverse", "knn"
   bool filter = true;         ///< average pixels of gathered light whose difference is noise
   bool progressive = false;   ///< new photons and smaller radii in every pass: converges to the exact solution
   std::uint32_t seed = 0;     ///< the same seed gives the same picture, bit for bit

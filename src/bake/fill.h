@@ -35,7 +35,4 @@ Seams find_seams(const Geometry& geometry, std::span<const BakeFace> faces, std:
 /// channel by channel.
 void close_seams(Seams seams, std::vector<RGB>& texels);
 
-/// The largest difference between the two sides of a seam, over all places; black where there are none.
-RGB largest_step(const Seams& seams, std::span<const RGB> texels);
-
 }  // namespace glowworm

@@ -200,14 +200,4 @@ void close_seams(Seams seams, std::vector<RGB>& texels) {
   });
 }
 
-RGB largest_step(const Seams& seams, std::span<const RGB> texels) {
-  RGB most;
-  for (const Seams::Place& place : seams.places) {
-    RGB step;
-    for (int i = 0; i < 8; ++i) step += texels[place.texel[i]] * place.weight[i];
-    for (int c = 0; c < 3; ++c) most[c] = std::max(most[c], std::abs(step[c]));
-  }
-  return most;
-}
-
 }  // namespace glowworm

@@ -40,7 +40,7 @@ struct Flux {
 class Round {
  public:
   Round(const PhotonBatch& photons, std::vector<Flux>& flux) : photons_(photons), flux_(flux) {
-    map_.build(photons, {});
+    map_.build(photons);
     around_.resize(photons.size());
     parallel_for(0, photons.size(), kControlGrain, [&](std::size_t first, std::size_t last) {
       std::array<std::uint64_t, kNeighbours + 1> found;

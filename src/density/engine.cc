@@ -31,7 +31,6 @@ constexpr Entry kEngines[] = {
     {{.name = "blocked"}, without_options<make_blocked_engine>},
     {{.name = "forward", .lanes = forward_lanes}, make_forward},
     {{.name = "reverse", .goes_over_photons = true}, without_options<make_reverse_engine>},
-    {{.name = "single"}, without_options<make_single_engine>},
     {{.name = "knn", .takes_nearest = true}, without_options<make_knn_engine>},
     {{.name = "brute", .for_tests = true}, without_options<make_brute_engine>},
 };

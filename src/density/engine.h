@@ -18,7 +18,7 @@ namespace glowworm {
 enum class RadiusKind : std::uint8_t {
   nearest,     ///< the k photons nearest to each query point (normal photon mapping; knn and brute only)
   fixed,       ///< one radius for all photons
-  per_photon,  ///< a radius for each photon: the sample-point estimator of [HHS05] eq. 3
+  per_photon,  ///< a radius for each photon: the sample-point estimator of [HHS05] eq. 3 (all but knn)
 };
 
 /// Radius within which photons count; passed to the engine by the caller.
@@ -65,7 +65,7 @@ class DensityEngine {
 /// Properties of an engine that callers take into account.
 struct EngineTraits {
   const char* name;  ///< on the command line and in statistics
-  /// Estimates from the k nearest photons by default (RadiusKind::nearest).
+  /// Takes the k nearest photons (RadiusKind::nearest) in place of a radius for each.
   bool takes_nearest = false;
   /// Photons search for query points, so every call of estimate() visits all photons. Callers pass many query points at
   /// once, and no more photons than the estimate needs.
@@ -74,7 +74,7 @@ struct EngineTraits {
   int (*lanes)() = &simd_lanes;  ///< query points or photons in a vector, on the instruction set in use
 };
 
-/// The engine named by "auto". Others are faster only for a few hundred query points, and save at most 30 ms.
+/// The engine named by "auto": the fastest, for few query points, too.
 inline constexpr const char* kAutomaticEngine = "blocked";
 /// Names of all engines, in order of preference.
 std::vector<std::string> engine_names();

@@ -10,11 +10,8 @@ namespace glowworm {
 /// per-photon radii. Options of its own are in forward.h.
 std::unique_ptr<DensityEngine> make_forward_engine();
 /// Normal photon mapping, the baseline of [SF07] and [HHS05]: each query point searches a kd-tree for its k nearest
-/// photons. Supports every RadiusKind.
+/// photons. Supports nearest and fixed.
 std::unique_ptr<DensityEngine> make_knn_engine();
-/// The search of knn within given radii: each query point searches a kd-tree that is quicker to build than any other
-/// index here. For few query points and many photons. Supports fixed and per_photon.
-std::unique_ptr<DensityEngine> make_single_engine();
 /// Every photon against every query point in double precision: the reference for the other engines. Supports every
 /// RadiusKind.
 std::unique_ptr<DensityEngine> make_brute_engine();

@@ -185,16 +185,11 @@ class Builder {
 
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size) {
   if (positions.size() >= kMaxPoints) throw Error("a photon map holds fewer than 2^30 photons at once");
-  LargeArray<KdPoint> points(positions.size());
-  parallel_for_each(positions.size(), kPointGrain, [&](std::size_t i) {
-    points[i] = {positions[i], static_cast<std::uint32_t>(i)};
-  });
-  return build_kd_tree(std::move(points), leaf_size);
-}
-
-KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size) {
   KdTree tree;
-  tree.points = std::move(points);
+  tree.points = LargeArray<KdPoint>(positions.size());
+  parallel_for_each(positions.size(), kPointGrain, [&](std::size_t i) {
+    tree.points[i] = {positions[i], static_cast<std::uint32_t>(i)};
+  });
   LargeArray<KdPoint> scratch(tree.points.size());
   KdNodes built = build_kd_tree(tree.points.span(), scratch.span(), leaf_size);
   tree.nodes = std::move(built.nodes);

@@ -49,8 +49,6 @@ struct KdTree {
 /// widest extent is split instead. Leaves hold at most `leaf_size` points, or more that all coincide.
 /// @param positions fewer than 2^30, finite
 KdTree build_kd_tree(std::span<const Vec3> positions, std::uint32_t leaf_size);
-/// As above, for points that have indices.
-KdTree build_kd_tree(LargeArray<KdPoint> points, std::uint32_t leaf_size);
 
 /// A tree that does not own its points.
 struct KdNodes {

@@ -72,37 +72,18 @@ Vec3 outside(const Box3& box, Vec3 x) {
 
 }  // namespace
 
-void PhotonMap::build(const PhotonBatch& photons, std::span<const float> radii) {
+void PhotonMap::build(const PhotonBatch& photons) {
   tree_ = build_kd_tree(photons.position, kKnnLeafSize);
   const std::size_t count = photons.size();
   normal_ = LargeArray<Vec3>(count);
   direction_ = LargeArray<Vec3>(count);
   flux_ = LargeArray<RGB>(count);
-  radius_squared_ = LargeArray<float>(radii.empty() ? 0 : count);
   parallel_for_each(count, kKnnGrain, [&](std::size_t i) {
     const std::uint32_t index = tree_.points[i].index;
     normal_[i] = photons.normal[index];
     direction_[i] = photons.direction[index];
     flux_[i] = photons.flux[index];
-    if (!radii.empty()) radius_squared_[i] = radii[index] * radii[index];
   });
-  find_node_radii();
-}
-
-void PhotonMap::find_node_radii() {
-  node_radius_squared_.resize(radius_squared_.size() == 0 ? 0 : tree_.nodes.size());
-  if (radius_squared_.size() == 0) return;
-  // Children follow their parents.
-  for (std::size_t i = tree_.nodes.size(); i-- > 0;) {
-    const KdNode& node = tree_.nodes[i];
-    float largest = 0;
-    if (node.is_leaf()) {
-      for (std::uint32_t p = 0; p < node.count; ++p) largest = std::max(largest, radius_squared_[node.first() + p]);
-    } else {
-      largest = std::max(node_radius_squared_[i + 1], node_radius_squared_[i + node.right_offset()]);
-    }
-    node_radius_squared_[i] = largest;
-  }
 }
 
 FoundPhoton PhotonMap::unpack(std::uint64_t packed) {
@@ -144,19 +125,18 @@ std::size_t PhotonMap::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_
   }
 }
 
-template <class NodeRadiusSquared, class PhotonRadiusSquared>
-void PhotonMap::search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSquared& node_radius_squared,
-                       const PhotonRadiusSquared& photon_radius_squared, std::vector<FoundPhoton>& found,
+void PhotonMap::within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
                        std::uint64_t& tested) const {
   found.clear();
   if (tree_.nodes.empty()) return;
+  const float r2 = radius * radius;
   Pending stack[KdTree::kMaxDepth];
   int depth = 0;
   Pending at{0, 0, outside(tree_.bounds, x)};
   at.distance_squared = length_squared(at.offset);
   for (;;) {
     const KdNode& leaf = descend(tree_, x, at, [&](const Pending& far) {
-      if (far.distance_squared <= node_radius_squared(far.node)) stack[depth++] = far;
+      if (far.distance_squared <= r2) stack[depth++] = far;
     });
     tested += leaf.count;
     // Every photon is written, and then kept or overwritten: the choice is unpredictable, and a mispredicted branch
@@ -167,27 +147,13 @@ void PhotonMap::search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSq
     for (std::uint32_t place = leaf.first(); place < leaf.first() + leaf.count; ++place) {
       const float d2 = length_squared(tree_.points[place].position - x);
       *next = {d2, place};
-      next += static_cast<std::ptrdiff_t>(d2 < photon_radius_squared(place)) &
-              static_cast<std::ptrdiff_t>(dot(normal_[place], normal) > min_cosine);
+      next +=
+          static_cast<std::ptrdiff_t>(d2 < r2) & static_cast<std::ptrdiff_t>(dot(normal_[place], normal) > min_cosine);
     }
     found.resize(static_cast<std::size_t>(next - found.data()));
     if (depth == 0) return;
     at = stack[--depth];
   }
-}
-
-void PhotonMap::within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
-                       std::uint64_t& tested) const {
-  const float r2 = radius * radius;
-  search(
-      x, normal, min_cosine, [r2](std::uint32_t) { return r2; }, [r2](std::uint32_t) { return r2; }, found, tested);
-}
-
-void PhotonMap::within_own_radius(Vec3 x, Vec3 normal, float min_cosine, std::vector<FoundPhoton>& found,
-                                  std::uint64_t& tested) const {
-  search(
-      x, normal, min_cosine, [this](std::uint32_t node) { return node_radius_squared_[node]; },
-      [this](std::uint32_t place) { return radius_squared_[place]; }, found, tested);
 }
 
 }  // namespace glowworm

@@ -19,8 +19,7 @@ struct FoundPhoton {
 class PhotonMap {
  public:
   /// Builds the map on all threads.
-  /// @param radii one for each photon for searches within the photons' own radii, else empty
-  void build(const PhotonBatch& photons, std::span<const float> radii);
+  void build(const PhotonBatch& photons);
 
   std::size_t size() const { return tree_.points.size(); }
   const KdTree& tree() const { return tree_; }
@@ -29,7 +28,6 @@ class PhotonMap {
   Vec3 normal(std::uint32_t place) const { return normal_[place]; }
   Vec3 direction(std::uint32_t place) const { return direction_[place]; }
   RGB flux(std::uint32_t place) const { return flux_[place]; }
-  float radius_squared(std::uint32_t place) const { return radius_squared_[place]; }
 
   /// The k photons nearest to x whose normals have a dot product with `normal` above min_cosine; fewer if there are
   /// fewer within the limit. In no particular order, except that the farthest comes first if k were found. The place
@@ -47,22 +45,11 @@ class PhotonMap {
   /// All photons of matching normal that are nearer to x than `radius`.
   void within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
               std::uint64_t& tested) const;
-  /// All photons of matching normal that are nearer to x than their own radius.
-  void within_own_radius(Vec3 x, Vec3 normal, float min_cosine, std::vector<FoundPhoton>& found,
-                         std::uint64_t& tested) const;
 
  private:
-  template <class NodeRadiusSquared, class PhotonRadiusSquared>
-  void search(Vec3 x, Vec3 normal, float min_cosine, const NodeRadiusSquared& node_radius_squared,
-              const PhotonRadiusSquared& photon_radius_squared, std::vector<FoundPhoton>& found,
-              std::uint64_t& tested) const;
-  void find_node_radii();
-
   KdTree tree_;
   LargeArray<Vec3> normal_, direction_;
   LargeArray<RGB> flux_;
-  LargeArray<float> radius_squared_;        // by place; empty without radii
-  std::vector<float> node_radius_squared_;  // by node: the largest below it
 };
 
 }  // namespace glowworm

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
 #include "density/knn.h"
@@ -33,22 +34,20 @@ struct Scratch {
 
 class KnnEngine final : public DensityEngine {
  public:
-  /// @param nearest whether to use RadiusKind::nearest; the engine is "knn" if so, else "single"
-  explicit KnnEngine(bool nearest) : nearest_(nearest) {}
-
-  std::string name() const override { return nearest_ ? "knn" : "single"; }
+  std::string name() const override { return "knn"; }
 
   std::uint64_t index_bytes(std::size_t photons) const override {
-    return photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 4 * sizeof(float));
+    return photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 3 * sizeof(float));
   }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
-    check_policy(photons, policy, nearest_ ? nullptr : "single");
+    check_policy(photons, policy);
+    if (policy.kind == RadiusKind::per_photon)
+      throw Error("the knn density engine cannot take a radius for each photon");
     policy_ = policy;
-    map_.build(photons,
-               policy.kind == RadiusKind::per_photon ? std::span<const float>(policy.radii) : std::span<const float>());
     policy_.radii = {};
+    map_.build(photons);
   }
 
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
@@ -77,19 +76,11 @@ class KnnEngine final : public DensityEngine {
   }
 
  private:
-  /// Finds the photons of a query point. Returns the 1 / r^2 that they share, or 0 if each has its own.
+  /// Finds the photons of a query point. Returns their 1 / r^2.
   float find(Vec3 x, Vec3 normal, Scratch& scratch) const {
-    switch (policy_.kind) {
-      case RadiusKind::nearest:
-        return find_nearest(x, normal, scratch);
-      case RadiusKind::fixed:
-        map_.within(x, normal, policy_.min_normal_cosine, policy_.radius, scratch.found, scratch.tested);
-        return 1 / (policy_.radius * policy_.radius);
-      case RadiusKind::per_photon:
-        map_.within_own_radius(x, normal, policy_.min_normal_cosine, scratch.found, scratch.tested);
-        return 0;
-    }
-    return 0;
+    if (policy_.kind == RadiusKind::nearest) return find_nearest(x, normal, scratch);
+    map_.within(x, normal, policy_.min_normal_cosine, policy_.radius, scratch.found, scratch.tested);
+    return 1 / (policy_.radius * policy_.radius);
   }
 
   float find_nearest(Vec3 x, Vec3 normal, Scratch& scratch) const {
@@ -124,7 +115,6 @@ class KnnEngine final : public DensityEngine {
 
   /// 1 / r^2 K(|x - y| / r) of a photon.
   float weight(const FoundPhoton& photon, float scale) const {
-    if (scale == 0) scale = 1 / map_.radius_squared(photon.place);
     return scale * kernel(policy_.kernel, std::min(photon.distance_squared * scale, 1.0f));
   }
 
@@ -148,14 +138,12 @@ class KnnEngine final : public DensityEngine {
     return scratch.shader.shade(query, scratch.gathered);
   }
 
-  bool nearest_;
   RadiusPolicy policy_;
   PhotonMap map_;
 };
 
 }  // namespace
 
-std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(true); }
-std::unique_ptr<DensityEngine> make_single_engine() { return std::make_unique<KnnEngine>(false); }
+std::unique_ptr<DensityEngine> make_knn_engine() { return std::make_unique<KnnEngine>(); }
 
 }  // namespace glowworm

@@ -149,64 +149,17 @@ void fill_leaf(const ReverseNode& leaf, std::span<const KdPoint> sorted, const Q
   }
 }
 
-/// Four points' values of one field: compilers do not vectorise the search for the least float.
-using Row [[gnu::vector_size(16)]] = float;
-using RowMask [[gnu::vector_size(16)]] = std::int32_t;
-constexpr std::size_t kRowPoints = 4;
-
-/// Calls work(Row) for n >= kRowPoints values; the last few may be visited twice.
-template <class Work>
-void for_rows(const float* values, std::size_t n, Work&& work) {
-  const auto visit = [&](std::size_t at) {
-    Row row;
-    std::memcpy(&row, values + at, sizeof row);
-    work(row);
-  };
-  for (std::size_t at = 0; at + kRowPoints < n; at += kRowPoints) visit(at);
-  visit(n - kRowPoints);
-}
-
-struct Range {
-  float low, high;
-};
-Range range_of(const float* values, std::size_t n) {
-  Range range{values[0], values[0]};
-  const auto grow = [&](float value) {
-    range.low = std::min(range.low, value);
-    range.high = std::max(range.high, value);
-  };
-  if (n < kRowPoints) {
-    for (std::size_t i = 1; i < n; ++i) grow(values[i]);
-    return range;
-  }
-  Row low = Row{} + values[0], high = low;
-  for_rows(values, n, [&](Row row) {
-    low = row < low ? row : low;
-    high = row > high ? row : high;
-  });
-  for (std::size_t lane = 0; lane < kRowPoints; ++lane) {
-    grow(low[lane]);
-    grow(high[lane]);
-  }
-  return range;
-}
-
-bool all_equal(const float* values, std::size_t n) {
-  if (n < kRowPoints) return std::all_of(values, values + n, [&](float value) { return value == values[0]; });
-  const Row first = Row{} + values[0];
-  RowMask equal = first == first;
-  for_rows(values, n, [&](Row row) { equal &= row == first; });
-  return (equal[0] & equal[1] & equal[2] & equal[3]) != 0;
-}
-
 ReverseLeafBounds measure_leaf(const float* points, std::size_t n) {
   ReverseLeafBounds bounds;
   bool equal = true;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Range range = range_of(points + axis * n, n);
-    bounds.min[axis] = range.low;
-    bounds.max[axis] = range.high;
-    equal = equal && all_equal(points + (3 + axis) * n, n);
+    const float *places = points + axis * n, *normals = points + (3 + axis) * n;
+    bounds.min[axis] = bounds.max[axis] = places[0];
+    for (std::size_t i = 0; i < n; ++i) {
+      bounds.min[axis] = std::min(bounds.min[axis], places[i]);
+      bounds.max[axis] = std::max(bounds.max[axis], places[i]);
+      equal &= normals[i] == normals[0];
+    }
   }
   const auto normal = [&](std::size_t i) { return Vec3{points[3 * n + i], points[4 * n + i], points[5 * n + i]}; };
   Vec3 middle = normal(0);

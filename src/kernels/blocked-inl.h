@@ -44,9 +44,6 @@ constexpr float kNormalMargin = 1e-5f;
 /// Capacity of a list of photons.
 constexpr std::ptrdiff_t kListLength = 4096;
 constexpr std::size_t kListRoom = kListLength + 2 * kBlockWidth;
-/// Shares of useful pairs among the pairs tested in a tile. Above the first, the next tile makes one list of photons
-/// for all its points, which tests more pairs but reads every photon once; below the second, one for each group again.
-constexpr double kJoinAbove = 0.25, kPartBelow = 0.15;
 /// Prefetch distance, in blocks.
 constexpr std::ptrdiff_t kBlocksAhead = 3;
 
@@ -282,17 +279,7 @@ class RunSummer {
     find_nodes(tree_, bounds_of(run_, 0, padded), scratch_);
     scratch_.blocks.resize(scratch_.nodes.size() * kBlockWidth + kBlockWidth);
     scratch_.photons.resize(kGroups * kListRoom);
-    // Points of one group need one list.
-    bool joined = run_.count <= kGroupWidth;
-    for (std::size_t first = 0; first < run_.count; first += kTileWidth) {
-      const BlockedCounts before = counts_;
-      if (joined)
-        sum_tile<1>(first);
-      else
-        sum_tile<kGroups>(first);
-      joined = static_cast<double>(counts_.evaluated - before.evaluated) >
-               (joined ? kPartBelow : kJoinAbove) * static_cast<double>(counts_.tested - before.tested);
-    }
+    for (std::size_t first = 0; first < run_.count; first += kTileWidth) sum_tile(first);
   }
 
  private:
@@ -304,33 +291,32 @@ class RunSummer {
     bool full() const { return end - first > kListLength; }
   };
 
-  /// @tparam lists lists of photons: one for each group, or one for all of them
-  template <std::size_t lists>
   void sum_tile(std::size_t first) {
     const SpreadBounds q(bounds_of(run_, first, kTileWidth), tree_.min_normal_cosine);
     std::uint32_t* end = scratch_.blocks.data();
     for (const std::uint32_t node : scratch_.nodes) append_children(tree_.level[0][node], q, node * kBlockWidth, end);
-    for (std::size_t g = 0; g < kGroups; ++g) groups_[g].start(run_, glossy_, first + g * kGroupWidth);
-    for (std::size_t l = 0; l < lists; ++l) {
-      std::uint32_t* const list = scratch_.photons.data() + l * kListRoom;
-      lists_[l] = {list, list, false};
+    const std::size_t groups = HWY_MIN(kGroups, (run_.count - first + kGroupWidth - 1) / kGroupWidth);
+    for (std::size_t g = 0; g < groups; ++g) {
+      groups_[g].start(run_, glossy_, first + g * kGroupWidth);
+      std::uint32_t* const list = scratch_.photons.data() + g * kListRoom;
+      lists_[g] = {list, list, false};
     }
-    list_photons<lists>(first, end);
-    for (std::size_t l = 0; l < lists; ++l) add<lists>(l);
-    for (const Group& group : groups_) group.finish(run_);
+    list_photons(first, groups, end);
+    for (std::size_t g = 0; g < groups; ++g) {
+      add(g);
+      groups_[g].finish(run_);
+    }
   }
 
   /// Tests the photons of the listed blocks against the bounds of each list's points, and lists those that may be in
   /// support. Reads photons once for all lists, because most are not in the caches.
-  template <std::size_t lists>
-  void list_photons(std::size_t first, const std::uint32_t* end) {
+  void list_photons(std::size_t first, std::size_t groups, const std::uint32_t* end) {
     const BlockTag d;
     const BlockVector rim = hn::Set(d, kRimMargin);
-    constexpr std::size_t kListWidth = kTileWidth / lists;
-    SpreadBounds tests[lists];
-    BlockVector sure_cosine[lists];
-    for (std::size_t l = 0; l < lists; ++l) {
-      const QueryBounds bounds = bounds_of(run_, first + l * kListWidth, kListWidth);
+    SpreadBounds tests[kGroups];
+    BlockVector sure_cosine[kGroups];
+    for (std::size_t l = 0; l < groups; ++l) {
+      const QueryBounds bounds = bounds_of(run_, first + l * kGroupWidth, kGroupWidth);
       tests[l] = SpreadBounds(bounds, tree_.min_normal_cosine);
       sure_cosine[l] = hn::Set(d, tree_.min_normal_cosine + bounds.spread + kNormalMargin);
     }
@@ -343,7 +329,7 @@ class RunSummer {
       for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
         const std::uint32_t place =
             *i * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) + static_cast<std::uint32_t>(lane);
-        for (std::size_t l = 0; l < lists; ++l) {
+        for (std::size_t l = 0; l < groups; ++l) {
           const SpreadBounds& q = tests[l];
           const auto gap = [&](const float* p, int axis) HWY_ATTR {
             const BlockVector v = hn::Load(d, p + lane);
@@ -359,33 +345,28 @@ class RunSummer {
           if (hn::AllFalse(d, near)) continue;
           const bool compares = !hn::AllTrue(d, hn::Or(hn::Gt(cosine, sure_cosine[l]), hn::Not(near)));
           if (compares != lists_[l].compares) {
-            add<lists>(l);
+            add(l);
             lists_[l].compares = compares;
           }
           append_lanes(near, place, lists_[l].end);
         }
       }
-      for (std::size_t l = 0; l < lists; ++l)
-        if (lists_[l].full()) add<lists>(l);
+      for (std::size_t l = 0; l < groups; ++l)
+        if (lists_[l].full()) add(l);
     }
   }
 
   /// Processes one of the lists and empties it.
-  template <std::size_t lists>
   void add(std::size_t l) {
     List& list = lists_[l];
+    Group& group = groups_[l];
     const auto length = static_cast<std::size_t>(list.end - list.first);
     if (length == 0) return;
     list.end = list.first;
-    constexpr std::size_t kGroupsOfList = kGroups / lists;
-    for (std::size_t g = l * kGroupsOfList; g < (l + 1) * kGroupsOfList; ++g) {
-      Group& group = groups_[g];
-      if (group.valid() == 0) continue;
-      counts_.evaluated += list.compares ? group.template add<true>(tree_, list.first, length)
-                                         : group.template add<false>(tree_, list.first, length);
-      counts_.tested += length * group.valid();
-      counts_.steps += length * kTileVectors;
-    }
+    counts_.evaluated += list.compares ? group.template add<true>(tree_, list.first, length)
+                                       : group.template add<false>(tree_, list.first, length);
+    counts_.tested += length * group.valid();
+    counts_.steps += length * kTileVectors;
   }
 
   const BlockTree& tree_;

@@ -21,8 +21,6 @@ constexpr std::size_t kLanes = hn::MaxLanes(F());
 constexpr std::size_t kCoordinates = 8;
 // Bisections of an interval of numbers before bisection by the count of floats in it.
 constexpr int kEvenSteps = 16;
-// Up to this many numbers, all are compared with all.
-constexpr std::size_t kFew = 32;
 
 /// Smallest and largest of each coordinate.
 HWY_INLINE void bounds(const CompactRow* rows, std::size_t count, float* low, float* high) {
@@ -55,28 +53,6 @@ struct Cut {
   float bound;
   std::size_t ties;
 };
-
-/// The cut of a short column with `half` numbers on the left: counts for each number the numbers below it.
-/// @param count a multiple of kLanes
-HWY_INLINE Cut find_cut_of_few(const float* column, std::size_t count, std::size_t half) {
-  const F f;
-  const I whole;
-  const auto most = hn::Set(whole, static_cast<std::int32_t>(half));
-  auto bound = hn::Set(f, -std::numeric_limits<float>::infinity());
-  auto below_bound = hn::Zero(whole);
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    const auto numbers = hn::Load(f, column + i);
-    auto below = hn::Zero(whole);
-    for (std::size_t j = 0; j < count; ++j)
-      below = hn::Sub(below, hn::VecFromMask(whole, hn::RebindMask(whole, hn::Lt(hn::Set(f, column[j]), numbers))));
-    // The number with `half` below it, or else the largest with fewer.
-    const auto in_question = hn::Not(hn::Gt(below, most));
-    bound = hn::IfThenElse(hn::RebindMask(f, in_question), hn::Max(bound, numbers), bound);
-    below_bound = hn::IfThenElse(in_question, hn::Max(below_bound, below), below_bound);
-  }
-  const auto below = static_cast<std::size_t>(hn::GetLane(hn::MaxOfLanes(whole, below_bound)));
-  return {hn::GetLane(hn::MaxOfLanes(f, bound)), half - below};
-}
 
 /// Integers in the order of floats: neighbouring floats differ by one.
 HWY_INLINE std::int64_t rank(float x) {
@@ -155,8 +131,7 @@ void sort_rows(CompactRow* rows, CompactRow* other, float* column, std::size_t c
   const std::size_t padded = (count + kLanes - 1) / kLanes * kLanes;
   for (std::size_t i = count; i < padded; ++i) column[i] = std::numeric_limits<float>::infinity();
   const std::size_t half = compact_half(count);
-  const Cut cut =
-      padded <= kFew ? find_cut_of_few(column, padded, half) : find_cut(column, padded, half, low[axis], high[axis]);
+  const Cut cut = find_cut(column, padded, half, low[axis], high[axis]);
   divide(rows, other, column, count, half, cut);
   sort_rows(other, rows, column, half, !swapped);
   sort_rows(other + half, rows + half, column, count - half, !swapped);

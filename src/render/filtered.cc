@@ -197,6 +197,10 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
   return out;
 }
 
+FilmPicture shown_picture(const Film& film, const RenderSettings& settings) {
+  return (filters(settings) ? filtered_picture : unfiltered_picture)(film, settings.indirect_only);
+}
+
 FilmPicture filtered_picture(const Film& film, bool indirect_only) {
   return filtered_film(film, indirect_only, {}, true);
 }

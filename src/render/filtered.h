@@ -25,6 +25,9 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 /// @param film with moments (Film::has_moments())
 FilmPicture filtered_picture(const Film& film, bool indirect_only);
 
+/// The one of the two that a render of these settings shows.
+FilmPicture shown_picture(const Film& film, const RenderSettings& settings);
+
 /// As filtered_picture(), for a film of texels. It leaves edges as they are: texels beside each other may be of
 /// surfaces far apart.
 /// @param rows of the film that are wanted; the others have no meaning

@@ -233,13 +233,9 @@ void Job::rehearse() {
     const std::lock_guard lock(film_mutex_);
     return film_.sketch_of_rows(rows.y0, rows.y1);
   }();
-  time_.rehearse(passes_ > 0, 1.0 * rows.height() / settings_.bounds.height(),
-                 [&] { job_time_.rehearsal ? job_time_.rehearsal(part, *this) : void(picture(part)); });
-}
-
-FilmPicture Job::picture(const Film& film) const {
-  return filters(settings_) ? filtered_picture(film, settings_.indirect_only)
-                            : unfiltered_picture(film, settings_.indirect_only);
+  time_.rehearse(passes_ > 0, 1.0 * rows.height() / settings_.bounds.height(), [&] {
+    job_time_.rehearsal ? job_time_.rehearsal(part, *this) : void(shown_picture(part, settings_));
+  });
 }
 
 bool Job::knows_noise() const {
@@ -253,7 +249,7 @@ bool Job::knows_noise() const {
 
 bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_)) || !knows_noise()) return false;
-  if (relative_error(picture(film_)) > settings_.noise_target) return false;
+  if (relative_error(shown_picture(film_, settings_)) > settings_.noise_target) return false;
   ending_ = Ending::noise_reached;
   return true;
 }
@@ -329,7 +325,7 @@ SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
   if (choice_s > kChoiceShare * time_.left_s()) {
     next = even_round(film_, most);
   } else {
-    const FilmPicture seen = picture(film_);
+    const FilmPicture seen = shown_picture(film_, settings_);
     const double error = relative_error(seen);
     if (target > 0 && error <= target && knows_noise()) {
       ending_ = Ending::noise_reached;

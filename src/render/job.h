@@ -207,7 +207,6 @@ class Job {
   /// Measures what follows the last sample.
   void rehearse();
   void resume(const Checkpoint& checkpoint);
-  FilmPicture picture(const Film& film) const;
   /// Whether samples tell the noise of points well enough to stop by it.
   bool knows_noise() const;
   bool reached_noise_target();

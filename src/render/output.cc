@@ -110,8 +110,7 @@ Image make_image(const Film& film, const PictureInfo& info) {
   const RenderSettings& settings = info.settings;
   Image image(film.width(), film.height());
   image.place = {film.bounds().x0, film.bounds().y0, settings.width, settings.height};
-  FilmPicture seen = filters(settings) ? filtered_picture(film, settings.indirect_only)
-                                       : unfiltered_picture(film, settings.indirect_only);
+  FilmPicture seen = shown_picture(film, settings);
   std::vector<RGB> beauty = seen.radiance;
   for (RGB& pixel : beauty) pixel *= info.scale;
   image.add_rgb("", beauty);

@@ -268,6 +268,14 @@ bool is_coherent(const RayArrays& rays, std::size_t first, std::size_t n, float 
   return all;
 }
 
+/// Traces one ray of occlusion.
+bool is_occluded(const Tracer::Implementation& self, const Ray& ray, OcclusionContext& context) {
+  RTCRay query = embree_ray(ray);
+  rtcOccluded1(self.world, &context.embree, &query);
+  if (context.out_of_memory) throw std::bad_alloc();
+  return query.tfar < 0;
+}
+
 /// Calls found(i, whether ray i is occluded) for each ray, after each packet.
 template <typename Found>
 void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> rays, OcclusionContext& context,
@@ -413,16 +421,6 @@ Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
   }
   return hit;
 }
-
-namespace {
-/// Traces one ray of occlusion.
-bool is_occluded(const Tracer::Implementation& self, const Ray& ray, OcclusionContext& context) {
-  RTCRay query = embree_ray(ray);
-  rtcOccluded1(self.world, &context.embree, &query);
-  if (context.out_of_memory) throw std::bad_alloc();
-  return query.tfar < 0;
-}
-}  // namespace
 
 bool Tracer::occluded(const Ray& ray) const {
   OcclusionContext context{make_context(RayOrder::incoherent, false)};

@@ -20,6 +20,17 @@ bool overlap(const ChartPlace& a, const ChartPlace& b) {
          b.y0 < a.y0 + a.height;
 }
 
+/// The largest difference between the two sides of a seam, over all places; black where there are none.
+RGB largest_step(const Seams& seams, std::span<const RGB> texels) {
+  RGB most;
+  for (const Seams::Place& place : seams.places) {
+    RGB step;
+    for (int i = 0; i < 8; ++i) step += texels[place.texel[i]] * place.weight[i];
+    for (int c = 0; c < 3; ++c) most[c] = std::max(most[c], std::abs(step[c]));
+  }
+  return most;
+}
+
 TEST(BakeAtlas, KeepsChartsApartAndInside) {
   for (const AtlasRequest request : {AtlasRequest{256, 0}, AtlasRequest{128, 60}, AtlasRequest{0, 0}}) {
     const FlatMesh flat(sphere_mesh(), request);

@@ -25,16 +25,19 @@ TEST(EngineTraits, AutoIsAnEngineForPicturesThatTakesTheRadiiOfPhotons) {
   EXPECT_EQ(make_engine("auto")->name(), kAutomaticEngine);
 }
 
-TEST(EngineTraits, TakesNearestIsTrueForEnginesThatAcceptIt) {
+TEST(EngineTraits, TakesNearestIsTrueForEnginesThatAcceptItInPlaceOfRadii) {
   const PhotonBatch photons = room_photons(100);
   RadiusPolicy policy;
   policy.kind = RadiusKind::nearest;
   policy.k = 5;
+  RadiusPolicy own;
+  own.radii.assign(100, 0.1f);
   int taken = 0;
   for (const std::string& name : engine_names()) {
     if (!engine_traits(name).takes_nearest) continue;
     Statistics statistics;
     EXPECT_NO_THROW(make_engine(name)->build(photons, policy, statistics)) << name;
+    EXPECT_THROW(make_engine(name)->build(photons, own, statistics), Error) << name;
     ++taken;
   }
   EXPECT_GT(taken, 0);

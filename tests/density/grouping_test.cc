@@ -137,11 +137,13 @@ TEST_P(Grouping, DoesNotChangeTheBits) {
     for (const KernelShape shape : kKernelShapes) {
       SCOPED_TRACE(static_cast<int>(shape));
       policy.kernel = shape;
-      policy.kind = RadiusKind::per_photon;
+      const bool nearest = engine_traits(GetParam()).takes_nearest;
+      policy.kind = nearest ? RadiusKind::nearest : RadiusKind::per_photon;
       policy.radii = per_photon_radii(photons, 40);
       expect_same(photons, policy, points);
-      if (GetParam() != "knn") continue;
-      policy.kind = RadiusKind::nearest;
+      if (!nearest) continue;
+      policy.kind = RadiusKind::fixed;
+      policy.radius = policy.radii[0];
       expect_same(photons, policy, points);
     }
   }
