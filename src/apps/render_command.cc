@@ -219,7 +219,7 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} camera samples are black, because their light was not finite", job.samples_not_finite()));
-  const double target = job.settings().noise_target, photons = std::sqrt(job.film().photon_variance());
+  const double target = job.settings().noise_target, photons = std::sqrt(job.photon_variance());
   if (target > 0 && photons > target)
     warn(fmt::format(
         "the photons, which all samples share, add a relative error of {:.2g}, more than --noise: give more "

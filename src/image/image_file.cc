@@ -74,6 +74,7 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
                             header.channels),
                 "Save it again from the program that made it.");
   }
+  check_expansion(path, format, header.width, header.height);
   const std::uint64_t pixels = static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height);
   if (pixels * static_cast<std::uint64_t>(header.channels) * sizeof(float) > physical_memory_bytes() / 2) {
     throw Error({path},
@@ -81,7 +82,6 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
                             header.channels),
                 "Use a smaller picture.");
   }
-  check_expansion(path, format, header.width, header.height);
 }
 
 /// An open image file.

@@ -109,7 +109,6 @@ std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, co
   // Heights of BMP are negative if the first row is the upper one.
   const auto length = [&](std::size_t at) { return std::abs(std::int64_t{static_cast<std::int32_t>(number(at, 4))}); };
   const std::string_view name = format.name;
-  if (name == "GIF" && bytes.size() >= 10) return {number(6, 2), number(8, 2)};
   if (name != "BMP" || bytes.size() < 26) return {0, 0};
   constexpr std::uint32_t kShortHeader = 12;
   if (number(14, 4) == kShortHeader) return {number(18, 2), number(20, 2)};

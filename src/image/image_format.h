@@ -10,7 +10,7 @@ namespace glowworm {
 /// A supported format; tests/fuzz fuzzes the reader of each.
 struct ImageFormat {
   const char* name;    ///< name for messages: "PNG"
-  const char* plugin;  ///< name of OpenImageIO's reader
+  const char* plugin;  ///< name of the reader, in OpenImageIO; "gif" is read by giflib
   /// Maximum number of pixels per byte of a file; a header that claims more is damaged. 0: unlimited, because the
   /// format can omit whole rows or the rest of the picture.
   double pixels_per_byte;
@@ -26,8 +26,8 @@ inline constexpr std::size_t kFormatBytes = 26;
 /// Whether a TGA file that begins with these bytes has no palette, or a colour for every index.
 bool has_whole_palette(std::span<const std::uint8_t> bytes);
 
-/// Width and height that a GIF or BMP file that begins with these bytes says it has: OpenImageIO allocates such
-/// pictures before it has read any of them. 0 x 0 for other formats, and if the bytes end before.
+/// Width and height that a BMP file that begins with these bytes says it has: OpenImageIO allocates such pictures
+/// before it has read any of them. 0 x 0 for other formats, and if the bytes end before.
 std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, const ImageFormat& format);
 
 /// The name of an unsupported format ("a DDS"), by the first bytes of the file; empty if unknown.

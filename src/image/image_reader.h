@@ -1,5 +1,5 @@
-// Access to OpenImageIO through a module that is loaded when the first file is read. OpenImageIO has some 250
-// dependencies, and loading them takes longer than a small render.
+// Access to OpenImageIO and giflib through a module that is loaded when the first file is read. OpenImageIO has some
+// 250 dependencies, and loading them takes longer than a small render.
 #pragma once
 #include <memory>
 #include <string>

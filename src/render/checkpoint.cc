@@ -13,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '8'};
+constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '9'};
 
 /// Writes bytes and computes their fingerprint.
 class Writer {
@@ -79,6 +79,7 @@ bool parse(Reader& reader, Checkpoint& out) {
     numbers->resize(size);
     if (!reader.take(numbers->data(), size * sizeof(std::uint32_t))) return false;
   }
+  if (!reader.take(&out.photon_variance, sizeof out.photon_variance)) return false;
   std::uint64_t above = 0;
   if (!reader.take(&out.first_row, sizeof out.first_row) || !reader.take(&out.end_row, sizeof out.end_row))
     return false;
@@ -98,6 +99,7 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
     writer.put_count(numbers->size());
     writer.put(numbers->data(), numbers->size() * sizeof(std::uint32_t));
   }
+  writer.put(&checkpoint.photon_variance, sizeof checkpoint.photon_variance);
   writer.put(&checkpoint.first_row, sizeof checkpoint.first_row);
   writer.put(&checkpoint.end_row, sizeof checkpoint.end_row);
   writer.put_count(checkpoint.above.size());

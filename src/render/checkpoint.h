@@ -16,6 +16,7 @@ struct Checkpoint {
   std::uint32_t passes = 0;          ///< complete passes in the film, which may hold a part of the next
   std::vector<std::uint32_t> film;   ///< Film::save()
   std::vector<std::uint32_t> round;  ///< of adaptive sampling (render/adaptive.h); empty: none is under way
+  double photon_variance = 0;        ///< PictureInfo::photon_variance
   // Of renders that are made in bands of rows (bake/bands.h); all 0 and empty for others.
   std::uint32_t first_row = 0, end_row = 0;  ///< rows that the film is for
   std::vector<RGB> above = {};               ///< the light of all rows above these

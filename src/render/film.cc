@@ -382,7 +382,7 @@ Film Film::sketch_of_rows(int first, int end) const {
 
 std::vector<std::uint32_t> Film::save() const {
   std::vector<std::uint32_t> out;
-  out.reserve((sizeof not_finite_ + sizeof photon_variance_ + state_bytes()) / sizeof out[0]);
+  out.reserve((sizeof not_finite_ + state_bytes()) / sizeof out[0]);
   write_state([&](std::span<const std::byte> bytes) {
     if (bytes.empty()) return;
     const std::size_t at = out.size();
@@ -408,7 +408,6 @@ bool Film::restore(const std::vector<std::uint32_t>& state) {
 
 void Film::write_state(const std::function<void(std::span<const std::byte>)>& write) const {
   write(std::as_bytes(std::span(&not_finite_, 1)));
-  write(std::as_bytes(std::span(&photon_variance_, 1)));
   for_arrays([&](const auto& entries) { write(std::as_bytes(std::span(entries))); }, *this);
 }
 
@@ -436,20 +435,15 @@ bool Film::merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t
 
 bool Film::merge_state(const std::function<bool(std::span<std::byte>)>& read, std::uint32_t most_samples) {
   std::uint64_t not_finite = 0;
-  double photon_variance = 0;
   std::vector<std::uint32_t> counts(count_.size()), hits(depth_count_.size());
-  if (!read(std::as_writable_bytes(std::span(&not_finite, 1))) ||
-      !read(std::as_writable_bytes(std::span(&photon_variance, 1))) ||
-      !read(std::as_writable_bytes(std::span(counts))) || !read(std::as_writable_bytes(std::span(hits))))
+  if (!read(std::as_writable_bytes(std::span(&not_finite, 1))) || !read(std::as_writable_bytes(std::span(counts))) ||
+      !read(std::as_writable_bytes(std::span(hits))))
     return false;
-  if (!(photon_variance >= 0) || !std::isfinite(photon_variance)) return false;
   for (std::size_t i = 0; i < counts.size(); ++i)
     if (counts[i] > most_samples || (layers_ && hits[i] > counts[i])) return false;
   add_all(count_, counts);
   add_all(depth_count_, hits);
   not_finite_ += not_finite;
-  // Parts of one picture have the same photons.
-  photon_variance_ = std::max(photon_variance_, photon_variance);
   bool good = true;
   for_arrays(
       [&](auto& entries) {

@@ -151,10 +151,6 @@ class Film {
   void add_not_finite(std::uint64_t samples) { not_finite_ += samples; }
   std::uint64_t not_finite() const { return not_finite_; }
 
-  /// Relative variance that photons add which all samples share (render/photon_noise.h); 0 where it is unknown.
-  void set_photon_variance(double variance) { photon_variance_ = variance; }
-  double photon_variance() const { return photon_variance_; }
-
   /// The complete state of the film, for checkpoints.
   std::vector<std::uint32_t> save() const;
   /// Restores the result of save() in a film of the same size and kind without samples. Returns false, with this film
@@ -209,7 +205,6 @@ class Film {
   std::vector<SquareSum> moments_[2];             // of direct and indirect light: its luminance squared, over albedo
   std::vector<std::uint32_t> depth_count_, count_;
   std::uint64_t not_finite_ = 0;
-  double photon_variance_ = 0;
 };
 
 }  // namespace glowworm

@@ -15,6 +15,7 @@
 #include "render/filtered.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
+#include "render/photon_noise.h"
 #include "render/scheduler.h"
 
 namespace glowworm {
@@ -69,11 +70,10 @@ std::uint64_t film_bytes(const RenderSettings& s, std::uint32_t batches, bool he
 
 std::uint64_t image_bytes(const RenderSettings& s, bool helps) { return helps ? 0 : image_bytes(s); }
 
-std::unique_ptr<DiskMemory> disk_for(const RenderSettings& s, std::uint32_t batches, bool helps) {
+/// Bytes of the arrays of a render, and of its smallest task.
+std::uint64_t bytes_of(const RenderSettings& s, std::uint32_t batches, bool helps) {
   const std::uint64_t photons = s.integrator == Integrator::path ? 0 : std::max(s.photons, s.photons_traced);
-  const std::uint64_t bytes =
-      film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
-  return DiskMemory::for_arrays(s.disk, bytes, s.memory_bytes);
+  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
 }
 
 /// The film of the picture; of one that another process has, none of its pixels.
@@ -97,7 +97,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))
                                            : nullptr),
       budget_(settings_.memory_bytes),
-      disk_(disk_for(settings_, batches(), helps(ranks))),
+      disk_(
+          DiskMemory::for_arrays(settings_.disk, bytes_of(settings_, batches(), helps(ranks)), settings_.memory_bytes)),
       film_memory_(array_budget(), "film", film_bytes(settings_, batches(), helps(ranks))),
       film_(film_of(settings_, batches(), disk_.get(), helps(ranks))),
       start_(std::chrono::steady_clock::now()),
@@ -106,6 +107,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       owns_maps_(!maps),
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
+  measures_photon_noise_ = !points_ && !settings_.progressive && settings_.part.index <= 1 && !helps(ranks_) &&
+                           !disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes;
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));
@@ -152,7 +155,7 @@ Checkpoint Job::checkpoint() const {
   std::string key = key_text(this->key());
   const DiskMemory::Scope scope(disk_.get());
   const std::lock_guard lock(film_mutex_);
-  return {std::move(key), film_.whole_passes(), film_.save(), round_};
+  return {std::move(key), film_.whole_passes(), film_.save(), round_, photon_variance_};
 }
 
 std::vector<LightPhotons> Job::light_photons() const {
@@ -190,6 +193,9 @@ void Job::resume(const Checkpoint& checkpoint) {
                 "Give the same --part again, or remove the file to start again.");
   if (!checkpoint.round.empty() && !is_round_of(settings_.bounds, checkpoint.round))
     throw Error("the checkpoint holds numbers of samples that no render can give", "Remove the file to start again.");
+  if (!is_variance(checkpoint.photon_variance))
+    throw Error("the checkpoint holds noise of photons that no render can have", "Remove the file to start again.");
+  photon_variance_ = checkpoint.photon_variance;
   passes_ = checkpoint.passes;
   round_ = checkpoint.round;
 }

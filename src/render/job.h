@@ -122,6 +122,8 @@ class Job {
   RenderSettings settings() const;
   /// Whether photons or gather rays are fewer than resolve() chose, because the machine is too slow for the time limit.
   bool is_fitted() const { return fitted_; }
+  /// PictureInfo::photon_variance; 0 before the photons are traced.
+  double photon_variance() const { return photon_variance_; }
   /// For the next Job.
   std::shared_ptr<JobMaps> maps() const { return made_; }
   const Statistics& statistics() const { return statistics_; }
@@ -191,9 +193,6 @@ class Job {
   /// The processes that divide the photons of a pass with this one; null: none.
   SharedWork* sharers(std::uint32_t pass) const;
   void shoot_photons(std::uint32_t sample);
-  /// Whether the noise of the photons is still to be measured. Not where memory is scarce: it takes the photons beside
-  /// the map. Of several parts, the first measures.
-  bool measures_photon_noise() const;
   void find_photon_noise(std::uint32_t sample);
   /// Makes the photon map and the schedule of a pass, unless they are there.
   void prepare(std::uint32_t done);
@@ -241,7 +240,7 @@ class Job {
   std::atomic<bool> done_{false}, is_mapping_{false}, in_rounds_{false}, fitted_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
-  std::atomic<double> work_done_{0};
+  std::atomic<double> work_done_{0}, photon_variance_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
   bool owns_maps_;  // false: another Job made them
@@ -250,7 +249,9 @@ class Job {
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;
-  bool knows_photon_noise_ = false;
+  /// Whether the noise of the photons is still to be measured. Not where memory is scarce, as it takes the photons
+  /// beside the map. Of several parts, the first measures.
+  bool measures_photon_noise_ = false;
   std::optional<std::uint32_t> mapped_;  // the pass that map and schedule are of
   std::shared_ptr<Ranks> ranks_;
   std::unique_ptr<Crew> crew_;  // of rank 0

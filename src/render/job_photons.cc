@@ -9,7 +9,6 @@
 #include "render/gather_guiding.h"
 #include "render/job.h"
 #include "render/photon_noise.h"
-#include "render/scheduler.h"
 
 namespace glowworm {
 
@@ -38,7 +37,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
   wanted.narrow = s.place_layers().values.has(SlotValue::bias);
-  wanted.kept = measures_photon_noise();
+  wanted.kept = measures_photon_noise_;
   wanted.shared = sharers(wanted.pass);
   return wanted;
 }
@@ -64,13 +63,6 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
   made_->maps.update(*tracer_, map_settings(s, sample), statistics);
 }
 
-bool Job::measures_photon_noise() const {
-  const RenderSettings& s = settings_;
-  constexpr std::uint64_t kMemoryShare = 4;
-  return !knows_photon_noise_ && !points_ && !s.progressive && s.part.index <= 1 && !(ranks_ && !crew_) && !disk_ &&
-         std::max(s.photons, s.photons_traced) * kBytesPerPhoton <= s.memory_bytes / kMemoryShare;
-}
-
 void Job::find_photon_noise(std::uint32_t sample) {
   make_maps(settings_, sample, statistics_);
   const auto add_signs = [&] {
@@ -79,11 +71,9 @@ void Job::find_photon_noise(std::uint32_t sample) {
     Statistics not_the_renders;
     made_->maps.update(*tracer_, with_signs, not_the_renders);
   };
-  const double variance =
+  photon_variance_ =
       measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, budget_, add_signs);
-  knows_photon_noise_ = true;
-  const std::lock_guard lock(film_mutex_);
-  film_.set_photon_variance(variance);
+  measures_photon_noise_ = false;
 }
 
 void Job::shoot_photons(std::uint32_t sample) {
@@ -98,7 +88,7 @@ void Job::shoot_photons(std::uint32_t sample) {
     made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_, shared_.get());
     made_->has_gather_guide = true;
   }
-  if (measures_photon_noise()) find_photon_noise(sample);
+  if (measures_photon_noise_) find_photon_noise(sample);
   make_maps(settings_, sample, statistics_);
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = made_->maps.bytes();

@@ -95,6 +95,7 @@ PictureInfo picture_info(const Job& job) {
   info.scale = scene.film().scale;
   info.origin = scene.origin();
   info.seconds = job.seconds();
+  info.photon_variance = job.photon_variance();
   if (settings.place_layers().objects)
     for (const ObjectStart& object : scene.geometry().objects) info.objects.push_back(object.name);
   if (settings.place_layers().materials)
@@ -119,7 +120,7 @@ Image make_image(const Film& film, const PictureInfo& info) {
     add_light_group(image, film, group, info.light_groups[group]);
   if (film.whole_passes() >= 2)
     image.metadata[kRelativeError] =
-        fmt::format("{:.3g}", std::hypot(relative_error(seen), std::sqrt(film.photon_variance())));
+        fmt::format("{:.3g}", std::hypot(relative_error(seen), std::sqrt(info.photon_variance)));
   image.matrices = info.matrices;
   const std::time_t now = std::time(nullptr);
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));

@@ -16,6 +16,7 @@
 #include "render/options.h"
 #include "render/output.h"
 #include "render/packed_file.h"
+#include "render/photon_noise.h"
 
 namespace glowworm {
 
@@ -92,6 +93,7 @@ std::string header_text(const Part& part) {
                     {"scale", p.scale},
                     {"origin", {p.origin.x, p.origin.y, p.origin.z}},
                     {"seconds", p.seconds},
+                    {"photon_variance", p.photon_variance},
                     {"objects", as_characters(p.objects)},
                     {"materials", as_characters(p.materials)},
                     {"light_groups", as_characters(p.light_groups)},
@@ -104,6 +106,7 @@ std::string header_text(const Part& part) {
 bool is_possible(const Part& part) {
   const RenderSettings& s = part.picture.settings;
   const PixelBounds& b = s.bounds;
+  if (!is_variance(part.picture.photon_variance)) return false;
   if (b.empty() || b.x0 < 0 || b.y0 < 0 || b.x1 > s.width || b.y1 > s.height) return false;
   std::uint32_t end = 0;
   for (const SampleRange& range : part.ranges) {
@@ -131,6 +134,7 @@ std::optional<Part> parse_header(const std::string& text) {
     const auto origin = in.at("origin").get<std::array<float, 3>>();
     p.origin = {origin[0], origin[1], origin[2]};
     p.seconds = in.at("seconds").get<double>();
+    p.photon_variance = in.at("photon_variance").get<double>();
     p.objects = as_bytes(in.at("objects"));
     p.materials = as_bytes(in.at("materials"));
     p.light_groups = as_bytes(in.at("light_groups"));
@@ -233,6 +237,8 @@ Part united(const std::vector<PartFile>& parts, bool mixed) {
       if (std::find(settings.aovs.begin(), settings.aovs.end(), aov) == settings.aovs.end())
         settings.aovs.push_back(aov);
     all.picture.seconds += file.part.picture.seconds;
+    // All have the same photons, whose noise the first part measures.
+    all.picture.photon_variance = std::max(all.picture.photon_variance, file.part.picture.photon_variance);
     for (const SampleRange& range : file.part.ranges) taken.push_back({range, &file});
   }
   std::stable_sort(taken.begin(), taken.end(),

@@ -1,5 +1,6 @@
 // The noise of photon maps, which all samples of a picture share.
 #pragma once
+#include <cmath>
 #include <functional>
 
 #include "core/memory_budget.h"
@@ -27,5 +28,8 @@ namespace glowworm {
 double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PixelBounds& part,
                                const PassSettings& settings, MemoryBudget& budget,
                                const std::function<void()>& add_signs);
+
+/// Whether a file may hold this number as the result of measure_photon_variance().
+inline bool is_variance(double value) { return value >= 0 && std::isfinite(value); }
 
 }  // namespace glowworm

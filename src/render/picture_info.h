@@ -16,6 +16,8 @@ struct PictureInfo {
   float scale = 1;          ///< factor on the image, by the scene's file
   Vec3 origin;              ///< Scene::origin()
   double seconds = 0;       ///< wall time of the render
+  /// What photons add to the square of the relative error (render/photon_noise.h); 0 where that was not measured.
+  double photon_variance = 0;
   /// Names of Geometry::objects and of the scene's materials; empty where no layer needs them.
   std::vector<std::string> objects, materials;
   std::vector<std::string> light_groups;                  ///< names of the film's groups of lights

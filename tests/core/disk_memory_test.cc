@@ -9,26 +9,15 @@
 #include "core/error.h"
 #include "core/large_array.h"
 #include "core/memory_budget.h"
-
-#ifdef __has_feature
-#if __has_feature(address_sanitizer)
-#define GLOWWORM_SANITIZED 1
-#endif
-#endif
+#include "support/sanitizers.h"
 
 namespace glowworm {
 namespace {
 
-// AddressSanitizer keeps a byte for each eight that are used, and some kernels count those that it has only read.
-#if defined(GLOWWORM_SANITIZED) || defined(__SANITIZE_ADDRESS__)
-constexpr std::size_t kSanitizerShare = 8;
-#else
-constexpr std::size_t kSanitizerShare = SIZE_MAX;
-#endif
-
 TEST(DiskMemory, HoldsMoreThanTheProcessDoes) {
   constexpr std::size_t kCount = std::size_t{16} << 20, kLimit = std::size_t{8} << 20;
-  constexpr std::size_t kMost = kLimit + kCount * sizeof(std::uint32_t) / kSanitizerShare;
+  // AddressSanitizer keeps a byte for each eight that are used, and some kernels count those that it has only read.
+  constexpr std::size_t kMost = kLimit + (kAddressSanitizer ? kCount * sizeof(std::uint32_t) / 8 : 0);
   const DiskMemory memory(kLimit);
   LargeArray<std::uint32_t> array;
   {

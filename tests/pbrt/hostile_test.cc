@@ -9,6 +9,7 @@
 #include <string>
 
 #include "pbrt/pbrt_testing.h"
+#include "support/sanitizers.h"
 
 namespace glowworm {
 namespace {
@@ -19,16 +20,7 @@ using pbrt_testing::load_text;
 using pbrt_testing::TemporaryFolder;
 
 // The sanitizers reserve address space without end.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define GLOWWORM_SANITIZED
-#endif
-#endif
-#if defined(GLOWWORM_SANITIZED) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kLimitsMemory = false;
-#else
-constexpr bool kLimitsMemory = true;
-#endif
+constexpr bool kLimitsMemory = !kAddressSanitizer && !kThreadSanitizer;
 
 /// Whether `path` fails to load with an Error that holds `message`, in a process of its own that may take no more than
 /// `megabytes` of address space above what this one has, and 100 seconds.

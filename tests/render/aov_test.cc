@@ -75,7 +75,7 @@ TEST(Layers, OfPlacesComeBackFromACheckpointAndCostNothingWhereNotAsked) {
   resumed.wait();
   EXPECT_EQ(resumed.snapshot().save(), stage.render(more).save());
   const PixelBounds part{0, 0, 10, 10};
-  EXPECT_EQ(Film(part).save().size() * sizeof(std::uint32_t), Film::bytes(part) + 16);
+  EXPECT_EQ(Film(part).save().size() * sizeof(std::uint32_t), Film::bytes(part) + 8);
   EXPECT_LT(Film::bytes(part), Film::bytes(part, true, {true, false, false, false}));
 }
 

@@ -158,13 +158,13 @@ TEST_F(CheckpointTest, ForgedCountsAndSumsAreRefused) {
     EXPECT_NE(text.find("no render can give"), std::string::npos) << text;
   };
   for (const std::uint32_t count : {0u, 2u, 1u << 25, 0xffffffffu, 0x7fc00000u}) {
-    // After four words of two numbers come the counts of samples.
+    // After two words of a number come the counts of samples.
     Checkpoint forged = good;
-    for (std::size_t i = 4; i < 4 + 24 * 20; ++i) forged.film[i] = count;
+    for (std::size_t i = 2; i < 2 + 24 * 20; ++i) forged.film[i] = count;
     refused(forged);
   }
   Checkpoint forged = good;
-  for (std::size_t i = 4 + 24 * 20; i < forged.film.size(); ++i) forged.film[i] = 0x7f7fffffu;
+  for (std::size_t i = 2 + 24 * 20; i < forged.film.size(); ++i) forged.film[i] = 0x7f7fffffu;
   refused(forged);
   forged = good;
   forged.passes = 5;

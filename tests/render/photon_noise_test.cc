@@ -4,12 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "builtin/builtin.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "render/checkpoint.h"
+#include "render/part.h"
 #include "render/render_testing.h"
 
 namespace glowworm {
@@ -23,14 +28,22 @@ RenderSettings few_photons(std::uint32_t seed, std::uint64_t photons) {
   return settings;
 }
 
+double photon_variance(const Stage& stage, const RenderSettings& settings) {
+  Job job(stage.scene, stage.tracer, settings);
+  job.wait();
+  return job.photon_variance();
+}
+
 TEST(PhotonNoise, IsTheSpreadOfMapsWithOtherPhotons) {
   constexpr std::uint32_t kRenders = 24;
   const Stage stage(builtin_scene("cornell"));
   std::vector<std::vector<double>> pixels;
   double predicted = 0;
   for (std::uint32_t seed = 0; seed < kRenders; ++seed) {
-    const Film film = stage.render(few_photons(seed, 4000));
-    predicted += film.photon_variance() / kRenders;
+    Job job(stage.scene, stage.tracer, few_photons(seed, 4000));
+    job.wait();
+    const Film& film = job.film();
+    predicted += job.photon_variance() / kRenders;
     pixels.emplace_back();
     for (std::size_t i = 0; i < film.pixel_count(); ++i) pixels.back().push_back(luminance(film.radiance(i, false)));
   }
@@ -53,7 +66,7 @@ TEST(PhotonNoise, FallsWithTheirNumber) {
   const auto variance = [&](std::uint64_t photons) {
     RenderSettings settings = by_photons(64, 2, 16, photons, "blocked");
     double sum = 0;
-    for (settings.seed = 0; settings.seed < 4; ++settings.seed) sum += stage.render(settings).photon_variance();
+    for (settings.seed = 0; settings.seed < 4; ++settings.seed) sum += photon_variance(stage, settings);
     return sum;
   };
   const double ratio = variance(5000) / variance(80'000);
@@ -65,39 +78,56 @@ TEST(PhotonNoise, IsNotSharedWherePhotonsAreNot) {
   const Stage stage(builtin_scene("cornell"));
   RenderSettings settings = few_photons(1, 4000);
   settings.progressive = true;
-  EXPECT_EQ(stage.render(settings).photon_variance(), 0);
-  EXPECT_EQ(stage.render(by_path(16, 2)).photon_variance(), 0);
+  EXPECT_EQ(photon_variance(stage, settings), 0);
+  EXPECT_EQ(photon_variance(stage, by_path(16, 2)), 0);
 }
 
 TEST(PhotonNoise, OfPartsIsMeasuredByTheFirst) {
   const Stage stage(builtin_scene("cornell"));
-  RenderSettings settings = by_photons(32, 2, 4, 20'000, "blocked");
-  const Film measured = stage.render(settings);
-  settings.part = {2, 2};
-  const Film second = stage.render(settings);
-  EXPECT_GT(measured.photon_variance(), 0);
-  EXPECT_EQ(second.photon_variance(), 0) << "the first part measures";
+  RenderSettings settings = few_photons(1, 4000);
+  const double whole = photon_variance(stage, settings);
+  EXPECT_GT(whole, 0);
   settings.part = {1, 2};
-  Film merged = stage.render(settings);
-  ASSERT_TRUE(merged.restore(second.save()));
-  EXPECT_EQ(pixels(merged), pixels(measured));
-  EXPECT_GT(merged.photon_variance(), 0);
+  EXPECT_EQ(photon_variance(stage, settings), whole);
+  settings.part = {2, 2};
+  EXPECT_EQ(photon_variance(stage, settings), 0);
 }
 
-TEST(PhotonNoise, OfADamagedFilmIsRefused) {
+TEST(PhotonNoise, IsNotMeasuredInLittleMemory) {
   const Stage stage(builtin_scene("cornell"));
-  const Film film = stage.render(few_photons(1, 4000));
-  std::vector<std::uint32_t> state = film.save();
-  Film restored = film.like(film.bounds());
-  ASSERT_TRUE(restored.restore(state));
-  EXPECT_EQ(restored.photon_variance(), film.photon_variance());
+  RenderSettings settings = few_photons(1, 4000);
+  settings.memory_bytes = std::uint64_t{20} << 20;
+  const int threads = thread_count();
+  set_thread_count(1);
+  const double in_little = photon_variance(stage, settings);
+  settings.memory_bytes = std::uint64_t{200} << 20;
+  const double in_enough = photon_variance(stage, settings);
+  set_thread_count(threads);
+  EXPECT_EQ(in_little, 0);
+  EXPECT_GT(in_enough, 0);
+}
+
+TEST(PhotonNoise, ComesBackFromFilesThatCanHoldIt) {
+  const Stage stage(builtin_scene("cornell"));
+  const std::string file = testing::TempDir() + "photon_noise_test";
+  Job job(stage.scene, stage.tracer, few_photons(1, 4000));
+  job.wait();
+  write_checkpoint(file, job.checkpoint());
+  Checkpoint checkpoint = *read_checkpoint(file);
+  Job finished(stage.scene, stage.tracer, few_photons(1, 4000), &checkpoint);
+  finished.wait();
+  EXPECT_EQ(finished.photon_variance(), job.photon_variance());
+  Part part = part_of(job);
+  write_part(file, part, job.film());
+  EXPECT_EQ(read_part(file).picture.photon_variance, job.photon_variance());
+  part.picture.photon_variance = -1;
+  write_part(file, part, job.film());
+  EXPECT_THROW(read_part(file), Error);
   for (const double impossible : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    const auto bits = std::bit_cast<std::uint64_t>(impossible);
-    state[2] = static_cast<std::uint32_t>(bits);
-    state[3] = static_cast<std::uint32_t>(bits >> 32);
-    Film damaged = film.like(film.bounds());
-    EXPECT_FALSE(damaged.restore(state)) << impossible;
+    checkpoint.photon_variance = impossible;
+    EXPECT_THROW(Job(stage.scene, stage.tracer, few_photons(1, 4000), &checkpoint), Error) << impossible;
   }
+  std::remove(file.c_str());
 }
 
 }  // namespace
