@@ -1,7 +1,8 @@
 // Photons: how fast they are traced, and their maps built and searched, beside nanoflann on the same points in the same
 // order.
-// --scene=NAME takes photons and query points recorded in a built-in scene (default: atrium). --photons=N,
-// --side=PIXELS and --rays=N say how many of them. --guided takes them guided, as renders do. Those of a large render:
+// --scene=SCENE takes photons and query points recorded in a scene (default: builtin:atrium). --photons=N,
+// --side=PIXELS and --rays=N say how many of them. --guided takes them guided, as renders do. --simd=NAME is that of
+// `glowworm render`. Those of a large render:
 //   density_bench --guided --photons=2000000 --side=320 --rays=100 --benchmark_filter=estimate/blocked/per_photon
 #include <benchmark/benchmark.h>
 
@@ -19,6 +20,7 @@
 #include "density/radius.h"
 #include "density/reorder.h"
 #include "glowworm/density.h"
+#include "kernels/simd.h"
 #include "photon/photon_tracer.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
@@ -28,11 +30,11 @@ namespace {
 
 constexpr std::uint32_t kNearest = 45;
 
-std::string scene_name = "atrium";
+std::string scene_name = "builtin:atrium";
 RecordingSettings recorded{500'000, 80, 80, 313, false};
 
 const Stage& stage() {
-  static const Stage made("builtin:" + scene_name);
+  static const Stage made(scene_name);
   return made;
 }
 
@@ -274,10 +276,11 @@ BENCHMARK(radii)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
-  constexpr std::string_view kScene = "--scene=";
+  constexpr std::string_view kScene = "--scene=", kSimd = "--simd=";
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument.starts_with(kScene)) glowworm::bench::scene_name = argument.substr(kScene.size());
+    if (argument.starts_with(kSimd)) glowworm::set_simd(std::string(argument.substr(kSimd.size())));
     auto& recorded = glowworm::bench::recorded;
     const auto number = [&](std::string_view name) {
       return argument.starts_with(name) ? std::strtoull(argv[i] + name.size(), nullptr, 10) : 0;
@@ -287,6 +290,7 @@ int main(int argc, char** argv) {
     if (const auto rays = number("--rays=")) recorded.gather = static_cast<std::uint32_t>(rays);
     recorded.guided |= argument == "--guided";
   }
+  benchmark::AddCustomContext("simd", glowworm::simd_name());
   glowworm::bench::register_engines();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -15,8 +15,11 @@ Writes bench/results/equal-time.md. References stay in build/equal-time/, and ar
 
 A filter has more to average in larger pictures: --times 2 doubles their sides, and leaves out the second table.
 
+With --cost, writes bench/results/guide-and-filter.md alone: processor seconds of guide and filter at the same samples,
+each over those of neither in the same round of runs.
+
 usage: tables_equal_time.py [--samples-of-reference N] [--samples N] [--times N] [--methods NAME,...] [--seeds N]
-                            [SCENE...]
+                            [--cost] [SCENE...]
 """
 import argparse
 import math
@@ -35,6 +38,7 @@ PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 SHARED = os.path.join(ROOT, "../shared/scenes")
 CACHE = os.path.join(ROOT, "build/equal-time")
 RESULTS = os.path.join(ROOT, "bench/results/equal-time.md")
+COSTS = os.path.join(ROOT, "bench/results/guide-and-filter.md")
 LEAVE_OUT = 0.02
 # Renders of a method at most, until their times enclose the one wanted.
 MOST_RENDERS = 5
@@ -75,6 +79,9 @@ METHODS = {
 SLOPE_SCENES = ("cornell", "ajar", "veach-bidir")
 SLOPE_SAMPLES = (4, 8, 16, 32, 64, 128, 256)
 SLOPE_PHOTONS = 40000
+# Renders of the table of costs.
+COST_METHODS = ("guide", "filter", "both")
+COST_SIZE, COST_OPTIONS, COST_ROUNDS = "512x512", ["--samples", "16", "--gather", "16"], 3
 
 
 def path_of(name):
@@ -186,6 +193,30 @@ def table_head(names):
     return ["| " + " | ".join(names) + " |", "| --- |" + " --- |" * (len(names) - 1)]
 
 
+def cost_row(name, output):
+    ratios = {method: [] for method in COST_METHODS}
+    for _ in range(COST_ROUNDS):
+        seconds = {method: render(name, [*COST_OPTIONS, *METHODS[method][0]], output, COST_SIZE)
+                   for method in ("neither", *COST_METHODS)}
+        for method in COST_METHODS:
+            ratios[method].append(seconds[method] / seconds["neither"])
+    cells = [f"{np.median(r):.2f} ({min(r):.2f} to {max(r):.2f})" for r in ratios.values()]
+    return f"| {name} | {seconds['neither']:.1f} | {' | '.join(cells)} |"
+
+
+def write_costs(names):
+    lines = ["# Processor seconds of guide and filter, over those of neither", "",
+             f"Renders of {COST_SIZE} pixels with {' '.join(COST_OPTIONS)}: median and range of {COST_ROUNDS} rounds.",
+             "Written by `bench/tables_equal_time.py --cost`.", "",
+             *table_head(["scene", "seconds of neither", *COST_METHODS])]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            lines.append(cost_row(name, os.path.join(folder, "image.exr")))
+            print(lines[-1], flush=True)
+    with open(COSTS, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples-of-reference", type=int, default=48, help="of those that are missing")
@@ -194,6 +225,7 @@ def main():
     parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS),
                         help="the first is compared with")
     parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
+    parser.add_argument("--cost", action="store_true", help="write the table of costs alone")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
     options = parser.parse_args()
     if unknown := set(options.scenes) - set(SCENES):
@@ -205,6 +237,8 @@ def main():
     os.makedirs(CACHE, exist_ok=True)
     os.makedirs(os.path.dirname(RESULTS), exist_ok=True)
     names = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
+    if options.cost:
+        return write_costs(names)
     lines = [
         "# Error at equal processor time",
         "",
