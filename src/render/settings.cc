@@ -25,11 +25,13 @@ constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
 constexpr std::uint32_t kDefaultPathSamples = 256;
-/// Photons of a render, in proportion to its gather rays: a photon costs as much as some tens of rays, and photons
-/// beyond what the rays can resolve do not improve the picture. The least number is for a room lit through a door: the
-/// noise of one map covers the whole picture.
-constexpr double kRaysPerPhoton = 200;
-constexpr double kMinPhotons = 500'000, kMaxPhotons = 1'000'000;
+/// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
+/// the rays can resolve do not improve the picture. The least number is for a room lit through a door: the noise of one
+/// map is wider than the filter and covers the whole picture.
+constexpr double kRaysPerPhoton = 100;
+constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
+/// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
+constexpr double kProgressiveShare = 0.5;
 /// Small pictures get fewer, since tracing them would be nearly all of the work. With fewer than the least number,
 /// light leaks between blinds.
 constexpr double kPhotonsPerPixel = 30, kMinPhotonsSmallPicture = 150'000;
@@ -84,8 +86,10 @@ void resolve_gather(RenderSettings& s) {
 
 void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
+  const double share = s.progressive ? kProgressiveShare : 1;
   const double fewest = std::clamp(pixel_count(s) * kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons);
-  double photons = std::clamp(pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, kMaxPhotons);
+  double photons =
+      std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, share * kMaxPhotons);
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
   // Two digits: the number is a choice, not a measurement.
@@ -212,7 +216,10 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
        fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel (no fewer than {}, no "
                    "more than {}), and at most {}{}",
                    chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons,
-                   kMaxPhotons, chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
+                   kMaxPhotons,
+                   chosen.progressive        ? "; half of that in each pass"
+                   : chosen.time_limit_s > 0 ? ", within a quarter of the time"
+                                             : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));
