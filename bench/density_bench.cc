@@ -24,6 +24,7 @@
 #include "photon/photon_tracer.h"
 #include "support/nanoflann_tree.h"
 #include "support/recording.h"
+#include "support/table.h"
 
 namespace glowworm::bench {
 namespace {
@@ -51,11 +52,11 @@ struct Cloud {
 
   Cloud() {
     Recording recording = record(stage(), recorded);
+    radius = fixed_radius_for(recording, kNearest).radius;
     photons = std::move(recording.photons);
     photon_points.positions = photons.position;
     points = std::move(recording.points);
     radii = per_photon_radii(photons, kNearest);
-    radius = fixed_radius(photons, kNearest);
     ReorderSettings whole;
     whole.depth = 21;
     order = hilbert_order(points.position, bounds_of(points.position), photons.size(), whole);
@@ -291,6 +292,8 @@ int main(int argc, char** argv) {
     recorded.guided |= argument == "--guided";
   }
   benchmark::AddCustomContext("simd", glowworm::simd_name());
+  benchmark::AddCustomContext("machine", glowworm::bench::machine_name());
+  benchmark::AddCustomContext("commit", glowworm::bench::commit_name());
   glowworm::bench::register_engines();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

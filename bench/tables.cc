@@ -36,10 +36,6 @@ const ReorderSettings kNoOrder{ReorderMethod::none, 0, 0};
 
 using Scenes = std::vector<std::string>;
 
-double mean_k(const Statistics& s) {
-  return static_cast<double>(s.count(Counter::shader_operations)) / static_cast<double>(s.count(Counter::query_points));
-}
-
 /// The k of [SF07]'s Table 2.
 double paper_k(const std::string& scene) { return scene == "cornell" ? 60 : 45; }
 
@@ -48,51 +44,6 @@ struct PaperValue {
   double cornell, sponza;
   Cell of(const std::string& scene) const { return Number{scene == "cornell" ? cornell : sponza}; }
 };
-
-/// The query points whose place in an order falls into every `step`th run of `run` places, as they are recorded.
-/// Lookups of these are as coherent as those of all.
-/// @param order the index of each place's point; empty: as recorded
-QueryPoints runs_of(const QueryPoints& points, const std::vector<std::uint32_t>& order, std::size_t run,
-                    std::size_t step) {
-  std::vector<bool> chosen(points.size());
-  for (std::size_t place = 0; place < points.size(); ++place)
-    chosen[order.empty() ? place : order[place]] = place / run % step == 0;
-  QueryPoints some;
-  some.bsdfs = points.bsdfs;
-  QueryPoints::for_arrays(
-      [&](auto& to, const auto& from) {
-        for (std::size_t i = 0; i < from.size(); ++i)
-          if (chosen[i]) to.push_back(from[i]);
-      },
-      some, points);
-  return some;
-}
-
-void look_up(const DensityEngine& engine, const QueryPoints& points, Statistics& statistics) {
-  std::vector<RGB> radiance(points.size());
-  engine.estimate(points, radiance, statistics);
-}
-
-/// One radius for all photons, as [SF07] has it, with which a query point sees k photons in the mean (to a percent).
-/// On a surface the mean grows with the square of the radius.
-RadiusPolicy fixed_radius_for(const Recording& recording, double k) {
-  constexpr std::size_t kSampled = 60'000;
-  const QueryPoints sample =
-      runs_of(recording.points, {}, 1, std::max<std::size_t>(1, recording.points.size() / kSampled));
-  RadiusPolicy policy;
-  policy.kind = RadiusKind::fixed;
-  policy.radius = fixed_radius(recording.photons, static_cast<std::uint32_t>(k));
-  for (int round = 0; round < 6; ++round) {
-    const auto engine = make_engine("auto");
-    Statistics s;
-    engine->build(recording.photons, policy, s);
-    look_up(*engine, sample, s);
-    const double mean = mean_k(s);
-    if (mean <= 0 || std::abs(mean / k - 1) < 0.01) break;
-    policy.radius *= static_cast<float>(std::sqrt(k / mean));
-  }
-  return policy;
-}
 
 /// The query points of a recording along the paper's order.
 std::vector<std::uint32_t> paper_order(const Recording& recording) {

@@ -22,7 +22,7 @@ PHASE = "estimate/blocked/per_photon/1/real_time"
 HEAD = """# Sums over photons beside nanoflann
 
 Written by `bench/tables_density.py`, which says how, on commit %s: million pairs a second of one thread, and in
-brackets the range of the ratios of %d runs. %s.
+brackets the range of the ratios of %d runs. A query point sees 45 photons in the mean. %s.
 
 | scene | instructions | nanoflann finds | one radius, summed | over nanoflann | a radius for each photon, summed | over nanoflann | whole density phase | reordering |
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
@@ -30,21 +30,20 @@ brackets the range of the ratios of %d runs. %s.
 
 
 def measure(scene, simd, runs):
-    """The instruction set, and the entries of each benchmark, one for each run."""
+    """What the program says of itself, and the entries of each benchmark, one for each run."""
     command = [PROGRAM, *SIZE, f"--scene={scene}", f"--simd={simd}", "--benchmark_min_time=0.01",
                f"--benchmark_filter=^({FOUND}|{ONE}|{EACH}|{PHASE})$", "--benchmark_enable_random_interleaving=true",
                f"--benchmark_repetitions={runs}", "--benchmark_format=json"]
-    output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT).stdout
     report = json.loads(output)
     found = {}
     for entry in report["benchmarks"]:
         if entry["run_type"] == "iteration":
             found.setdefault(entry["run_name"], []).append(entry)
-    return report["context"]["simd"], found
+    return report["context"], found
 
 
-def row(scene, simd, runs):
-    simd, found = measure(scene, simd, runs)
+def row(scene, context, found):
     rates = {name: [1e-6 * entry["pairs"] for entry in entries] for name, entries in found.items()}
     rates[PHASE] = [1e-6 * entry["operations"] * entry["real_time"] / entry["cpu_time"] for entry in found[PHASE]]
     middle = {name: statistics.median(values) for name, values in rates.items()}
@@ -55,7 +54,7 @@ def row(scene, simd, runs):
 
     share = statistics.median(entry["reorder_share"] for entry in found[PHASE])
     name = os.path.splitext(os.path.basename(scene))[0].removeprefix("builtin:")
-    return (f"| {name} | {simd} | {middle[FOUND]:.0f} | {middle[ONE]:.0f} | {over(ONE)} | {middle[EACH]:.0f} | "
+    return (f"| {name} | {context['simd']} | {middle[FOUND]:.0f} | {middle[ONE]:.0f} | {over(ONE)} | {middle[EACH]:.0f} | "
             f"{over(EACH)} | {middle[PHASE]:.0f} | {share:.0%} |")
 
 
@@ -66,20 +65,16 @@ def main():
     parser.add_argument("scenes", nargs="*", metavar="SCENE",
                         default=["builtin:cornell", "builtin:atrium", *([SPONZA] if os.path.exists(SPONZA) else [])])
     options = parser.parse_args()
-    commit = subprocess.check_output(["git", "describe", "--always", "--dirty"], cwd=ROOT, text=True).strip()
-    with open("/proc/cpuinfo", encoding="utf-8") as file:
-        cpu = dict(line.split(":", 1) for line in file if ":" in line)
-    cpu = {key.strip(): value.strip() for key, value in cpu.items()}
-    machine = f"{cpu['model name']}, family {cpu['cpu family']}, {os.cpu_count()} cores"
     lines = []
     for scene in options.scenes:
         for simd in options.simd:
-            lines.append(row(scene, simd, options.runs))
+            context, found = measure(scene, simd, options.runs)
+            lines.append(row(scene, context, found))
             print(lines[-1], flush=True)
     path = os.path.join(ROOT, "bench/results/density.md")
     os.makedirs(os.path.dirname(path), exist_ok=True)
     with open(path, "w", encoding="utf-8") as file:
-        file.write(HEAD % (commit, options.runs, machine) + "\n".join(lines) + "\n")
+        file.write(HEAD % (context["commit"], options.runs, context["machine"]) + "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

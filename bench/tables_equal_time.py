@@ -194,19 +194,17 @@ def table_head(names):
 
 
 def cost_row(name, output):
-    ratios = {method: [] for method in COST_METHODS}
-    for _ in range(COST_ROUNDS):
-        seconds = {method: render(name, [*COST_OPTIONS, *METHODS[method][0]], output, COST_SIZE)
-                   for method in ("neither", *COST_METHODS)}
-        for method in COST_METHODS:
-            ratios[method].append(seconds[method] / seconds["neither"])
-    cells = [f"{np.median(r):.2f} ({min(r):.2f} to {max(r):.2f})" for r in ratios.values()]
-    return f"| {name} | {seconds['neither']:.1f} | {' | '.join(cells)} |"
+    methods = ("neither", *COST_METHODS)
+    seconds = np.array([[render(name, [*COST_OPTIONS, *METHODS[method][0]], output, COST_SIZE) for method in methods]
+                        for _ in range(COST_ROUNDS)])
+    ratios = (seconds[:, 1:] / seconds[:, :1]).T
+    cells = [f"{np.median(r):.2f} ({min(r):.2f} to {max(r):.2f})" for r in ratios]
+    return f"| {name} | {np.median(seconds[:, 0]):.1f} | {' | '.join(cells)} |"
 
 
 def write_costs(names):
     lines = ["# Processor seconds of guide and filter, over those of neither", "",
-             f"Renders of {COST_SIZE} pixels with {' '.join(COST_OPTIONS)}: median and range of {COST_ROUNDS} rounds.",
+             f"Renders of {COST_SIZE} pixels with `{' '.join(COST_OPTIONS)}`: median and range of {COST_ROUNDS} rounds.",
              "Written by `bench/tables_equal_time.py --cost`.", "",
              *table_head(["scene", "seconds of neither", *COST_METHODS])]
     with tempfile.TemporaryDirectory() as folder:

@@ -1,10 +1,13 @@
 #include "support/recording.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string_view>
 #include <utility>
 
 #include "core/memory_budget.h"
+#include "density/radius.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
 #include "import/import.h"
@@ -90,6 +93,50 @@ Recording record(const Stage& stage, const RecordingSettings& settings) {
                  statistics);
   }
   return recording;
+}
+
+double mean_k(const Statistics& s) {
+  return static_cast<double>(s.count(Counter::shader_operations)) / static_cast<double>(s.count(Counter::query_points));
+}
+
+QueryPoints runs_of(const QueryPoints& points, const std::vector<std::uint32_t>& order, std::size_t run,
+                    std::size_t step) {
+  std::vector<bool> chosen(points.size());
+  for (std::size_t place = 0; place < points.size(); ++place)
+    chosen[order.empty() ? place : order[place]] = place / run % step == 0;
+  QueryPoints some;
+  some.bsdfs = points.bsdfs;
+  QueryPoints::for_arrays(
+      [&](auto& to, const auto& from) {
+        for (std::size_t i = 0; i < from.size(); ++i)
+          if (chosen[i]) to.push_back(from[i]);
+      },
+      some, points);
+  return some;
+}
+
+void look_up(const DensityEngine& engine, const QueryPoints& points, Statistics& statistics) {
+  std::vector<RGB> radiance(points.size());
+  engine.estimate(points, radiance, statistics);
+}
+
+RadiusPolicy fixed_radius_for(const Recording& recording, double k) {
+  constexpr std::size_t kSampled = 60'000;
+  const QueryPoints sample =
+      runs_of(recording.points, {}, 1, std::max<std::size_t>(1, recording.points.size() / kSampled));
+  RadiusPolicy policy;
+  policy.kind = RadiusKind::fixed;
+  policy.radius = fixed_radius(recording.photons, static_cast<std::uint32_t>(k));
+  for (int round = 0; round < 6; ++round) {
+    const auto engine = make_engine("auto");
+    Statistics s;
+    engine->build(recording.photons, policy, s);
+    look_up(*engine, sample, s);
+    const double mean = mean_k(s);
+    if (mean <= 0 || std::abs(mean / k - 1) < 0.01) break;
+    policy.radius *= static_cast<float>(std::sqrt(k / mean));
+  }
+  return policy;
 }
 
 std::vector<std::string> table_scenes() {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "density/engine.h"
 #include "points/photon_batch.h"
 #include "points/query_points.h"
 #include "trace/tracer.h"
@@ -37,6 +38,22 @@ struct Recording {
 
 /// Records the first camera of the stage, on all threads.
 Recording record(const Stage& stage, const RecordingSettings& settings);
+
+/// The query points whose place in an order falls into every `step`th run of `run` places, as they are recorded.
+/// Lookups of these are as coherent as those of all.
+/// @param order the index of each place's point; empty: as recorded
+QueryPoints runs_of(const QueryPoints& points, const std::vector<std::uint32_t>& order, std::size_t run,
+                    std::size_t step);
+
+/// Query points' estimates by an engine, which are not kept.
+void look_up(const DensityEngine& engine, const QueryPoints& points, Statistics& statistics);
+
+/// Photons that a query point saw in the mean.
+double mean_k(const Statistics& statistics);
+
+/// One radius for all photons, as [SF07] has it, with which a query point sees k photons in the mean (to a percent).
+/// On a surface the mean grows with the square of the radius.
+RadiusPolicy fixed_radius_for(const Recording& recording, double k);
 
 /// The scenes of [SF07]'s tables that are there: builtin:cornell, builtin:atrium, and Sponza if it is found.
 std::vector<std::string> table_scenes();

@@ -84,9 +84,12 @@ void resolve_gather(RenderSettings& s) {
   s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
 }
 
+/// The share that a map gets of the photons that the rays and kMaxPhotons allow.
+double photon_share(const RenderSettings& s) { return s.progressive ? kProgressiveShare : 1; }
+
 void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
-  const double share = s.progressive ? kProgressiveShare : 1;
+  const double share = photon_share(s);
   const double fewest = std::clamp(pixel_count(s) * kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons);
   double photons =
       std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, share * kMaxPhotons);
@@ -215,11 +218,9 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel (no fewer than {}, no "
                    "more than {}), and at most {}{}",
-                   chosen.photons_traced, kRaysPerPhoton, kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons,
-                   kMaxPhotons,
-                   chosen.progressive        ? "; half of that in each pass"
-                   : chosen.time_limit_s > 0 ? ", within a quarter of the time"
-                                             : ""));
+                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kPhotonsPerPixel,
+                   kMinPhotonsSmallPicture, kMinPhotons, photon_share(chosen) * kMaxPhotons,
+                   chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));
