@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "core/box.h"
-#include "scene/geometry.h"
 
 namespace glowworm {
 
@@ -178,17 +177,17 @@ class GatherGuide::Learner {
     return gains ? least / even : 1;
   }
 
-  /// Returns the index of the table, or kNone where it would not lower the variance enough.
+  /// Returns the index of the table, or kNoTable where it would not lower the variance enough.
   /// @param points of the region, as a share of all
   std::uint32_t add_table(const Knowledge& known, double points) {
     const Density density = density_of(known.all, kEvenShare);
-    if (!(variance(known.all, density) < kWorthwhile * variance(known.all, density_of(known.all, 1)))) return kNone;
+    if (!(variance(known.all, density) < kWorthwhile * variance(known.all, density_of(known.all, 1)))) return kNoTable;
     out_.gain_ += points * (1 - variance_left(known));
     out_.tables_.push_back(table_of(density));
     return static_cast<std::uint32_t>(out_.tables_.size() - 1);
   }
 
-  static Table table_of(const Density& cells) {
+  static GuideTable table_of(const Density& cells) {
     // A corner has the mean of the cells around it.
     constexpr int kCorners = kSide + 1;
     std::array<std::array<double, kCorners>, kCorners> density{}, columns{};
@@ -202,7 +201,7 @@ class GatherGuide::Learner {
       }
     for (int r = 1; r < kCorners; ++r) rows[r] = rows[r - 1] + (columns[r - 1][kSide] + columns[r][kSide]) / 2;
     const double scale = kCells / rows[kSide];
-    Table table;
+    GuideTable table;
     for (int r = 0; r < kCorners; ++r) {
       for (int c = 0; c < kCorners; ++c) {
         table.density[r][c] = static_cast<float>(density[r][c] * scale);
@@ -224,7 +223,7 @@ GatherGuide::GatherGuide(const GuideRays& rays) {
 }
 
 std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
-  if (tables_.empty()) return kNone;
+  if (tables_.empty()) return kNoTable;
   std::uint32_t at = 0;
   while (nodes_[at].axis >= 0) {
     const Node& node = nodes_[at];
@@ -234,36 +233,8 @@ std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
   return nodes_[at].first;
 }
 
-GatherGuide::Warped GatherGuide::warp(std::uint32_t region, Vec2 u) const {
-  const Table& table = tables_[region];
-  // std::lerp() branches, which costs more than all else here.
-  const auto mixed = [](float a, float b, float t) { return a + (b - a) * t; };
-  const auto cell_of = [](const std::array<float, kSide + 1>& sums, float sum) {
-    std::int32_t cell = 0;
-    for (std::size_t i = 1; i <= kSide; ++i) cell += sum >= sums[i];
-    return static_cast<std::size_t>(std::min(cell, kSide - 1));
-  };
-  // Where the integral of a density that goes from a to b over [0, 1] reaches `sum`.
-  const auto reaches = [](float a, float b, float sum) {
-    const float root = std::sqrt(std::max(a * a + 2 * (b - a) * sum, 0.0f));
-    return std::clamp(2 * sum / (a + root), 0.0f, 1.0f);
-  };
-  const float row_sum = u.x * table.rows[kSide];
-  const std::size_t r = cell_of(table.rows, row_sum);
-  const float s = reaches(table.columns[r][kSide], table.columns[r + 1][kSide], row_sum - table.rows[r]);
-  const auto column = [&](std::size_t i) { return mixed(table.columns[r][i], table.columns[r + 1][i], s); };
-  std::array<float, kSide + 1> columns;
-  columns[0] = 0;
-  for (std::size_t i = 1; i <= kSide; ++i) columns[i] = column(i);
-  const float column_sum = u.y * column(kSide);
-  const std::size_t c = cell_of(columns, column_sum);
-  const float low = mixed(table.density[r][c], table.density[r + 1][c], s),
-              high = mixed(table.density[r][c + 1], table.density[r + 1][c + 1], s);
-  const float t = reaches(low, high, column_sum - column(c));
-  constexpr float kBelowOne = 1 - std::numeric_limits<float>::epsilon() / 2;
-  return {{std::min((static_cast<float>(r) + s) / kSide, kBelowOne),
-           std::min((static_cast<float>(c) + t) / kSide, kBelowOne)},
-          mixed(low, high, t)};
+void GatherGuide::warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const {
+  warp_by_guide(tables_.data(), regions.data(), regions.size(), square, weight);
 }
 
 std::uint8_t GatherGuide::cell(Vec2 u) {

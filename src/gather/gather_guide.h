@@ -7,6 +7,7 @@
 
 #include "core/frame.h"
 #include "core/vec.h"
+#include "kernels/guide_warp.h"
 
 namespace glowworm {
 
@@ -28,14 +29,8 @@ struct GuideRays {
 /// rays, whose ends look up the photon map.
 class GatherGuide {
  public:
-  static constexpr int kSide = 8;  ///< cells of the grid along a side
+  static constexpr int kSide = GuideTable::kSide;  ///< cells of the grid along a side
   static constexpr float kEvenShare = 0.25f;
-
-  /// A point of the warped square, and the density of such points: 1 without a guide.
-  struct Warped {
-    Vec2 point;
-    float density = 1;
-  };
 
   GatherGuide() = default;  ///< guides nothing
   explicit GatherGuide(const GuideRays& rays);
@@ -46,10 +41,11 @@ class GatherGuide {
   /// Share of the variance of gathered light that the guide is expected to take away, the mean over points. Guides of
   /// parts of the rays, tried on the others, tell it.
   double gain() const { return gain_; }
-  /// The region of a gather point, or kNone where rays are not guided. @param normal unit, on the side of the rays
+  /// The region of a gather point, or kNoTable where rays are not guided. @param normal unit, on the side of the rays
   std::uint32_t region(Vec3 position, Vec3 normal) const;
-  /// @param region one that is guided @param u in [0, 1)
-  Warped warp(std::uint32_t region, Vec2 u) const;
+  /// Warps points of the square as their regions say. @param weight set to 1 / density where rays are guided
+  /// @param regions those of the points, of region()
+  void warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const;
 
   /// The cell of a point of the unit square.
   static std::uint8_t cell(Vec2 u);
@@ -62,17 +58,12 @@ class GatherGuide {
   struct Node {
     int axis = -1;                       // 0 to 2: position, 3 to 5: normal; -1: leaf
     float split = 0;                     // values below lie in the first child
-    std::uint32_t first = 0, other = 0;  // children; first: table of a leaf, or kNone
-  };
-  /// The density at the corners of cells, its sums along each row of corners up to each corner, and those sums' sums.
-  struct Table {
-    std::array<std::array<float, kSide + 1>, kSide + 1> density, columns;
-    std::array<float, kSide + 1> rows;
+    std::uint32_t first = 0, other = 0;  // children; first: table of a leaf, or kNoTable
   };
   class Learner;
 
   std::vector<Node> nodes_;
-  std::vector<Table> tables_;
+  std::vector<GuideTable> tables_;
   double gain_ = 0;
 };
 

@@ -143,7 +143,7 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
   for (std::vector<float>& array : frame_) array.resize(padded);
   cosine_.resize(padded);
   for (std::vector<float>& array : square_) array.resize(padded);
-  region_.assign(order.size(), kNone);
+  region_.assign(order.size(), kNoTable);
   factor_.assign(order.size(), 1.0f);
   origin_.resize(order.size());
   weight_.resize(order.size());
@@ -176,17 +176,6 @@ void GatherRayMaker::prepare_diffuse(std::size_t place) {
   if (guide_) region_[place] = guide_->region(points_->position[i], frame.n);
 }
 
-/// Directions where the guide expects more light have a higher density, and weigh less.
-void GatherRayMaker::warp_squares() {
-  for (std::size_t place = 0; place < order_.size(); ++place) {
-    if (region_[place] == kNone) continue;
-    const GatherGuide::Warped warped = guide_->warp(region_[place], {square_[0][place], square_[1][place]});
-    square_[0][place] = warped.point.x;
-    square_[1][place] = warped.point.y;
-    factor_[place] = 1 / warped.density;
-  }
-}
-
 void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays& out) {
   DiffuseRayPoints points{order_.size(), sequence_.data(), sample_.data(), {}, {}};
   for (std::size_t i = 0; i < 9; ++i) points.frame[i] = frame_[i].data();
@@ -197,7 +186,7 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
   for (std::uint32_t cell = first; cell < last; ++cell) {
     if (any_diffuse_) {
       diffuse_squares(points, numbers_of_cell(rays_each_, cell, seed_), square);
-      if (guide_) warp_squares();
+      if (guide_) guide_->warp(region_, square, factor_.data());
       diffuse_rays(points, square, made);
     }
     if (all_diffuse_) {

@@ -66,7 +66,6 @@ class GatherRayMaker {
 
  private:
   void prepare_diffuse(std::size_t place);
-  void warp_squares();
   Ray diffuse_ray(std::size_t place) const;
   /// Appends the rays of a stratum if all points are diffuse.
   void add_diffuse(std::uint32_t cell, GatherRays& out) const;
