@@ -41,7 +41,7 @@ void PointGrid::check() const {
 }
 
 std::uint32_t PointGrid::sequence(std::size_t cell, std::uint32_t sample) const {
-  const auto first = static_cast<std::uint32_t>(cell);
+  const std::uint32_t first = first_sequence + static_cast<std::uint32_t>(cell);
   return batches > 1 ? hash_combine(first, sample % batches) : first;
 }
 

@@ -23,8 +23,10 @@ constexpr double kShare = 0.5;
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
 constexpr double kLeastGain = 0.12;
-/// Points of the pilot pass that are worked on at a time. More would be faster to look up, but a point takes 13 KB.
-constexpr std::size_t kPointsAtOnce = 256;
+/// Points of the pilot pass that are worked on at a time: many are faster to look up, so as many as this share of the
+/// memory holds, within limits. A point takes about kBytesAtWork.
+constexpr std::size_t kMinPointsAtOnce = 256, kMaxPointsAtOnce = 4096;
+constexpr std::uint64_t kMemoryShare = 8, kBytesAtWork = 13'000;
 /// Points of a piece of shared work, about a tenth of a second of a core.
 constexpr double kPointsPerPiece = 4096;
 /// Memory of a point, and of it with its rays.
@@ -41,6 +43,7 @@ class Pilot {
     settings_.patches = settings_.by_disk = settings_.places = false;
     settings_.guide = nullptr;
     settings_.light_groups = nullptr;
+    settings_.seed = hash_combine(settings_.seed, kGuideStream);
   }
 
   /// Gathers from piece `piece` of `pieces` of the points, and appends to the rays. The first of kParts of the pieces
@@ -48,9 +51,11 @@ class Pilot {
   void gather(std::size_t piece, std::size_t pieces, GuideRays& rays) {
     if (!found_) find_points();
     found_ = true;
-    const std::size_t runs = (normals_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
-    const auto first_of = [&](std::size_t i) { return (runs * i + pieces - 1) / pieces; };
-    for (std::size_t run = first_of(piece); run < first_of(piece + 1); ++run) gather_run(run, rays);
+    const auto first_of = [&](std::size_t i) { return normals_.size() * i / pieces; };
+    const std::size_t at_once = std::clamp<std::size_t>(budget_.available() / kMemoryShare / kBytesAtWork,
+                                                        kMinPointsAtOnce, kMaxPointsAtOnce);
+    for (std::size_t first = first_of(piece), end = first_of(piece + 1); first < end; first += at_once)
+      gather_from(first, std::min(first + at_once, end), rays);
   }
 
  private:
@@ -79,8 +84,8 @@ class Pilot {
     CameraPassSettings camera_settings;
     camera_settings.width = scaled(settings_.width);
     camera_settings.height = scaled(settings_.height);
-    camera_settings.seed = hash_combine(settings_.seed, kGuideStream);
-    const int rows = std::max(1, static_cast<int>(kPointsAtOnce) / camera_settings.width);
+    camera_settings.seed = settings_.seed;
+    const int rows = std::max(1, static_cast<int>(kMinPointsAtOnce) / camera_settings.width);
     for (int y = 0; y < camera_settings.height; y += rows) {
       const CameraTask task{0, y, camera_settings.width, std::min(y + rows, camera_settings.height), 0, 1};
       SlotRadiance emitted;
@@ -106,9 +111,8 @@ class Pilot {
     normals_.push_back(normal);
   }
 
-  /// Gathers from the points of a run.
-  void gather_run(std::size_t run, GuideRays& rays) {
-    const std::size_t first = run * kPointsAtOnce, end = std::min(first + kPointsAtOnce, normals_.size());
+  /// Gathers from points [first, end). The rays do not depend on which points are gathered from at once.
+  void gather_from(std::size_t first, std::size_t end, GuideRays& rays) {
     PointGrid grid;
     grid.position.assign(positions_.begin() + static_cast<std::ptrdiff_t>(first),
                          positions_.begin() + static_cast<std::ptrdiff_t>(end));
@@ -117,10 +121,10 @@ class Pilot {
     grid.on_surfaces = true;
     grid.height = 1;
     grid.width = static_cast<int>(end - first);
+    grid.first_sequence = static_cast<std::uint32_t>(first);
     PassSettings settings = settings_;
     settings.width = grid.width;
     settings.height = 1;
-    settings.seed = hash_combine(hash_combine(settings_.seed, kGuideStream), static_cast<std::uint32_t>(run));
     const CameraTask task{0, 0, grid.width, 1, 0, kRaysEach};
     const PassResult found = render_pass(tracer_, maps_, grid, task, settings, budget_, memory_, statistics_);
     const auto count = static_cast<std::uint32_t>(grid.width);
@@ -131,7 +135,7 @@ class Pilot {
         const std::size_t slot = std::size_t{sample} * count + i;
         const float light = luminance(found.radiance.direct[slot] + found.radiance.indirect[slot]);
         rays.light.push_back(std::isfinite(light) ? light : 0.0f);
-        rays.cell.push_back(GatherGuide::cell(gather_square(i, sample, 1, 0, settings.seed)));
+        rays.cell.push_back(GatherGuide::cell(gather_square(grid.sequence(i, sample), sample, 1, 0, settings.seed)));
       }
     }
   }
