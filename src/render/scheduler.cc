@@ -34,6 +34,8 @@ constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // memory that is written for the first time; 31 ns + 25 ns / Q^0.6 for each lookup of the render, in batches of Q
 // million.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
+/// Samples of a render for which portions are chosen.
+constexpr std::uint32_t kReckonedSamples = 16;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
 constexpr int kMinTile = CameraTask::kBlock;
 constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
@@ -60,9 +62,9 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 /// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
   // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
-  // portions. A part never gets more. Parts of few samples are faster in batches for half the default.
+  // portions. A part never gets more. Parts of few samples are faster in batches for half of kReckonedSamples.
   const std::uint32_t samples =
-      settings.part.is_all() ? kDefaultSamples : std::max(settings.sample_range().count(), kDefaultSamples / 2);
+      settings.part.is_all() ? kReckonedSamples : std::max(settings.sample_range().count(), kReckonedSamples / 2);
   const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * samples;
   // The zero of the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower.
   const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));

@@ -28,7 +28,7 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
 /// the rays can resolve do not improve the picture. The least number is for a room lit through a door: the noise of one
 /// map is wider than the filter and covers the whole picture.
-constexpr double kRaysPerPhoton = 100;
+constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
 constexpr double kProgressiveShare = 0.5;
@@ -214,7 +214,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
       fmt::format("{} gather rays a sample: {}", chosen.gather,
                   chosen.gather < kDefaultGather   ? "as many as give a first image within a quarter of the time"
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
-                                                   : "the usual number, 400 a pixel with 16 samples"));
+                                                   : "the default; the filter averages those of neighbours"));
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel (no fewer than {}, no "
                    "more than {}), and at most {}{}",

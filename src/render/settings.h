@@ -35,11 +35,11 @@ enum class Filtering : std::uint8_t {
 /// Most pixels along a side of a picture.
 inline constexpr int kMaxPictureSide = 65536;
 
-/// Default camera samples of a pixel, also for cost models.
-inline constexpr std::uint32_t kDefaultSamples = 16;
+/// Default camera samples of a pixel.
+inline constexpr std::uint32_t kDefaultSamples = 8;
 
 /// Default gather rays of a camera sample of a picture.
-inline constexpr std::uint32_t kDefaultGather = 25;
+inline constexpr std::uint32_t kDefaultGather = 16;
 
 /// A rectangle of pixels: columns [x0, x1) and rows [y0, y1), counted from the upper left corner of the picture.
 struct PixelBounds {

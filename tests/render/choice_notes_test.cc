@@ -32,6 +32,7 @@ TEST(ChoiceNotes, SayThatPhotonsAreThinned) {
   const Scene scene(builtin_scene("cornell"));
   RenderSettings asked;
   asked.engine = "reverse";
+  asked.width = asked.height = 1600;
   const RenderSettings chosen = resolve(asked, scene);
   ASSERT_LT(chosen.photons, chosen.photons_traced);
   EXPECT_THAT(choice_notes(asked, chosen),
