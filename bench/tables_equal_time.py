@@ -13,13 +13,15 @@ logarithm over that of the time, with two standard errors of the straight line.
 
 Writes bench/results/equal-time.md. References stay in build/equal-time/, and are made where they are missing.
 
+With --before PROGRAM, the first method is that program with its default options: the time and the error of an older one.
+
 A filter has more to average in larger pictures: --times 2 doubles their sides, and leaves out the second table.
 
 With --cost, writes bench/results/guide-and-filter.md alone: processor seconds of guide and filter at the same samples,
 each over those of neither in the same round of runs.
 
 usage: tables_equal_time.py [--samples-of-reference N] [--samples N] [--times N] [--methods NAME,...] [--seeds N]
-                            [--cost] [SCENE...]
+                            [--before PROGRAM] [--cost] [SCENE...]
 """
 import argparse
 import math
@@ -72,6 +74,8 @@ METHODS = {
     "guide": (["--filter", "off"], of_samples, 16),
     "filter": (["--no-gather-guiding"], of_samples, 16),
     "both": ([], of_samples, 16),
+    # Of --before, which may not know the options of this program.
+    "before": ([], of_samples, 16),
     # Adaptive sampling is that of renders to a noise target.
     "all": ([], lambda work: ["--noise", f"{0.04 / math.sqrt(work):.5f}"], 1),
 }
@@ -89,10 +93,10 @@ def path_of(name):
     return file if file.startswith("builtin:") else os.path.join(SHARED, file)
 
 
-def render(name, options, output, size=None):
+def render(name, options, output, size=None, program=PROGRAM):
     """Renders a scene; returns processor seconds. Exits with the program's message if it fails."""
     size = size or SCENES[name][1]
-    command = [PROGRAM, "render", path_of(name), "--size", size, "--quiet", "-o", output, *options]
+    command = [program, "render", path_of(name), "--size", size, "--quiet", "-o", output, *options]
     before = os.times()
     result = subprocess.run(command, capture_output=True, text=True)
     if result.returncode != 0:
@@ -130,18 +134,19 @@ class Scene:
         self.halves = halves_of_reference(name, options.samples_of_reference)
         self.seeds = range(1, options.seeds + 1)
         self.methods, self.work = options.methods, options.samples / 16
+        self.before = options.before
         self.output = os.path.join(folder, "image.exr")
 
     def noise(self):
         """relRMSE of the reference's own noise."""
         return relative_rmse(*self.halves) / 2
 
-    def try_out(self, options, size=None):
+    def try_out(self, options, size=None, program=PROGRAM):
         """Processor seconds and error, the mean over seeds."""
         seconds = squares = 0
         reference, noise = sum(self.halves) / 2, self.noise()
         for seed in self.seeds:
-            seconds += render(self.name, [*options, "--seed", str(seed)], self.output, size) / len(self.seeds)
+            seconds += render(self.name, [*options, "--seed", str(seed)], self.output, size, program) / len(self.seeds)
             error = relative_rmse(glowworm.Picture.read(self.output)["image"], reference)
             squares += (error**2 - noise**2) / len(self.seeds)
         error = math.sqrt(max(squares, 0))
@@ -168,9 +173,9 @@ class Scene:
         return e0 * (e1 / e0) ** (math.log(wanted / t0) / math.log(t1 / t0))
 
     def row(self):
-        first, *others = self.methods
+        first, *others = ("before", *self.methods) if self.before else self.methods
         options, effort, work = METHODS[first]
-        seconds, error = self.try_out([*effort(self.work * work), *options])
+        seconds, error = self.try_out([*effort(self.work * work), *options], program=self.before or PROGRAM)
         cells = [f"{error:.4f}"]
         for method in others:
             own = self.error_at(method, seconds)
@@ -220,8 +225,9 @@ def main():
     parser.add_argument("--samples-of-reference", type=int, default=48, help="of those that are missing")
     parser.add_argument("--samples", type=int, default=16, help="of the method whose time is that of all")
     parser.add_argument("--times", type=int, default=1, help="sides of the pictures, times those of the list of scenes")
-    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS),
-                        help="the first is compared with")
+    parser.add_argument("--methods", type=lambda text: text.split(","),
+                        default=[name for name in METHODS if name != "before"], help="the first is compared with")
+    parser.add_argument("--before", metavar="PROGRAM", help="an older program, with which all methods are compared")
     parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
     parser.add_argument("--cost", action="store_true", help="write the table of costs alone")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES))
@@ -237,14 +243,15 @@ def main():
     names = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
     if options.cost:
         return write_costs(names)
+    columns = ["before", *options.methods] if options.before else options.methods
     lines = [
         "# Error at equal processor time",
         "",
-        f"relRMSE without the worst 2% of the pixels, at the processor time of {options.samples} samples with '{options.methods[0]}',",
+        f"relRMSE without the worst 2% of the pixels, at the processor time of {options.samples} samples with '{columns[0]}',",
         f"and in brackets its ratio to that error. 'neither' is neither guide nor filter. Sides of pictures are {options.times} times those",
         "listed in `bench/tables_equal_time.py`, which made this table and says how.",
         "",
-        *table_head(["scene", "seconds", "noise of reference", *options.methods]),
+        *table_head(["scene", "seconds", "noise of reference", *columns]),
     ]
     slopes = []
     with tempfile.TemporaryDirectory() as folder:
