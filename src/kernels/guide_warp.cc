@@ -45,8 +45,7 @@ template <typename SumsAt>
 HWY_INLINE std::size_t cell_of(float sum, SumsAt&& sums_at) {
   const CellTag f;
   std::size_t cell = 0;
-  for (std::size_t i = 0; i < kSide; i += kCellLanes)
-    cell += hn::CountTrue(f, hn::Le(sums_at(i), hn::Set(f, sum)));
+  for (std::size_t i = 0; i < kSide; i += kCellLanes) cell += hn::CountTrue(f, hn::Le(sums_at(i), hn::Set(f, sum)));
   return std::min(cell, kSide - 1);
 }
 
@@ -130,8 +129,8 @@ namespace {
 HWY_EXPORT(warp_all);
 }
 
-void warp_by_guide(const GuideTable* tables, const std::uint32_t* table, std::size_t count,
-                   const DiffuseSquare& square, float* weight) {
+void warp_by_guide(const GuideTable* tables, const std::uint32_t* table, std::size_t count, const DiffuseSquare& square,
+                   float* weight) {
   HWY_DYNAMIC_DISPATCH(warp_all)(tables, table, count, square, weight);
 }
 

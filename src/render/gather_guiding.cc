@@ -52,8 +52,8 @@ class Pilot {
     if (!found_) find_points();
     found_ = true;
     const auto first_of = [&](std::size_t i) { return normals_.size() * i / pieces; };
-    const std::size_t at_once = std::clamp<std::size_t>(budget_.available() / kMemoryShare / kBytesAtWork,
-                                                        kMinPointsAtOnce, kMaxPointsAtOnce);
+    const std::size_t at_once =
+        std::clamp<std::size_t>(budget_.available() / kMemoryShare / kBytesAtWork, kMinPointsAtOnce, kMaxPointsAtOnce);
     for (std::size_t first = first_of(piece), end = first_of(piece + 1); first < end; first += at_once)
       gather_from(first, std::min(first + at_once, end), rays);
   }
