@@ -13,7 +13,7 @@ logarithm over that of the time, with two standard errors of the straight line.
 
 Writes bench/results/equal-time.md. References stay in build/equal-time/, and are made where they are missing.
 
-With --before PROGRAM, the first method is that program with its default options: the time and the error of an older one.
+--before PROGRAM compares all methods with an older program at its default options.
 
 A filter has more to average in larger pictures: --times 2 doubles their sides, and leaves out the second table.
 
@@ -74,8 +74,6 @@ METHODS = {
     "guide": (["--filter", "off"], of_samples, 16),
     "filter": (["--no-gather-guiding"], of_samples, 16),
     "both": ([], of_samples, 16),
-    # Of --before, which may not know the options of this program.
-    "before": ([], of_samples, 16),
     # Adaptive sampling is that of renders to a noise target.
     "all": ([], lambda work: ["--noise", f"{0.04 / math.sqrt(work):.5f}"], 1),
 }
@@ -134,7 +132,7 @@ class Scene:
         self.halves = halves_of_reference(name, options.samples_of_reference)
         self.seeds = range(1, options.seeds + 1)
         self.methods, self.work = options.methods, options.samples / 16
-        self.before = options.before
+        self.first_program = options.before or PROGRAM
         self.output = os.path.join(folder, "image.exr")
 
     def noise(self):
@@ -173,9 +171,9 @@ class Scene:
         return e0 * (e1 / e0) ** (math.log(wanted / t0) / math.log(t1 / t0))
 
     def row(self):
-        first, *others = ("before", *self.methods) if self.before else self.methods
+        first, *others = self.methods
         options, effort, work = METHODS[first]
-        seconds, error = self.try_out([*effort(self.work * work), *options], program=self.before or PROGRAM)
+        seconds, error = self.try_out([*effort(self.work * work), *options], program=self.first_program)
         cells = [f"{error:.4f}"]
         for method in others:
             own = self.error_at(method, seconds)
@@ -225,8 +223,8 @@ def main():
     parser.add_argument("--samples-of-reference", type=int, default=48, help="of those that are missing")
     parser.add_argument("--samples", type=int, default=16, help="of the method whose time is that of all")
     parser.add_argument("--times", type=int, default=1, help="sides of the pictures, times those of the list of scenes")
-    parser.add_argument("--methods", type=lambda text: text.split(","),
-                        default=[name for name in METHODS if name != "before"], help="the first is compared with")
+    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS),
+                        help="the first is compared with")
     parser.add_argument("--before", metavar="PROGRAM", help="an older program, with which all methods are compared")
     parser.add_argument("--seeds", type=int, default=1, help="renders of each cell")
     parser.add_argument("--cost", action="store_true", help="write the table of costs alone")
@@ -236,6 +234,10 @@ def main():
         sys.exit(f"tables_equal_time: there is no scene {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
     if unknown := set(options.methods) - set(METHODS):
         sys.exit(f"tables_equal_time: there is no method {', '.join(sorted(unknown))}; there are {', '.join(METHODS)}")
+    if options.before:
+        # An older program may not know the options of this one.
+        METHODS["before"] = ([], of_samples, 16)
+        options.methods.insert(0, "before")
     for name, (file, size) in SCENES.items():
         SCENES[name] = (file, "x".join(str(options.times * int(side)) for side in size.split("x")))
     os.makedirs(CACHE, exist_ok=True)
@@ -243,15 +245,14 @@ def main():
     names = [name for name in options.scenes if path_of(name).startswith("builtin:") or os.path.exists(path_of(name))]
     if options.cost:
         return write_costs(names)
-    columns = ["before", *options.methods] if options.before else options.methods
     lines = [
         "# Error at equal processor time",
         "",
-        f"relRMSE without the worst 2% of the pixels, at the processor time of {options.samples} samples with '{columns[0]}',",
+        f"relRMSE without the worst 2% of the pixels, at the processor time of {options.samples} samples with '{options.methods[0]}',",
         f"and in brackets its ratio to that error. 'neither' is neither guide nor filter. Sides of pictures are {options.times} times those",
         "listed in `bench/tables_equal_time.py`, which made this table and says how.",
         "",
-        *table_head(["scene", "seconds", "noise of reference", *columns]),
+        *table_head(["scene", "seconds", "noise of reference", *options.methods]),
     ]
     slopes = []
     with tempfile.TemporaryDirectory() as folder:

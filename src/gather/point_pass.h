@@ -28,7 +28,7 @@ struct PointGrid {
   /// tells the error of the mean over all samples; that of the samples of one sequence, which are stratified, tells
   /// more than there is.
   std::uint32_t batches = 1;
-  std::uint32_t first_sequence = 0;  ///< number of the first cell in random sequences; for one part of more points
+  std::uint32_t first_sequence = 0;  ///< random sequence of the first cell; others follow it
 
   /// Whether the cell holds a point.
   bool has(std::size_t cell) const { return normal[cell].x != 0 || normal[cell].y != 0 || normal[cell].z != 0; }

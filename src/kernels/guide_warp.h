@@ -7,6 +7,7 @@
 
 namespace glowworm {
 
+/// In place of the index of a table: the point is not warped.
 inline constexpr std::uint32_t kNoTable = 0xffffffff;
 
 /// A density over the unit square, bilinear between the corners of the cells of a grid.

@@ -23,8 +23,8 @@ constexpr double kShare = 0.5;
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
 constexpr double kLeastGain = 0.12;
-/// Points of the pilot pass that are worked on at a time: many are faster to look up, so as many as this share of the
-/// memory holds, within limits. A point takes about kBytesAtWork.
+/// Limits of the points of the pilot pass that are worked on at a time. Lookups of many points are faster, so as many
+/// are taken as 1 / kMemoryShare of the free memory holds.
 constexpr std::size_t kMinPointsAtOnce = 256, kMaxPointsAtOnce = 4096;
 constexpr std::uint64_t kMemoryShare = 8, kBytesAtWork = 13'000;
 /// Points of a piece of shared work, about a tenth of a second of a core.

@@ -34,7 +34,7 @@ constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // memory that is written for the first time; 31 ns + 25 ns / Q^0.6 for each lookup of the render, in batches of Q
 // million.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
-/// Samples of a render for which portions are chosen.
+// Portions are chosen for renders of so many samples.
 constexpr std::uint32_t kReckonedSamples = 16;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
 constexpr int kMinTile = CameraTask::kBlock;

@@ -214,7 +214,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
       fmt::format("{} gather rays a sample: {}", chosen.gather,
                   chosen.gather < kDefaultGather   ? "as many as give a first image within a quarter of the time"
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
-                                                   : "the default; the filter averages those of neighbours"));
+                                                   : "the default, for pictures that are filtered"));
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel (no fewer than {}, no "
                    "more than {}), and at most {}{}",
