@@ -48,8 +48,10 @@ std::size_t size_of(SampleType type) {
 
 namespace {
 
-// Rows that scan_image_file() holds at a time for files without tiles.
+// Rows that scan_image_file() holds at a time for files without tiles: these, or as many as fill kBandBytes, as
+// OpenImageIO allocates 16 MB for each call.
 constexpr int kBandRows = 64;
+constexpr std::uint64_t kBandBytes = std::uint64_t{1} << 20;
 // No format and no renderer needs more; products of several such numbers stay far below 2^64.
 constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
 
@@ -125,11 +127,10 @@ Input open_input(const std::string& path) {
   }
   input.header = input.reader->header();
   check_header(path, *input.format, input.header, input.reader->depth());
+  ImageFileHeader& header = input.header;
   const int tile = input.reader->tile_height();
-  input.header.rows_at_once = std::min(!input.format->by_rows ? input.header.height
-                                       : tile > 0             ? tile
-                                                              : kBandRows,
-                                       input.header.height);
+  const int band = std::max(kBandRows, static_cast<int>(kBandBytes / header.bytes_of_rows(1)));
+  header.rows_at_once = std::min(!input.format->by_rows ? header.height : tile > 0 ? tile : band, header.height);
   return input;
 }
 
