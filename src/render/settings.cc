@@ -26,15 +26,13 @@ constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
 constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
-/// the rays can resolve do not improve the picture. The least number is for a room lit through a door: the noise of one
-/// map is wider than the filter and covers the whole picture.
+/// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise of
+/// one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let light
+/// leak.
 constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
 constexpr double kProgressiveShare = 0.5;
-/// Small pictures get fewer, since tracing them would be nearly all of the work. With fewer than the least number,
-/// light leaks between blinds.
-constexpr double kPhotonsPerPixel = 30, kMinPhotonsSmallPicture = 150'000;
 /// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
 /// with no larger error.
 constexpr double kQueriesThatPayControl = 100;
@@ -90,9 +88,8 @@ double photon_share(const RenderSettings& s) { return s.progressive ? kProgressi
 void resolve_photons(RenderSettings& s) {
   const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
   const double share = photon_share(s);
-  const double fewest = std::clamp(pixel_count(s) * kPhotonsPerPixel, kMinPhotonsSmallPicture, kMinPhotons);
   double photons =
-      std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, fewest, share * kMaxPhotons);
+      std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, kMinPhotons, share * kMaxPhotons);
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
   // Two digits: the number is a choice, not a measurement.
@@ -216,10 +213,9 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
                                                    : "the default, for pictures that are filtered"));
   note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, but at least {} a pixel (no fewer than {}, no "
-                   "more than {}), and at most {}{}",
-                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kPhotonsPerPixel,
-                   kMinPhotonsSmallPicture, kMinPhotons, photon_share(chosen) * kMaxPhotons,
+       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
+                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
+                   photon_share(chosen) * kMaxPhotons,
                    chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,

@@ -53,10 +53,10 @@ TEST(SlowSlats, LetThroughAsMuchLightByPhotonsAsByPaths) {
   // Kernels may change the mean by 1%; beside that 4 standard errors, a false alarm in 16,000 choices of seeds. Light
   // that is wrong by 5% is found with the same confidence.
   expect_mean_of_paths(means_of_seeds(stage, by_photons(16, 16, 25, 1'000'000, "blocked"), 4), paths, 0.01);
-  RenderSettings small;  // by default: few photons
+  RenderSettings small;  // by default
   small.width = small.height = 32;
   small.filter = Filtering::off;
-  expect_mean_of_paths(means_of_seeds(stage, small, 8), paths, 0.02);
+  expect_mean_of_paths(means_of_seeds(stage, small, 8), paths, 0.01);
 }
 
 }  // namespace
