@@ -28,13 +28,13 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "core/parallel.h"
 #include "core/text.h"
 #include "image/image.h"
 #include "render/checkpoint.h"
 #include "render/filtered.h"
 #include "render/job.h"
 #include "render/part.h"
+#include "render/settings.h"
 
 namespace glowworm {
 
@@ -288,7 +288,7 @@ int finish(const BakeOptions& o, const Scene& scene, const Tracer& tracer, Baked
 
 int run_bake(BakeOptions& o) {
   o.report.apply();
-  set_thread_count(o.table.settings.threads);
+  set_thread_count(o.table.settings);
   resolve_options(o);
   OutputFiles files;
   prepare_outputs(o, files);

@@ -21,7 +21,6 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
-#include "core/parallel.h"
 #include "core/text.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
@@ -29,6 +28,7 @@
 #include "render/filtered.h"
 #include "render/job.h"
 #include "render/output.h"
+#include "render/settings.h"
 #include "session/command_text.h"
 
 namespace glowworm {
@@ -163,7 +163,7 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
 
 int run_measure(MeasureOptions& o) {
   o.report.apply();
-  set_thread_count(o.table.settings.threads);
+  set_thread_count(o.table.settings);
   check_options(o);
   const RenderSettings asked = settings_of(o);
   OutputFiles files;

@@ -14,9 +14,9 @@
 #include "core/disk_memory.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "core/parallel.h"
 #include "render/output.h"
 #include "render/part.h"
+#include "render/settings.h"
 
 namespace glowworm {
 
@@ -98,7 +98,7 @@ void write_outputs(const MergeOptions& o, const Part& all, const Film& film, Out
 
 int run_merge(MergeOptions& o) {
   set_log_level(o.quiet ? LogLevel::quiet : LogLevel::normal);
-  set_thread_count(o.table.settings.threads);
+  set_thread_count(o.table.settings);
   OutputFiles files;
   prepare_outputs(o, files);
   const std::vector<PartFile> parts = read_parts(o.parts);

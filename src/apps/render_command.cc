@@ -23,7 +23,6 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "core/parallel.h"
 #include "core/text.h"
 #include "dist/ranks.h"
 #include "kernels/simd.h"
@@ -33,6 +32,7 @@
 #include "render/job.h"
 #include "render/output.h"
 #include "render/part.h"
+#include "render/settings.h"
 #include "session/command_text.h"
 
 namespace glowworm {
@@ -372,7 +372,7 @@ int render_with_others(RenderOptions& o) {
 
 int run_render(RenderOptions& o) {
   o.report.apply();
-  set_thread_count(o.table.settings.threads);
+  set_thread_count(o.table.settings);
   read_command_line([&] { set_simd(o.simd); });
   resolve_options(o);
   return launched_count() > 1 ? render_with_others(o) : render_scene(o, nullptr);

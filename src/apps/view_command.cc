@@ -6,7 +6,6 @@
 #include "apps/table_options.h"
 #include "apps/view_options.h"
 #include "core/error.h"
-#include "core/parallel.h"
 #include "kernels/simd.h"
 #include "render/settings.h"
 
@@ -15,7 +14,7 @@ namespace glowworm {
 namespace {
 
 int run_view(const ViewOptions& o) {
-  set_thread_count(o.table.settings.threads);
+  set_thread_count(o.table.settings);
   read_command_line([&] { set_simd(o.simd); });
   const Script script = o.script.empty() ? Script() : read_script(o.script);
   if (!o.out.empty()) return run_headless_view(o, script);

@@ -380,7 +380,7 @@ std::vector<Option> machine_options() {
   using S = RenderSettings;
   return {
       count({"--threads", kMachine, nullptr, "N", "one for each core", "one for each core",
-             "Threads; the image does not depend on it"},
+             "Threads, at most one for each 32M of --memory unless given; the image does not depend on it"},
             &S::threads, 1024, "0"),
       number({"--memory", kMachine, "memory_bytes", "SIZE", "half of the machine's", "half of the machine's",
               "Memory that the scene may take, and that the render may take beside it; for example 800M, "

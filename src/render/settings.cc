@@ -21,6 +21,8 @@ namespace glowworm {
 namespace {
 
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
+/// Memory for each thread: a quarter holds its rays (kBytesPerThread).
+constexpr std::uint64_t kMemoryOfThread = 32'000'000;
 /// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
@@ -156,6 +158,16 @@ bool has_time_for_caustics(const RenderSettings& settings) {
 std::uint64_t default_memory_bytes() {
   const std::uint64_t half = physical_memory_bytes() / 2;
   return half > kMemoryStep ? half / kMemoryStep * kMemoryStep : half;
+}
+
+int default_threads(std::uint64_t memory_bytes, int cores) {
+  const std::uint64_t fit = (memory_bytes > 0 ? memory_bytes : default_memory_bytes()) / kMemoryOfThread;
+  return static_cast<int>(std::clamp<std::uint64_t>(fit, 1, static_cast<std::uint64_t>(std::max(cores, 1))));
+}
+
+void set_thread_count(const RenderSettings& asked) {
+  set_thread_count(asked.threads);
+  if (asked.threads == 0) set_thread_count(default_threads(asked.memory_bytes, thread_count()));
 }
 
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {

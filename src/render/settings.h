@@ -164,6 +164,12 @@ bool has_time_for_caustics(const RenderSettings& settings);
 /// Default memory of a render: half of the machine's, rounded down so that it is the same at every start.
 std::uint64_t default_memory_bytes();
 
+/// Threads of a render that asks for none: one for each core, but only as many as the memory has room for.
+/// @param memory_bytes of the render; 0: default_memory_bytes()
+int default_threads(std::uint64_t memory_bytes, int cores);
+/// Sets the number of threads of the process (core/parallel.h) to the one asked for, or default_threads().
+void set_thread_count(const RenderSettings& asked);
+
 /// Throws Error if the share cannot be rendered with the other settings as they are asked for: if the number of samples
 /// depends on time or noise.
 void check_part(const RenderSettings& asked);

@@ -41,5 +41,13 @@ TEST(ChoiceNotes, SayThatPhotonsAreThinned) {
   EXPECT_TRUE(choice_notes(chosen, chosen).empty());
 }
 
+TEST(DefaultThreads, FitIntoTheMemory) {
+  EXPECT_EQ(default_threads(1'000'000, 16), 1);
+  EXPECT_EQ(default_threads(64'000'000, 1), 1);
+  EXPECT_EQ(default_threads(64'000'000, 16), 2);
+  EXPECT_EQ(default_threads(1'000'000'000, 16), 16);
+  EXPECT_EQ(default_threads(1'000'000'000, 64), 31);
+}
+
 }  // namespace
 }  // namespace glowworm
