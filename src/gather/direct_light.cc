@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "kernels/sobol.h"
 
 namespace glowworm {
 
@@ -61,19 +63,21 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
     std::vector<Ray> rays;
     std::vector<RGB> light;
-    std::vector<std::uint32_t> slot, source;
+    std::vector<std::uint32_t> slot, source, index(light_samples);
+    std::vector<float> u_light(light_samples), u_x(light_samples), u_y(light_samples), unused(light_samples);
     for (std::size_t i = first; i < last; ++i) {
       SurfacePoint point;
       point.position = points.position[i];
       point.geometric_normal = points.normal[i];
       point.offset = points.offset[i];
       point.frame = points.frame[i];
+      std::iota(index.begin(), index.end(), points.sample[i] * light_samples);
+      const std::uint32_t sequence = hash_combine(points.sequence[i], kLightStream);
+      sobol_pairs(Sampler::pair_key(seed, sequence, 0), index.data(), light_samples, u_light.data(), u_y.data());
+      sobol_pairs(Sampler::pair_key(seed, sequence, 1), index.data(), light_samples, u_x.data(), unused.data());
       for (std::uint32_t n = 0; n < light_samples; ++n) {
-        Sampler sampler(SamplerKind::sobol, seed, hash_combine(points.sequence[i], kLightStream),
-                        points.sample[i] * light_samples + n);
-        const Vec2 u = sampler.next2();
-        const UnoccludedLight l = sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad, u.x,
-                                                      {sampler.next1(), u.y}, counts);
+        const UnoccludedLight l = sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad,
+                                                      u_light[n], {u_x[n], u_y[n]}, counts);
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

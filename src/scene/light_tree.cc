@@ -24,6 +24,19 @@ constexpr double kMinArea = 1e-12;
 
 float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 
+/// An angle in [0, pi]. Differences of angles need no inverse trigonometric function (pbrt-v4, section 12.6.3).
+struct Angle {
+  float cosine, sine;
+  static Angle of_cosine(float c) { return {c, std::sqrt(std::max(1 - c * c, 0.0f))}; }
+  /// This angle minus another one, but at least 0.
+  Angle minus(Angle other) const {
+    if (cosine >= other.cosine) return {1, 0};
+    return {cosine * other.cosine + sine * other.sine, std::max(sine * other.cosine - cosine * other.sine, 0.0f)};
+  }
+};
+/// 1/1000, a margin for rounding.
+constexpr Angle kMargin{0.9999995f, 0.001f};
+
 struct Cone {
   Vec3 axis;
   float cosine;
@@ -88,11 +101,12 @@ float light_importance(const LightBounds& lights, Vec3 position) {
   if (squared <= radius_squared || lights.cos_normals <= -1) return over_squares(lights.intensity);
   float cos_axis = dot(lights.axis, offset) / std::sqrt(squared);
   if (lights.two_sided) cos_axis = std::abs(cos_axis);
-  const float subtended = std::asin(std::sqrt(std::min(1.0f, radius_squared / squared)));
+  const float share = std::min(radius_squared / squared, 1.0f);
+  const Angle subtended{std::sqrt(1 - share), std::sqrt(share)};
   // With a margin, because a light that rounding makes black would never be chosen.
-  const float off = safe_acos(cos_axis) - safe_acos(lights.cos_normals) - subtended - 1e-3f;
-  const float cosine = off <= 0 ? 1.0f : std::cos(off);
-  return cosine <= lights.cos_emission ? 0.0f : over_squares(lights.intensity * cosine);
+  const Angle off =
+      Angle::of_cosine(cos_axis).minus(Angle::of_cosine(lights.cos_normals)).minus(subtended).minus(kMargin);
+  return off.cosine <= lights.cos_emission ? 0.0f : over_squares(lights.intensity * off.cosine);
 }
 
 class LightTree::Builder {
