@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <vector>
 
 #include "core/error.h"
 
@@ -14,7 +15,8 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint32_t kMultiPart = 0x1000;  // flag next to the version
+// Flags next to the version.
+constexpr std::uint32_t kTiled = 0x200, kDeep = 0x800, kMultiPart = 0x1000;
 constexpr std::size_t kLongestName = 255;
 
 class HeaderWalk {
@@ -27,10 +29,11 @@ class HeaderWalk {
 
   void check() {
     in_.seekg(4);  // the magic number
-    const bool multi_part = (number() & kMultiPart) != 0;
+    const std::uint32_t flags = number();
     // An empty header ends the headers of several parts.
-    while (check_attributes() && multi_part) {
+    while (check_attributes() && (flags & kMultiPart)) {
     }
+    if ((flags & (kTiled | kDeep | kMultiPart)) == 0 && values_["compression"] == std::string(1, '\0')) check_rows();
   }
 
  private:
@@ -44,17 +47,62 @@ class HeaderWalk {
       const std::uint64_t at = static_cast<std::uint64_t>(in_.tellg());
       if (size > bytes_ - std::min(at, bytes_))
         fail(fmt::format("attribute \"{}\" claims {} bytes of a file of {}", name, size, bytes_));
-      in_.seekg(size, std::ios::cur);
+      if (name == "channels" || name == "compression" || name == "dataWindow")
+        in_.read(values_.insert_or_assign(name, std::string(size, '\0')).first->second.data(), size);
+      else
+        in_.seekg(size, std::ios::cur);
     }
     return any;
   }
 
+  /// Checks the sizes of rows without compression, one to a block.
+  void check_rows() {
+    const std::string& window = values_["dataWindow"];
+    if (window.size() != 16) fail("it has no data window");
+    const auto side = [&](std::size_t low, std::size_t high) {
+      return std::int64_t{static_cast<std::int32_t>(number_in(window, high))} -
+             static_cast<std::int32_t>(number_in(window, low)) + 1;
+    };
+    const std::int64_t width = side(0, 8), rows = side(4, 12), wanted = width * bytes_of_column();
+    if (wanted <= 0) return;  // OpenEXR refuses windows without pixels
+    if (static_cast<std::uint64_t>(rows) > bytes_ / 8) fail(fmt::format("{} rows in {} bytes", rows, bytes_));
+    std::vector<std::uint64_t> places(static_cast<std::size_t>(std::max<std::int64_t>(rows, 0)));
+    for (std::uint64_t& place : places) {
+      place = number();
+      place |= std::uint64_t{number()} << 32;
+    }
+    for (const std::uint64_t place : places) {
+      in_.seekg(static_cast<std::streamoff>(std::min(place, bytes_)));
+      number();  // of the row
+      if (const std::uint32_t size = number(); size != wanted)
+        fail(fmt::format("a row of {} bytes claims {}", wanted, size));
+    }
+  }
+
+  /// Bytes of a pixel in all channels; 0 if some have fewer pixels.
+  std::int64_t bytes_of_column() {
+    const std::string& channels = values_["channels"];
+    std::int64_t bytes = 0;
+    for (std::size_t at = 0; at < channels.size() && channels[at] != '\0';) {
+      at = std::min(channels.find('\0', at), channels.size()) + 1;
+      if (at + 16 > channels.size()) fail("its list of channels does not end");
+      if (number_in(channels, at + 8) != 1 || number_in(channels, at + 12) != 1) return 0;
+      constexpr std::uint32_t kHalf = 1;
+      bytes += number_in(channels, at) == kHalf ? 2 : 4;
+      at += 16;
+    }
+    return bytes;
+  }
+
   std::uint32_t number() {
-    std::array<char, 4> digits{};
-    if (!in_.read(digits.data(), digits.size())) fail("its header does not end");
+    std::string digits(4, '\0');
+    if (!in_.read(digits.data(), 4)) fail("it ends too soon");
+    return number_in(digits, 0);
+  }
+
+  static std::uint32_t number_in(const std::string& bytes, std::size_t at) {
     std::uint32_t value = 0;
-    for (std::size_t i = 0; i < digits.size(); ++i)
-      value |= std::uint32_t{static_cast<std::uint8_t>(digits[i])} << (8 * i);
+    for (std::size_t i = 0; i < 4; ++i) value |= std::uint32_t{static_cast<std::uint8_t>(bytes[at + i])} << (8 * i);
     return value;
   }
 
@@ -74,6 +122,7 @@ class HeaderWalk {
   const std::string& path_;
   std::ifstream in_;
   std::uint64_t bytes_ = 0;
+  std::map<std::string, std::string> values_;  // of some attributes, in the last header
 };
 
 }  // namespace

@@ -28,9 +28,9 @@ constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
 constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
-/// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise of
-/// one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let light
-/// leak.
+/// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise
+/// of one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let
+/// light leak.
 constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
@@ -224,11 +224,11 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                   chosen.gather < kDefaultGather   ? "as many as give a first image within a quarter of the time"
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
                                                    : "the default, for pictures that are filtered"));
-  note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
-                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
-                   photon_share(chosen) * kMaxPhotons,
-                   chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
+  note(
+      asked.photons == 0,
+      fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
+                  chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
+                  photon_share(chosen) * kMaxPhotons, chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));

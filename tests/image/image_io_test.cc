@@ -8,6 +8,7 @@
 #include <zlib.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -339,6 +340,21 @@ TEST_F(ImageIo, AttributesThatClaimMoreThanTheFileTakeNoMemory) {
     write_bytes("forged.exr", bytes);
     EXPECT_THAT(message_of([&] { read_image(path("forged.exr")); }), HasSubstr("truncated or damaged"));
   }
+}
+
+/// OpenEXR's C++ reader returns memory of earlier use as its pixels.
+TEST_F(ImageIo, AnExrWhoseBlockIsShorterThanItsRowsIsDamaged) {
+  const std::string folder = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/exr/";
+  EXPECT_THAT(message_of([&] { read_image(folder + "short_block.exr"); }), HasSubstr("truncated or damaged"));
+  // The first row of a file without compression: its number, and its size, which is given one byte less.
+  std::filesystem::copy_file(folder + "none.exr", path("whole.exr"));
+  std::string bytes = read_bytes("whole.exr");
+  const std::size_t row = bytes.find(std::string("\0\0\0\0\x78\0\0\0", 8));
+  ASSERT_NE(row, std::string::npos);
+  EXPECT_EQ(message_of([&] { read_image(path("whole.exr")); }), "");
+  --bytes[row + 4];
+  write_bytes("short.exr", bytes);
+  EXPECT_THAT(message_of([&] { read_image(path("short.exr")); }), HasSubstr("a row of 120 bytes claims 119"));
 }
 
 TEST_F(ImageIo, FilesMayBeAsSmallAsTheirFormatAllows) {
