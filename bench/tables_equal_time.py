@@ -79,7 +79,7 @@ METHODS = {
 }
 # Scenes and samples of the second table.
 SLOPE_SCENES = ("cornell", "ajar", "veach-bidir")
-SLOPE_SAMPLES = (4, 8, 16, 32, 64, 128, 256)
+SLOPE_SAMPLES = (4, 8, 16, 32, 64, 128, 256, 512)
 SLOPE_PHOTONS = 40000
 # Renders of the table of costs.
 COST_METHODS = ("guide", "filter", "both")

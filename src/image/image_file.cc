@@ -48,8 +48,9 @@ std::size_t size_of(SampleType type) {
 
 namespace {
 
-// Rows that scan_image_file() holds at a time for files without tiles: these, or as many as fill kBandBytes, as
-// OpenImageIO allocates 16 MB for each call.
+// Rows that scan_image_file() holds at a time for files without tiles: these, or the multiple that fills kBandBytes, as
+// OpenImageIO allocates 16 MB for each call. Blocks of EXR files have 1, 16, 32 or 256 rows, and are decoded twice
+// where bands cut them.
 constexpr int kBandRows = 64;
 constexpr std::uint64_t kBandBytes = std::uint64_t{1} << 20;
 // No format and no renderer needs more; products of several such numbers stay far below 2^64.
@@ -129,7 +130,7 @@ Input open_input(const std::string& path) {
   check_header(path, *input.format, input.header, input.reader->depth());
   ImageFileHeader& header = input.header;
   const int tile = input.reader->tile_height();
-  const int band = std::max(kBandRows, static_cast<int>(kBandBytes / header.bytes_of_rows(1)));
+  const int band = kBandRows * std::max(1, static_cast<int>(kBandBytes / header.bytes_of_rows(kBandRows)));
   header.rows_at_once = std::min(!input.format->by_rows ? header.height : tile > 0 ? tile : band, header.height);
   return input;
 }
