@@ -78,7 +78,8 @@ struct DensityIndex::Implementation {
       : count(photons.position.size()), normals(!photons.normal.empty()) {
     for (const float radius : policy.radii)
       if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
-    static_assert(static_cast<std::size_t>(Kernel::gaussian) + 1 == std::size(kKernelShapes));
+    static_assert(static_cast<std::size_t>(Kernel::gaussian) + 1 == std::size(kKernelShapes),
+                  "Kernel names the shapes of KernelShape in the same order; compare with its last one here");
     policy.kernel = static_cast<KernelShape>(kernel);
     Statistics statistics;
     engine->build(batch_of(photons), policy, statistics);

@@ -300,7 +300,7 @@ std::vector<Option> method_options() {
                          &S::filter, {"auto", "off"})),
       count({"--seed", kMethod, "seed", "N", "0", "0",
              "Seed of all random numbers: the same scene, settings and seed give the same image, bit for "
-             "bit, with the same version and instruction set (--simd, and the machine's for rays)",
+             "bit, with the same version and instruction set",
              true},
             &S::seed, std::numeric_limits<std::uint32_t>::max(), "0"),
   };

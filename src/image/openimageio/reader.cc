@@ -151,7 +151,8 @@ extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const ch
   // OpenEXR's C++ reader returns memory of earlier use as pixels where a block is shorter than its rows; OpenEXRCore
   // reports it, but cannot decode DWA (3.1).
   std::unique_ptr<OIIO::ImageInput> input = glowworm::open_input(path, plugin, true, failure);
-  if (input && std::string(input->spec().get_string_attribute("compression")).starts_with("dwa"))
+  if (plugin == std::string_view("openexr") && input &&
+      std::string(input->spec().get_string_attribute("compression")).starts_with("dwa"))
     input = glowworm::open_input(path, plugin, false, failure);
   if (!input) return nullptr;
   return new glowworm::OpenImageIoReader(std::move(input));
