@@ -1,7 +1,6 @@
 // The public header glowworm/density.h.
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <mutex>
 #include <utility>
 
@@ -78,9 +77,7 @@ struct DensityIndex::Implementation {
       : count(photons.position.size()), normals(!photons.normal.empty()) {
     for (const float radius : policy.radii)
       if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
-    static_assert(static_cast<std::size_t>(Kernel::gaussian) + 1 == std::size(kKernelShapes),
-                  "Kernel names the shapes of KernelShape in the same order; compare with its last one here");
-    policy.kernel = static_cast<KernelShape>(kernel);
+    policy.kernel = static_cast<KernelShape>(kernel);  // the same shapes in the same order
     Statistics statistics;
     engine->build(batch_of(photons), policy, statistics);
   }

@@ -72,19 +72,18 @@ void bind_photon_map(py::module_& module) {
     };
   };
   py::class_<PhotonMap>(module, "PhotonMap", "The photon map of all light of a scene.")
-      .def(
-          py::init([](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, std::uint32_t nearest,
-                      const std::string& kernel, bool boundary_correction, const std::string& engine) {
-            const Kernel shape = kernel_of(kernel);
-            return interruptible([&](const Interrupt& interrupt) {
-              return PhotonMap(scene, {photons, seed, nearest, shape, engine, boundary_correction, &interrupt});
-            });
-          }),
-          py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("nearest") = 50,
-          py::arg("kernel") = "epanechnikov", py::arg("boundary_correction") = true, py::arg("engine") = "",
-          "photons: the least number to store. nearest: photons that an estimate should catch. kernel: 'box', 'cone',\n"
-          "'epanechnikov' or 'gaussian'. boundary_correction: correct photons whose kernel extends over the edge of a\n"
-          "surface. Ctrl-C stops it.")
+      .def(py::init([](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, std::uint32_t nearest,
+                       const std::string& kernel, bool boundary_correction, const std::string& engine) {
+             const Kernel shape = kernel_of(kernel);
+             return interruptible([&](const Interrupt& interrupt) {
+               return PhotonMap(scene, {photons, seed, nearest, shape, engine, boundary_correction, &interrupt});
+             });
+           }),
+           py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("nearest") = 50,
+           py::arg("kernel") = "epanechnikov", py::arg("boundary_correction") = true, py::arg("engine") = "",
+           "photons: the least number to store. nearest: photons that an estimate should catch. kernel: a name of the\n"
+           "option --kernel. boundary_correction: correct photons whose kernel extends over the edge of a surface.\n"
+           "Ctrl-C stops it.")
       .def("irradiance", at_points(&PhotonMap::irradiance), py::arg("points"), py::arg("normals"),
            "Irradiance at points on surfaces, (m, 3), W m^-2, direct and indirect. points: (m, 3), metres. normals:\n"
            "(m, 3), unit, on the side whose light is wanted.")

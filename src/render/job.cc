@@ -45,7 +45,7 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   if (settings.bounds.empty()) settings.bounds = {0, 0, points->width, points->height};
   if (settings.place_layers().any())
     throw Error("points have no layers of the places that a camera sees",
-                "Leave position, uv, radius, bias and ids out of the AOVs.");
+                "Leave out the AOVs of what lies at a pixel, such as position, radius and ids.");
   return settings;
 }
 

@@ -476,7 +476,8 @@ TEST(Api, DensitySumsAgreeWithADoubleLoop) {
   for (gw::Rgb& f : flux) f = {uniform(random), 1, 0};
   std::vector<float> radii(photons.size());
   for (float& r : radii) r = 0.02f + 0.05f * uniform(random);
-  for (const gw::Kernel shape : {gw::Kernel::box, gw::Kernel::cone, gw::Kernel::epanechnikov, gw::Kernel::gaussian}) {
+  for (std::size_t name = 0; name < gw::kernel_names().size(); ++name) {
+    const auto shape = static_cast<gw::Kernel>(name);
     const std::vector<gw::Rgb> sums = gw::DensityIndex({photons, flux, {}}, radii, shape).sum(points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       double wanted = 0;
@@ -485,7 +486,7 @@ TEST(Api, DensitySumsAgreeWithADoubleLoop) {
         const double d = std::sqrt(x * x + y * y + z * z) / radii[j];
         if (d < 1) wanted += kernel(shape, d) / (static_cast<double>(radii[j]) * radii[j]) * flux[j].r;
       }
-      EXPECT_NEAR(sums[i].r, wanted, 1e-4 * wanted + 1e-3) << i;
+      EXPECT_NEAR(sums[i].r, wanted, 1e-4 * wanted + 1e-3) << gw::kernel_names()[name] << ' ' << i;
     }
   }
 }
