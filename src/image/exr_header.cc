@@ -33,7 +33,10 @@ class HeaderWalk {
     // An empty header ends the headers of several parts.
     while (check_attributes() && (flags & kMultiPart)) {
     }
-    if ((flags & (kTiled | kDeep | kMultiPart)) == 0 && values_["compression"] == std::string(1, '\0')) check_rows();
+    if (flags & kMultiPart) return;
+    if (values_["channels"].empty() || values_["compression"].size() != 1 || values_["dataWindow"].size() != 16)
+      fail("its header lacks channels, compression or data window");
+    if ((flags & (kTiled | kDeep)) == 0 && values_["compression"][0] == 0) check_rows();
   }
 
  private:
@@ -42,12 +45,13 @@ class HeaderWalk {
     bool any = false;
     for (std::string name = text(); !name.empty(); name = text()) {
       any = true;
-      text();  // the type
+      const std::string type = text();
       const std::uint32_t size = number();
       const std::uint64_t at = static_cast<std::uint64_t>(in_.tellg());
       if (size > bytes_ - std::min(at, bytes_))
         fail(fmt::format("attribute \"{}\" claims {} bytes of a file of {}", name, size, bytes_));
-      if (name == "channels" || name == "compression" || name == "dataWindow")
+      if ((name == "channels" && type == "chlist") || (name == "compression" && type == name) ||
+          (name == "dataWindow" && type == "box2i"))
         in_.read(values_.insert_or_assign(name, std::string(size, '\0')).first->second.data(), size);
       else
         in_.seekg(size, std::ios::cur);
@@ -58,7 +62,6 @@ class HeaderWalk {
   /// Checks the sizes of rows without compression, one to a block.
   void check_rows() {
     const std::string& window = values_["dataWindow"];
-    if (window.size() != 16) fail("it has no data window");
     const auto side = [&](std::size_t low, std::size_t high) {
       return std::int64_t{static_cast<std::int32_t>(number_in(window, high))} -
              static_cast<std::int32_t>(number_in(window, low)) + 1;
@@ -122,7 +125,7 @@ class HeaderWalk {
   const std::string& path_;
   std::ifstream in_;
   std::uint64_t bytes_ = 0;
-  std::map<std::string, std::string> values_;  // of some attributes, in the last header
+  std::map<std::string, std::string> values_;  // of some attributes
 };
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <exception>
 #include <mutex>
-#include <string>
 #include <string_view>
 #include <utility>
 
@@ -113,27 +112,6 @@ void configure_openimageio() {
   });
 }
 
-/// Opens a file by one of OpenImageIO's readers; of EXR it has two. Null and `failure` if that fails.
-/// @param core whether EXR is read by OpenEXRCore
-std::unique_ptr<OIIO::ImageInput> open_input(const char* path, const char* plugin, bool core, std::string& failure) {
-  OIIO::ImageSpec config, spec;
-  config.attribute("oiio:UnassociatedAlpha", 1);
-  std::unique_ptr<OIIO::ImageInput> input;
-  {
-    static std::mutex mutex;  // the choice of the reader is global
-    const std::lock_guard lock(mutex);
-    OIIO::attribute("openexr:core", core ? 1 : 0);
-    input = OIIO::ImageInput::create(plugin);
-  }
-  if (!input) {
-    failure = OIIO::geterror();
-    return nullptr;
-  }
-  if (input->open(path, spec, config)) return input;
-  failure = input->geterror();
-  return nullptr;
-}
-
 }  // namespace
 }  // namespace glowworm
 
@@ -148,13 +126,17 @@ OIIO_NAMESPACE_END
 extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const char* plugin, std::string& failure) try {
   if (plugin == std::string_view("gif")) return glowworm::open_gif(path, failure).release();
   glowworm::configure_openimageio();
-  // OpenEXR's C++ reader returns memory of earlier use as pixels where a block is shorter than its rows; OpenEXRCore
-  // reports it, but cannot decode DWA (3.1).
-  std::unique_ptr<OIIO::ImageInput> input = glowworm::open_input(path, plugin, true, failure);
-  if (plugin == std::string_view("openexr") && input &&
-      std::string(input->spec().get_string_attribute("compression")).starts_with("dwa"))
-    input = glowworm::open_input(path, plugin, false, failure);
-  if (!input) return nullptr;
+  OIIO::ImageSpec config, spec;
+  config.attribute("oiio:UnassociatedAlpha", 1);
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(plugin);
+  if (!input) {
+    failure = OIIO::geterror();
+    return nullptr;
+  }
+  if (!input->open(path, spec, config)) {
+    failure = input->geterror();
+    return nullptr;
+  }
   return new glowworm::OpenImageIoReader(std::move(input));
 } catch (const std::exception& e) {
   failure = e.what();
