@@ -31,18 +31,20 @@ class HeaderWalk {
     in_.seekg(4);  // the magic number
     const std::uint32_t flags = number();
     // An empty header ends the headers of several parts.
-    while (check_attributes() && (flags & kMultiPart)) {
+    bool whole = true;
+    while (check_attributes()) {
+      whole &= !values_["channels"].empty() && values_["compression"].size() == 1 && values_["dataWindow"].size() == 16;
+      if (!(flags & kMultiPart)) break;
     }
-    if (flags & kMultiPart) return;
-    if (values_["channels"].empty() || values_["compression"].size() != 1 || values_["dataWindow"].size() != 16)
-      fail("its header lacks channels, compression or data window");
-    if ((flags & (kTiled | kDeep)) == 0 && values_["compression"][0] == 0) check_rows();
+    if (!whole) fail("a header lacks channels, compression or data window");
+    if ((flags & (kTiled | kDeep | kMultiPart)) == 0 && values_["compression"] == std::string(1, '\0')) check_rows();
   }
 
  private:
   /// Checks the attributes of one header. Returns false if there are none.
   bool check_attributes() {
     bool any = false;
+    values_.clear();
     for (std::string name = text(); !name.empty(); name = text()) {
       any = true;
       const std::string type = text();
@@ -125,7 +127,7 @@ class HeaderWalk {
   const std::string& path_;
   std::ifstream in_;
   std::uint64_t bytes_ = 0;
-  std::map<std::string, std::string> values_;  // of some attributes
+  std::map<std::string, std::string> values_;  // of some attributes of the last header
 };
 
 }  // namespace
