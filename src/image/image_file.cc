@@ -14,7 +14,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "image/exr_header.h"
+#include "image/exr_check.h"
 #include "image/image_format.h"
 #include "image/image_reader.h"
 #include "image/tone_map.h"
@@ -116,10 +116,10 @@ const ImageFormat& format_of(const std::string& path) {
               fmt::format("Convert it: {} are read.", image_format_names()));
 }
 
-Input open_input(const std::string& path) {
+Input open_input(const std::string& path, bool pixels) {
   check_input_file(path);
   Input input{&format_of(path), nullptr, {}};
-  if (input.format->name == std::string_view("EXR")) check_exr_header(path);
+  if (input.format->name == std::string_view("EXR")) (pixels ? check_exr_blocks : check_exr_header)(path);
   std::string failure;
   input.reader = open_image_reader(path, input.format->plugin, failure);
   if (!input.reader) {
@@ -152,10 +152,10 @@ void check_report(const std::string& path, const Input& input, bool complete) {
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-ImageFileHeader read_image_header(const std::string& path) { return open_input(path).header; }
+ImageFileHeader read_image_header(const std::string& path) { return open_input(path, false).header; }
 
 ImageFileData read_image_file(const std::string& path, bool convert_to_single) {
-  const Input input = open_input(path);
+  const Input input = open_input(path, true);
   ImageFileData data;
   data.header = input.header;
   if (convert_to_single) data.header.type = SampleType::single;
@@ -167,7 +167,7 @@ ImageFileData read_image_file(const std::string& path, bool convert_to_single) {
 
 ImageFileHeader scan_image_file(
     const std::string& path, const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band) {
-  const Input input = open_input(path);
+  const Input input = open_input(path, true);
   const ImageFileHeader& header = input.header;
   for (int first = 0; first < header.height; first += header.rows_at_once) {
     const int last = std::min(first + header.rows_at_once, header.height);
