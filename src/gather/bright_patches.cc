@@ -168,7 +168,8 @@ float BrightPatches::density(Vec3 from, std::uint32_t patch) const {
 }
 
 BrightPatches::Sample BrightPatches::sample(const Geometry& geometry, Vec3 from, float u, Vec2 v) const {
-  const LightTree::Choice choice = tree_.choose(from, u);
+  LightTree::Descent descent;
+  const LightTree::Choice choice = tree_.choose(from, u, descent);
   if (!(choice.probability > 0)) return {};
   const Patch& patch = patches_[choice.light];
   const Vec2 w = square_to_triangle(v);

@@ -34,10 +34,9 @@ Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
 }
 }  // namespace
 
-UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                    Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts) {
+UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
+                                Lobes lobes, LightSampleCounts counts) {
   UnoccludedLight out;
-  const LightSample light = sample_light(scene, point.position, Vec3{0, 0, 0}, u_light, u);
   if (!(light.pdf > 0) || is_black(light.radiance)) return out;
   const ShadedSurface surface = shaded(point, bsdf);
   const RGB scattered = surface.evaluate(wo, light.direction, lobes);
@@ -60,6 +59,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
   const PhaseTimer timer(statistics, Phase::direct);
   if (light_samples == 0) return;
   const LightSampleCounts counts{static_cast<float>(light_samples), static_cast<float>(gather_rays)};
+  const Scene& scene = tracer.scene();
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
     std::vector<Ray> rays;
     std::vector<RGB> light;
@@ -75,9 +75,10 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       const std::uint32_t sequence = hash_combine(points.sequence[i], kLightStream);
       sobol_pairs(Sampler::pair_key(seed, sequence, 0), index.data(), light_samples, u_light.data(), u_y.data());
       sobol_pairs(Sampler::pair_key(seed, sequence, 1), index.data(), light_samples, u_x.data(), unused.data());
+      LightSelector::AtPoint lights(scene.light_selector(), point.position);
       for (std::uint32_t n = 0; n < light_samples; ++n) {
-        const UnoccludedLight l = sample_direct_light(tracer.scene(), point, points.bsdf[i], points.wo[i], kBroad,
-                                                      u_light[n], {u_x[n], u_y[n]}, counts);
+        const LightSample sample = sample_light(scene, point.position, {0, 0, 0}, lights, u_light[n], {u_x[n], u_y[n]});
+        const UnoccludedLight l = reflected_light(sample, point, points.bsdf[i], points.wo[i], kBroad, counts);
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

@@ -29,10 +29,10 @@ struct LightSampleCounts {
   float light = 1, bsdf = 0;
 };
 
-/// Takes one light sample for a point: f_r of the given lobes, times cosine, times light, divided by pdf, weighted
-/// against the samples of the BSDF.
-UnoccludedLight sample_direct_light(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                    Lobes lobes, float u_light, Vec2 u, LightSampleCounts counts = {});
+/// What a point reflects of a light sample for it: f_r of the given lobes, times cosine, times light, divided by pdf,
+/// weighted against the samples of the BSDF.
+UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
+                                Lobes lobes, LightSampleCounts counts = {});
 
 /// The default number of light samples of a gather point for a number of gather rays.
 std::uint32_t default_light_samples(std::uint32_t gather_rays);

@@ -254,8 +254,8 @@ class ChunkGatherer {
                     hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream), rays_.stratum[i]),
                     points_.sample[p]);
     const Vec2 u_light = sampler.next2();
-    const UnoccludedLight light =
-        sample_direct_light(scene_, point, bsdf, wo, kBroad, u_light.x, {sampler.next1(), u_light.y}, kSecondaryCounts);
+    const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
+    const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, kBroad, kSecondaryCounts);
     if (!is_black(light.radiance)) {
       ++shadow_rays;
       radiance_.add(radiance_.indirect, points_.slot[p],

@@ -113,19 +113,17 @@ class Path {
   /// Next-event estimation, separately for each kind of lobe, whose light belongs to different layers.
   void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo) {
     const Vec2 pair = sampler_.next2();
-    const float u_light = pair.x;
-    const Vec2 u{sampler_.next1(), pair.y};
+    const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, pair.x, {sampler_.next1(), pair.y});
     for (const Lobes which : {kBroad, kSharp}) {
       if (!(lobes(bsdf) & which)) continue;
-      const UnoccludedLight light = sample_direct_light(scene_, point, bsdf, wo, which, u_light, u);
+      const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, which);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
       const RGB passed = tracer_.transmittance(light.shadow_ray);
       if (is_black(passed)) continue;
-      const LightSample again = sample_light(scene_, point.position, Vec3{0, 0, 0}, u_light, u);
       const float weight =
-          again.delta ? 1.0f
-                      : balance_heuristic(1, again.pdf, 1, shaded(point, bsdf).pdf(wo, again.direction, kAllLobes));
+          sample.delta ? 1.0f
+                       : balance_heuristic(1, sample.pdf, 1, shaded(point, bsdf).pdf(wo, sample.direction, kAllLobes));
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
       radiance_.add(with.destination(radiance_), slot_, throughput_ * light.radiance * passed * weight, light.source);

@@ -58,7 +58,7 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
   out.direction = offset / out.distance;
   out.pdf =
       triangle_solid_angle_pdf(cross(placed.edge[0], placed.edge[1]), emission.two_sided, out.direction, out.distance);
-  if (out.pdf == 0) return {};
+  if (out.pdf == 0) return out;
   out.normal = face_forward(placed.normal, -out.direction);
   out.offset = placed.offset();
   out.radiance = evaluate(scene.textures(), emission.radiance, texture_point(scene.geometry(), triangle, w));
@@ -68,8 +68,8 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
 LightSample sample_delta(const Light& light, Vec3 position) {
   LightSample out;
   out.delta = true;
-  out.pdf = 1;
   if (light.kind == LightKind::directional) {
+    out.pdf = 1;
     out.direction = -light.direction;
     out.distance = kInfinity;
     out.radiance = light.intensity;
@@ -77,16 +77,34 @@ LightSample sample_delta(const Light& light, Vec3 position) {
   }
   const Vec3 offset = light.position - position;
   const float squared = length_squared(offset);
-  if (!(squared > 0)) return {};
   out.distance = std::sqrt(squared);
   out.direction = offset / out.distance;
   out.position = light.position;
   const float share = light.kind == LightKind::spot        ? spot_falloff(light, -dot(out.direction, light.direction))
                       : light.kind == LightKind::luminaire ? table_intensity(light, -out.direction)
                                                            : 1.0f;
-  if (share == 0) return {};
+  if (share == 0 || !(squared > 0)) return out;
+  out.pdf = 1;
   out.radiance = light.intensity * (share / squared);
   return out;
+}
+
+LightSample sample_from_environment(const Environment& environment, const Distribution2D& distribution, Vec2 u) {
+  LightSample out;
+  out.direction = sample_environment_direction(environment, distribution, u);
+  // Recomputed from the direction, as the other strategies of the heuristic compute it.
+  const auto [radiance, pdf] = radiance_and_pdf(environment, distribution, out.direction);
+  out.pdf = pdf;
+  out.radiance = radiance;
+  out.distance = kInfinity;
+  return out;
+}
+
+LightSample sample_source(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u) {
+  const std::size_t triangles = scene.emissive_triangles().size();
+  if (source < triangles) return sample_triangle(scene, scene.emissive_triangles()[source], position, u);
+  if (source < triangles + scene.lights().size()) return sample_delta(scene.lights()[source - triangles], position);
+  return sample_from_environment(*scene.environment(), scene.environment_distribution(), u);
 }
 
 EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
@@ -168,29 +186,20 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 }  // namespace
 
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
-  if (!(scene.light_power().total() > 0)) return {};
-  const LightSelector::Choice choice = scene.light_selector().choose(position, u_light);
+  LightSelector::AtPoint lights(scene.light_selector(), position);
+  return sample_light(scene, position, normal, lights, u_light, u);
+}
+
+LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, LightSelector::AtPoint& lights, float u_light,
+                         Vec2 u) {
+  const Choice choice = lights.choose(u_light);
   if (!(choice.probability > 0)) return {};
-  const std::size_t triangles = scene.emissive_triangles().size();
   if (choice.probability > kMinStretchedProbability) u.x = choice.remapped;
-  LightSample out;
-  if (choice.source < triangles) {
-    out = sample_triangle(scene, scene.emissive_triangles()[choice.source], position, u);
-  } else if (choice.source < triangles + scene.lights().size()) {
-    out = sample_delta(scene.lights()[choice.source - triangles], position);
-  } else {
-    const Environment& environment = *scene.environment();
-    out.direction = sample_environment_direction(environment, scene.environment_distribution(), u);
-    // Recomputed from the direction, as the other strategies of the heuristic compute it.
-    const auto [radiance, pdf] = radiance_and_pdf(environment, scene.environment_distribution(), out.direction);
-    out.pdf = pdf;
-    out.radiance = radiance;
-    out.distance = kInfinity;
-  }
+  LightSample out = sample_source(scene, choice.source, position, u);
   out.pdf *= choice.probability;
   out.source =
       choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, out.direction);
-  if (behind(normal, out.direction)) return {};
+  if (behind(normal, out.direction)) out.pdf = 0;
   return out;
 }
 

@@ -26,6 +26,9 @@ struct LightSample {
 /// u.y) is stratified over all lights together
 /// @param u       the point on the light; all in [0, 1)
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u);
+/// The same for one of many samples of a position.
+LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, LightSelector::AtPoint& lights, float u_light,
+                         Vec2 u);
 
 /// The density per steradian with which sample_light() at `position` samples the direction to `on_light`, a point of an
 /// emissive triangle.

@@ -74,15 +74,16 @@ float LightSelector::far_share(Vec3 position) const {
   return std::clamp(far_irradiance_ / (far_irradiance_ + near), kMinShare, 1 - kMinShare);
 }
 
-LightSelector::Choice LightSelector::choose(Vec3 position, float u) const {
-  const float share = far_share(position);
+LightSelector::Choice LightSelector::AtPoint::choose(float u) {
+  const float share = far_share_;
   if (u < share) {
-    const Distribution1D::Sample sample = far_.sample(std::min(u / share, 0x1.fffffep-1f));
-    return {far_source_[sample.index], share * sample.probability, sample.remapped};
+    const Distribution1D::Sample sample = selector_.far_.sample(std::min(u / share, 0x1.fffffep-1f));
+    return {selector_.far_source_[sample.index], share * sample.probability, sample.remapped};
   }
-  if (tree_.empty()) return {};
-  const LightTree::Choice choice = tree_.choose(position, std::min((u - share) / (1 - share), 0x1.fffffep-1f));
-  return {near_source_[choice.light], (1 - share) * choice.probability, choice.remapped};
+  if (selector_.tree_.empty()) return {};
+  const LightTree::Choice choice =
+      selector_.tree_.choose(position_, std::min((u - share) / (1 - share), 0x1.fffffep-1f), descent_);
+  return {selector_.near_source_[choice.light], (1 - share) * choice.probability, choice.remapped};
 }
 
 float LightSelector::probability(Vec3 position, std::uint32_t source) const {

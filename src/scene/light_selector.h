@@ -29,9 +29,22 @@ class LightSelector {
     float probability = 0;  ///< 0: no source can light the point
     float remapped = 0;     ///< position of u in the choice's interval: uniform in [0, 1) again
   };
-  /// @param position metres; @param u in [0, 1)
-  Choice choose(Vec3 position, float u) const;
-  /// The probability with which choose() returns that source.
+  /// Chooses sources for one point.
+  class AtPoint {
+   public:
+    /// @param position metres
+    AtPoint(const LightSelector& selector, Vec3 position)
+        : selector_(selector), position_(position), far_share_(selector.far_share(position)) {}
+    /// @param u in [0, 1)
+    Choice choose(float u);
+
+   private:
+    const LightSelector& selector_;
+    Vec3 position_;
+    float far_share_;
+    LightTree::Descent descent_;
+  };
+  /// The probability with which AtPoint::choose() returns that source.
   float probability(Vec3 position, std::uint32_t source) const;
 
  private:

@@ -220,16 +220,21 @@ class LightTree::Builder {
 
 LightTree::LightTree(std::span<const LightBounds> lights) { const Builder builder(*this, lights); }
 
-LightTree::Choice LightTree::choose(Vec3 position, float u) const {
+LightTree::Choice LightTree::choose(Vec3 position, float u, Descent& descent) const {
   if (nodes_.empty()) return {0, 0, 0};
   const Node* node = &nodes_[0];
   float probability = 1;
   if (!node->child && light_importance(node->bounds, position) == 0) return {0, 0, 0};
-  while (node->child) {
-    const float left = light_importance(nodes_[node->child].bounds, position);
-    const float right = light_importance(nodes_[node->child + 1].bounds, position);
-    if (!(left + right > 0)) return {0, 0, 0};
-    const float share = left / (left + right);
+  for (int level = 0; node->child; ++level) {
+    Descent::Level& found = descent.level[static_cast<std::size_t>(level)];
+    if (level >= descent.known || found.child != node->child) {
+      const float left = light_importance(nodes_[node->child].bounds, position);
+      const float right = light_importance(nodes_[node->child + 1].bounds, position);
+      if (!(left + right > 0)) return {0, 0, 0};
+      found = {node->child, left / (left + right)};
+      descent.known = level + 1;
+    }
+    const float share = found.share;
     if (u < share) {
       u = std::min(u / share, 0x1.fffffep-1f);
       probability *= share;

@@ -1,5 +1,6 @@
 // Chooses among many lights in proportion to an estimate of their light at a point.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -35,8 +36,18 @@ class LightTree {
     float probability = 0;  ///< 0: no light can light the point
     float remapped = 0;     ///< position of u in the choice's interval: uniform in [0, 1) again
   };
-  /// @param position the point to be lit, metres; @param u in [0, 1)
-  Choice choose(Vec3 position, float u) const;
+  /// What choose() found out about a point, for its further calls with that point. Its first `known` levels hold
+  /// values.
+  struct Descent {
+    struct Level {
+      std::uint32_t child;
+      float share;  // probability of the left child
+    };
+    std::array<Level, 64> level;
+    int known = 0;
+  };
+  /// @param position the point to be lit, metres; @param u in [0, 1); @param descent new for each position
+  Choice choose(Vec3 position, float u, Descent& descent) const;
   /// The probability with which choose() returns that light.
   float probability(Vec3 position, std::uint32_t light) const;
   /// An estimate of the unoccluded irradiance (luminance, W m^-2) at a point of a surface that faces all lights.

@@ -63,9 +63,10 @@ TEST(LightTree, ChoosesWithItsProbabilities) {
     constexpr std::uint32_t kCount = 100000;
     std::vector<double> seen(lights.size());
     double none = 0;
+    LightTree::Descent descent;
     for (std::uint32_t i = 0; i < kCount; ++i) {
       Sampler s(SamplerKind::independent, 1, n, i);
-      const LightTree::Choice choice = tree.choose(p, s.next1());
+      const LightTree::Choice choice = tree.choose(p, s.next1(), descent);
       if (choice.probability == 0) {
         none += 1;
         continue;
