@@ -29,6 +29,9 @@ constexpr int kSquare = CameraTask::kSquare;
 constexpr std::uint32_t kNoSlot = 0xffffffffu;
 /// Russian roulette begins after this many sharp bounces, and paths end after so many.
 constexpr int kRouletteAfter = 4, kMaxSharpBounces = 32;
+/// Surface samples follow reflection and refraction by clear glass both, at so many bounces: a lamp that is seen by a
+/// rare choice between them would be a bright pixel.
+constexpr int kSplitBounces = 4;
 
 /// State of a camera path between bounces.
 struct CameraPath {
@@ -48,7 +51,9 @@ struct BlockMemory {
   std::vector<Hit> hits;
   std::vector<std::uint32_t> slot, pixel;  // of the camera rays
   std::vector<CameraPath> paths;           // paths that continue through a sharp bounce
-  GatherPoints points;                     // the one or the other
+  std::vector<Ray> split_rays;             // of surface samples that continue on a second path
+  std::vector<CameraPath> split_paths;
+  GatherPoints points;  // the one or the other
   QueryPoints queries;
   std::vector<std::uint32_t> stream;  // streams of random numbers of the points that follow
   std::vector<float> film_x, film_y, lens_x, lens_y;
@@ -96,8 +101,8 @@ class BlockTracer {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < slot_.size(); ++i)
       if (see(i)) rays_[kept++] = rays_[i];
-    rays_.resize(kept);
-    for (int bounce = 1; kept > 0; ++bounce) {
+    keep_paths(kept);
+    for (int bounce = 1; !rays_.empty(); ++bounce) {
       intersect();
       kept = 0;
       for (std::size_t i = 0; i < rays_.size(); ++i) {
@@ -105,8 +110,18 @@ class BlockTracer {
         paths_[kept] = paths_[i];
         rays_[kept++] = rays_[i];
       }
-      rays_.resize(kept);
+      keep_paths(kept);
     }
+  }
+
+  /// Keeps that many paths, and adds those that were split off.
+  void keep_paths(std::size_t kept) {
+    rays_.resize(kept);
+    paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(kept), paths_.end());
+    rays_.insert(rays_.end(), memory_.split_rays.begin(), memory_.split_rays.end());
+    paths_.insert(paths_.end(), memory_.split_paths.begin(), memory_.split_paths.end());
+    memory_.split_rays.clear();
+    memory_.split_paths.clear();
   }
 
   void start(int x0, int y0) {
@@ -276,6 +291,8 @@ class BlockTracer {
       first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
       first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
     }
+    // Surface samples see light through the sharp lobes alone.
+    if (is_surface_sample()) return (have & kSharp) && follow_surface_sample(path, ray, point, bsdf, wo, bounce);
     float broad_probability = have & kBroad ? 1.0f : 0.0f;
     if ((have & kBroad) && (have & kSharp)) {
       const float broad = luminance(surface.albedo(wo, kBroad));
@@ -283,7 +300,7 @@ class BlockTracer {
       broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
     }
     if (broad_probability >= 1 || sampler.next1() < broad_probability) {
-      if (!is_surface_sample()) add_point(path, point, bsdf, wo, path.throughput / broad_probability);
+      add_point(path, point, bsdf, wo, path.throughput / broad_probability);
       return false;
     }
     path.throughput *= 1 / (1 - broad_probability);
@@ -332,22 +349,52 @@ class BlockTracer {
     const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
     const Vec2 u{sampler.next1(), u_light.y};
-    if (!is_surface_sample()) {
-      const LightSample sample = sample_light(tracer_.scene(), point.position, {0, 0, 0}, u_light.x, u);
-      const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, kSharp, {1, 1});
-      if (!is_black(light.radiance))
-        radiance_.add(radiance_.direct, path.slot,
-                      path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+    const LightSample sample = sample_light(tracer_.scene(), point.position, {0, 0, 0}, u_light.x, u);
+    const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, kSharp, {1, 1});
+    if (!is_black(light.radiance))
+      radiance_.add(radiance_.direct, path.slot,
+                    path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+    return survives(path, path.throughput * s.weight, bounce) && leave(path, ray, point, s, s.weight);
+  }
+
+  /// Continues through the sharp lobes for the light of lamps that is seen by them.
+  bool follow_surface_sample(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
+                             int bounce) {
+    const ShadedSurface surface = shaded(point, bsdf);
+    const float u_lobe = path.sampler.next1();
+    const Vec2 u = path.sampler.next2();
+    if (bounce < kSplitBounces) {
+      constexpr float kAlmostOne = 0x1.fffffep-1f;
+      const ScatteredRay first = surface.sample(wo, 0, u, kSharp), last = surface.sample(wo, kAlmostOne, u, kSharp);
+      // Two directions without width that are all there are.
+      if (first.valid && last.valid && first.delta && last.delta && std::abs(first.pdf + last.pdf - 1) < 1e-5f) {
+        memory_.split_paths.push_back(path);
+        memory_.split_rays.push_back(ray);
+        if (!leave(memory_.split_paths.back(), memory_.split_rays.back(), point, last, last.weight * last.pdf)) {
+          memory_.split_paths.pop_back();
+          memory_.split_rays.pop_back();
+        }
+        return leave(path, ray, point, first, first.weight * first.pdf);
+      }
     }
-    if (!s.valid) return false;
-    RGB throughput = path.throughput * s.weight;
-    if (bounce >= kRouletteAfter) {
-      const float survival = std::min(0.95f, max_component(throughput));
-      if (!(survival > 0) || sampler.next1() >= survival) return false;
-      throughput *= 1 / survival;
-    }
-    if (is_black(throughput)) return false;
-    path.throughput = throughput;
+    const ScatteredRay s = surface.sample(wo, u_lobe, u, kSharp);
+    // Split paths have little throughput, and must not end for it.
+    return survives(path, s.weight, bounce) && leave(path, ray, point, s, s.weight);
+  }
+
+  /// Russian roulette by the largest component of a weight.
+  static bool survives(CameraPath& path, RGB weight, int bounce) {
+    if (bounce < kRouletteAfter) return true;
+    const float survival = std::min(0.95f, max_component(weight));
+    if (!(survival > 0) || path.sampler.next1() >= survival) return false;
+    path.throughput *= 1 / survival;
+    return true;
+  }
+
+  /// Sends a path in a sampled direction; false if nothing goes there.
+  bool leave(CameraPath& path, Ray& ray, const SurfacePoint& point, const ScatteredRay& s, RGB weight) const {
+    path.throughput *= weight;
+    if (!s.valid || is_black(path.throughput)) return false;
     if (!s.straight) {  // shadow rays pass through panes, too
       path.bounce_pdf = s.delta ? 0 : s.pdf;
       path.bounce_position = point.position;

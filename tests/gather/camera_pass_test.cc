@@ -9,6 +9,7 @@
 #include "builtin/builtin.h"
 #include "core/parallel.h"
 #include "gather/final_gather.h"
+#include "scene/scene_parts.h"
 #include "support/scene_test_name.h"
 
 namespace glowworm {
@@ -130,6 +131,34 @@ TEST_P(CameraPass, SeesEachPixelByRaysThroughIt) {
     ++straight;
   }
   EXPECT_GT(straight, found.size() / 4);
+}
+
+/// A lamp that a smooth surface reflects is seen by every surface sample, however small the reflected share.
+TEST(SurfaceSamples, SeeReflectionsWithoutNoise) {
+  for (const MaterialKind kind :
+       {MaterialKind::dielectric, MaterialKind::thin_dielectric, MaterialKind::coated_diffuse}) {
+    SceneDescription d;
+    Material material;
+    material.kind = kind;
+    material.reflectance.value = material.transmittance.value = RGB(kind == MaterialKind::coated_diffuse ? 0.5f : 1.0f);
+    d.materials.push_back(material);
+    add_quad(d, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0});
+    add_quad(d, {-9, -9, 4}, {0, 18, 0}, {18, 0, 0}, 0, add_emission(d, RGB(100.0f)));
+    d.cameras.push_back(look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 5));
+    const Scene scene(std::move(d));
+    const Tracer tracer(scene);
+    CameraPassSettings settings;
+    settings.width = settings.height = 16;
+    settings.fine = true;
+    Seen seen;
+    Statistics statistics;
+    camera_pass(tracer, scene.camera(""), CameraTask{0, 0, 16, 16, 0, 2}, settings, seen.radiance, seen.first_hit,
+                statistics);
+    for (const RGB& emitted : seen.radiance.fine_emitted) {
+      EXPECT_GT(emitted.g, 3);
+      EXPECT_NEAR(emitted.g, seen.radiance.fine_emitted[0].g, 0.02f * emitted.g);
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(OfBuiltinScenes, CameraPass, testing::Values("cornell", "atrium", "glass-sphere", "ring"),
