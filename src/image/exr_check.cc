@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <memory>
+#include <new>
 #include <vector>
 
 #include "core/error.h"
@@ -228,24 +228,15 @@ class ExrFile {
   }
 
   std::int64_t unpacked_zip(std::int64_t length, std::int64_t wanted) {
-    z_stream stream{};
-    if (inflateInit(&stream) != Z_OK) throw Error({path_}, "cannot be inflated: no memory", "Free some memory.");
-    const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
-    std::array<char, std::size_t{1} << 14> packed, pixels;
-    int result = Z_OK;
-    while (result == Z_OK && length > 0 && stream.total_out <= static_cast<uLong>(wanted)) {
-      const std::int64_t piece = std::min(length, static_cast<std::int64_t>(packed.size()));
-      if (!in_.read(packed.data(), piece)) fail("it ends too soon");
-      length -= piece;
-      stream.next_in = reinterpret_cast<Bytef*>(packed.data());
-      stream.avail_in = static_cast<uInt>(piece);
-      do {
-        stream.next_out = reinterpret_cast<Bytef*>(pixels.data());
-        stream.avail_out = static_cast<uInt>(pixels.size());
-        result = inflate(&stream, Z_NO_FLUSH);
-      } while (result == Z_OK && stream.avail_out == 0);
-    }
-    return static_cast<std::int64_t>(stream.total_out);
+    packed_.resize(static_cast<std::size_t>(length));
+    pixels_.resize(static_cast<std::size_t>(wanted));
+    if (!in_.read(packed_.data(), length)) fail("it ends too soon");
+    auto unpacked = static_cast<uLongf>(wanted);
+    const int result = uncompress(reinterpret_cast<Bytef*>(pixels_.data()), &unpacked,
+                                  reinterpret_cast<const Bytef*>(packed_.data()), static_cast<uLong>(length));
+    if (result == Z_MEM_ERROR) throw std::bad_alloc();
+    if (result != Z_OK) fail("a block cannot be inflated");
+    return static_cast<std::int64_t>(unpacked);
   }
 
   std::uint32_t number() {
@@ -272,6 +263,7 @@ class ExrFile {
   std::uint64_t bytes_ = 0;
   std::uint32_t flags_ = 0;
   std::vector<Part> parts_;
+  std::vector<char> packed_, pixels_;  // of a block
 };
 
 }  // namespace

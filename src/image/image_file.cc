@@ -119,7 +119,8 @@ const ImageFormat& format_of(const std::string& path) {
 Input open_input(const std::string& path, bool pixels) {
   check_input_file(path);
   Input input{&format_of(path), nullptr, {}};
-  if (input.format->name == std::string_view("EXR")) (pixels ? check_exr_blocks : check_exr_header)(path);
+  const bool exr = input.format->name == std::string_view("EXR");
+  if (exr) check_exr_header(path);
   std::string failure;
   input.reader = open_image_reader(path, input.format->plugin, failure);
   if (!input.reader) {
@@ -128,6 +129,7 @@ Input open_input(const std::string& path, bool pixels) {
   }
   input.header = input.reader->header();
   check_header(path, *input.format, input.header, input.reader->depth());
+  if (exr && pixels) check_exr_blocks(path);
   ImageFileHeader& header = input.header;
   const int tile = input.reader->tile_height();
   const int band = kBandRows * std::max(1, static_cast<int>(kBandBytes / header.bytes_of_rows(kBandRows)));

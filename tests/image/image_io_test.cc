@@ -397,7 +397,8 @@ TEST_F(ImageIo, AnExrBlockOfFewerBytesThanItsPixelsIsDamaged) {
       };
       EXPECT_EQ(with_block(packed_zeros(compression, kBytes)), "") << compression << tile;
       EXPECT_THAT(with_block(packed_zeros(compression, kBytes - 1)), HasSubstr("a block of 600 bytes holds 599"));
-      EXPECT_THAT(with_block(packed_zeros(compression, kBytes + 1)), HasSubstr("a block of 600 bytes holds 601"));
+      EXPECT_THAT(with_block(packed_zeros(compression, kBytes + 1)),
+                  HasSubstr(compression.starts_with("zip") ? "cannot be inflated" : "a block of 600 bytes holds 601"));
       whole.replace(place - 8, 8, 8, '\0');
       EXPECT_THAT(with_block(packed_zeros(compression, kBytes)), HasSubstr("a block of pixels is missing"));
     }
