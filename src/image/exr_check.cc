@@ -33,6 +33,32 @@ const std::map<std::string, std::string> kUsed = {{"channels", "chlist"},
                                                   {"tiles", "tiledesc"},
                                                   {"type", "string"}};
 
+// Bytes of attributes by their types. OpenEXR reads so many, whatever the file claims.
+const std::map<std::string, std::uint32_t> kBytesOfType = {{"box2f", 16},
+                                                           {"box2i", 16},
+                                                           {"chromaticities", 32},
+                                                           {"compression", 1},
+                                                           {"deepImageState", 1},
+                                                           {"double", 8},
+                                                           {"envmap", 1},
+                                                           {"float", 4},
+                                                           {"int", 4},
+                                                           {"keycode", 28},
+                                                           {"lineOrder", 1},
+                                                           {"m33d", 72},
+                                                           {"m33f", 36},
+                                                           {"m44d", 128},
+                                                           {"m44f", 64},
+                                                           {"rational", 8},
+                                                           {"tiledesc", 9},
+                                                           {"timecode", 8},
+                                                           {"v2d", 16},
+                                                           {"v2f", 8},
+                                                           {"v2i", 8},
+                                                           {"v3d", 24},
+                                                           {"v3f", 12},
+                                                           {"v3i", 12}};
+
 std::uint32_t number_in(const std::string& bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) value |= std::uint32_t{static_cast<std::uint8_t>(bytes[at + i])} << (8 * i);
@@ -147,14 +173,41 @@ class ExrFile {
       if (size > bytes_ - std::min(at, bytes_))
         fail(fmt::format("attribute \"{}\" claims {} bytes of a file of {}", name, size, bytes_));
       const auto used = kUsed.find(name);
-      if (used != kUsed.end() && used->second == type) {
-        in_.read(values.insert_or_assign(name, std::string(size, '\0')).first->second.data(), size);
+      std::string& value = values[name];
+      value.clear();
+      const bool is_used = used != kUsed.end() && used->second == type;
+      if (is_used || type == "chlist" || type == "idmanifest" || type == "preview" || type == "stringvector") {
+        value.resize(size);
+        in_.read(value.data(), size);
       } else {
-        values.try_emplace(name);
         in_.seekg(size, std::ios::cur);
       }
+      if (size != bytes_of_value(type, value, size))
+        fail(fmt::format("attribute \"{}\" of type {} claims {} bytes", name, type, size));
+      if (!is_used) value.clear();
     }
     return values;
+  }
+
+  /// How many bytes OpenEXR reads of an attribute; another number than `size` if it would not stay within the value.
+  std::uint64_t bytes_of_value(const std::string& type, const std::string& value, std::uint32_t size) const {
+    constexpr std::uint64_t kWrong = std::uint64_t{1} << 32;
+    if (const auto fixed = kBytesOfType.find(type); fixed != kBytesOfType.end()) return fixed->second;
+    if (type == "floatvector") return size / 4 * 4;
+    if (type == "preview") {
+      const std::uint64_t width = size < 8 ? size : number_in(value, 0), height = size < 8 ? size : number_in(value, 4);
+      return width > 0 && height > size / width ? kWrong : 8 + 4 * width * height;
+    }
+    // Deflate expands a byte to at most 1032.
+    if (type == "idmanifest") return size < 4 || number_in(value, 0) / 1032 > size ? kWrong : size;
+    std::uint64_t at = 0;
+    if (type == "stringvector") {
+      while (at + 4 <= size) at += 4 + std::uint64_t{number_in(value, at)};
+      return at;
+    }
+    if (type != "chlist") return size;
+    while (at < size && value[at] != '\0') at = std::min<std::uint64_t>(value.find('\0', at), size) + 17;
+    return at + 1;
   }
 
   Part part(Attributes& values) const {
@@ -193,8 +246,10 @@ class ExrFile {
       if (number_in(channels, at + 8) != 1 || number_in(channels, at + 12) != 1)
         throw Error({path_}, "has channels of fewer pixels than others, which are not read",
                     "Save it with whole channels, such as R, G and B.");
-      constexpr std::uint32_t kHalf = 1;
-      bytes += number_in(channels, at) == kHalf ? 2 : 4;
+      constexpr std::uint32_t kHalf = 1, kTypes = 3;
+      const std::uint32_t type = number_in(channels, at);
+      if (type >= kTypes) fail(fmt::format("unknown type of channel {}", type));
+      bytes += type == kHalf ? 2 : 4;
       at += 16;
     }
     constexpr std::int64_t kMostBytes = 1 << 14;

@@ -5,8 +5,9 @@
 namespace glowworm {
 
 /// Throws Error if an attribute in the file's headers claims more bytes than the file has, or if the headers do not
-/// end: OpenEXR allocates memory for an attribute, up to 2 GB, before it reads it. Also if the first picture of the
-/// file lacks what OpenEXR needs, is deep, or has channels of fewer pixels.
+/// end: OpenEXR allocates memory for an attribute, up to 2 GB, before it reads it. Also if an attribute has not the
+/// size of its type, a channel is of unknown type, or the first picture of the file lacks what OpenEXR needs, is deep,
+/// or has channels of fewer pixels.
 /// Format: "OpenEXR File Layout", openexr.com/en/latest/OpenEXRFileLayout.html.
 /// @param path a regular file that begins like an OpenEXR file
 void check_exr_header(const std::string& path);
