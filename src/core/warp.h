@@ -27,6 +27,15 @@ inline Vec2 square_to_disk(Vec2 u) {
   return steep ? Vec2{radius * at.x, radius * at.y} : Vec2{radius * at.y, radius * at.x};
 }
 
+/// The point of the square that square_to_disk() maps to a point of the disc.
+inline Vec2 disk_to_square(Vec2 p) {
+  const bool steep = std::abs(p.y) >= std::abs(p.x);
+  const float along = steep ? p.y : p.x, across = steep ? p.x : p.y;
+  const float radius = std::copysign(std::sqrt(p.x * p.x + p.y * p.y), along);
+  const float other = radius * (4 / kPi) * std::atan(across / (along == 0 ? 1.0f : along));
+  return {((steep ? other : radius) + 1) / 2, ((steep ? radius : other) + 1) / 2};
+}
+
 /// A direction around +z with density cos(theta) / pi per steradian (Malley's method).
 inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
   const Vec2 d = square_to_disk(u);

@@ -35,15 +35,16 @@ Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
 }  // namespace
 
 UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                Lobes lobes, LightSampleCounts counts) {
+                                Lobes lobes, LightSampleCounts counts, const GatherDensity* density) {
   UnoccludedLight out;
   if (!(light.pdf > 0) || is_black(light.radiance)) return out;
   const ShadedSurface surface = shaded(point, bsdf);
   const RGB scattered = surface.evaluate(wo, light.direction, lobes);
   if (is_black(scattered)) return out;
   float weight = 1;
-  if (!light.delta && counts.bsdf > 0)
-    weight = balance_heuristic(counts.light, light.pdf, counts.bsdf, surface.pdf(wo, light.direction, lobes));
+  if (!light.delta && counts.directions > 0)
+    weight = balance_heuristic(counts.light, light.pdf, counts.directions,
+                               density ? density->pdf(light.direction) : surface.pdf(wo, light.direction, lobes));
   out.radiance = scattered * light.radiance * (weight / light.pdf);
   out.source = light.source;
   out.shadow_ray = shadow_ray(point, face_forward(point.geometric_normal, light.direction), light);
@@ -55,7 +56,8 @@ std::uint32_t default_light_samples(std::uint32_t gather_rays) {
 }
 
 void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
-                      std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics) {
+                      std::uint32_t gather_rays, const GatherGuide* guide, SlotRadiance& radiance,
+                      Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::direct);
   if (light_samples == 0) return;
   const LightSampleCounts counts{static_cast<float>(light_samples), static_cast<float>(gather_rays)};
@@ -75,10 +77,12 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       const std::uint32_t sequence = hash_combine(points.sequence[i], kLightStream);
       sobol_pairs(Sampler::pair_key(seed, sequence, 0), index.data(), light_samples, u_light.data(), u_y.data());
       sobol_pairs(Sampler::pair_key(seed, sequence, 1), index.data(), light_samples, u_x.data(), unused.data());
+      const GatherDensity density(points, i, guide);
       LightSelector::AtPoint lights(scene.light_selector(), point.position);
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         const LightSample sample = sample_light(scene, point.position, {0, 0, 0}, lights, u_light[n], {u_x[n], u_y[n]});
-        const UnoccludedLight l = reflected_light(sample, point, points.bsdf[i], points.wo[i], kBroad, counts);
+        const UnoccludedLight l =
+            reflected_light(sample, point, points.bsdf[i], points.wo[i], kBroad, counts, &density);
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/statistics.h"
+#include "gather/gather_rays.h"
 #include "points/gather_points.h"
 #include "scene/light_sampling.h"
 #include "trace/tracer.h"
@@ -24,23 +25,25 @@ struct UnoccludedLight {
   std::uint32_t source = kNone;  ///< light source, counted as in Scene::light_power()
 };
 
-/// Numbers of samples of a point that bring the same light: of lights, and of the BSDF (0: none).
+/// Numbers of samples of a point that bring the same light: of lights, and of directions (0: none).
 struct LightSampleCounts {
-  float light = 1, bsdf = 0;
+  float light = 1, directions = 0;
 };
 
 /// What a point reflects of a light sample for it: f_r of the given lobes, times cosine, times light, divided by pdf,
-/// weighted against the samples of the BSDF.
+/// weighted against samples of directions.
+/// @param density of samples of directions, per steradian; null: that of the BSDF
 UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                Lobes lobes, LightSampleCounts counts = {});
+                                Lobes lobes, LightSampleCounts counts = {}, const GatherDensity* density = nullptr);
 
 /// The default number of light samples of a gather point for a number of gather rays.
 std::uint32_t default_light_samples(std::uint32_t gather_rays);
 
 /// Adds to radiance.direct the light that reaches the gather points directly from the lights, with `light_samples`
-/// light samples each. `gather_rays` is the number of BSDF samples that the final gather takes of the same light. Runs
-/// on all threads (Phase::direct; counts occlusion_rays).
+/// light samples each. `gather_rays` is the number of rays that the final gather sends for the same light, by `guide`
+/// (null: none). Runs on all threads (Phase::direct; counts occlusion_rays).
 void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
-                      std::uint32_t gather_rays, SlotRadiance& radiance, Statistics& statistics);
+                      std::uint32_t gather_rays, const GatherGuide* guide, SlotRadiance& radiance,
+                      Statistics& statistics);
 
 }  // namespace glowworm

@@ -214,7 +214,7 @@ class ChunkGatherer {
   }
 
   /// Adds the light that a ray meets, if counts_light(i). A ray straight from the gather point, or from the end of a
-  /// short ray, is a BSDF sample of direct light there, and is weighted against the light samples.
+  /// short ray, is a sample of direct light there, and is weighted against the light samples.
   /// @param source light source, counted as in Scene::light_power()
   template <typename PdfFrom>
   void add_light(std::size_t i, RGB emitted, std::uint32_t source, PdfFrom&& light_density_from) {
@@ -224,10 +224,10 @@ class ChunkGatherer {
     const bool secondary = segment == Segment::secondary;
     float weight = 1;
     if (is_direct(i))
-      weight = balance_heuristic(static_cast<float>(settings_.rays), rays_.pdf[i],
+      weight = balance_heuristic(static_cast<float>(settings_.rays), maker_.density(p).pdf(rays_.rays[i].direction),
                                  static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
     else if (secondary)
-      weight = balance_heuristic(kSecondaryCounts.bsdf, rays_.pdf[i], kSecondaryCounts.light,
+      weight = balance_heuristic(kSecondaryCounts.directions, rays_.pdf[i], kSecondaryCounts.light,
                                  light_density_from(rays_.scattered_at[i]));
     std::vector<RGB>& target = is_direct(i)                                       ? radiance_.direct
                                : secondary || segment == Segment::secondary_chain ? radiance_.indirect

@@ -237,6 +237,15 @@ void GatherGuide::warp(std::span<const std::uint32_t> regions, const DiffuseSqua
   warp_by_guide(tables_.data(), regions.data(), regions.size(), square, weight);
 }
 
+float GatherGuide::density(std::uint32_t region, Vec2 u) const {
+  const auto& corner = tables_[region].density;
+  const float x = std::clamp(u.x, 0.0f, 1.0f) * kSide, y = std::clamp(u.y, 0.0f, 1.0f) * kSide;
+  const int row = std::min(static_cast<int>(x), kSide - 1), column = std::min(static_cast<int>(y), kSide - 1);
+  const float along = y - static_cast<float>(column);
+  return std::lerp(std::lerp(corner[row][column], corner[row][column + 1], along),
+                   std::lerp(corner[row + 1][column], corner[row + 1][column + 1], along), x - static_cast<float>(row));
+}
+
 std::uint8_t GatherGuide::cell(Vec2 u) {
   const auto along = [](float x) { return std::clamp(static_cast<int>(x * kSide), 0, kSide - 1); };
   return static_cast<std::uint8_t>(along(u.x) * kSide + along(u.y));

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "bsdf/bsdf.h"
 #include "core/frame.h"
 #include "core/vec.h"
 #include "kernels/guide_warp.h"
@@ -20,13 +21,13 @@ struct GuideRays {
   std::vector<float> light;        ///< luminance that each ray contributes, of any scale
 };
 
-/// Diffuse gather rays map a point of the unit square to a direction. A guide warps the square first, so that more rays
-/// go where earlier rays found light that varies, and strata stay strata. Its density is bilinear between the corners
-/// of the cells of a grid, because jumps would cost more noise than they save where light is smooth. Each region of
-/// positions and normals has a table of its own. A part of the rays is always spread evenly, so that no weight exceeds
-/// 1 / kEvenShare. Regions where this would not lower the variance are not guided. Importance sampling from learned
-/// histograms is due to Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here rays learn from
-/// rays, whose ends look up the photon map.
+/// Gather rays of diffuse reflection map a point of the unit square to a direction. A guide warps the square first, so
+/// that more rays go where earlier rays found light that varies, and strata stay strata. Its density is bilinear
+/// between the corners of the cells of a grid, because jumps would cost more noise than they save where light is
+/// smooth. Each region of positions and normals has a table of its own. A part of the rays is always spread evenly, so
+/// that no weight exceeds 1 / kEvenShare. Regions where this would not lower the variance are not guided. Importance
+/// sampling from learned histograms is due to Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995;
+/// here rays learn from rays, whose ends look up the photon map.
 class GatherGuide {
  public:
   static constexpr int kSide = GuideTable::kSide;  ///< cells of the grid along a side
@@ -47,10 +48,17 @@ class GatherGuide {
   /// @param regions those of the points, of region()
   void warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const;
 
+  /// The density of warped points, of mean 1. @param region with a table; @param u of the unit square
+  float density(std::uint32_t region, Vec2 u) const;
+
   /// The cell of a point of the unit square.
   static std::uint8_t cell(Vec2 u);
   /// The frame to which the square's directions refer: it depends on the normal alone. @param normal unit
   static Frame frame(Vec3 normal);
+  /// Whether rays from a surface are guided: it reflects diffusely, and transmits nothing that is gathered.
+  static bool guides(const Bsdf& bsdf) {
+    return is_lambertian(bsdf) || (lobes(bsdf) & (kDiffuseReflection | kDiffuseTransmission)) == kDiffuseReflection;
+  }
 
  private:
   static constexpr int kCells = kSide * kSide;

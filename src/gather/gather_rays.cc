@@ -111,6 +111,44 @@ void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t g
   scattered_at.emplace_back();
 }
 
+GatherDensity::GatherDensity(const GatherPoints& points, std::size_t point, const GatherGuide* guide)
+    : points_(&points), guide_(guide), point_(point) {
+  const Bsdf& bsdf = points.bsdf[point];
+  if (!guide || guide->empty() || !GatherGuide::guides(bsdf)) return;
+  const Vec3 normal = face_forward(points.frame[point].n, points.normal[point]);
+  region_ = guide->region(points.position[point], normal);
+  if (region_ == kNoTable) return;
+  frame_ = GatherGuide::frame(normal);
+  view_ = ShadedSurface(bsdf, points.frame[point], points.normal[point]).local_view(points.wo[point]);
+  if (is_lambertian(bsdf)) return;
+  const float diffuse = luminance(albedo(bsdf, view_, kDiffuseReflection)),
+              all = luminance(albedo(bsdf, view_, kBroad));
+  diffuse_share_ = all > 0 ? std::min(diffuse / all, 1.0f) : 1.0f;
+}
+
+float GatherDensity::guided_pdf(Vec3 w) const {
+  const Vec3 local = frame_.to_local(w);
+  float sum = 0;
+  if (local.z > 0)
+    sum =
+        diffuse_share_ * cosine_hemisphere_pdf(local.z) * guide_->density(region_, disk_to_square({local.x, local.y}));
+  if (diffuse_share_ < 1)
+    sum +=
+        (1 - diffuse_share_) * glowworm::pdf(points_->bsdf[point_], view_, points_->frame[point_].to_local(w), kGlossy);
+  return sum;
+}
+
+float GatherDensity::pdf(Vec3 direction) const {
+  const Vec3 side = points_->normal[point_];
+  if (region_ == kNoTable)
+    return ShadedSurface(points_->bsdf[point_], points_->frame[point_], side)
+        .pdf(points_->wo[point_], direction, kBroad);
+  const float cosine = dot(direction, side);
+  if (!(cosine > 0)) return 0;
+  const Vec3 mirrored = direction - side * (2 * cosine);
+  return guided_pdf(direction) + (dot(mirrored, frame_.n) > 0 ? guided_pdf(mirrored) : 0.0f);
+}
+
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last,
                     std::vector<std::uint32_t>& order) {
   constexpr int kNormalBits = 5;
@@ -148,12 +186,19 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
   origin_.resize(order.size());
   weight_.resize(order.size());
   diffuse_.resize(order.size());
-  any_diffuse_ = false;
+  density_.resize(order.size());
+  first_point_ = order.empty() ? 0 : *std::min_element(order.begin(), order.end());
+  any_square_ = false;
   all_diffuse_ = true;
   for (std::size_t place = 0; place < order.size(); ++place) {
-    diffuse_[place] = is_lambertian(points.bsdf[order[place]]);
+    const std::uint32_t i = order[place];
+    diffuse_[place] = is_lambertian(points.bsdf[i]);
+    density_[i - first_point_] = GatherDensity(points, i, guide_);
+    region_[place] = density_[i - first_point_].region();
+    sequence_[place] = points.sequence[i];
+    sample_[place] = points.sample[i];
     if (diffuse_[place]) prepare_diffuse(place);
-    any_diffuse_ |= diffuse_[place] != 0;
+    any_square_ |= diffuse_[place] || region_[place] != kNoTable;
     all_diffuse_ &= diffuse_[place] != 0;
   }
 }
@@ -165,15 +210,12 @@ void GatherRayMaker::prepare_diffuse(std::size_t place) {
   const RGB reflectance = points_->bsdf[i].diffuse;
   // A black surface has no rays: if the normal is zero, no direction is on its side.
   const Vec3 normal = max_component(reflectance) > 0 ? points_->normal[i] : Vec3{0, 0, 0};
-  sequence_[place] = points_->sequence[i];
-  sample_[place] = points_->sample[i];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t which = 0; which < 3; ++which) frame_[3 * which + axis][place] = axes[which][axis];
     normal_[axis][place] = normal[axis];
   }
   origin_[place] = offset_origin(points_->position[i], points_->normal[i], points_->offset[i]);
   weight_[place] = points_->throughput[i] * reflectance * (1.0f / static_cast<float>(rays_each_));
-  if (guide_) region_[place] = guide_->region(points_->position[i], frame.n);
 }
 
 void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays& out) {
@@ -184,7 +226,7 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
   const DiffuseSquare square{square_[0].data(), square_[1].data()};
   out.reserve(out.size() + order_.size() * (last - first));
   for (std::uint32_t cell = first; cell < last; ++cell) {
-    if (any_diffuse_) {
+    if (any_square_) {
       diffuse_squares(points, numbers_of_cell(rays_each_, cell, seed_), square);
       if (guide_) guide_->warp(region_, square, factor_.data());
       diffuse_rays(points, square, made);
@@ -195,7 +237,7 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
     }
     for (std::size_t place = 0; place < order_.size(); ++place) {
       if (!diffuse_[place])
-        add_other(place, cell, out);
+        region_[place] == kNoTable ? add_other(place, cell, out) : add_guided(place, cell, out);
       else if (cosine_[place] > 0)
         out.push_back(diffuse_ray(place), weight_[place] * factor_[place], cosine_hemisphere_pdf(cosine_[place]),
                       order_[place], cell);
@@ -233,6 +275,37 @@ void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays
   if (!s.valid || is_black(s.weight)) return;
   const Ray ray = leave_surface(points.position[i], s.side, points.offset[i], s.direction);
   out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
+}
+
+/// Adds one ray of a point that reflects diffusely and otherwise. Both kinds of rays together have one density, so that
+/// no weight has a peak where the other kind is likely. Directions are those of the BSDF, before those on the wrong
+/// side of the surface are mirrored (bsdf/shaded_surface.h).
+void GatherRayMaker::add_guided(std::size_t place, std::uint32_t cell, GatherRays& out) const {
+  const GatherPoints& points = *points_;
+  const std::uint32_t i = order_[place];
+  const Bsdf& bsdf = points.bsdf[i];
+  const Frame& frame = points.frame[i];
+  const Vec3 side = points.normal[i];
+  const ShadedSurface surface(bsdf, frame, side);
+  const GatherDensity& density = this->density(i);
+  const float share = density.diffuse_share(), u = gather_ray_number(points, i, cell, seed_, kLobeStream);
+  Vec3 w;
+  if (u < share) {
+    w = density.frame().to_world(square_to_cosine_hemisphere({square_[0][place], square_[1][place]}));
+  } else {
+    const Vec2 in_cell = gather_square(points.sequence[i], points.sample[i], rays_each_, cell, seed_);
+    const BsdfSample s = sample(bsdf, density.view(), (u - share) / (1 - share), in_cell, kGlossy, Transport::radiance);
+    if (!s.valid) return;
+    w = frame.to_world(s.wi);
+  }
+  const Vec3 local = frame.to_local(w);
+  const RGB weight = evaluate(bsdf, density.view(), local, kBroad) * (std::abs(local.z) / density.guided_pdf(w));
+  if (!is_finite(weight) || is_black(weight)) return;
+  const float behind = std::min(dot(w, side), 0.0f);
+  const Vec3 direction = w - side * (2 * behind);
+  out.push_back(leave_surface(points.position[i], side, points.offset[i], direction),
+                points.throughput[i] * weight * (1.0f / static_cast<float>(rays_each_)),
+                surface.pdf(points.wo[i], direction, kBroad), i, cell);
 }
 
 Vec2 gather_square(std::uint32_t sequence, std::uint32_t sample, std::uint32_t rays_each, std::uint32_t cell,

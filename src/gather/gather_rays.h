@@ -53,14 +53,47 @@ struct GatherRays {
 /// coherent.
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last, std::vector<std::uint32_t>& order);
 
+/// The density of the gather rays of a point.
+class GatherDensity {
+ public:
+  GatherDensity() = default;
+  /// @param points must outlive the density; @param guide null: none
+  GatherDensity(const GatherPoints& points, std::size_t point, const GatherGuide* guide);
+
+  /// Per steradian, of a direction in the world (unit).
+  float pdf(Vec3 direction) const;
+  /// Per steradian, of a direction of the BSDF of a guided point: before those on the wrong side of the surface are
+  /// mirrored (bsdf/shaded_surface.h).
+  float guided_pdf(Vec3 w) const;
+  /// Share of diffuse reflection in the rays.
+  float diffuse_share() const { return diffuse_share_; }
+  /// The region of the guide, or kNoTable.
+  std::uint32_t region() const { return region_; }
+  /// The frame of guided directions: its normal is the shading normal on the viewer's side.
+  const Frame& frame() const { return frame_; }
+  /// The viewer's direction that the BSDF uses, in shading coordinates.
+  Vec3 view() const { return view_; }
+
+ private:
+  const GatherPoints* points_ = nullptr;
+  const GatherGuide* guide_ = nullptr;
+  std::size_t point_ = 0;
+  std::uint32_t region_ = kNoTable;
+  Frame frame_;
+  Vec3 view_;
+  float diffuse_share_ = 1;
+};
+
 /// Makes the rays of some gather points stratum by stratum: `rays_each` for every point. Neighbours in `order` are
 /// neighbours within a stratum. Diffuse points use the kernel diffuse_rays(), others are handled one by one.
 class GatherRayMaker {
  public:
-  /// @param points must outlive the maker; @param order the points to use, and their order
-  /// @param guide of diffuse points; null: none
+  /// @param points must outlive the maker; @param order the points to use, which follow each other, and their order
+  /// @param guide null: none
   void prepare(const GatherPoints& points, std::span<const std::uint32_t> order, std::uint32_t rays_each,
                std::uint32_t seed, const GatherGuide* guide);
+  /// Of one of the points.
+  const GatherDensity& density(std::uint32_t point) const { return density_[point - first_point_]; }
   /// Appends the rays of strata [first, last), last <= rays_each. Samples without a direction make no ray.
   void create(std::uint32_t first, std::uint32_t last, GatherRays& out);
 
@@ -70,6 +103,7 @@ class GatherRayMaker {
   /// Appends the rays of a stratum if all points are diffuse.
   void add_diffuse(std::uint32_t cell, GatherRays& out) const;
   void add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const;
+  void add_guided(std::size_t place, std::uint32_t cell, GatherRays& out) const;
 
   const GatherPoints* points_ = nullptr;
   std::span<const std::uint32_t> order_;
@@ -84,9 +118,11 @@ class GatherRayMaker {
   std::vector<std::uint32_t> region_;  // of the guide
   std::vector<float> factor_;          // on the weight, by the guide
   std::vector<Vec3> origin_;
-  std::vector<RGB> weight_;  // weight of a diffuse ray
-  std::vector<std::uint8_t> diffuse_;
-  bool any_diffuse_ = false, all_diffuse_ = false;
+  std::vector<RGB> weight_;            // weight of a diffuse ray
+  std::vector<std::uint8_t> diffuse_;  // whether the point only reflects diffusely
+  std::uint32_t first_point_ = 0;
+  std::vector<GatherDensity> density_;  // of each point from the first on
+  bool any_square_ = false, all_diffuse_ = false;
 };
 
 /// The point of the unit square of ray `cell` of `rays_each`, before a guide warps it.

@@ -93,7 +93,7 @@ class Pilot {
       GatherPoints points;
       camera_pass(tracer_, camera, task, camera_settings, emitted, first_hit, points, statistics_);
       for (std::size_t i = 0; i < points.size(); ++i)
-        if (is_lambertian(points.bsdf[i])) add(points.position[i], points.normal[i]);
+        if (GatherGuide::guides(points.bsdf[i])) add(points.position[i], points.normal[i]);
     }
   }
 

@@ -109,8 +109,8 @@ class PassRenderer {
     if (!(tracer_.scene().light_power().total() > 0)) return;
     const bool rays_alone = settings_.kind == PassKind::gather_rays;
     if (settings_.direct && !rays_alone)
-      add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, out_.radiance,
-                       statistics_);
+      add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
+                       out_.radiance, statistics_);
     if (settings_.caustic && !rays_alone && !is_apart())
       look_up_caustic(gather_points_as_queries(points), out_.radiance.caustic);
     // Gather rays that hit lights are part of direct light.

@@ -5,9 +5,13 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <set>
+#include <vector>
 
 #include "core/random.h"
+#include "core/warp.h"
+#include "gather/gather_rays.h"
 
 namespace glowworm {
 namespace {
@@ -93,6 +97,7 @@ TEST(GatherGuide, HasTheDensityThatItReturns) {
     for (std::uint32_t x = 0; x < kSide; ++x) {
       const Warped warped = warp(guide, region, {(x + 0.5f) / kSide, (y + 0.5f) / kSide});
       area += 1 / warped.density / kSamples;
+      ASSERT_LT(std::abs(guide.density(region, warped.point) / warped.density - 1), 1e-3f);
       const std::size_t cell = GatherGuide::cell(warped.point);
       ++count[cell];
       areas[cell] += 1 / warped.density / kSamples;
@@ -101,6 +106,82 @@ TEST(GatherGuide, HasTheDensityThatItReturns) {
   // Samples, each with the area that it stands for, cover every cell alike.
   for (std::size_t i = 0; i < 64; ++i)
     EXPECT_NEAR(areas[i], 1.0 / 64, 0.03 / 64) << i << ", of " << count[i] << " samples";
+}
+
+TEST(Warp, SquaresOfDiscsAreTheirInverse) {
+  for (std::uint32_t i = 0; i < 10000; ++i) {
+    Sampler sampler(SamplerKind::independent, 1, 0, i);
+    const Vec2 u = sampler.next2(), back = disk_to_square(square_to_disk(u));
+    ASSERT_NEAR(back.x, u.x, 2e-6f);
+    ASSERT_NEAR(back.y, u.y, 2e-6f);
+  }
+}
+
+/// Gather points at one place of the floor, seen from aslant. @param frame_normal of the shading frame
+GatherPoints points_of(const Bsdf& bsdf, Vec3 frame_normal, std::uint32_t count) {
+  GatherPoints points;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    points.slot.push_back(i);
+    points.sequence.push_back(i);
+    points.sample.push_back(0);
+    points.position.push_back({5, 0, 5});
+    points.normal.push_back({0, 1, 0});
+    points.offset.push_back(1e-6f);
+    points.frame.push_back(Frame::from_normal(frame_normal));
+    points.wo.push_back(normalize(Vec3{1, 1, 0.5f}));
+    points.bsdf.push_back(bsdf);
+    points.throughput.push_back(RGB(1.0f));
+  }
+  return points;
+}
+
+/// Mean and squared standard error of a value over all rays of 1000 points, for one point.
+struct Estimate {
+  double mean = 0, variance = 0;
+};
+template <typename Value>
+Estimate over_rays(const GatherPoints& points, const GatherGuide* guide, Value&& value) {
+  constexpr std::uint32_t kRays = 12;
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  GatherRayMaker maker;
+  maker.prepare(points, order, kRays, 7, guide);
+  GatherRays rays;
+  maker.create(0, kRays, rays);
+  std::vector<double> sums(points.size());
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    sums[rays.point[i]] += value(rays.weight[i].g, rays.rays[i].direction, maker.density(rays.point[i]));
+  const double n = static_cast<double>(sums.size());
+  Estimate out;
+  for (const double sum : sums) out.mean += sum / n;
+  for (const double sum : sums) out.variance += (sum - out.mean) * (sum - out.mean) / (n * (n - 1));
+  return out;
+}
+
+/// Guided rays bring the light of those that are not, for surfaces with a coat and bent normals, too, and their density
+/// is what it says.
+TEST(GatherGuide, KeepsTheLightOfAllBsdfs) {
+  const GatherGuide guide(rays_on_floor_and_wall(8192, spot));
+  Bsdf diffuse, smooth_coat, rough_coat;
+  diffuse.diffuse = smooth_coat.diffuse = rough_coat.diffuse = RGB(0.5f);
+  smooth_coat.kind = rough_coat.kind = BsdfKind::coated_diffuse;
+  rough_coat.alpha_x = rough_coat.alpha_y = 0.3f;
+  for (const Bsdf& bsdf : {diffuse, smooth_coat, rough_coat}) {
+    for (const Vec3 normal : {Vec3{0, 1, 0}, normalize(Vec3{0.3f, 1, -0.1f})}) {
+      const GatherPoints points = points_of(bsdf, normal, 4000);
+      ASSERT_NE(GatherDensity(points, 0, &guide).region(), kNoTable);
+      const auto light = [](double weight, Vec3 d, const GatherDensity&) {
+        return weight * (d.x * d.y > 0.2f ? 3 : 1 + d.z);
+      };
+      const Estimate guided = over_rays(points, &guide, light), even = over_rays(points, nullptr, light);
+      EXPECT_NEAR(guided.mean, even.mean, 4 * std::sqrt(guided.variance + even.variance)) << normal.x;
+      EXPECT_LT(std::sqrt(guided.variance + even.variance), 0.01 * even.mean);
+      const Estimate area = over_rays(points, &guide, [](double, Vec3 d, const GatherDensity& density) {
+        return d.y > 0.3f ? 1 / (12.0 * density.pdf(d)) : 0;
+      });
+      EXPECT_NEAR(area.mean, 2 * M_PI * 0.7, 4 * std::sqrt(area.variance)) << normal.x;
+    }
+  }
 }
 
 TEST(GatherGuide, LeavesEvenAndBlackLightAlone) {
