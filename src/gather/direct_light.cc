@@ -43,8 +43,9 @@ UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& po
   if (is_black(scattered)) return out;
   float weight = 1;
   if (!light.delta && counts.directions > 0)
-    weight = balance_heuristic(counts.light, light.pdf, counts.directions,
-                               density ? density->pdf(light.direction) : surface.pdf(wo, light.direction, lobes));
+    weight =
+        balance_heuristic(counts.light, light.pdf, counts.directions,
+                          density ? density->weighing_pdf(light.direction) : surface.pdf(wo, light.direction, lobes));
   out.radiance = scattered * light.radiance * (weight / light.pdf);
   out.source = light.source;
   out.shadow_ray = shadow_ray(point, face_forward(point.geometric_normal, light.direction), light);

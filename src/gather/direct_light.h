@@ -32,7 +32,7 @@ struct LightSampleCounts {
 
 /// What a point reflects of a light sample for it: f_r of the given lobes, times cosine, times light, divided by pdf,
 /// weighted against samples of directions.
-/// @param density of samples of directions, per steradian; null: that of the BSDF
+/// @param density of the gather rays of the point; null: directions are samples of the BSDF
 UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
                                 Lobes lobes, LightSampleCounts counts = {}, const GatherDensity* density = nullptr);
 

@@ -224,8 +224,9 @@ class ChunkGatherer {
     const bool secondary = segment == Segment::secondary;
     float weight = 1;
     if (is_direct(i))
-      weight = balance_heuristic(static_cast<float>(settings_.rays), maker_.density(p).pdf(rays_.rays[i].direction),
-                                 static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
+      weight =
+          balance_heuristic(static_cast<float>(settings_.rays), maker_.density(p).weighing_pdf(rays_.rays[i].direction),
+                            static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
     else if (secondary)
       weight = balance_heuristic(kSecondaryCounts.directions, rays_.pdf[i], kSecondaryCounts.light,
                                  light_density_from(rays_.scattered_at[i]));

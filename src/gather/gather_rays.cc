@@ -14,6 +14,11 @@ namespace glowworm {
 
 namespace {
 
+/// Share of the guided density in weights against light samples. Guided rays meet a lamp by chance, and light samples
+/// only miss it where something is in the way. Of 1, .25, .08 and 0, it is best or as good in a Cornell box and in a
+/// room with a window.
+constexpr float kGuidedWeight = 0.25f;
+
 /// The cells into which the square of directions is divided: columns * rows = count, as nearly square as possible.
 struct Strata {
   std::uint32_t columns, rows;
@@ -138,15 +143,15 @@ float GatherDensity::guided_pdf(Vec3 w) const {
   return sum;
 }
 
-float GatherDensity::pdf(Vec3 direction) const {
+float GatherDensity::weighing_pdf(Vec3 direction) const {
   const Vec3 side = points_->normal[point_];
-  if (region_ == kNoTable)
-    return ShadedSurface(points_->bsdf[point_], points_->frame[point_], side)
-        .pdf(points_->wo[point_], direction, kBroad);
+  const float even =
+      ShadedSurface(points_->bsdf[point_], points_->frame[point_], side).pdf(points_->wo[point_], direction, kBroad);
   const float cosine = dot(direction, side);
-  if (!(cosine > 0)) return 0;
+  if (region_ == kNoTable || !(cosine > 0)) return even;
   const Vec3 mirrored = direction - side * (2 * cosine);
-  return guided_pdf(direction) + (dot(mirrored, frame_.n) > 0 ? guided_pdf(mirrored) : 0.0f);
+  const float guided = guided_pdf(direction) + (dot(mirrored, frame_.n) > 0 ? guided_pdf(mirrored) : 0.0f);
+  return std::lerp(even, guided, kGuidedWeight);
 }
 
 void coherent_order(const GatherPoints& points, std::size_t first, std::size_t last,

@@ -60,8 +60,9 @@ class GatherDensity {
   /// @param points must outlive the density; @param guide null: none
   GatherDensity(const GatherPoints& points, std::size_t point, const GatherGuide* guide);
 
-  /// Per steradian, of a direction in the world (unit).
-  float pdf(Vec3 direction) const;
+  /// A density by which rays are weighted against light samples: between that of rays that are guided and that of rays
+  /// that are not. Per steradian, of a direction in the world (unit).
+  float weighing_pdf(Vec3 direction) const;
   /// Per steradian, of a direction of the BSDF of a guided point: before those on the wrong side of the surface are
   /// mirrored (bsdf/shaded_surface.h).
   float guided_pdf(Vec3 w) const;
