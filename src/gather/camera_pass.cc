@@ -29,8 +29,8 @@ constexpr int kSquare = CameraTask::kSquare;
 constexpr std::uint32_t kNoSlot = 0xffffffffu;
 /// Russian roulette begins after this many sharp bounces, and paths end after so many.
 constexpr int kRouletteAfter = 4, kMaxSharpBounces = 32;
-/// Surface samples follow reflection and refraction by clear glass both, at so many bounces: a lamp that is seen by a
-/// rare choice between them would be a bright pixel.
+/// Up to this many bounces, surface samples follow both reflection and refraction by clear glass. With a random choice,
+/// a lamp that is rarely chosen would make single bright pixels.
 constexpr int kSplitBounces = 4;
 
 /// State of a camera path between bounces.
@@ -357,7 +357,7 @@ class BlockTracer {
     return survives(path, path.throughput * s.weight, bounce) && leave(path, ray, point, s, s.weight);
   }
 
-  /// Continues through the sharp lobes for the light of lamps that is seen by them.
+  /// Continues through the sharp lobes, for lamps that are seen through them.
   bool follow_surface_sample(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
                              int bounce) {
     const ShadedSurface surface = shaded(point, bsdf);
@@ -366,7 +366,7 @@ class BlockTracer {
     if (bounce < kSplitBounces) {
       constexpr float kAlmostOne = 0x1.fffffep-1f;
       const ScatteredRay first = surface.sample(wo, 0, u, kSharp), last = surface.sample(wo, kAlmostOne, u, kSharp);
-      // Two directions without width that are all there are.
+      // Both lobes are perfectly smooth, and there are no others.
       if (first.valid && last.valid && first.delta && last.delta && std::abs(first.pdf + last.pdf - 1) < 1e-5f) {
         memory_.split_paths.push_back(path);
         memory_.split_rays.push_back(ray);
@@ -378,7 +378,7 @@ class BlockTracer {
       }
     }
     const ScatteredRay s = surface.sample(wo, u_lobe, u, kSharp);
-    // Split paths have little throughput, and must not end for it.
+    // Not by throughput: that of split paths is small, and would end them.
     return survives(path, s.weight, bounce) && leave(path, ray, point, s, s.weight);
   }
 

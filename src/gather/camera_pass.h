@@ -14,7 +14,7 @@ namespace glowworm {
 
 /// Surface samples of each camera sample: camera paths that find emission and albedo, but no gather points. They cost
 /// little, and textures, edges and lamps need more samples than light does. They follow the sharp lobes of every
-/// surface, and at first both reflection and refraction, so that reflected lamps are free of noise.
+/// surface, and at first both reflection and refraction, so that reflected lamps have little noise.
 inline constexpr std::uint32_t kSurfaceSamples = 4;
 
 struct CameraPassSettings {

@@ -14,9 +14,8 @@ namespace glowworm {
 
 namespace {
 
-/// Share of the guided density in weights against light samples. Guided rays meet a lamp by chance, and light samples
-/// only miss it where something is in the way. Of 1, .25, .08 and 0, it is best or as good in a Cornell box and in a
-/// room with a window.
+/// Share of the guided density in weights against light samples. Guided rays meet a lamp by chance; light samples miss
+/// it only where something is in the way. So light samples keep more weight than the densities alone would give them.
 constexpr float kGuidedWeight = 0.25f;
 
 /// The cells into which the square of directions is divided: columns * rows = count, as nearly square as possible.

@@ -151,7 +151,7 @@ class ExrFile {
       }
     }
     const Part& part = parts_[0];
-    if (part.compression > kZip) return;  // their own length is checked by OpenEXR
+    if (part.compression > kZip) return;  // OpenEXR checks the lengths of these
     for (std::int64_t i = 0; i < part.size.blocks(part.block); ++i) {
       in_.seekg(static_cast<std::streamoff>(places[static_cast<std::size_t>(i)]));
       // The numbers of its part, and of its row or those of its tile and level.
@@ -227,7 +227,7 @@ class ExrFile {
     part.compression = static_cast<std::uint8_t>(values["compression"][0]);
     if (part.compression >= kRowsOfBlock.size()) fail(fmt::format("unknown compression {}", part.compression));
     part.deep = flags_ & kMultiPart ? type.starts_with("deep") : (flags_ & kDeep) != 0;
-    part.tiled = flags_ & kMultiPart ? type.ends_with("tile") || type.starts_with("tile") : (flags_ & kTiled) != 0;
+    part.tiled = flags_ & kMultiPart ? type == "tiledimage" || type == "deeptile" : (flags_ & kTiled) != 0;
     part.block = {part.size.width, kRowsOfBlock[part.compression]};
     if (!part.tiled) return part;
     if (tiles.size() != 9) fail("a header lacks the size of tiles");

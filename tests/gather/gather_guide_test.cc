@@ -117,7 +117,7 @@ TEST(Warp, SquaresOfDiscsAreTheirInverse) {
   }
 }
 
-/// Gather points at one place of the floor, seen from aslant. @param frame_normal of the shading frame
+/// Gather points at one place of the floor, seen at an angle. @param frame_normal of the shading frame
 GatherPoints points_of(const Bsdf& bsdf, Vec3 frame_normal, std::uint32_t count) {
   GatherPoints points;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -135,7 +135,7 @@ GatherPoints points_of(const Bsdf& bsdf, Vec3 frame_normal, std::uint32_t count)
   return points;
 }
 
-/// Mean and squared standard error of a value over all rays of 1000 points, for one point.
+/// Mean over points of the sum of a value over the rays of each, and the squared standard error of that mean.
 struct Estimate {
   double mean = 0, variance = 0;
 };
