@@ -151,7 +151,6 @@ class ExrFile {
       }
     }
     const Part& part = parts_[0];
-    if (part.compression > kZip) return;  // OpenEXR checks the lengths of these
     for (std::int64_t i = 0; i < part.size.blocks(part.block); ++i) {
       in_.seekg(static_cast<std::streamoff>(places[static_cast<std::size_t>(i)]));
       // The numbers of its part, and of its row or those of its tile and level.
@@ -260,6 +259,8 @@ class ExrFile {
   /// Checks the block of a number of bytes whose length comes next in the file.
   void check_block(std::size_t compression, std::int64_t wanted) {
     const std::int64_t length = number();
+    if (length == 0) fail("a block has no bytes");
+    if (compression > kZip) return;  // OpenEXR checks that the others are whole
     // OpenEXR unpacks a block only if it is shorter than its pixels.
     std::int64_t unpacked = length;
     if (length < wanted && compression == kRle) unpacked = unpacked_rle(length);

@@ -12,10 +12,10 @@ namespace glowworm {
 /// @param path a regular file that begins like an OpenEXR file
 void check_exr_header(const std::string& path);
 
-/// Does what check_exr_header() does. Also throws Error if a block of pixels is missing, or if one without compression
-/// or with that of ZIP, ZIPS or RLE does not hold as many bytes as its pixels need: OpenEXR 3.1 would return memory of
-/// earlier use as the rest. Checks the first picture of the file, at its largest size. Unpacks each block once, in
-/// memory of its size.
+/// Does what check_exr_header() does. Also throws Error if a block of pixels is missing or empty, or if one without
+/// compression or with that of ZIP, ZIPS or RLE does not hold as many bytes as its pixels need: OpenEXR 3.1 would
+/// return memory of earlier use as the rest. Checks the first picture of the file, at its largest size. Unpacks each
+/// block once, in memory of its size.
 void check_exr_blocks(const std::string& path);
 
 }  // namespace glowworm

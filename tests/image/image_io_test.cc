@@ -351,6 +351,7 @@ TEST_F(ImageIo, AnExrOfIncompleteHeaderIsDamaged) {
   EXPECT_THAT(message_of([&] { read_image(folder + "channel_type.exr"); }), HasSubstr("unknown type of channel 4097"));
   EXPECT_THAT(message_of([&] { read_image(folder + "short_channels.exr"); }),
               HasSubstr("\"channels\" of type chlist claims 54 bytes"));
+  EXPECT_THAT(message_of([&] { read_image(folder + "empty_block.exr"); }), HasSubstr("a block has no bytes"));
   for (const char* name : {"levels.exr", "parts.exr"}) EXPECT_EQ(message_of([&] { read_image(folder + name); }), "");
 }
 
@@ -375,7 +376,7 @@ std::string packed_zeros(const std::string& compression, std::size_t count) {
 
 /// OpenEXR's C++ reader returns memory of earlier use as the pixels that a block lacks.
 TEST_F(ImageIo, AnExrBlockOfFewerBytesThanItsPixelsIsDamaged) {
-  for (const std::string compression : {"none", "rle", "zips", "zip"}) {
+  for (const std::string compression : {"none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"}) {
     for (const int tile : {0, 64}) {
       // A picture of one block: its place in the file is the last number before it.
       constexpr int kWidth = 50;
@@ -399,12 +400,18 @@ TEST_F(ImageIo, AnExrBlockOfFewerBytesThanItsPixelsIsDamaged) {
         write_bytes("a.exr", whole.substr(0, place) + numbers + little_endian(block.size(), 4) + block);
         return message_of([&] { read_image(path("a.exr")); });
       };
-      EXPECT_EQ(with_block(packed_zeros(compression, kBytes)), "") << compression << tile;
-      EXPECT_THAT(with_block(packed_zeros(compression, kBytes - 1)), HasSubstr("a block of 600 bytes holds 599"));
-      EXPECT_THAT(with_block(packed_zeros(compression, kBytes + 1)),
-                  HasSubstr(compression.starts_with("zip") ? "cannot be inflated" : "a block of 600 bytes holds 601"));
+      const std::string block = whole.substr(place + numbers.size() + 4);
+      EXPECT_EQ(with_block(block), "") << compression << tile;
+      EXPECT_THAT(with_block(""), HasSubstr("a block has no bytes")) << compression << tile;
+      if (compression == "none" || compression == "rle" || compression.starts_with("zip")) {
+        EXPECT_EQ(with_block(packed_zeros(compression, kBytes)), "") << compression << tile;
+        EXPECT_THAT(with_block(packed_zeros(compression, kBytes - 1)), HasSubstr("a block of 600 bytes holds 599"));
+        EXPECT_THAT(
+            with_block(packed_zeros(compression, kBytes + 1)),
+            HasSubstr(compression.starts_with("zip") ? "cannot be inflated" : "a block of 600 bytes holds 601"));
+      }
       whole.replace(place - 8, 8, 8, '\0');
-      EXPECT_THAT(with_block(packed_zeros(compression, kBytes)), HasSubstr("a block of pixels is missing"));
+      EXPECT_THAT(with_block(block), HasSubstr("a block of pixels is missing"));
     }
   }
 }
