@@ -123,11 +123,11 @@ constexpr PlaceLayers kMaterials{.materials = true}, kBoth{.objects = true, .mat
 
 const std::vector<Aov>& table() {
   static const std::vector<Aov> rows = {
-      rgb_row("emitted", Layer::emitted),
+      rgb_row("emitted", Layer::fine_emitted),
       rgb_row("direct", Layer::direct),
       rgb_row("indirect", Layer::indirect),
       rgb_row("caustic", Layer::caustic),
-      rgb_row("albedo", Layer::albedo),
+      rgb_row("albedo", Layer::fine_albedo),
       {"normal",
        3,
        {},

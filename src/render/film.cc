@@ -261,8 +261,9 @@ bool Film::is_even() const {
 RGB Film::mean(Layer layer, std::size_t pixel) const {
   if (count_[pixel] == 0 || !layers_) return RGB();
   if (layer == Layer::albedo) return mean_of(albedo_[pixel], count_[pixel]);
-  if (layer == Layer::fine_albedo) return mean_of((places_.fine ? fine_albedo_ : albedo_)[pixel], count_[pixel]);
-  if (layer == Layer::fine_emitted) return mean_of((places_.fine ? fine_emitted_ : light_[0])[pixel], count_[pixel]);
+  const bool fine = places_.fine && count_[pixel] > 1;
+  if (layer == Layer::fine_albedo) return mean_of((fine ? fine_albedo_ : albedo_)[pixel], count_[pixel]);
+  if (layer == Layer::fine_emitted) return mean_of((fine ? fine_emitted_ : light_[0])[pixel], count_[pixel]);
   if (layer == Layer::normal) return mean_of(normal_[pixel], count_[pixel]);
   if (layer == Layer::position || layer == Layer::uv) {
     const auto& sums = layer == Layer::uv ? uv_ : position_;

@@ -88,7 +88,7 @@ class Film {
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
   /// fine_emitted and fine_albedo are those of surface samples (gather/camera_pass.h), or `emitted` and `albedo` in a
-  /// film without them.
+  /// film without them and in pixels of a single sample, which the filters leave as it is, too.
   enum class Layer : std::uint8_t {
     emitted,
     direct,

@@ -85,23 +85,14 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
-/// Factors that scale a pixel's reflected light to the albedo of the surface samples. They are 1 where a light is seen,
-/// because the albedo of a light is not that of what it lights.
-RGB to_fine_albedo(const Film& film, std::size_t pixel) {
-  if (!is_black(film.mean(Layer::emitted, pixel)) || !is_black(film.mean(Layer::fine_emitted, pixel))) return RGB(1.0f);
-  const RGB coarse = shading_albedo(film, pixel), fine = shading_albedo(film, pixel, Layer::fine_albedo);
-  return {fine.r / coarse.r, fine.g / coarse.g, fine.b / coarse.b};
-}
-
 /// Adds caustic light and emission to a picture of direct and indirect light, and scales reflected light to the albedo
-/// of the surface samples. Pixels with a single sample keep their own albedo and emission, as the filters keep theirs.
+/// of the surface samples.
 void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   for_pixels(film, [&](std::size_t i) {
     RGB& pixel = picture.radiance[i];
-    const bool fine = film.is_fine() && film.sample_count(i) > 1;
     if (!indirect_only) pixel += film.mean(Layer::caustic, i);
-    if (fine) pixel *= to_fine_albedo(film, i);
-    if (!indirect_only) pixel += film.mean(fine ? Layer::fine_emitted : Layer::emitted, i);
+    pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::fine_albedo);
+    if (!indirect_only) pixel += film.mean(Layer::fine_emitted, i);
   });
 }
 

@@ -9,6 +9,7 @@
 
 #include "builtin/builtin.h"
 #include "core/random.h"
+#include "render/aov.h"
 #include "render/render_testing.h"
 
 namespace glowworm {
@@ -146,12 +147,22 @@ TEST(Filtered, LightHasTheAlbedoOfSurfaceSamples) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(same[c], dark[c], 1e-6f);
   const RGB black = shown(pixel_with_surface_samples(4, RGB(0.002f), RGB(0.002f), 0, 0));
   EXPECT_NEAR(black.g, 0.002f, 1e-7f);
-  // Where a lamp is seen, its emission alone is that of surface samples.
   const RGB lamp = shown(pixel_with_surface_samples(4, RGB(0.4f), RGB(0.5f), 3, 2));
-  EXPECT_NEAR(lamp.g, 2.4f, 1e-5f);
+  EXPECT_NEAR(lamp.g, 2.5f, 1e-5f);
   // A single sample stays as it is.
   const RGB single = shown(pixel_with_surface_samples(1, RGB(0.4f), RGB(0.5f), 3, 2));
   EXPECT_NEAR(single.g, 3.4f, 1e-5f);
+}
+
+/// As pseudocolours of illuminance need them.
+TEST(Filtered, LayersOfEmissionAndAlbedoAreThoseOfTheImage) {
+  const Film film = pixel_with_surface_samples(4, RGB(0.4f), RGB(0.5f), 3, 2);
+  const FilmPicture picture = filtered_picture(film, false);
+  Image image(1, 1);
+  for (const char* layer : {"emitted", "albedo"}) add_layer(image, {film, PictureInfo(), picture}, layer);
+  EXPECT_NEAR(image.rgb("emitted")[0].g, 2, 1e-5f);
+  EXPECT_NEAR(image.rgb("albedo")[0].g, 0.5f, 1e-6f);
+  EXPECT_NEAR((picture.radiance[0].g - 2) / 0.5f, 1, 1e-5f);  // the light over albedo of each sample
 }
 
 TEST(Film, TakesTheSamplesOfATaskFromAnotherFilm) {
