@@ -355,6 +355,12 @@ TEST_F(ImageIo, AnExrOfIncompleteHeaderIsDamaged) {
   for (const char* name : {"levels.exr", "parts.exr"}) EXPECT_EQ(message_of([&] { read_image(folder + name); }), "");
 }
 
+/// OpenImageIO would take memory by what is left of the number in an int.
+TEST_F(ImageIo, ATiffStripOfMoreThanTwoGigabytesIsRefused) {
+  const std::string file = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/tiff/long_strip.tif";
+  EXPECT_THAT(message_of([&] { read_image(file); }), HasSubstr("it claims a strip of 3332288544 bytes"));
+}
+
 /// Compressed bytes that unpack to a number of zeros.
 std::string packed_zeros(const std::string& compression, std::size_t count) {
   if (compression == "none") return std::string(count, '\0');

@@ -1,8 +1,12 @@
 // The shared library of image/image_reader.h: the one place where pixels come out of OpenImageIO.
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <exception>
+#include <limits>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -135,6 +139,12 @@ extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const ch
   }
   if (!input->open(path, spec, config)) {
     failure = input->geterror();
+    return nullptr;
+  }
+  // OpenImageIO counts these bytes in an int (2.4).
+  const auto strip = static_cast<std::uint64_t>(std::max(spec.get_int_attribute("tiff:RowsPerStrip"), 0));
+  if (const std::uint64_t bytes = spec.scanline_bytes(true) * strip; bytes > std::numeric_limits<int>::max()) {
+    failure = "it claims a strip of " + std::to_string(bytes) + " bytes";
     return nullptr;
   }
   return new glowworm::OpenImageIoReader(std::move(input));
