@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """The error that renders with --noise predict, and their true error: bench/results/noise.md.
 
-Each scene is rendered to several targets. The true error is that of the pixels' luminance against two renders of other
-seeds without filter and with many photons, whose noise would be alike in a whole region of a small picture. It is
-relative as the predicted one is (relative_error() in src/render/filtered.h). Both include the noise of the photons, which
-all samples share; the true error also includes what the filter blurs. The last column has the share of the worst 1% of
-the pixels in the square of the true error.
+Each scene is rendered to several targets with several seeds; the table has root mean squares over the seeds. The true
+error is that of the pixels' luminance against two renders of other seeds with many photons, whose noise would be alike in
+a whole region of a small picture: the sum of their unfiltered layers, with the emission of surface samples. It is relative
+as the predicted one is (relative_error() in src/render/filtered.h). Both include the noise of the photons, which all
+samples share; the true error also includes what the filter blurs. The last column has the share of the worst 1% of the
+pixels in the square of the true error.
 
 A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
 chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.
@@ -26,36 +27,46 @@ from tables_equal_time import SCENES, path_of  # noqa: E402
 
 TARGETS = (0.1, 0.05, 0.025)
 REFERENCE_PHOTONS = 8_000_000
+SEEDS = (11, 12, 13, 14)  # of the pictures
 RENDERS, SAMPLES = 16, 16
 # The median and the 99.9% quantile of chi-squared of 15 degrees of freedom.
 MEDIAN, RARE = 14.339, 37.697
 
 
-def luminance(picture):
-    return picture["image"] @ np.array([0.2126, 0.7152, 0.0722])
+def luminance(pixels):
+    return pixels @ np.array([0.2126, 0.7152, 0.0722])
 
 
-def relative_error(image, references):
-    """Of the image, without those of two independent references: the mean of the product of both differences has none.
-    And the share of its square that the worst 1% of the pixels have."""
+def reference(scene, **settings):
+    """Luminance of all layers of light. That of emission is by surface samples, which have little noise behind glass."""
+    layers = ("emitted", "direct", "indirect", "caustic")
+    picture = glowworm.render(scene, photons=REFERENCE_PHOTONS, aov=",".join(layers), **settings)
+    return luminance(sum(picture[layer] for layer in layers))
+
+
+def relative_squares(image, references):
+    """Squared errors of the image's pixels: the noise of two independent references has no mean in the product of the
+    differences from both."""
     mean = sum(references) / 2
-    product = (image - references[0]) * (image - references[1])
-    squares = np.sort((product / (mean**2 + 0.01 * mean.mean() ** 2)).ravel())
-    total = max(squares.sum(), 1e-9)
-    return (total / len(squares)) ** 0.5, min(squares[int(0.99 * len(squares)):].sum() / total, 1)
+    return ((image - references[0]) * (image - references[1]) / (mean**2 + 0.01 * mean.mean() ** 2)).ravel()
+
+
+def root_mean_square(values):
+    return np.sqrt(np.mean(np.square(values)))
 
 
 def rows(name, samples):
     """One row for each target."""
     scene = glowworm.Scene.load(path_of(name))
-    settings = {"size": SCENES[name][1], "progress": False}
-    references = [luminance(glowworm.render(scene, samples=samples, seed=seed, photons=REFERENCE_PHOTONS, filter="off",
-                                            **settings)) for seed in (1, 2)]
+    settings = {"size": SCENES[name][1], "samples": samples, "progress": False}
+    references = [reference(scene, seed=seed, **settings) for seed in (1, 2)]
     for target in TARGETS:
-        picture = glowworm.render(scene, noise=target, samples=samples, **settings)
-        predicted = float(picture.metadata["glowworm:relative_error"])
-        true, worst = relative_error(luminance(picture), references)
-        mean = picture.statistics["mean_samples"]
+        pictures = [glowworm.render(scene, noise=target, seed=seed, **settings) for seed in SEEDS]
+        predicted = root_mean_square([float(picture.metadata["glowworm:relative_error"]) for picture in pictures])
+        squares = np.sort(np.mean([relative_squares(luminance(p["image"]), references) for p in pictures], axis=0))
+        total = max(squares.sum(), 1e-9)
+        true, worst = (total / len(squares)) ** 0.5, min(squares[int(0.99 * len(squares)):].sum() / total, 1)
+        mean = np.mean([picture.statistics["mean_samples"] for picture in pictures])
         yield f"| {name} | {target} | {mean:.1f} | {predicted:.4f} | {true:.4f} | {predicted / true:.2f} | {worst:.0%} |"
 
 
@@ -64,7 +75,7 @@ def spread_row(name):
     scene = glowworm.Scene.load(path_of(name))
     pictures = [glowworm.render(scene, samples=RENDERS * SAMPLES, part=f"{i + 1}/{RENDERS}", size=SCENES[name][1],
                                 aov="noise", progress=False) for i in range(RENDERS)]
-    variance = np.var([luminance(p) for p in pictures], axis=0, ddof=1)
+    variance = np.var([luminance(p["image"]) for p in pictures], axis=0, ddof=1)
     predicted = np.mean([np.square(p["noise"]) for p in pictures], axis=0).reshape(variance.shape)
     noisy = predicted > 0
     chi_squared = (RENDERS - 1) * variance[noisy] / predicted[noisy]
