@@ -39,7 +39,7 @@ inline constexpr int kMaxPictureSide = 65536;
 inline constexpr std::uint32_t kDefaultSamples = 8;
 
 /// Default gather rays of a camera sample of a picture.
-inline constexpr std::uint32_t kDefaultGather = 16;
+inline constexpr std::uint32_t kDefaultGather = 12;
 
 /// A rectangle of pixels: columns [x0, x1) and rows [y0, y1), counted from the upper left corner of the picture.
 struct PixelBounds {
