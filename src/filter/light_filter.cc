@@ -155,17 +155,17 @@ class LightFilter {
     return variance > 0 ? squared(difference) / variance : -1;
   }
 
-  /// Scales variances by what differences between pixels say, block by block.
+  /// Scales variances by what stratified samples gain at edges of light, which differs from block to block.
   void calibrate() {
     const int columns = (width_ + kBlock - 1) / kBlock, rows = (height_ + kBlock - 1) / kBlock;
-    std::vector<float> factor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    parallel_for(0, factor.size(), 4, [&](std::size_t first, std::size_t last) {
+    std::vector<float> gain(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    parallel_for(0, gain.size(), 4, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
-        factor[i] = block_factor(static_cast<int>(i) % columns * kBlock, static_cast<int>(i) / columns * kBlock);
+        gain[i] = gain_at_edges(static_cast<int>(i) % columns * kBlock, static_cast<int>(i) / columns * kBlock);
     });
-    const auto factor_at = [&](int column, int row) {
-      return factor[static_cast<std::size_t>(std::clamp(row, 0, rows - 1)) * static_cast<std::size_t>(columns) +
-                    static_cast<std::size_t>(std::clamp(column, 0, columns - 1))];
+    const auto of_block = [&](int column, int row) {
+      return gain[static_cast<std::size_t>(std::clamp(row, 0, rows - 1)) * static_cast<std::size_t>(columns) +
+                  static_cast<std::size_t>(std::clamp(column, 0, columns - 1))];
     };
     for_rows([&](int y) {
       for (int x = 0; x < width_; ++x) {
@@ -173,21 +173,20 @@ class LightFilter {
                     v = (static_cast<float>(y) + 0.5f) / kBlock - 0.5f;
         const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
         const float s = u - static_cast<float>(column), t = v - static_cast<float>(row);
-        const float above = std::lerp(factor_at(column, row), factor_at(column + 1, row), s);
-        const float below = std::lerp(factor_at(column, row + 1), factor_at(column + 1, row + 1), s);
-        const float f = std::lerp(above, below, t);
-        // Where two surfaces meet, stratified samples gain less: variances fall with n^-1.5 in place of n^-3, where
-        // those of independent samples fall with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth
-        // Functions", Annals of Statistics 25(4), 1997; D. Mitchell, "Consequences of Stratified Sampling in Graphics",
-        // SIGGRAPH 1996).
-        const bool of_one_surface = !std::isnan(*normal_x_.at(x, y));
-        *variance_.at(x, y) *= of_one_surface ? f : std::sqrt(std::sqrt(f));
+        const float above = std::lerp(of_block(column, row), of_block(column + 1, row), s);
+        const float below = std::lerp(of_block(column, row + 1), of_block(column + 1, row + 1), s);
+        *variance_.at(x, y) *= std::lerp(above, below, t);
       }
     });
   }
 
-  /// The median tells noise from edges. Of the square of a standard normal number it is 0.4549.
-  float block_factor(int x0, int y0) const {
+  /// Ratio of the variance of stratified samples to that of independent ones, at edges of light. Second differences
+  /// tell that of most pixels, which is smooth light: their median ignores edges; of the square of a standard normal
+  /// number it is 0.4549. Variances of n stratified samples fall with n^-3 for smooth light and with n^-1.5 at edges,
+  /// those of independent ones with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth Functions", Annals
+  /// of Statistics 25(4), 1997; D. Mitchell, "Consequences of Stratified Sampling in Graphics", SIGGRAPH 1996). With
+  /// the ratio of smooth light, pixels that met rare bright samples would differ from all around them, and stay.
+  float gain_at_edges(int x0, int y0) const {
     std::vector<float> ratios;
     for (int y = std::max(y0, 1); y < std::min(y0 + kBlock, height_ - 1); ++y)
       for (int x = std::max(x0, 1); x < std::min(x0 + kBlock, width_ - 1); ++x)
@@ -197,7 +196,7 @@ class LightFilter {
     if (ratios.size() < kMinRatios) return 1;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
-    return std::clamp(*middle / 0.4549f, 0.02f, 1.0f);
+    return std::sqrt(std::sqrt(std::clamp(*middle / 0.4549f, 0.02f, 1.0f)));
   }
 
   void filter_tile(int x0, int y0) {

@@ -47,7 +47,7 @@ struct FilteredLight {
 /// detects smaller differences, so the result converges to the mean of the samples.
 ///
 /// Samples of one pixel are stratified, so their spread overstates the error of their mean. Second differences of
-/// neighbouring pixels measure by how much.
+/// neighbouring pixels measure by how much; variances are scaled by the share of it that holds at edges of light, too.
 ///
 /// The same bits for any number of threads; linear in pixels.
 /// Light comes back as it is where a pixel has fewer than two samples.
