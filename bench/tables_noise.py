@@ -45,8 +45,8 @@ def reference(scene, **settings):
 
 
 def relative_squares(image, references):
-    """Squared errors of the image's pixels: the noise of two independent references has no mean in the product of the
-    differences from both."""
+    """Relative squared errors of the image's pixels. Each is the product of the differences from two independent
+    references, in which their noise cancels on average."""
     mean = sum(references) / 2
     return ((image - references[0]) * (image - references[1]) / (mean**2 + 0.01 * mean.mean() ** 2)).ravel()
 

@@ -180,12 +180,12 @@ class LightFilter {
     });
   }
 
-  /// Ratio of the variance of stratified samples to that of independent ones, at edges of light. Second differences
-  /// tell that of most pixels, which is smooth light: their median ignores edges; of the square of a standard normal
-  /// number it is 0.4549. Variances of n stratified samples fall with n^-3 for smooth light and with n^-1.5 at edges,
-  /// those of independent ones with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth Functions", Annals
-  /// of Statistics 25(4), 1997; D. Mitchell, "Consequences of Stratified Sampling in Graphics", SIGGRAPH 1996). With
-  /// the ratio of smooth light, pixels that met rare bright samples would differ from all around them, and stay.
+  /// Ratio of the variance of stratified samples to that of independent ones at edges of light: the fourth root of the
+  /// ratio in smooth light. With n samples, variances fall with n^-3 in smooth light and with n^-1.5 at edges; those of
+  /// independent samples fall with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth Functions", Annals of
+  /// Statistics 25(4), 1997; D. Mitchell, "Consequences of Stratified Sampling in Graphics", SIGGRAPH 1996). The ratio
+  /// in smooth light comes from the median of second differences, which ignores edges. It is not used itself, because
+  /// pixels that met rare bright samples would then differ from all others and remain as specks.
   float gain_at_edges(int x0, int y0) const {
     std::vector<float> ratios;
     for (int y = std::max(y0, 1); y < std::min(y0 + kBlock, height_ - 1); ++y)
@@ -196,6 +196,7 @@ class LightFilter {
     if (ratios.size() < kMinRatios) return 1;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
+    // Of the square of a standard normal number the median is 0.4549.
     return std::sqrt(std::sqrt(std::clamp(*middle / 0.4549f, 0.02f, 1.0f)));
   }
 

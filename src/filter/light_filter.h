@@ -47,7 +47,8 @@ struct FilteredLight {
 /// detects smaller differences, so the result converges to the mean of the samples.
 ///
 /// Samples of one pixel are stratified, so their spread overstates the error of their mean. Second differences of
-/// neighbouring pixels measure by how much; variances are scaled by the share of it that holds at edges of light, too.
+/// neighbouring pixels measure by how much. Variances are scaled by the fourth root of that, which is what
+/// stratification gains at edges of light, so the stated variance of smooth light is too large.
 ///
 /// The same bits for any number of threads; linear in pixels.
 /// Light comes back as it is where a pixel has fewer than two samples.

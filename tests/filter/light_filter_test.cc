@@ -87,7 +87,7 @@ TEST(LightFilter, ConvergesToTheSamples) {
   }
 }
 
-/// The spread says four times the variance. Its fourth root is what holds at edges.
+/// The spread overstates the variance four times. The filter corrects it by the fourth root of that.
 TEST(LightFilter, KnowsThatStratifiedSamplesErrLessThanTheirSpread) {
   const auto level = [](int, int) { return 1.0f; };
   LightEstimate estimate = noisy(0.1f, level);
@@ -99,7 +99,7 @@ TEST(LightFilter, KnowsThatStratifiedSamplesErrLessThanTheirSpread) {
   EXPECT_NEAR(mean / static_cast<double>(filtered.unfiltered.size()), 0.04 / std::sqrt(2.0), 0.0015);
 }
 
-/// Of samples that are nearly all alike, few are much brighter. What they add must spread.
+/// A few samples are much brighter than all others. The filter must not leave them as specks.
 TEST(LightFilter, SpreadsRareBrightSamples) {
   constexpr float kChance = 0.005f, kBright = 20, kLevel = 1 + kChance * kBright;
   LightEstimate estimate = noisy(0.1f, [](int, int) { return 1.0f; });

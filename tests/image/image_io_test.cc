@@ -355,7 +355,7 @@ TEST_F(ImageIo, AnExrOfIncompleteHeaderIsDamaged) {
   for (const char* name : {"levels.exr", "parts.exr"}) EXPECT_EQ(message_of([&] { read_image(folder + name); }), "");
 }
 
-/// OpenImageIO would take memory by what is left of the number in an int.
+/// OpenImageIO counts the bytes of a strip in an int, which would overflow.
 TEST_F(ImageIo, ATiffStripOfMoreThanTwoGigabytesIsRefused) {
   const std::string file = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/tiff/long_strip.tif";
   EXPECT_THAT(message_of([&] { read_image(file); }), HasSubstr("it claims a strip of 3332288544 bytes"));

@@ -154,7 +154,7 @@ TEST(Filtered, LightHasTheAlbedoOfSurfaceSamples) {
   EXPECT_NEAR(single.g, 3.4f, 1e-5f);
 }
 
-/// As pseudocolours of illuminance need them.
+/// Pseudocolours of illuminance subtract the layer of emission from the image and divide by that of albedo.
 TEST(Filtered, LayersOfEmissionAndAlbedoAreThoseOfTheImage) {
   const Film film = pixel_with_surface_samples(4, RGB(0.4f), RGB(0.5f), 3, 2);
   const FilmPicture picture = filtered_picture(film, false);
