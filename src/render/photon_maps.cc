@@ -28,9 +28,9 @@ constexpr std::uint64_t kMaxCausticPasses = 8;
 /// Sufficient size of the caustic map, as a share of the global map; and the passes that make its noise hard to see,
 /// however large it is: their photons are within the radii of the first.
 constexpr double kCausticShare = 0.5;
-constexpr std::uint64_t kSmoothCausticPasses = 4;
+constexpr std::uint64_t kSmoothCausticPasses = 2;
 /// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
-constexpr double kCausticPhotonsPerRay = 2;
+constexpr double kCausticPhotonsPerRay = 0.5;
 /// Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
 /// would be on another page. Fewer photons keep the order in which they were traced.
 constexpr std::size_t kMostUnordered = std::size_t{1} << 22;
@@ -66,9 +66,6 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget
                             there / kBytesPerPhoton));
   return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
-
-/// Photons in an estimate of the caustic map if one of the global map has `nearest`: fewer, because caustics are sharp.
-std::uint32_t caustic_nearest(std::uint32_t nearest) { return std::max<std::uint32_t>(1, nearest / 2); }
 
 LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<float>& factors) {
   for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
@@ -314,7 +311,7 @@ void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) 
   if (caustic_passes_ < caustic_passes()) add_caustic_photons(tracer, statistics);
   // More photons within the same radii: the same blur, less noise.
   const double growth = static_cast<double>(caustic_.count) / static_cast<double>(first_caustic_);
-  const double nearest = growth * caustic_nearest(settings_.nearest);
+  const double nearest = growth * settings_.nearest;
   bring_up(caustic_, static_cast<std::uint32_t>(std::lround(nearest)), tracer, statistics);
   if (!settings_.kept) caustic_.drop_photons();
 }
