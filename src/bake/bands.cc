@@ -20,8 +20,8 @@ namespace {
 /// The filter calibrates variances by blocks of so many rows; bands begin with one.
 constexpr int kBlock = 32;
 /// Rows above and below a band that its filtered light depends on: the window of the filter and the blocks around that,
-/// of which the last has differences with one row more.
-constexpr int kAbove = 2 * kBlock, kBelow = kBlock + 2;
+/// of which the last has differences with two rows more, whose variances are shared with one more.
+constexpr int kAbove = 2 * kBlock, kBelow = kBlock + 3;
 /// Share of the memory for the film, at most; photons and query points take the rest.
 constexpr double kFilmShare = 0.7;
 /// That rest is at least so many times the room of the smallest task.

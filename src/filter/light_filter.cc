@@ -20,11 +20,12 @@ constexpr int kTileWidth = WindowSums::kWidth, kTileHeight = WindowSums::kHeight
 constexpr int kBlock = 32;
 /// Samples whose spread a pixel shares with its neighbours.
 constexpr float kSharedSamples = 8;
-/// Weights favour pixels whose noise resembles that of the centre, so a share of its variance remains in addition to
-/// what the weights predict: kLeastKept where all pixels of its surface show the same light, and kKeptApart more where
-/// none does. On indirect light of two rooms (16 renders of 16 samples) it was 0.006, 0.012, 0.03, 0.06, 0.095 and 0.12
-/// where 0.025, 0.1, 0.22, 0.4, 0.6 and 0.77 of them differ.
-constexpr float kLeastKept = 0.006f, kKeptApart = 0.14f;
+/// Weights favour pixels whose noise resembles that of the centre, and differences that the test cannot tell from noise
+/// make the mean wrong. Both leave a share of the centre's variance in addition to what the weights predict: kLeastKept
+/// where all pixels of its surface show the same light, and kKeptApart more where none does. Noise alone leaves 0.006
+/// to 0.15 on indirect light of two rooms; with squared bias, which is 15 to 60% of the squared error, it is 2.5 times
+/// that (six scenes, 4 to 40 samples).
+constexpr float kLeastKept = 0.015f, kKeptApart = 0.35f;
 
 float kept_variance(float apart) { return kLeastKept + kKeptApart * apart * apart * (3 - 2 * apart); }
 
@@ -147,15 +148,23 @@ class LightFilter {
     }
   }
 
-  /// Ratio of the square of a second difference to what the variances say of it; negative where there is none.
-  float second_difference(int x, int y, int dx, int dy) const {
-    if (!same_surface(x, y, dx, dy) || !same_surface(x, y, -dx, -dy)) return -1;
-    const float variance = *variance_.at(x - dx, y - dy) + 4 * *variance_.at(x, y) + *variance_.at(x + dx, y + dy);
-    const float difference = *level_.at(x - dx, y - dy) - 2 * *level_.at(x, y) + *level_.at(x + dx, y + dy);
+  /// Ratio of the square of a fourth difference to what the variances say of it; negative where there is none. A fourth
+  /// difference holds little of the light itself, which counts beside the noise of many samples.
+  float fourth_difference(int x, int y, int dx, int dy) const {
+    if (x < 2 * dx || y < 2 * dy || x + 2 * dx >= width_ || y + 2 * dy >= height_) return -1;
+    constexpr float kWeights[] = {1, -4, 6, -4, 1};
+    float variance = 0, difference = 0;
+    for (int i = -2; i <= 2; ++i) {
+      if (i != 0 && !same_surface(x, y, i * dx, i * dy)) return -1;
+      variance += squared(kWeights[i + 2]) * *variance_.at(x + i * dx, y + i * dy);
+      difference += kWeights[i + 2] * *level_.at(x + i * dx, y + i * dy);
+    }
     return variance > 0 ? squared(difference) / variance : -1;
   }
 
-  /// Scales variances by what stratified samples gain at edges of light, which differs from block to block.
+  /// Scales variances by what stratified samples gain at edges of light, which differs from block to block, for the
+  /// comparison of pixels. The variance stated is that of smooth light, with no more than the gain of n samples at
+  /// edges, n^-0.5.
   void calibrate() {
     const int columns = (width_ + kBlock - 1) / kBlock, rows = (height_ + kBlock - 1) / kBlock;
     std::vector<float> gain(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
@@ -175,7 +184,10 @@ class LightFilter {
         const float s = u - static_cast<float>(column), t = v - static_cast<float>(row);
         const float above = std::lerp(of_block(column, row), of_block(column + 1, row), s);
         const float below = std::lerp(of_block(column, row + 1), of_block(column + 1, row + 1), s);
-        *variance_.at(x, y) *= std::lerp(above, below, t);
+        const float at_edges = std::lerp(above, below, t);
+        *variance_.at(x, y) *= at_edges;
+        const auto samples = static_cast<float>(estimate_.samples[index(x, y)]);
+        *stated_.at(x, y) = std::min(std::max(squared(squared(at_edges)), 1 / std::sqrt(samples)) / at_edges, 1.0f);
       }
     });
   }
@@ -184,13 +196,13 @@ class LightFilter {
   /// ratio in smooth light. With n samples, variances fall with n^-3 in smooth light and with n^-1.5 at edges; those of
   /// independent samples fall with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth Functions", Annals of
   /// Statistics 25(4), 1997; D. Mitchell, "Consequences of Stratified Sampling in Graphics", SIGGRAPH 1996). The ratio
-  /// in smooth light comes from the median of second differences, which ignores edges. It is not used itself, because
-  /// pixels that met rare bright samples would then differ from all others and remain as specks.
+  /// in smooth light comes from the median of fourth differences, which ignores edges. Pixels are not compared by it,
+  /// because those that met rare bright samples would then differ from all others and remain as specks.
   float gain_at_edges(int x0, int y0) const {
     std::vector<float> ratios;
-    for (int y = std::max(y0, 1); y < std::min(y0 + kBlock, height_ - 1); ++y)
-      for (int x = std::max(x0, 1); x < std::min(x0 + kBlock, width_ - 1); ++x)
-        for (const float ratio : {second_difference(x, y, 1, 0), second_difference(x, y, 0, 1)})
+    for (int y = y0; y < std::min(y0 + kBlock, height_); ++y)
+      for (int x = x0; x < std::min(x0 + kBlock, width_); ++x)
+        for (const float ratio : {fourth_difference(x, y, 1, 0), fourth_difference(x, y, 0, 1)})
           if (ratio >= 0) ratios.push_back(ratio);
     constexpr std::size_t kMinRatios = 50;
     if (ratios.size() < kMinRatios) return 1;
@@ -226,7 +238,8 @@ class LightFilter {
         out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * share;
         const float own = *variance_.at(x0 + x, y0 + y);
         const float apart = 1 - sums.weight[at] / sums.surface[at];
-        out_.variance[pixel] = sums.variance[at] * squared(share) + kept_variance(apart) * (1 - share) * own;
+        out_.variance[pixel] =
+            sums.variance[at] * squared(share) * *stated_.at(x0 + x, y0 + y) + kept_variance(apart) * (1 - share) * own;
         out_.unfiltered[pixel] = own;
       }
   }
@@ -247,6 +260,7 @@ class LightFilter {
   Plane depth_{width_, height_}, slope_{width_, height_};
   Plane red_{width_, height_}, green_{width_, height_}, blue_{width_, height_};
   Plane level_{width_, height_}, variance_{width_, height_};
+  Plane stated_{width_, height_};  // ratio of the variance stated to variance_
   FilteredLight out_;
 };
 

@@ -36,7 +36,7 @@ struct FilteredRows {
 /// Result of filter_light(); rows that are left out hold zeros.
 struct FilteredLight {
   std::vector<RGB> light;         ///< W sr^-1 m^-2
-  std::vector<float> variance;    ///< of its luminance
+  std::vector<float> variance;    ///< of its luminance, with the square of the filter's bias
   std::vector<float> unfiltered;  ///< variance of the luminance before the filter
 };
 
@@ -46,9 +46,10 @@ struct FilteredLight {
 /// "Adaptive Rendering with Non-Local Means Filtering", 2012). With more samples the variances fall and the test
 /// detects smaller differences, so the result converges to the mean of the samples.
 ///
-/// Samples of one pixel are stratified, so their spread overstates the error of their mean. Second differences of
-/// neighbouring pixels measure by how much. Variances are scaled by the fourth root of that, which is what
-/// stratification gains at edges of light, so the stated variance of smooth light is too large.
+/// Samples of one pixel are stratified, so their spread overstates the error of their mean. Fourth differences of
+/// neighbouring pixels measure by how much. Pixels are compared by variances that are scaled by the fourth root of
+/// that, which is what stratification gains at edges of light. Those of the result are scaled by all of it, but by no
+/// less than n^-0.5 of n samples.
 ///
 /// The same bits for any number of threads; linear in pixels.
 /// Light comes back as it is where a pixel has fewer than two samples.
@@ -56,6 +57,6 @@ struct FilteredLight {
 FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows = {});
 
 /// Bytes that filter_light() takes for each pixel, with its arguments and its result.
-inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 4;
+inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 8;
 
 }  // namespace glowworm

@@ -192,9 +192,9 @@ class ChunkGatherer {
       case Segment::chain:
         return settings_.adds_caustics;
       case Segment::secondary:
-        return true;
+        return !settings_.photons_alone;
       case Segment::secondary_chain:
-        return !caustic_queries_;
+        return !settings_.photons_alone && !caustic_queries_;
       case Segment::to_patch:
         return false;
     }
@@ -257,7 +257,7 @@ class ChunkGatherer {
     const Vec2 u_light = sampler.next2();
     const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
     const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, kBroad, kSecondaryCounts);
-    if (!is_black(light.radiance)) {
+    if (!settings_.photons_alone && !is_black(light.radiance)) {
       ++shadow_rays;
       radiance_.add(radiance_.indirect, points_.slot[p],
                     weight * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);

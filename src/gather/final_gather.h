@@ -23,6 +23,7 @@ struct FinalGatherSettings {
   /// Whether rays that meet lights through sharp bounces add them to `radiance.caustic`. Use it for points without
   /// photons around them.
   bool adds_caustics = false;
+  bool photons_alone = false;  ///< no light of lights, also where rays make a secondary gather: only query points
 
   bool looks_at_patches() const { return bright && patch_samples > 0 && !bright->empty(); }
 };

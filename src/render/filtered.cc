@@ -98,7 +98,7 @@ void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
 
 /// Variance of the luminance of a pixel's mean beside that of direct and indirect light, as at edges of surfaces.
 /// Surface samples reduce it. A light that a pixel sees counts as one of even radiance that a share of the samples
-/// meet.
+/// meet. To be multiplied by gain_of_strata().
 /// @param other variance by the spread of the camera samples
 float variance_beside_light(const Film& film, std::size_t pixel, float other) {
   if (!film.is_fine()) return other;
@@ -108,7 +108,17 @@ float variance_beside_light(const Film& film, std::size_t pixel, float other) {
   const auto samples = static_cast<float>(film.sample_count(pixel));
   const float level = (other * (samples - 1) + emitted * emitted) / emitted;  // mean square over mean
   const float share = std::min(luminance(film.mean(Layer::fine_emitted, pixel)) / level, 1.0f);
-  return level * level * share * (1 - share) / (kSurfaceSamples * samples) + std::min(other, caustic * caustic);
+  // Surface samples have finer strata.
+  const float count = samples * kSurfaceSamples * std::sqrt(float{kSurfaceSamples});
+  return level * level * share * (1 - share) / count + std::min(other, caustic * caustic);
+}
+
+/// Ratio of the variance of a pixel's stratified samples to that of independent ones where it comes from edges:
+/// n^(-1/d) for n samples and edges in d dimensions (Mitchell, as in filter/light_filter.cc). Edges of surfaces have
+/// two; the choice of reflection or refraction, through which caustics are seen, adds two more.
+float gain_of_strata(const Film& film, std::size_t pixel) {
+  const float of_two = 1 / std::sqrt(static_cast<float>(std::max(film.sample_count(pixel), 1u)));
+  return is_black(film.mean(Layer::caustic, pixel)) ? of_two : std::sqrt(of_two);
 }
 
 /// @param edges pixels are beside each other: also filter edges
@@ -134,10 +144,10 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
     picture.variance = stratified;
     filter_edges(picture, out.radiance, out.variance);
   }
-  // What varies beside, as at edges of surfaces, stays. Its samples are stratified as those of light.
+  // What varies beside, as at edges of surfaces, stays.
   for_pixels(film, [&](std::size_t i) {
     const float other = variance_beside_light(film, i, std::max(film.variance(i) - of_light[i], 0.0f));
-    out.variance[i] += of_light[i] > 0 ? other * std::min(stratified[i] / of_light[i], 1.0f) : other;
+    out.variance[i] += other * gain_of_strata(film, i);
   });
   add_surfaces(film, indirect_only, out);
   return out;

@@ -127,6 +127,7 @@ class PassRenderer {
     out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
     out.patch_samples = default_patch_samples(settings_.gather);
     out.adds_caustics = settings_.caustic && is_apart();
+    out.photons_alone = settings_.photons_alone;
     return out;
   }
 

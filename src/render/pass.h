@@ -36,6 +36,7 @@ struct PassSettings {
   bool fine = false;                                    ///< of camera views: CameraPassSettings::fine
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
+  bool photons_alone = false;                           ///< FinalGatherSettings::photons_alone
   bool patches = true;                                  ///< send some gather rays to bright patches
   const GatherGuide* guide = nullptr;                   ///< of gather rays; null: none
   std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, if the budget allows

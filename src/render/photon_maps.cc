@@ -67,16 +67,21 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget
   return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
 
-LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<float>& factors) {
+template <typename Factor>
+LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
   for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
   return flux;
 }
 
-std::vector<float> random_signs(std::size_t count, std::uint32_t seed) {
+/// A sign for each channel.
+std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed) {
   const std::uint32_t key = hash_combine(seed, kPhotonSignStream);
-  std::vector<float> signs(count);
-  for (std::size_t i = 0; i < count; ++i)
-    signs[i] = (hash_combine(key, static_cast<std::uint32_t>(i)) & 1) != 0 ? 1.0f : -1.0f;
+  std::vector<RGB> signs(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t bits = hash_combine(key, static_cast<std::uint32_t>(i));
+    const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
+    signs[i] = {sign(0), sign(1), sign(2)};
+  }
   return signs;
 }
 

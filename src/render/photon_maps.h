@@ -48,7 +48,7 @@ struct PhotonMapSettings {
 
   bool diagnosed = false;  ///< an index that counts photons, for false colours
   bool narrow = false;     ///< make PhotonMaps::narrow() and narrow_caustic()
-  bool signs = false;      ///< give each photon's flux a random sign (render/photon_noise.h), in one group of lights
+  bool signs = false;      ///< random signs for the channels of flux (render/photon_noise.h), in one group of lights
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
   /// Processes that divide the work; null: none.

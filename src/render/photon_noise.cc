@@ -1,7 +1,9 @@
 #include "render/photon_noise.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "core/random.h"
@@ -11,7 +13,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMostSquares = 256;
+constexpr std::size_t kMostSquares = 1024;
 constexpr std::size_t kPixelsEach = static_cast<std::size_t>(CameraTask::kSquare) * CameraTask::kSquare;
 
 /// Tasks of whole squares all over the part, a sample of each pixel.
@@ -33,16 +35,34 @@ std::vector<CameraTask> squares_of(const PixelBounds& part) {
   return out;
 }
 
-/// Luminance in the slots of a pass.
-std::vector<float> luminance_of(const SlotRadiance& light, bool with_direct, bool with_caustic) {
-  std::vector<float> out;
-  for (std::size_t slot = 0; slot < light.indirect.size(); ++slot) {
-    RGB sum = light.indirect[slot];
-    if (with_caustic) sum += light.caustic[slot];
-    if (with_direct) sum += light.emitted[slot] + light.direct[slot];
-    out.push_back(luminance(sum));
+/// Light in the slots of a pass.
+std::vector<RGB> light_of(const SlotRadiance& light, bool with_direct, bool with_caustic) {
+  std::vector<RGB> out = {light.indirect.begin(), light.indirect.end()};
+  for (std::size_t slot = 0; slot < out.size(); ++slot) {
+    if (with_caustic) out[slot] += light.caustic[slot];
+    if (with_direct) out[slot] += light.emitted[slot] + light.direct[slot];
   }
   return out;
+}
+
+/// The mean over squares of the variance of a pixel over the square of its level, in one channel; NaN if it has no
+/// light.
+/// @param first, second with signs
+double relative_variance(const std::vector<RGB>& light, const std::vector<RGB>& first, const std::vector<RGB>& second,
+                         int channel) {
+  double all = 0;
+  for (const RGB& level : light) all += double{level[channel]} / static_cast<double>(light.size());
+  double sum = 0;
+  for (std::size_t begin = 0; begin < light.size(); begin += kPixelsEach) {
+    double level = 0, variance = 0;
+    for (std::size_t slot = begin; slot < begin + kPixelsEach; ++slot) {
+      level += double{light[slot][channel]} / kPixelsEach;
+      variance += double{first[slot][channel]} * double{second[slot][channel]} / kPixelsEach;
+    }
+    const double scale = level * level + 0.01 * all * all;
+    if (scale > 0) sum += variance / scale;
+  }
+  return all > 0 ? sum * kPixelsEach / static_cast<double>(light.size()) : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -60,26 +80,23 @@ double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, con
   const auto look = [&](std::uint32_t stream) {
     pass.seed = hash_combine(hash_combine(settings.seed, kPhotonNoiseStream), stream);
     const PassResult found = render_pass(tracer, maps, view, tasks, pass, budget, memory, not_the_renders);
-    return luminance_of(found.radiance, pass.direct, pass.caustic);
+    return light_of(found.radiance, pass.direct, pass.caustic);
   };
-  const std::vector<float> light = look(0);
+  const std::vector<RGB> light = look(0);
   add_signs();
   // Only what is a sum over photons.
-  pass.direct = pass.secondary_gather = false;
-  const std::vector<float> first = look(1), second = look(2);
-  double all = 0;
-  for (const float level : light) all += double{level} / static_cast<double>(light.size());
+  pass.direct = false;
+  pass.photons_alone = true;
+  const std::vector<RGB> first = look(1), second = look(2);
   double sum = 0;
-  for (std::size_t begin = 0; begin < light.size(); begin += kPixelsEach) {
-    double level = 0, variance = 0;
-    for (std::size_t slot = begin; slot < begin + kPixelsEach; ++slot) {
-      level += double{light[slot]} / kPixelsEach;
-      variance += double{first[slot]} * double{second[slot]} / kPixelsEach;
-    }
-    const double scale = level * level + 0.01 * all * all;
-    if (scale > 0) sum += variance / scale;
+  int lit = 0;
+  for (int channel = 0; channel < 3; ++channel) {
+    const double variance = relative_variance(light, first, second, channel);
+    if (std::isnan(variance)) continue;
+    sum += variance;
+    ++lit;
   }
-  return tasks.empty() ? 0 : std::max(sum / static_cast<double>(tasks.size()), 0.0);
+  return lit > 0 ? std::max(sum / lit, 0.0) : 0;
 }
 
 }  // namespace glowworm

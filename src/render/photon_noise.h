@@ -12,12 +12,13 @@
 namespace glowworm {
 
 /// Estimates what photons add to the square of a camera picture's relative error (render/filtered.h): the mean of
-/// v / (m^2 + 0.01 M^2) over at most 256 squares of pixels all over the picture, with v the variance by photons of the
-/// luminance of a pixel of the square, m the mean luminance of the square, and M that of all.
+/// v / (m^2 + 0.01 M^2) over the channels and at most 1,024 squares of pixels all over the picture, with v the variance
+/// by photons of a pixel of the square, m the mean of the square, and M that of all.
 ///
 /// Light is a sum over photons. With a random sign for each, the expected square of the sum is its variance, as for a
-/// bootstrap (Efron, "Bootstrap Methods: Another Look at the Jackknife", 1979) that weighs photons by 0 or 2. The
-/// product of two sums with gather rays of their own has no noise of rays.
+/// bootstrap (Efron, "Bootstrap Methods: Another Look at the Jackknife", 1979) that weighs photons by 0 or 2. Each
+/// channel has signs of its own, which makes three such sums. The product of two sums with gather rays of their own has
+/// no noise of rays.
 ///
 /// Throws as render_pass().
 /// @param maps      up to date
