@@ -11,6 +11,8 @@ pixels in the square of the true error.
 A second table sets the layer `noise` against the spread of sixteen renders of other samples with the same photons. Their
 chi-squared is the sum over renders of (pixel - mean)^2 / noise^2, of 15 degrees of freedom.
 
+References stay in build/noise/, and are made where they are missing.
+
 usage: tables_noise.py [--samples N] [SCENE...]     scenes of ../shared are left out where there are none
 """
 import argparse
@@ -25,6 +27,7 @@ import glowworm  # noqa: E402
 
 from tables_equal_time import SCENES, path_of  # noqa: E402
 
+CACHE = os.path.join(ROOT, "build/noise")
 TARGETS = (0.1, 0.05, 0.025)
 REFERENCE_PHOTONS = 8_000_000
 SEEDS = (11, 12, 13, 14)  # of the pictures
@@ -37,11 +40,15 @@ def luminance(pixels):
     return pixels @ np.array([0.2126, 0.7152, 0.0722])
 
 
-def reference(scene, **settings):
+def reference(name, scene, seed, **settings):
     """Luminance of all layers of light. That of emission is by surface samples, which have little noise behind glass."""
-    layers = ("emitted", "direct", "indirect", "caustic")
-    picture = glowworm.render(scene, photons=REFERENCE_PHOTONS, aov=",".join(layers), **settings)
-    return luminance(sum(picture[layer] for layer in layers))
+    path = os.path.join(CACHE, f"{name}-{settings['size']}-{settings['samples']}-{seed}.npy")
+    if not os.path.exists(path):
+        layers = ("emitted", "direct", "indirect", "caustic")
+        picture = glowworm.render(scene, photons=REFERENCE_PHOTONS, aov=",".join(layers), seed=seed, **settings)
+        os.makedirs(CACHE, exist_ok=True)
+        np.save(path, luminance(sum(picture[layer] for layer in layers)))
+    return np.load(path)
 
 
 def relative_squares(image, references):
@@ -59,7 +66,7 @@ def rows(name, samples):
     """One row for each target."""
     scene = glowworm.Scene.load(path_of(name))
     settings = {"size": SCENES[name][1], "samples": samples, "progress": False}
-    references = [reference(scene, seed=seed, **settings) for seed in (1, 2)]
+    references = [reference(name, scene, seed, **settings) for seed in (1, 2)]
     for target in TARGETS:
         pictures = [glowworm.render(scene, noise=target, seed=seed, **settings) for seed in SEEDS]
         predicted = root_mean_square([float(picture.metadata["glowworm:relative_error"]) for picture in pictures])

@@ -108,9 +108,7 @@ float variance_beside_light(const Film& film, std::size_t pixel, float other) {
   const auto samples = static_cast<float>(film.sample_count(pixel));
   const float level = (other * (samples - 1) + emitted * emitted) / emitted;  // mean square over mean
   const float share = std::min(luminance(film.mean(Layer::fine_emitted, pixel)) / level, 1.0f);
-  // Surface samples have finer strata.
-  const float count = samples * kSurfaceSamples * std::sqrt(float{kSurfaceSamples});
-  return level * level * share * (1 - share) / count + std::min(other, caustic * caustic);
+  return level * level * share * (1 - share) / (kSurfaceSamples * samples) + std::min(other, caustic * caustic);
 }
 
 /// Ratio of the variance of a pixel's stratified samples to that of independent ones where it comes from edges:

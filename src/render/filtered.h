@@ -12,7 +12,8 @@ namespace glowworm {
 /// A film's picture; one entry a pixel.
 struct FilmPicture {
   std::vector<RGB> radiance;    ///< W sr^-1 m^-2
-  std::vector<float> variance;  ///< of its luminance, as an estimate of what infinitely many samples would give
+  std::vector<float> variance;  ///< of its luminance, as an estimate of what infinitely many samples would give; with
+                                ///< squared bias of filters
   int width = 0;                ///< pixels of a row; 0: pixels are not beside each other
 };
 

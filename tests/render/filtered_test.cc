@@ -137,9 +137,10 @@ TEST(Filtered, NoiseOfLampsIsThatOfSurfaceSamples) {
     stated += picture.variance[i];
     squares += std::pow(picture.radiance[i].g - kLamp * kShare, 2);
   }
-  // The law is that of jittered samples; nets do a little better. Independent samples would make it 5.7 times as large.
+  // Stated by the strata of the camera samples, which hold for lamps behind glass, too. Those of surface samples make
+  // it twice too large for a lamp that is seen directly, and nets err a little less than jittered samples.
   EXPECT_GT(stated / squares, 1);
-  EXPECT_LT(stated / squares, 2);
+  EXPECT_LT(stated / squares, 4);
 }
 
 TEST(Filtered, LightHasTheAlbedoOfSurfaceSamples) {
