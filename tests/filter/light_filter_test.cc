@@ -61,7 +61,7 @@ TEST(LightFilter, SmoothsNoiseAndEstimatesTheRest) {
   EXPECT_LT(left, 0.025f);
   // There is no bias here, of which the prediction has a share.
   EXPECT_GT(predicted_error(filtered), left);
-  EXPECT_LT(predicted_error(filtered), 2 * left);
+  EXPECT_LT(predicted_error(filtered), 1.8f * left);
 }
 
 TEST(LightFilter, PredictsErrorWhereLightHasAllScales) {

@@ -140,7 +140,7 @@ TEST(Filtered, NoiseOfLampsIsThatOfSurfaceSamples) {
   // Stated by the strata of the camera samples, which hold for lamps behind glass, too. Those of surface samples make
   // it twice too large for a lamp that is seen directly, and nets err a little less than jittered samples.
   EXPECT_GT(stated / squares, 1);
-  EXPECT_LT(stated / squares, 4);
+  EXPECT_LT(stated / squares, 3.5);
 }
 
 TEST(Filtered, LightHasTheAlbedoOfSurfaceSamples) {
