@@ -249,7 +249,7 @@ class ChunkGatherer {
 
   /// Secondary gather: caustics by their map, all other light by one more ray, whose direct light is weighted against
   /// that of one light sample. The sample alone would have no bound where a light touches a corner.
-  bool secondary_gather(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
+  bool secondary_gather(std::size_t i, SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
                     hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream), rays_.stratum[i]),
@@ -265,7 +265,21 @@ class ChunkGatherer {
     if (caustic_queries_)
       add_query(*caustic_queries_, point.position, face_forward(point.geometric_normal, wo), point.frame, wo, bsdf,
                 weight, points_.slot[p]);
-    return bounce(i, point, bsdf, wo, weight, kBroad, sampler, Segment::secondary);
+    const float u_lobe = sampler.next1();
+    Vec2 u = sampler.next2();
+    const float factor = guide(point, bsdf, wo, u);
+    return leave(i, point, shaded(point, bsdf).sample(wo, u_lobe, u, kBroad), weight * factor, Segment::secondary);
+  }
+
+  /// Warps the random numbers of a ray from a diffuse point where the guide knows more light, and turns the point's
+  /// frame to that of the guide. Returns the factor on the ray's weight.
+  float guide(SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec2& u) const {
+    if (!settings_.guide || !is_lambertian(bsdf)) return 1;
+    const Vec3 normal = face_forward(point.frame.n, wo);
+    const std::uint32_t region = settings_.guide->region(point.position, normal);
+    if (region == kNoTable) return 1;
+    point.frame = GatherGuide::frame(normal);
+    return settings_.guide->warp(region, u);
   }
 
   /// Continues through the sharp lobes.
@@ -279,7 +293,9 @@ class ChunkGatherer {
                     points_.sample[p]);
     const RGB weight = rays_.weight[i] * factor;
     const bool second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
-    return bounce(i, point, bsdf, wo, weight, kSharp, sampler, second ? Segment::secondary_chain : Segment::chain);
+    const float u_lobe = sampler.next1();
+    return leave(i, point, shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp), weight,
+                 second ? Segment::secondary_chain : Segment::chain);
   }
 
   /// The segment behind a pane.
@@ -287,10 +303,8 @@ class ChunkGatherer {
     return before == Segment::first || before == Segment::to_patch ? Segment::through_panes : before;
   }
 
-  bool bounce(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight, Lobes which,
-              Sampler& sampler, Segment next) {
-    const float u_lobe = sampler.next1();
-    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), which);
+  /// Makes ray i leave a point where it ended. Returns whether it has anywhere to go.
+  bool leave(std::size_t i, const SurfacePoint& point, const ScatteredRay& s, RGB weight, Segment next) {
     if (!s.valid || is_black(s.weight)) return false;
     rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
     rays_.weight[i] = weight * s.weight;

@@ -237,6 +237,12 @@ void GatherGuide::warp(std::span<const std::uint32_t> regions, const DiffuseSqua
   warp_by_guide(tables_.data(), regions.data(), regions.size(), square, weight);
 }
 
+float GatherGuide::warp(std::uint32_t region, Vec2& u) const {
+  float weight = 1;
+  warp({&region, 1}, {&u.x, &u.y}, &weight);
+  return weight;
+}
+
 float GatherGuide::density(std::uint32_t region, Vec2 u) const {
   const auto& corner = tables_[region].density;
   const float x = std::clamp(u.x, 0.0f, 1.0f) * kSide, y = std::clamp(u.y, 0.0f, 1.0f) * kSide;

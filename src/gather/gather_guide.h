@@ -48,6 +48,9 @@ class GatherGuide {
   /// @param regions those of the points, of region()
   void warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const;
 
+  /// The same for one point. Returns the weight. @param region with a table
+  float warp(std::uint32_t region, Vec2& u) const;
+
   /// The density of warped points, of mean 1. @param region with a table; @param u of the unit square
   float density(std::uint32_t region, Vec2 u) const;
 

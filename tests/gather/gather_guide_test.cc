@@ -52,8 +52,7 @@ struct Warped {
 };
 
 Warped warp(const GatherGuide& guide, std::uint32_t region, Vec2 u) {
-  float weight = 1;
-  guide.warp({&region, 1}, {&u.x, &u.y}, &weight);
+  const float weight = guide.warp(region, u);
   return {u, 1 / weight};
 }
 
