@@ -32,6 +32,7 @@
 #include "render/job.h"
 #include "render/output.h"
 #include "render/part.h"
+#include "render/photon_noise.h"
 #include "render/settings.h"
 #include "session/command_text.h"
 
@@ -219,12 +220,13 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} camera samples are black, because their light was not finite", job.samples_not_finite()));
-  const double target = job.settings().noise_target, photons = std::sqrt(job.photon_variance());
-  if (target > 0 && photons > target)
-    warn(fmt::format(
-        "the photons, which all samples share, add a relative error of {:.2g}, more than --noise: give more "
-        "--photons, or --progressive",
-        photons));
+  const RenderSettings settings = job.settings();
+  const double target = settings.noise_target, photons = std::sqrt(job.photon_variance());
+  if (target > 0 && std::hypot(noise_left_to_samples(target, job.photon_variance()), photons) > 1.1 * target)
+    warn(
+        fmt::format("the photons, which all samples share, add a relative error of {:.2g}, too much for --noise: give "
+                    "--progressive, or --photons and --nearest above {} and {}",
+                    photons, settings.photons_traced, settings.nearest));
   inform(fmt::format("{:.4g} samples a pixel in {:.2f} s{}", job.mean_samples(), statistics.seconds(Phase::total),
                      error.empty() ? "" : fmt::format(", estimated relative error {}", error)));
 }
@@ -251,6 +253,9 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
     inform(fmt::format(
         "note: --time left room for {} photons{}", settings.photons_traced,
         settings.integrator == Integrator::gather ? fmt::format(" and {} gather rays a sample", settings.gather) : ""));
+  if (job.has_more_photons())
+    inform(
+        fmt::format("note: --noise took {} photons, because the noise of fewer is too large", settings.photons_traced));
   if (job.ending() == Ending::time_up && settings.noise_target > 0)
     inform("note: --time ended the render before the error of --noise was reached");
   warn_of_ending(job.ending(), any);

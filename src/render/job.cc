@@ -72,7 +72,9 @@ std::uint64_t image_bytes(const RenderSettings& s, bool helps) { return helps ? 
 
 /// Bytes of the arrays of a render, and of its smallest task.
 std::uint64_t bytes_of(const RenderSettings& s, std::uint32_t batches, bool helps) {
-  const std::uint64_t photons = s.integrator == Integrator::path ? 0 : std::max(s.photons, s.photons_traced);
+  const std::uint64_t photons = s.integrator == Integrator::path ? 0
+                                : s.photon_target > 0            ? std::max(s.photons_traced, kMostPhotonsForNoise)
+                                                                 : s.photons_traced;
   return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
 }
 
@@ -107,8 +109,11 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       owns_maps_(!maps),
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
-  measures_photon_noise_ = !points_ && !settings_.progressive && settings_.part.index <= 1 && !helps(ranks_) &&
-                           !disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes;
+  keeps_photons_ = !disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes;
+  const bool ends_by_noise = settings_.noise_target > 0;
+  measures_photon_noise_ =
+      !points_ && !settings_.progressive && settings_.part.index <= 1 &&
+      (helps(ranks_) ? ends_by_noise && settings_.photon_target > 0 : ends_by_noise || keeps_photons_);
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));
@@ -244,6 +249,8 @@ void Job::rehearse() {
   });
 }
 
+double Job::noise_of_samples() const { return noise_left_to_samples(settings_.noise_target, photon_variance_); }
+
 bool Job::knows_noise() const {
   if (batches() == 1) return true;
   // A variance of so many degrees of freedom is known to a third. Those of few points are known when all batches have
@@ -255,7 +262,7 @@ bool Job::knows_noise() const {
 
 bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_)) || !knows_noise()) return false;
-  if (relative_error(shown_picture(film_, settings_)) > settings_.noise_target) return false;
+  if (relative_error(shown_picture(film_, settings_)) > noise_of_samples()) return false;
   ending_ = Ending::noise_reached;
   return true;
 }
@@ -324,7 +331,7 @@ void Job::render_passes() {
 }
 
 SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
-  const double target = settings_.noise_target, start = seconds();
+  const double target = noise_of_samples(), start = seconds();
   const std::uint32_t most = settings_.sample_range().count();
   // A choice pays only if samples follow.
   SquareSamples next;

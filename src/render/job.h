@@ -118,10 +118,13 @@ class Job {
   std::uint64_t samples_not_finite() const;
   /// Everything that determines the bits of the samples. The first call hashes the scene.
   RenderKey key() const;
-  /// The settings as resolved. Until the first task, photons and gather rays may still become fewer: see is_fitted().
+  /// The settings as resolved. Until the first task, photons and gather rays may still become fewer, or photons
+  /// more: see is_fitted() and has_more_photons().
   RenderSettings settings() const;
   /// Whether photons or gather rays are fewer than resolve() chose, because the machine is too slow for the time limit.
   bool is_fitted() const { return fitted_; }
+  /// Whether photons are more than resolve() chose, because their noise was too large for the noise asked for.
+  bool has_more_photons() const { return has_more_photons_; }
   /// PictureInfo::photon_variance; 0 before the photons are traced.
   double photon_variance() const { return photon_variance_; }
   /// For the next Job.
@@ -193,7 +196,10 @@ class Job {
   /// The processes that divide the photons of a pass with this one; null: none.
   SharedWork* sharers(std::uint32_t pass) const;
   void shoot_photons(std::uint32_t sample);
+  /// Measures Job::photon_variance(), and takes more photons if it is too large for the noise asked for. All ranks and
+  /// renders that continue do the same.
   void find_photon_noise(std::uint32_t sample);
+  bool take_more_photons();
   /// Makes the photon map and the schedule of a pass, unless they are there.
   void prepare(std::uint32_t done);
   /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for. Not for renders
@@ -209,6 +215,8 @@ class Job {
   /// Whether samples tell the noise of points well enough to stop by it.
   bool knows_noise() const;
   bool reached_noise_target();
+  /// The relative error of the film at which the render ends; 0: none.
+  double noise_of_samples() const;
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Tracer> tracer_;
@@ -237,7 +245,7 @@ class Job {
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons
   double slot_seconds_ = 0;                       // wall time of a camera sample of the newest task; 0 before the first
   Interrupt interrupt_;
-  std::atomic<bool> done_{false}, is_mapping_{false}, in_rounds_{false}, fitted_{false};
+  std::atomic<bool> done_{false}, is_mapping_{false}, in_rounds_{false}, fitted_{false}, has_more_photons_{false};
   std::atomic<Ending> ending_{Ending::running};
   std::atomic<std::uint32_t> passes_{0};
   std::atomic<double> work_done_{0}, photon_variance_{0};
@@ -249,9 +257,10 @@ class Job {
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;
-  /// Whether the noise of the photons is still to be measured. Not where memory is scarce, as it takes the photons
-  /// beside the map. Of several parts, the first measures.
+  /// Whether the noise of the photons is still to be measured. Where memory is scarce, only renders that end by noise
+  /// do, which trace them again. Of several parts, the first measures.
   bool measures_photon_noise_ = false;
+  bool keeps_photons_ = false;           ///< beside their map, until their noise is known
   std::optional<std::uint32_t> mapped_;  // the pass that map and schedule are of
   std::shared_ptr<Ranks> ranks_;
   std::unique_ptr<Crew> crew_;  // of rank 0

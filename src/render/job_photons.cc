@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
 
@@ -37,7 +39,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
   wanted.narrow = s.place_layers().values.has(SlotValue::bias);
-  wanted.kept = measures_photon_noise_;
+  wanted.kept = measures_photon_noise_ && keeps_photons_;
   wanted.shared = sharers(wanted.pass);
   return wanted;
 }
@@ -52,7 +54,7 @@ void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
 
 SharedWork* Job::sharers(std::uint32_t pass) const {
   // Passes of a progressive render belong to one part each, but all need the first for their guide.
-  return pass == 0 ? shared_.get() : nullptr;
+  return pass == 0 && !has_more_photons_ ? shared_.get() : nullptr;
 }
 
 void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& statistics) {
@@ -64,16 +66,35 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
 }
 
 void Job::find_photon_noise(std::uint32_t sample) {
-  make_maps(settings_, sample, statistics_);
   const auto add_signs = [&] {
     PhotonMapSettings with_signs = map_settings(settings_, sample);
     with_signs.signs = true;
     Statistics not_the_renders;
+    const DiskMemory::Scope scope(disk_.get());
     made_->maps.update(*tracer_, with_signs, not_the_renders);
   };
-  photon_variance_ =
-      measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, budget_, add_signs);
+  constexpr double kPrecision = 0.125;  // as a share of the square of the error asked for
+  const double target = settings_.noise_target;
+  const double precision = target > 0 ? kPrecision * target * target : std::numeric_limits<double>::infinity();
+  do {
+    make_maps(settings_, sample, statistics_);
+    photon_variance_ =
+        measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, precision, budget_, add_signs);
+    detail(fmt::format("{} photons add a relative error of {:.2g}", settings_.photons_traced,
+                       std::sqrt(photon_variance_)));
+  } while (take_more_photons());
   measures_photon_noise_ = false;
+}
+
+bool Job::take_more_photons() {
+  const RenderSettings more = with_photons_for_noise(settings_, photon_variance_);
+  if (has_more_photons_ || more.photons == settings_.photons) return false;
+  key();  // Renders that continue begin with the photons of before.
+  const std::lock_guard lock(settings_mutex_);
+  settings_.photons = more.photons;
+  settings_.photons_traced = more.photons_traced;
+  settings_.nearest = more.nearest;
+  return has_more_photons_ = true;
 }
 
 void Job::shoot_photons(std::uint32_t sample) {

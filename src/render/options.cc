@@ -403,6 +403,8 @@ std::vector<Option> inner_options() {
              {"off", "on"}),
       count({"light samples", "", "light_samples", "", "", nullptr, "", true, without_gathering}, &S::light_samples,
             1u << 20),
+      number({kPhotonTarget, "", nullptr, "", "", nullptr, "", true}, &S::photon_target,
+             {kNoPhotonTarget, kShareUnits, 1e-9, 1e9, false, "a share above 0", ""}),
       count({"most bounces", "", nullptr, "", "", nullptr, "", true}, &S::max_bounces, 1u << 20),
       choice({"sampler", "", nullptr, "", "", nullptr, "", true}, &S::sampler, {"sobol", "independent"}),
   };

@@ -47,6 +47,9 @@ struct Option {
   }
 };
 
+/// Name of the option of RenderSettings::photon_target, which no command has.
+inline constexpr const char *kPhotonTarget = "error for which photons are chosen", *kNoPhotonTarget = "none";
+
 /// All options, in the order of the help.
 const std::vector<Option>& render_options();
 

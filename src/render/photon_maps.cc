@@ -169,7 +169,11 @@ PhotonPassSettings PhotonMaps::pass_settings() const {
 }
 
 void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
-  forget();
+  // What was found with these photons before stays: radii by place and bright patches, which signs would spoil.
+  *building_ = traced_ = false;
+  global_ = Map();
+  caustic_ = Map();
+  reservation_.reset();
   const PhotonPassSettings wanted = pass_settings();
   reservation_ = reserve_photons(wanted.photons, *budget_);
   pass_ = trace_photons(tracer, wanted, statistics);
@@ -299,7 +303,6 @@ void PhotonMaps::index_groups(Map& map, Statistics& statistics) const {
 }
 
 void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
-  if (!global_.measured) gridded_ = patched_ = false;
   bring_up(global_, settings_.nearest, tracer, statistics);
   if ((settings_.secondary_gather || settings_.patches) && !gridded_) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);

@@ -24,11 +24,27 @@ namespace glowworm {
 /// @param maps      up to date
 /// @param part      of the picture
 /// @param settings  of the picture's passes
+/// @param precision standard error of the estimate that is small enough; infinite: the least work
 /// @param add_signs updates the maps with PhotonMapSettings::signs
 /// @return at least 0; 0 if the part has no whole square, or no light
 double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PixelBounds& part,
-                               const PassSettings& settings, MemoryBudget& budget,
+                               const PassSettings& settings, double precision, MemoryBudget& budget,
                                const std::function<void()>& add_signs);
+
+/// Most photons that with_photons_for_noise() chooses.
+inline constexpr std::uint64_t kMostPhotonsForNoise = 4'000'000;
+
+/// The settings with so many photons that they have at most half of the square of the relative error
+/// RenderSettings::photon_target, which leaves the other half to samples. Estimates average more of them, k in
+/// proportion to the square root of their number: where few rays meet one place, as in reflections, the noise is that
+/// of k photons, while radii still shrink. Fewer photons where that takes more than kMostPhotonsForNoise; the same
+/// where it takes hardly more, or where no target is set.
+/// @param variance measure_photon_variance() with the photons of the settings
+RenderSettings with_photons_for_noise(RenderSettings settings, double variance);
+
+/// The relative error of samples alone at which a render ends whose error by all is to be `target`: at least half of
+/// its square is left to them, also where photons have more than the other half.
+double noise_left_to_samples(double target, double photon_variance);
 
 /// Whether a file may hold this number as the result of measure_photon_variance().
 inline bool is_variance(double value) { return value >= 0 && std::isfinite(value); }

@@ -105,6 +105,13 @@ void resolve_photons(RenderSettings& s) {
   s.photons /= kShareKept;
 }
 
+/// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
+/// as there is time for, and a progressive render has new ones for every sample.
+bool chooses_photons_by_noise(const RenderSettings& s) {
+  return s.integrator == Integrator::gather && s.photons == 0 && s.photons_traced == 0 && s.time_limit_s <= 0 &&
+         !s.progressive && !s.of_points;
+}
+
 /// Throws Error for settings under which light cannot be kept apart.
 void check_light_groups(const RenderSettings& s) {
   std::string reason;
@@ -193,6 +200,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     s.engine = engine_traits(s.engine).name;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kDefaultSamples;
     if (s.gather == 0) resolve_gather(s);
+    if (s.photon_target == 0 && chooses_photons_by_noise(s)) s.photon_target = s.noise_target;
     if (s.photons == 0) resolve_photons(s);
     s.photons_traced = std::max(s.photons_traced, s.photons);
     // The cost of knn grows with k, and final gathering averages many of its estimates. [SF07] and [HHS05] use k >= 30.
@@ -224,11 +232,13 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                   chosen.gather < kDefaultGather   ? "as many as give a first image within a quarter of the time"
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
                                                    : "the default, for pictures that are filtered"));
-  note(
-      asked.photons == 0,
-      fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
-                  chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
-                  photon_share(chosen) * kMaxPhotons, chosen.time_limit_s > 0 ? ", within a quarter of the time" : ""));
+  note(asked.photons == 0,
+       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
+                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
+                   photon_share(chosen) * kMaxPhotons,
+                   chosen.time_limit_s > 0    ? ", within a quarter of the time"
+                   : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
+                                              : ""));
   note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
        fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
                    kQueriesThatPayControl));

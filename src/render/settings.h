@@ -120,6 +120,9 @@ struct RenderSettings {
   Preference preference = Preference::automatic;
   double time_limit_s = 0;  ///< for samples and what follows them (render/time_limit.h); 0: no limit
   double noise_target = 0;  ///< relative standard error of the image at which it stops; 0: none
+  /// The relative error for which the render chooses more photons (render/photon_noise.h); 0: it does not. Set by
+  /// resolve() to `noise_target` if photons are automatic.
+  double photon_target = 0;
   /// Renders that end by time or noise give more samples to pixels with more noise (render/adaptive.h).
   bool adaptive = true;
   bool indirect_only = false;

@@ -101,7 +101,7 @@ TEST(SharedRender, HasTheBitsOfOneProcess) {
   progressive.progressive = true;
   path.integrator = Integrator::path;
   path.samples = 20;
-  noise.noise_target = 0.2;
+  noise.noise_target = noise.photon_target = 0.08;
   reverse.engine = "reverse";
   part.part = {2, 2};
   for (const RenderSettings& s : {settings, progressive, path, noise, reverse, part}) {

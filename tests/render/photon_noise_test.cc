@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "builtin/builtin.h"
@@ -15,6 +16,7 @@
 #include "core/parallel.h"
 #include "render/checkpoint.h"
 #include "render/part.h"
+#include "render/render_key.h"
 #include "render/render_testing.h"
 
 namespace glowworm {
@@ -81,6 +83,85 @@ TEST(PhotonNoise, IsNotSharedWherePhotonsAreNot) {
   settings.progressive = true;
   EXPECT_EQ(photon_variance(stage, settings), 0);
   EXPECT_EQ(photon_variance(stage, by_path(16, 2)), 0);
+}
+
+/// Ends by noise, and so takes more photons than it is given.
+RenderSettings ends_by_noise(int side, double target) {
+  RenderSettings settings = by_photons(side, 4, 8, 4000, "blocked");
+  settings.filter = Filtering::automatic;
+  settings.noise_target = settings.photon_target = target;
+  return settings;
+}
+
+TEST(PhotonNoise, RendersThatEndByNoiseTakeMorePhotons) {
+  const Stage stage(builtin_scene("ajar"));
+  constexpr double kTarget = 0.05;
+  constexpr std::uint32_t kRenders = 6;
+  double before = 0, after = 0;
+  for (std::uint32_t seed = 0; seed < kRenders; ++seed) {
+    RenderSettings few = by_photons(96, 1, 8, 4000, "blocked"), settings = ends_by_noise(96, kTarget);
+    few.seed = settings.seed = seed;
+    before += photon_variance(stage, few) / kRenders;
+    Job job(stage.scene, stage.tracer, settings);
+    job.wait();
+    after += job.photon_variance() / kRenders;
+    EXPECT_TRUE(job.has_more_photons());
+    EXPECT_GT(job.settings().photons, 8000u);
+    EXPECT_GT(job.settings().nearest, 50u);
+    // What continues it begins with the same number.
+    EXPECT_EQ(key_text(job.key()), key_text(render_key(*stage.scene, resolve(settings, *stage.scene))));
+  }
+  EXPECT_GT(before, 1.5 * kTarget * kTarget);
+  EXPECT_LT(after, kTarget * kTarget);
+
+  Job noisy(stage.scene, stage.tracer, ends_by_noise(96, 1));
+  noisy.wait();
+  EXPECT_FALSE(noisy.has_more_photons());
+  EXPECT_EQ(noisy.settings().photons, 4000u);
+}
+
+TEST(PhotonNoise, MorePhotonsAreTheSameForAnyThreadsAndMemoryAndAfterInterruptions) {
+  const Stage stage(builtin_scene("ajar"));
+  const RenderSettings settings = ends_by_noise(48, 0.05);
+  const std::vector<std::uint32_t> whole = stage.render(settings).save();
+  const int threads = thread_count();
+  set_thread_count(3);
+  for (const DiskUse disk : {DiskUse::automatic, DiskUse::never}) {
+    RenderSettings scarce = settings;
+    scarce.memory_bytes = std::uint64_t{48} << 20;
+    scarce.disk = disk;
+    EXPECT_TRUE(stage.render(scarce).save() == whole) << static_cast<int>(disk);
+  }
+  set_thread_count(threads);
+  Job interrupted(stage.scene, stage.tracer, settings);
+  while (interrupted.tasks() == 0 && !interrupted.done()) std::this_thread::yield();
+  interrupted.cancel();
+  interrupted.wait();
+  const Checkpoint checkpoint = interrupted.checkpoint();
+  Job more(stage.scene, stage.tracer, settings, &checkpoint);
+  more.wait();
+  EXPECT_EQ(more.settings().photons, interrupted.settings().photons);
+  EXPECT_TRUE(more.film().save() == whole);
+}
+
+TEST(PhotonNoise, LeavesAtLeastHalfOfTheErrorToSamples) {
+  EXPECT_DOUBLE_EQ(noise_left_to_samples(0.1, 0), 0.1);
+  EXPECT_DOUBLE_EQ(noise_left_to_samples(0.1, 0.0036), 0.08);
+  EXPECT_DOUBLE_EQ(noise_left_to_samples(0.1, 0.02), std::sqrt(0.005));
+  EXPECT_EQ(noise_left_to_samples(0, 0.02), 0);
+}
+
+TEST(PhotonNoise, OnlyAutomaticPhotonsFollowIt) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings asked;
+  asked.noise_target = 0.01;
+  EXPECT_EQ(resolve(asked, *stage.scene).photon_target, 0.01);
+  RenderSettings given = asked, timed = asked, progressive = asked;
+  given.photons = 1000;
+  timed.time_limit_s = 60;
+  progressive.progressive = true;
+  for (const RenderSettings& s : {given, timed, progressive, RenderSettings()})
+    EXPECT_EQ(resolve(s, *stage.scene).photon_target, 0);
 }
 
 TEST(PhotonNoise, OfPartsIsMeasuredByTheFirst) {

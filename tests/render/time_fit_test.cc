@@ -109,5 +109,33 @@ TEST(TimeFit, ARenderIsThatOfItsStatedNumbers) {
   EXPECT_EQ(more.settings().light_samples, fitted.light_samples);
 }
 
+TEST(TimeFit, RendersThatContinueKeepTheErrorForWhichPhotonsWereChosen) {
+  RenderSettings first;
+  first.noise_target = 0.1;
+  const RenderKey kept = render_key(cornell(), resolve(first, cornell()), nullptr);
+  // To less noise, to a number of samples, and in a limited time.
+  RenderSettings less, samples, timed;
+  less.noise_target = 0.01;
+  samples.samples = 64;
+  timed.time_limit_s = 60;
+  for (const RenderSettings& asked : {first, less, samples, timed}) {
+    const RenderSettings s = resolve(with_numbers_of(asked, kept), cornell());
+    EXPECT_EQ(s.photon_target, 0.1);
+    EXPECT_NO_THROW(check_same_render(render_key(cornell(), s, nullptr), kept, "the checkpoint"));
+  }
+  // Photons that are given are others.
+  first.photons = 1000;
+  EXPECT_EQ(with_numbers_of(first, kept).photon_target, 0);
+
+  // What began with a number of photons keeps it.
+  RenderSettings given;
+  given.photons = 3000;
+  given.samples = 2;
+  const RenderKey of_given = render_key(cornell(), resolve(given, cornell()), nullptr);
+  const RenderSettings s = resolve(with_numbers_of(less, of_given), cornell());
+  EXPECT_EQ(s.photons, 3000u);
+  EXPECT_EQ(s.photon_target, 0);
+}
+
 }  // namespace
 }  // namespace glowworm
