@@ -98,14 +98,19 @@ TEST(SharedRender, HasTheBitsOfOneProcess) {
   const Stage stage(builtin_scene("cornell"));
   const RenderSettings settings = small_picture();
   RenderSettings progressive = settings, path = settings, noise = settings, reverse = settings, part = settings;
+  RenderSettings more_photons = settings;
   progressive.progressive = true;
   path.integrator = Integrator::path;
   path.samples = 20;
-  noise.noise_target = noise.photon_target = 0.08;
+  noise.noise_target = 0.2;
+  more_photons.noise_target = more_photons.photon_target = 0.02;
   reverse.engine = "reverse";
   part.part = {2, 2};
-  for (const RenderSettings& s : {settings, progressive, path, noise, reverse, part}) {
-    const std::vector<std::uint32_t> alone = stage.render(s).save();
+  for (const RenderSettings& s : {settings, progressive, path, noise, more_photons, reverse, part}) {
+    Job job(stage.scene, stage.tracer, s);
+    job.wait();
+    EXPECT_EQ(job.has_more_photons(), s.photon_target > 0);
+    const std::vector<std::uint32_t> alone = job.film().save();
     for (const int count : {1, 3}) EXPECT_TRUE(render(stage, s, count).save() == alone) << count;
   }
 }
