@@ -61,6 +61,7 @@ std::string shown(const std::string& name) {
 /// @param own the value of this render
 std::string remedy_for(const std::string& name, const std::string& value, const std::string& own) {
   if (name == kFirstHits) return value == kNoLayers ? "--aov without " + own : "--aov " + value;
+  if (name == kPhotonTarget && own == kNoPhotonTarget) return "--photons auto";
   for (const Option& option : render_options())
     if (option.is_on_command_line() && name == option.name && value != kUnknown)
       return command_line_text(option, value);

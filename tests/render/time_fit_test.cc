@@ -125,7 +125,14 @@ TEST(TimeFit, RendersThatContinueKeepTheErrorForWhichPhotonsWereChosen) {
   }
   // Photons that are given are others.
   first.photons = 1000;
-  EXPECT_EQ(with_numbers_of(first, kept).photon_target, 0);
+  const RenderSettings others = with_numbers_of(first, kept);
+  EXPECT_EQ(others.photon_target, 0);
+  try {
+    check_same_render(render_key(cornell(), resolve(others, cornell())), kept, "the checkpoint");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("--photons auto"));
+  }
 
   // What began with a number of photons keeps it.
   RenderSettings given;
