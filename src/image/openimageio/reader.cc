@@ -1,11 +1,16 @@
 // The shared library of image/image_reader.h: the one place where pixels come out of OpenImageIO.
 #include <OpenImageIO/imageio.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -76,6 +81,22 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   return header;
 }
 
+/// Whether memory was refused within OpenImageIO (2.4), which then may have left a lock of its table of strings held:
+/// whoever takes it next would wait for ever, and the destructor of the table would abort the process.
+std::atomic<bool> is_spoilt = false;
+constexpr const char* kSpoilt = "no memory was left while an image was read";
+
+/// To be called where an allocation has failed: no image is read any more, and the process ends without destructors.
+void spoil() {
+  if (!is_spoilt.exchange(true))
+    on_exit(
+        [](int status, void*) {
+          std::fflush(nullptr);
+          _exit(status);
+        },
+        nullptr);
+}
+
 class OpenImageIoReader : public ImageReader {
  public:
   explicit OpenImageIoReader(std::unique_ptr<OIIO::ImageInput> input) : input_(std::move(input)) {
@@ -86,6 +107,10 @@ class OpenImageIoReader : public ImageReader {
   }
 
   bool read_rows(int first, int last, SampleType type, void* samples) override try {
+    if (is_spoilt) {
+      exception_ = kSpoilt;
+      return false;
+    }
     const OIIO::ImageSpec& spec = input_->spec();
     const OIIO::TypeDesc format = type_desc(type);
     if (first == 0 && last == spec.height) return input_->read_image(0, 0, 0, spec.nchannels, format, samples);
@@ -93,6 +118,10 @@ class OpenImageIoReader : public ImageReader {
       return input_->read_tiles(0, 0, spec.x, spec.x + spec.width, spec.y + first, spec.y + last, spec.z, spec.z + 1, 0,
                                 spec.nchannels, format, samples);
     return input_->read_scanlines(0, 0, spec.y + first, spec.y + last, 0, 0, spec.nchannels, format, samples);
+  } catch (const std::bad_alloc&) {
+    spoil();
+    exception_ = kSpoilt;
+    return false;
   } catch (const std::exception& e) {
     exception_ = e.what();
     return false;
@@ -129,6 +158,10 @@ OIIO_NAMESPACE_END
 
 extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const char* plugin, std::string& failure) try {
   if (plugin == std::string_view("gif")) return glowworm::open_gif(path, failure).release();
+  if (glowworm::is_spoilt) {
+    failure = glowworm::kSpoilt;
+    return nullptr;
+  }
   glowworm::configure_openimageio();
   OIIO::ImageSpec config, spec;
   config.attribute("oiio:UnassociatedAlpha", 1);
@@ -148,6 +181,10 @@ extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const ch
     return nullptr;
   }
   return new glowworm::OpenImageIoReader(std::move(input));
+} catch (const std::bad_alloc&) {
+  glowworm::spoil();
+  failure = glowworm::kSpoilt;
+  return nullptr;
 } catch (const std::exception& e) {
   failure = e.what();
   return nullptr;
