@@ -110,10 +110,9 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
   keeps_photons_ = !disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes;
-  const bool ends_by_noise = settings_.noise_target > 0;
+  const bool chooses = settings_.photon_target > 0, states = settings_.noise_target > 0 || keeps_photons_;
   measures_photon_noise_ =
-      !points_ && !settings_.progressive && settings_.part.index <= 1 &&
-      (helps(ranks_) ? ends_by_noise && settings_.photon_target > 0 : ends_by_noise || keeps_photons_);
+      !points_ && !settings_.progressive && settings_.part.index <= 1 && (chooses || (states && !helps(ranks_)));
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));

@@ -74,7 +74,7 @@ void Job::find_photon_noise(std::uint32_t sample) {
     made_->maps.update(*tracer_, with_signs, not_the_renders);
   };
   constexpr double kPrecision = 0.125;  // as a share of the square of the error asked for
-  const double target = settings_.noise_target;
+  const double target = settings_.photon_target > 0 ? settings_.photon_target : settings_.noise_target;
   const double precision = target > 0 ? kPrecision * target * target : std::numeric_limits<double>::infinity();
   do {
     make_maps(settings_, sample, statistics_);

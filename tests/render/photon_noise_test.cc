@@ -142,6 +142,15 @@ TEST(PhotonNoise, MorePhotonsAreTheSameForAnyThreadsAndMemoryAndAfterInterruptio
   more.wait();
   EXPECT_EQ(more.settings().photons, interrupted.settings().photons);
   EXPECT_TRUE(more.film().save() == whole);
+  // To another end, in little memory.
+  for (const double target : {0.0, 0.02}) {
+    RenderSettings other = settings;
+    other.noise_target = target;
+    other.memory_bytes = std::uint64_t{48} << 20;
+    Job continued(stage.scene, stage.tracer, other, &checkpoint);
+    continued.wait();
+    EXPECT_EQ(continued.settings().photons, interrupted.settings().photons) << target;
+  }
 }
 
 TEST(PhotonNoise, LeavesAtLeastHalfOfTheErrorToSamples) {

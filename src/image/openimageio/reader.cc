@@ -82,7 +82,7 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
 }
 
 /// Whether memory was refused within OpenImageIO (2.4), which then may have left a lock of its table of strings held:
-/// whoever takes it next would wait for ever, and the destructor of the table would abort the process.
+/// the next to take it would wait forever, and the destructor of the table would abort the process.
 std::atomic<bool> is_spoilt = false;
 constexpr const char* kSpoilt = "no memory was left while an image was read";
 
