@@ -61,8 +61,13 @@ std::span<float> Image::channel(std::string_view name) {
 }
 
 std::span<float> Image::add_channel(const std::string& name) {
+  return add_channel(name, std::vector<float>(pixel_count()));
+}
+
+std::span<float> Image::add_channel(const std::string& name, std::vector<float> samples) {
+  check_size(samples.size(), *this, name);
   std::erase_if(channels_, [&](const ImageChannel& channel) { return channel.name == name; });
-  channels_.push_back({name, std::vector<float>(pixel_count())});
+  channels_.push_back({name, std::move(samples)});
   return channels_.back().samples;
 }
 
@@ -71,8 +76,7 @@ void Image::add_rgb(std::string_view layer, std::span<const RGB> pixels) { add_t
 void Image::add_vec3(std::string_view layer, std::span<const Vec3> pixels) { add_three(*this, layer, "XYZ", pixels); }
 
 void Image::add_scalar(const std::string& name, std::span<const float> pixels) {
-  check_size(pixels.size(), *this, name);
-  std::copy(pixels.begin(), pixels.end(), add_channel(name).begin());
+  add_channel(name, std::vector<float>(pixels.begin(), pixels.end()));
 }
 
 Image layer_of(const Image& image, std::string_view layer) {

@@ -48,6 +48,8 @@ class Image {
   /// Adds a channel of zeros, or replaces an existing one, and returns its samples. Their address is stable until the
   /// channel is replaced.
   std::span<float> add_channel(const std::string& name);
+  /// Adds or replaces a channel of these samples. Throws Error if their number is not pixel_count().
+  std::span<float> add_channel(const std::string& name, std::vector<float> samples);
   /// Adds a layer of three channels R, G, B; the layer "" is the beauty. Throws Error if the size is not pixel_count().
   void add_rgb(std::string_view layer, std::span<const RGB> pixels);
   /// Adds a layer of three channels X, Y, Z.

@@ -56,10 +56,10 @@ constexpr std::uint64_t kBandBytes = std::uint64_t{1} << 20;
 // No format and no renderer needs more; products of several such numbers stay far below 2^64.
 constexpr int kMaxSide = 1 << 20, kMaxChannels = 1024;
 
-void check_expansion(const std::string& path, const ImageFormat& format, std::int64_t width, std::int64_t height) {
+void check_expansion(const std::string& path, double pixels_per_byte, std::int64_t width, std::int64_t height) {
   std::error_code unknown_size;
   const std::uint64_t file_bytes = std::filesystem::file_size(path, unknown_size);
-  const double most = format.pixels_per_byte * static_cast<double>(file_bytes);
+  const double most = pixels_per_byte * static_cast<double>(file_bytes);
   if (!unknown_size && most > 0 && static_cast<double>(width) * static_cast<double>(height) > most) {
     throw Error({path},
                 fmt::format("truncated or damaged: {} x {} pixels cannot come out of a file of {} bytes", width, height,
@@ -77,7 +77,11 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
                             header.channels),
                 "Save it again from the program that made it.");
   }
-  check_expansion(path, format, header.width, header.height);
+  const auto compression = header.metadata.find("compression");
+  const double pixels_per_byte = format.name == std::string_view("TIFF") && compression != header.metadata.end()
+                                     ? tiff_pixels_per_byte(compression->second)
+                                     : format.pixels_per_byte;
+  check_expansion(path, pixels_per_byte, header.width, header.height);
   const std::uint64_t pixels = static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height);
   if (pixels * static_cast<std::uint64_t>(header.channels) * sizeof(float) > physical_memory_bytes() / 2) {
     throw Error({path},
@@ -106,7 +110,7 @@ const ImageFormat& format_of(const std::string& path) {
       throw Error({path}, "is a TGA file whose palette has fewer colours than its pixels may name",
                   "Save it without a palette, or as PNG.");
     const auto [width, height] = claimed_size(begin, *format);
-    check_expansion(path, *format, width, height);
+    check_expansion(path, format->pixels_per_byte, width, height);
     return *format;
   }
   const std::string other = unread_format(begin);
@@ -125,7 +129,7 @@ Input open_input(const std::string& path, bool pixels) {
   input.reader = open_image_reader(path, input.format->plugin, failure);
   if (!input.reader) {
     throw Error({path}, fmt::format("cannot be read as {} ({})", input.format->name, first_line(failure)),
-                fmt::format("Use a whole {} file.", image_format_names()));
+                fmt::format("Use a whole file of one of these formats: {}.", image_format_names()));
   }
   input.header = input.reader->header();
   check_header(path, *input.format, input.header, input.reader->depth());
@@ -133,7 +137,8 @@ Input open_input(const std::string& path, bool pixels) {
   ImageFileHeader& header = input.header;
   const int tile = input.reader->tile_height();
   const int band = kBandRows * std::max(1, static_cast<int>(kBandBytes / header.bytes_of_rows(kBandRows)));
-  header.rows_at_once = std::min(!input.format->by_rows ? header.height : tile > 0 ? tile : band, header.height);
+  const bool by_rows = input.format->by_rows && !input.reader->unpacks_whole();
+  header.rows_at_once = std::min(!by_rows ? header.height : tile > 0 ? tile : band, header.height);
   return input;
 }
 
@@ -156,21 +161,12 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 ImageFileHeader read_image_header(const std::string& path) { return open_input(path, false).header; }
 
-ImageFileData read_image_file(const std::string& path, bool convert_to_single) {
-  const Input input = open_input(path, true);
-  ImageFileData data;
-  data.header = input.header;
-  if (convert_to_single) data.header.type = SampleType::single;
-  const ImageFileHeader& header = data.header;
-  data.samples.resize(header.bytes_of_rows(header.height));
-  check_report(path, input, input.reader->read_rows(0, header.height, header.type, data.samples.data()));
-  return data;
-}
-
 ImageFileHeader scan_image_file(
-    const std::string& path, const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band) {
+    const std::string& path, bool convert_to_single,
+    const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band) {
   const Input input = open_input(path, true);
-  const ImageFileHeader& header = input.header;
+  ImageFileHeader header = input.header;
+  if (convert_to_single) header.type = SampleType::single;
   for (int first = 0; first < header.height; first += header.rows_at_once) {
     const int last = std::min(first + header.rows_at_once, header.height);
     std::vector<std::byte> samples(header.bytes_of_rows(last - first));
@@ -178,6 +174,15 @@ ImageFileHeader scan_image_file(
     band(header, samples);
   }
   return header;
+}
+
+ImageFileData read_image_file(const std::string& path) {
+  ImageFileData data;
+  data.header = scan_image_file(path, false, [&](const ImageFileHeader& header, const std::vector<std::byte>& samples) {
+    data.samples.reserve(header.bytes_of_rows(header.height));
+    data.samples.insert(data.samples.end(), samples.begin(), samples.end());
+  });
+  return data;
 }
 
 }  // namespace glowworm

@@ -59,19 +59,19 @@ struct ImageFileData {
   std::vector<std::byte> samples;
 };
 
-/// Reads the header of the first picture of a file; throws Error as read_image_file does.
+/// Reads the header of the first picture of a file; throws Error as scan_image_file() does.
 ImageFileHeader read_image_header(const std::string& path);
 
-/// Reads the first picture of a file.
+/// Reads the first picture of a file by bands of rows, so that little of it is in memory at once. Calls `band` with the
+/// samples of each band from the top down.
 /// @param convert_to_single always gives 32-bit floats (integers become 0…1); otherwise the smallest SampleType that
 /// represents the file's numbers is used (32-bit integers and doubles become single)
 /// Throws Error with a remedy if the file is missing, of an unsupported format (image/image_format.h), truncated,
 /// empty, or larger than half of the machine's memory.
-ImageFileData read_image_file(const std::string& path, bool convert_to_single);
-
-/// Reads the first picture of a file by bands of rows, so that little of it is in memory at once. Calls `band` with the
-/// samples of each band, as stored, from the top down. Throws Error as read_image_file() does.
-ImageFileHeader scan_image_file(const std::string& path,
+ImageFileHeader scan_image_file(const std::string& path, bool convert_to_single,
                                 const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band);
+
+/// The whole first picture of a file, as stored. Throws Error as scan_image_file() does.
+ImageFileData read_image_file(const std::string& path);
 
 }  // namespace glowworm

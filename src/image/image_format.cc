@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <string_view>
+#include <utility>
 
 #include "core/text.h"
 
@@ -16,9 +16,10 @@ namespace {
 // HDR, a run of 127 pixels takes 2 bytes for each of four channels; in TGA, one of 128 pixels takes 2 bytes, in BMP one
 // of 255, and pixels that it skips cost nothing, so it has twice that. In GIF, a code of 12 bits stands for at most
 // 4096 pixels. WebP has no limit, but no side beyond 16383 pixels.
+constexpr double kDeflatePixels = 8 * 1032, kJpegPixels = 512;
 constexpr std::array kFormats = {
-    ImageFormat{"PNG", "png", 8 * 1032, true},
-    ImageFormat{"JPEG", "jpeg", 512, true},
+    ImageFormat{"PNG", "png", kDeflatePixels, true},
+    ImageFormat{"JPEG", "jpeg", kJpegPixels, true},
     ImageFormat{"EXR", "openexr", 64 * 1032 / 2, true},
     ImageFormat{"HDR", "hdr", 16, true},
     ImageFormat{"TIFF", "tiff", 0, true},
@@ -98,6 +99,18 @@ bool has_whole_palette(std::span<const std::uint8_t> bytes) {
   const bool has_palette = (bytes[2] & ~8) == 1;
   const unsigned first = bytes[3] | bytes[4] << 8, length = bytes[5] | bytes[6] << 8, index_bits = bytes[16];
   return !has_palette || (bytes[1] == 1 && first == 0 && index_bits <= 16 && length >= 1u << index_bits);
+}
+
+double tiff_pixels_per_byte(std::string_view compression) {
+  // A pixel takes at least a bit. In PackBits, a run of 128 bytes takes 2; in LZW, a code of 12 bits stands for at most
+  // 4096 bytes.
+  constexpr std::pair<std::string_view, double> kLimits[] = {
+      {"none", 8},           {"packbits", 8 * 64},  {"lzw", 8 * 4096 / 1.5}, {"zip", kDeflatePixels},
+      {"jpeg", kJpegPixels}, {"ojpeg", kJpegPixels}};
+  for (const auto& [name, pixels] : kLimits) {
+    if (name == compression) return pixels;
+  }
+  return 0;
 }
 
 std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, const ImageFormat& format) {

@@ -1,4 +1,5 @@
 #include <cstring>
+#include <utility>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -8,22 +9,26 @@
 namespace glowworm {
 
 Image read_image(const std::string& path) {
-  const ImageFileData data = read_image_file(path, true);
-  const ImageFileHeader& header = data.header;
+  std::vector<std::vector<float>> planes;
+  const auto add_rows = [&](const ImageFileHeader& header, const std::vector<std::byte>& samples) {
+    planes.resize(static_cast<std::size_t>(header.channels));
+    for (std::size_t c = 0; c < planes.size(); ++c) {
+      // Not resized: where a file lacks rows, their memory is never touched.
+      planes[c].reserve(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height));
+      const bool is_alpha = static_cast<int>(c) == header.alpha_channel;
+      for (std::size_t at = c * sizeof(float); at < samples.size(); at += planes.size() * sizeof(float)) {
+        float value;
+        std::memcpy(&value, samples.data() + at, sizeof(float));
+        planes[c].push_back(is_alpha ? value : header.transfer.decode(value));
+      }
+    }
+  };
+  const ImageFileHeader header = scan_image_file(path, true, add_rows);
   Image image(header.width, header.height);
   image.metadata = header.metadata;
   image.place = {header.x0, header.y0, header.whole_width, header.whole_height};
-  const auto channels = static_cast<std::size_t>(header.channels);
-  for (std::size_t c = 0; c < channels; ++c) {
-    const bool is_alpha = static_cast<int>(c) == header.alpha_channel;
-    const std::span<float> plane = image.add_channel(header.channel_names[c]);
-    for (std::size_t i = 0; i < plane.size(); ++i) {
-      float value;
-      std::memcpy(&value, data.samples.data() + (i * channels + c) * sizeof(float), sizeof(float));
-      plane[i] = is_alpha ? value : header.transfer.decode(value);
-    }
-  }
-  if (!image.has_channel("R") && (image.has_channel("Y") || channels == 1)) {
+  for (std::size_t c = 0; c < planes.size(); ++c) image.add_channel(header.channel_names[c], std::move(planes[c]));
+  if (!image.has_channel("R") && (image.has_channel("Y") || header.channels == 1)) {
     const std::string grey = image.has_channel("Y") ? "Y" : header.channel_names[0];
     const std::vector<float> samples(image.channel(grey).begin(), image.channel(grey).end());
     for (const char* name : {"R", "G", "B"}) image.add_scalar(name, samples);

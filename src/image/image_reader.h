@@ -18,6 +18,8 @@ class ImageReader {
   int depth() const { return depth_; }
   /// Rows of a tile; 0 if the file is not tiled.
   int tile_height() const { return tile_height_; }
+  /// Whether the first rows to be read make the reader unpack and hold all rows.
+  bool unpacks_whole() const { return unpacks_whole_; }
   /// Reads rows [first, last) as samples of a type. The range must start at the first row of a tile, and end at the
   /// last row of a tile or of the picture. Returns whether all rows were read.
   virtual bool read_rows(int first, int last, SampleType type, void* samples) = 0;
@@ -27,6 +29,7 @@ class ImageReader {
  protected:
   ImageFileHeader header_;
   int depth_ = 0, tile_height_ = 0;
+  bool unpacks_whole_ = false;
 };
 
 /// Opens a file by the reader of one format (ImageFormat::plugin). If it cannot be read as an image, returns null and

@@ -84,7 +84,7 @@ StoringOutcome store_texels(const std::string& path, TexelStore& store, std::uin
   StoringOutcome outcome;
   std::optional<TileWriter> writer;
   bool opaque = true;
-  scan_image_file(path, [&](const ImageFileHeader& header, const std::vector<std::byte>& samples) {
+  scan_image_file(path, false, [&](const ImageFileHeader& header, const std::vector<std::byte>& samples) {
     if (!outcome.problem.empty()) return;
     if (!writer) {
       outcome.texels = layout_of(header, first);

@@ -111,7 +111,7 @@ RGB TextureFile::color(Vec2 uv) const { return look_up(uv).color; }
 float TextureFile::alpha(Vec2 uv) const { return has_alpha_ ? look_up(uv).alpha : 1; }
 
 std::shared_ptr<const ImageFileData> read_texels(const std::string& path) {
-  auto texels = std::make_shared<ImageFileData>(read_image_file(path, false));
+  auto texels = std::make_shared<ImageFileData>(read_image_file(path));
   ImageFileHeader& header = texels->header;
   if (is_opaque(header, texels->samples)) header.alpha_channel = -1;
   const int kept = kept_channels(header);

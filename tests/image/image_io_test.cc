@@ -361,6 +361,74 @@ TEST_F(ImageIo, ATiffStripOfMoreThanTwoGigabytesIsRefused) {
   EXPECT_THAT(message_of([&] { read_image(file); }), HasSubstr("it claims a strip of 3332288544 bytes"));
 }
 
+/// The bytes of a TIFF file of 8-bit YCbCr pixels, all zero, in one strip, which OpenImageIO unpacks at once.
+/// @param compression its code; the pixels are written uncompressed
+std::string ycbcr_tiff(std::uint32_t width, std::uint32_t height, std::uint16_t compression, std::size_t pixels) {
+  constexpr std::uint16_t kShort = 3, kLong = 4;
+  struct Entry {
+    std::uint16_t tag, type;
+    std::uint32_t count, value;
+  };
+  constexpr std::uint32_t kEntries = 11, kEnd = 8 + 2 + kEntries * 12 + 4;
+  const Entry entries[kEntries] = {{256, kLong, 1, width},
+                                   {257, kLong, 1, height},
+                                   {258, kShort, 3, kEnd},
+                                   {259, kShort, 1, compression},
+                                   {262, kShort, 1, 6},        // YCbCr
+                                   {273, kLong, 1, kEnd + 6},  // the strip
+                                   {277, kShort, 1, 3},        // samples of a pixel
+                                   {278, kLong, 1, height},    // rows of a strip
+                                   {279, kLong, 1, static_cast<std::uint32_t>(3 * pixels)},
+                                   {284, kShort, 1, 1},             // channels interleaved
+                                   {530, kShort, 2, 1 | 1 << 16}};  // no subsampling
+  std::string file("II*\0\10\0\0\0", 8);
+  file += little_endian(kEntries, 2);
+  for (const Entry& e : entries)
+    file += little_endian(e.tag, 2) + little_endian(e.type, 2) + little_endian(e.count, 4) + little_endian(e.value, 4);
+  file += little_endian(0, 4);
+  for (int i = 0; i < 3; ++i) file += little_endian(8, 2);
+  return file + std::string(3 * pixels, '\0');
+}
+
+TEST_F(ImageIo, ATiffOfMorePixelsThanItCanHoldIsRefused) {
+  const std::string file = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/tiff/huge.tif";
+  EXPECT_THAT(message_of([&] { read_image(file); }),
+              HasSubstr("10264 x 63760 pixels cannot come out of a file of 861"));
+  constexpr std::uint16_t kLzma = 34925;  // without a limit of expansion; 70000 x 70000 does not fit into an int
+  write_bytes("at-once.tif", ycbcr_tiff(70000, 70000, kLzma, 1));
+  EXPECT_THAT(message_of([&] { read_image(path("at-once.tif")); }), HasSubstr("4900000000 pixels"));
+}
+
+/// Their whole size counts as memory for decoding, also where texels go to a file by rows.
+TEST_F(ImageIo, TiffsThatAreUnpackedAtOnceAreReserved) {
+  constexpr std::uint32_t kSide = 1024;
+  constexpr std::uint64_t kBudget = std::uint64_t{2} << 20;  // for 3 MiB of pixels
+  write_bytes("at-once.tif", ycbcr_tiff(kSide, kSide, 1, kSide * kSide));
+  EXPECT_EQ(message_of([&] { read_image(path("at-once.tif")); }), "");
+  write_foreign("by-rows.tif", kSide, kSide, 3, std::vector<std::uint8_t>(kSide * kSide * 3));
+  const auto open = [&](const char* name) {
+    TextureLibrary textures(4, std::make_shared<MemoryBudget>(kBudget));
+    return message_of([&] { textures.open(path(name)); });
+  };
+  EXPECT_EQ(open("by-rows.tif"), "");
+  EXPECT_THAT(open("at-once.tif"), HasSubstr("decoding of a texture"));
+}
+
+/// A file that says more than it has takes memory for what it has.
+TEST_F(ImageIo, RowsThatAFileLacksTakeNoMemory) {
+  constexpr int kSide = 4096;
+  std::vector<std::uint8_t> noise(kSide * kSide);
+  Sampler sampler(SamplerKind::independent, 1, 2, 3);
+  for (std::uint8_t& sample : noise) sample = static_cast<std::uint8_t>(256 * sampler.next1());
+  write_foreign("whole.png", kSide, kSide, 1, noise);
+  write_bytes("cut.png", read_bytes("whole.png").substr(0, kSide * kSide / 16));
+  noise = {};
+  restart_peak_resident();
+  const std::uint64_t before = resident_bytes();
+  EXPECT_THAT(message_of([&] { read_image(path("cut.png")); }), HasSubstr("truncated or damaged"));
+  EXPECT_LT(peak_resident_bytes() - before, sizeof(float) * kSide * kSide / 4);
+}
+
 /// Compressed bytes that unpack to a number of zeros.
 std::string packed_zeros(const std::string& compression, std::size_t count) {
   if (compression == "none") return std::string(count, '\0');

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <mutex>
 #include <new>
@@ -81,6 +82,28 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   return header;
 }
 
+/// Whether OpenImageIO (2.4) reads a TIFF file by TIFFReadRGBAImageOriented(), all pixels at once.
+bool is_tiff_unpacked_whole(const OIIO::ImageSpec& spec) {
+  constexpr std::string_view kSpaces[] = {"YCbCr", "CIELAB", "ICCLAB", "ITULAB", "LOGL", "LOGLUV"};
+  constexpr int kOldJpeg = 6, kJpeg = 7;
+  const int compression = spec.get_int_attribute("tiff:Compression");
+  const std::string_view space = spec.get_string_attribute("tiff:ColorSpace");
+  return ((compression == kOldJpeg || compression == kJpeg) && spec.nchannels != 3) ||
+         std::find(std::begin(kSpaces), std::end(kSpaces), space) != std::end(kSpaces);
+}
+
+/// Why a file cannot be read although it was opened; empty if it can. OpenImageIO (2.4) counts the pixels that it
+/// unpacks at once and the bytes of a strip in an int.
+std::string reason_not_to_read(const OIIO::ImageSpec& spec) {
+  constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
+  if (spec.image_pixels() > kMost && is_tiff_unpacked_whole(spec))
+    return "it claims " + std::to_string(spec.image_pixels()) + " pixels of a kind that is unpacked at once";
+  const auto strip = static_cast<std::uint64_t>(std::max(spec.get_int_attribute("tiff:RowsPerStrip"), 0));
+  if (const std::uint64_t bytes = spec.scanline_bytes(true) * strip; bytes > kMost)
+    return "it claims a strip of " + std::to_string(bytes) + " bytes";
+  return "";
+}
+
 /// Whether memory was refused within OpenImageIO (2.4), which then may have left a lock of its table of strings held:
 /// the next to take it would wait forever, and the destructor of the table would abort the process.
 std::atomic<bool> is_spoilt = false;
@@ -104,6 +127,7 @@ class OpenImageIoReader : public ImageReader {
     header_ = header_of(spec);
     depth_ = spec.depth;
     tile_height_ = spec.tile_width > 0 ? spec.tile_height : 0;
+    unpacks_whole_ = is_tiff_unpacked_whole(spec);
   }
 
   bool read_rows(int first, int last, SampleType type, void* samples) override try {
@@ -174,12 +198,8 @@ extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const ch
     failure = input->geterror();
     return nullptr;
   }
-  // OpenImageIO counts these bytes in an int (2.4).
-  const auto strip = static_cast<std::uint64_t>(std::max(spec.get_int_attribute("tiff:RowsPerStrip"), 0));
-  if (const std::uint64_t bytes = spec.scanline_bytes(true) * strip; bytes > std::numeric_limits<int>::max()) {
-    failure = "it claims a strip of " + std::to_string(bytes) + " bytes";
-    return nullptr;
-  }
+  failure = glowworm::reason_not_to_read(spec);
+  if (!failure.empty()) return nullptr;
   return new glowworm::OpenImageIoReader(std::move(input));
 } catch (const std::bad_alloc&) {
   glowworm::spoil();
