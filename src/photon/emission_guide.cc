@@ -36,7 +36,7 @@ struct Split {
 
 class EmissionGuide::Learner {
  public:
-  explicit Learner(std::span<const PilotPath> paths) : paths_(paths) {
+  Learner(std::span<const PilotPath> paths, double floor) : paths_(paths), floor_(floor) {
     for (std::uint32_t i = 0; i < paths.size(); ++i) order_.push_back(i);
   }
 
@@ -147,13 +147,14 @@ class EmissionGuide::Learner {
         probability[n] = probability[node.child] + probability[node.child + 1];
         node.left_share = static_cast<float>(probability[node.child] / probability[n]);
       } else {
-        probability[n] = sum > 0 ? (1 - kFloor) * v * std::sqrt(means_[n]) / sum + kFloor * v : v;
+        probability[n] = sum > 0 ? (1 - floor_) * v * std::sqrt(means_[n]) / sum + floor_ * v : v;
       }
       node.probability = static_cast<float>(probability[n]);
     }
   }
 
   std::span<const PilotPath> paths_;
+  double floor_;
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
   std::vector<double> means_;  // mean score of each node's cell
@@ -164,10 +165,10 @@ EmissionGuide::EmissionGuide() : nodes_(1) {
   nodes_[0].probability = 1;
 }
 
-EmissionGuide EmissionGuide::learn(std::span<const PilotPath> paths) {
+EmissionGuide EmissionGuide::learn(std::span<const PilotPath> paths, float floor) {
   EmissionGuide guide;
   if (paths.empty()) return guide;
-  Learner learner(paths);
+  Learner learner(paths, floor);
   learner.learn(guide.nodes_);
   guide.gain_ = learner.gain();
   return guide;

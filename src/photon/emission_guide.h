@@ -29,8 +29,8 @@ class EmissionGuide {
 
   /// Learns a density. Splits minimise the variance of the mean score within both parts. The density is proportional to
   /// the root of the mean score, which minimises the variance of the sum of contributions that photons make at random;
-  /// it is never less than `kFloor`.
-  static EmissionGuide learn(std::span<const PilotPath> paths);
+  /// it is never less than `floor`, in (0, 1], so a path never carries more than 1 / floor times its flux.
+  static EmissionGuide learn(std::span<const PilotPath> paths, float floor = 0.05f);
 
   /// Turns uniform numbers into guided ones, strata into strata, and returns 1 / density there: the factor on the
   /// path's flux.
@@ -44,8 +44,6 @@ class EmissionGuide {
   void write(ByteWriter& out) const;
   /// Throws Error if the bytes are not those of write().
   static EmissionGuide read(ByteReader& in);
-
-  static constexpr float kFloor = 0.05f;
 
  private:
   struct Node {

@@ -98,7 +98,6 @@ void PhotonChunk::keep_caustic() {
 void PhotonChunk::write(ByteWriter& out) const {
   const auto put = [&](const auto& array) { out.put_array(array.span().first(count)); };
   out.put<std::uint64_t>(count);
-  out.put(stored);
   for (const auto* array : {&position, &direction, &normal}) put(*array);
   put(flux);
   put(light);
@@ -114,7 +113,6 @@ void PhotonChunk::read(ByteReader& in) {
   count = 0;
   make_room(photons);
   count = photons;
-  stored = in.take<std::uint64_t>();
   const auto take = [&](auto& array) { in.take_to(array.span().first(count)); };
   for (auto* array : {&position, &direction, &normal}) take(*array);
   take(flux);
@@ -147,7 +145,6 @@ class ChunkTracers::ChunkTracer {
         kept = scatter_block(first, std::min(DiffuseHits::kBlock, rays.size() - first), bounce, kept);
       paths_.count = kept;
     }
-    chunk.stored = chunk.count;
     if (pass_.only_caustic) chunk.keep_caustic();
   }
 
@@ -342,7 +339,7 @@ class ChunkTracers::ChunkTracer {
       for (std::size_t i = 0, to = before; i < count; ++i)
         if (block_.outcome(i) & kPhotonLeft) photons.path[to++] = paths_.number[first + i];
     for (std::size_t i = before; pass_.demand && i < at; ++i)
-      photons.used[i] = demand_for(*pass_.demand, position[i], normal[i], caustic[i] != 0) > 0;
+      photons.used[i] = demand_for(pass_, position[i], normal[i], caustic[i] != 0) > 0;
   }
 
   /// Moves those of paths [first, first + count), a block, that continue behind the first `kept` paths; returns the new
@@ -363,7 +360,8 @@ class ChunkTracers::ChunkTracer {
       light[kept] = light[first + i];
       bounces[kept] = with_bounce(bounces[first + i], bounce_[i]);
       if (absorbs_) keep_absorption(first + i, i, kept);
-      kept += (block_.outcome(i) / kPathGoesOn) & 1u;
+      const bool may_store = !pass_.only_caustic || (bounces[kept] & kNoneBroad);
+      kept += (block_.outcome(i) / kPathGoesOn) & std::uint32_t{may_store};
     }
     return kept;
   }
@@ -388,8 +386,10 @@ class ChunkTracers::ChunkTracer {
   const bool absorbs_ = has_absorption(scene_);
 };
 
-float demand_for(const PhotonDemand& demand, Vec3 position, Vec3 normal, bool caustic) {
-  return demand.gathered.value(position, normal) + (caustic ? demand.seen.value(position, normal) : 0.0f);
+float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic) {
+  if (!pass.demand) return 1;
+  const float gathered = pass.only_caustic ? 0.0f : pass.demand->gathered.value(position, normal);
+  return gathered + (caustic ? pass.demand->seen.value(position, normal) : 0.0f);
 }
 
 ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings) : settings_(settings) {}

@@ -16,8 +16,7 @@ inline constexpr std::size_t kPathsPerChunk = 1024;
 
 /// Photons of a chunk of paths. The arrays hold `count` photons and may be longer; photons are in order of bounce.
 struct PhotonChunk {
-  std::size_t count = 0;     ///< photons
-  std::uint64_t stored = 0;  ///< photons before any were left out
+  std::size_t count = 0;  ///< photons
   LargeArray<Vec3> position, direction, normal;
   LargeArray<RGB> flux;              ///< as emitted, not divided by the number of paths
   LargeArray<std::uint32_t> light;   ///< source, counted as in Scene::light_power()
@@ -45,8 +44,9 @@ struct PhotonChunkSettings {
   bool pilot = false;  ///< keep emission numbers and the paths of photons
 };
 
-/// Importance of a photon to the image: as part of the global map and, if it is a caustic photon, of the caustic map.
-float demand_for(const PhotonDemand& demand, Vec3 position, Vec3 normal, bool caustic);
+/// Importance of a photon to the image: as part of the global map, unless the pass has none, and, if it is a caustic
+/// photon, of the caustic map. 1 without a demand.
+float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic);
 
 /// Traces chunks of paths. Several threads may call it at once.
 class ChunkTracers {

@@ -58,7 +58,7 @@ void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& 
     append(pass.global.flux, chunk.flux);
     append(pass.global.normal, chunk.normal);
   }
-  pass.stored += chunk.stored;
+  pass.stored += chunk.count;
   count(pass, chunk, settings);
 }
 
@@ -133,8 +133,8 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
     const double yield = std::max(static_cast<double>(pass.stored) / static_cast<double>(pass.emitted), 1e-3);
     const double missing = static_cast<double>(settings.photons) - static_cast<double>(pass.stored);
     // The number of wanted photons bounds a wave: the yield of a few paths may be far too low.
-    const std::uint64_t longest =
-        std::min(settings.photons, limit - std::min(limit, pass.emitted)) / kPathsPerChunk + 1;
+    const std::uint64_t left = (limit - std::min(limit, pass.emitted) + kPathsPerChunk - 1) / kPathsPerChunk;
+    const std::uint64_t longest = std::min(settings.photons / kPathsPerChunk + 1, left);
     next_chunks = std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1, longest);
   }
   if (!settings.demand) pass.used_by_light = pass.stored_by_light;
@@ -157,9 +157,9 @@ std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSetting
       paths[begin + i].density = 1 / chunk.guide_weight[i];
     }
     for (std::size_t i = 0; i < chunk.count; ++i) {
-      if (!chunk.used[i]) continue;
+      if (settings.demand && !chunk.used[i]) continue;
       const std::uint32_t path = chunk.path[i];
-      const float demand = demand_for(*settings.demand, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0);
+      const float demand = demand_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0);
       paths[begin + path].score +=
           static_cast<float>(demand * luminance(chunk.flux[i]) / static_cast<double>(chunk.guide_weight[path]) / power);
     }

@@ -34,8 +34,8 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.secondary_gather = gathers && s.secondary_gather;
   wanted.patches = gathers && s.gather_guiding;
   if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
-    wanted.more_caustic_photons =
-        affordable_caustic_photons(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
+    wanted.more_caustic_paths =
+        affordable_caustic_paths(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
   wanted.narrow = s.place_layers().values.has(SlotValue::bias);

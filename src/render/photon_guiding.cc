@@ -18,14 +18,11 @@ constexpr std::uint32_t kPilotGatherRays = 6;
 /// Pilot rounds: the first emits in proportion to power, and each later one is guided by those before it.
 constexpr int kRounds = 4;
 /// Continues with more rounds while less than this share of a round's paths contribute.
-constexpr int kMaxRounds = 10;
 constexpr double kHardShare = 0.2;
 /// Paths of a round: a share of the wanted photons, within bounds.
 constexpr std::uint64_t kPhotonsAPath = 8, kMinPaths = 16384, kMaxPaths = 65536;
-/// If fewer of the first paths than this contribute, more are emitted,
+/// If fewer of the first paths than this contribute, more are emitted.
 constexpr std::size_t kMinHits = 128;
-/// up to this many times as many.
-constexpr std::size_t kMoreFirstPaths = 32;
 /// Share of contributing paths above which guiding cannot gain much.
 constexpr double kEasyShare = 0.4;
 /// Least gain of the mean score that justifies the uneven flux of photons.
@@ -113,7 +110,7 @@ std::size_t count_hits(std::span<const PilotPath> paths) {
 
 /// Learns from the paths of all rounds so far. @param guides of the rounds; @param counts their numbers of paths
 EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGuide>& guides,
-                    const std::vector<std::size_t>& counts) {
+                    const std::vector<std::size_t>& counts, float floor) {
   // Balance heuristic over the rounds: each path has the combined density of all rounds.
   parallel_for(0, paths.size(), kPathGrain, [&](std::size_t first, std::size_t last) {
     for (PilotPath& path : std::span(paths).subspan(first, last - first)) {
@@ -123,7 +120,7 @@ EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGui
       path.density = static_cast<float>(density);
     }
   });
-  return EmissionGuide::learn(paths);
+  return EmissionGuide::learn(paths, floor);
 }
 
 PhotonGuiding learn_guiding(const Tracer& tracer, const View& view, const RenderSettings& settings) {
@@ -134,30 +131,33 @@ PhotonGuiding learn_guiding(const Tracer& tracer, const View& view, const Render
   pilot.seed = settings.seed;
   pilot.pass = kPilotStream;  // a pass number that photons never use
   pilot.demand = &out.demand;
-  std::vector<PilotPath> paths;
-  std::vector<EmissionGuide> guides;
-  std::vector<std::size_t> counts;
-  const std::size_t count = guiding_paths(settings);
-  double share = 0;  // share of contributing paths in the last round
-  for (int round = 0; round < kRounds || (round < kMaxRounds && share < kHardShare); ++round) {
-    const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts);
-    pilot.guide = &guide;
-    const std::size_t before = paths.size();
-    do {
-      const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), count);
-      paths.insert(paths.end(), more.begin(), more.end());
-    } while (round == 0 && count_hits(paths) < kMinHits && paths.size() < kMoreFirstPaths * count);
-    guides.push_back(guide);
-    counts.push_back(paths.size() - before);
-    share = static_cast<double>(count_hits(std::span(paths).subspan(before))) / static_cast<double>(counts.back());
-    if (round == 0 && (share == 0 || share > kEasyShare)) return out;
-  }
-  EmissionGuide guide = learn(paths, guides, counts);
-  if (guide.gain() >= kMinGain) out.guide = std::move(guide);
+  out.guide = learn_emission(tracer, pilot, {.count = guiding_paths(settings)});
   return out;
 }
 
 }  // namespace
+
+EmissionGuide learn_emission(const Tracer& tracer, PhotonPassSettings pilot, const EmissionLearning& learning) {
+  std::vector<PilotPath> paths;
+  std::vector<EmissionGuide> guides;
+  std::vector<std::size_t> counts;
+  double share = 0;  // share of contributing paths in the last round
+  for (int round = 0; round < kRounds || (round < learning.most_rounds && share < kHardShare); ++round) {
+    const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts, learning.floor);
+    pilot.guide = &guide;
+    const std::size_t before = paths.size();
+    do {
+      const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), learning.count);
+      paths.insert(paths.end(), more.begin(), more.end());
+    } while (round == 0 && count_hits(paths) < kMinHits && paths.size() < learning.most_in_first * learning.count);
+    guides.push_back(guide);
+    counts.push_back(paths.size() - before);
+    share = static_cast<double>(count_hits(std::span(paths).subspan(before))) / static_cast<double>(counts.back());
+    if (round == 0 && (share == 0 || share > kEasyShare)) return {};
+  }
+  EmissionGuide guide = learn(paths, guides, counts, learning.floor);
+  return guide.gain() >= kMinGain ? guide : EmissionGuide();
+}
 
 std::size_t guiding_paths(const RenderSettings& settings) {
   return static_cast<std::size_t>(std::clamp(settings.photons / kPhotonsAPath, kMinPaths, kMaxPaths));

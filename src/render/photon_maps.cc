@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "density/density_control.h"
 #include "points/query_points.h"
 #include "render/boundary.h"
+#include "render/photon_guiding.h"
 #include "render/scheduler.h"
 
 namespace glowworm {
@@ -23,14 +25,15 @@ namespace {
 constexpr std::uint64_t kMaxLitPlaces = 32768, kBytesPerLitPlace = 512;
 /// Memory of a photon in addition to its batch if photons are kept: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
-/// Most passes of photons in a caustic map.
-constexpr std::uint64_t kMaxCausticPasses = 8;
-/// Sufficient size of the caustic map, as a share of the global map; and the passes that make its noise hard to see,
-/// however large it is: their photons are within the radii of the first.
-constexpr double kCausticShare = 0.5;
-constexpr std::uint64_t kSmoothCausticPasses = 2;
-/// Most photons traced only for the caustic map, for each gather ray of a sample of all pixels.
-constexpr double kCausticPhotonsPerRay = 0.5;
+/// Most paths emitted only for the caustic map, for each gather ray of a sample of all pixels.
+constexpr double kCausticPathsPerRay = 0.25;
+/// Paths of a pilot round that finds where to emit them: one of so many of them, within bounds.
+constexpr std::uint64_t kCausticPilotShare = 8, kMinCausticPilot = 2048, kMaxCausticPilot = 16384;
+/// Their least density: a rare photon of much flux would be a spot in dark parts of a caustic.
+constexpr float kCausticFloor = 0.1f;
+/// Photons in an estimate from the caustic map of a single pass, and at most, as multiples of k. Caustics are seen
+/// directly, where noise shows more than in the global map, and blur is a few pixels.
+constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
 /// Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
 /// would be on another page. Fewer photons keep the order in which they were traced.
 constexpr std::size_t kMostUnordered = std::size_t{1} << 22;
@@ -102,8 +105,8 @@ float progressive_radius_scale(std::uint32_t pass) {
   return static_cast<float>(std::sqrt(squared));
 }
 
-std::uint64_t affordable_caustic_photons(double gather_rays) {
-  return static_cast<std::uint64_t>(kCausticPhotonsPerRay * gather_rays);
+std::uint64_t affordable_caustic_paths(double gather_rays) {
+  return static_cast<std::uint64_t>(kCausticPathsPerRay * gather_rays);
 }
 
 void PhotonMaps::forget() {
@@ -122,7 +125,7 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   const PhotonMapSettings& now = settings_;
   if (old.photons != now.photons || old.photons_traced != now.photons_traced || old.seed != now.seed ||
       old.pass != now.pass || old.guide != now.guide || old.max_bounces != now.max_bounces ||
-      old.light_groups != now.light_groups)
+      old.light_groups != now.light_groups || (caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths()))
     forget();
   const bool other_radii = old.radius_scale != now.radius_scale || old.nearest != now.nearest;
   for (Map* map : {&global_, &caustic_}) {
@@ -139,7 +142,7 @@ bool PhotonMaps::is_done() const {
   const auto done = [&](const Map& map) {
     return map.count == 0 || (map.indexed && (map.corrected || !settings_.corrected));
   };
-  return traced_ && global_.indexed && done(global_) && done(caustic_) && caustic_passes_ >= caustic_passes() &&
+  return traced_ && global_.indexed && done(global_) && done(caustic_) && caustic_paths_ >= wanted_caustic_paths() &&
          (gridded_ || !settings_.secondary_gather) && (patched_ || !settings_.patches) &&
          (diagnosis_ || !settings_.diagnosed);
 }
@@ -198,7 +201,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   }
   global_.count = global_.photons.size();
   caustic_.count = first_caustic_ = caustic_.photons.size();
-  caustic_passes_ = 1;
+  caustic_paths_ = 0;
   bounds_ = global_.photons.bounds();
   traced_ = true;
 }
@@ -316,45 +319,49 @@ void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
 
 void PhotonMaps::bring_up_caustic(const Tracer& tracer, Statistics& statistics) {
   if (caustic_.count == 0) return;
-  if (caustic_passes_ < caustic_passes()) add_caustic_photons(tracer, statistics);
-  // More photons within the same radii: the same blur, less noise.
+  if (caustic_paths_ < wanted_caustic_paths()) add_caustic_photons(tracer, statistics);
+  // Blur and noise shrink together if radii shrink with the sixth root of the number of photons.
   const double growth = static_cast<double>(caustic_.count) / static_cast<double>(first_caustic_);
-  const double nearest = growth * settings_.nearest;
+  const double nearest =
+      std::min(kCausticNearest * std::pow(growth, 2.0 / 3.0), kMostCausticNearest) * settings_.nearest;
   bring_up(caustic_, static_cast<std::uint32_t>(std::lround(nearest)), tracer, statistics);
   if (!settings_.kept) caustic_.drop_photons();
 }
 
-/// Number of passes for the caustic map if each brings as many photons as the first.
-std::uint64_t PhotonMaps::caustic_passes() const {
-  if (first_caustic_ == 0 || settings_.more_caustic_photons == 0) return 1;
-  const std::uint64_t affordable = settings_.more_caustic_photons / pass_settings().photons;
-  const auto enough = static_cast<std::uint64_t>(kCausticShare * static_cast<double>(settings_.photons) /
-                                                 static_cast<double>(first_caustic_));
-  return std::clamp<std::uint64_t>(std::min(std::max(enough, kSmoothCausticPasses), 1 + affordable), 1,
-                                   kMaxCausticPasses);
+/// Paths to emit for the caustic map alone.
+std::uint64_t PhotonMaps::wanted_caustic_paths() const {
+  // As many photons as the global map has are enough, and fit into the memory that was reserved to trace it.
+  const bool is_small = first_caustic_ > 0 && first_caustic_ < settings_.photons;
+  const std::uint64_t paths = settings_.more_caustic_paths;
+  return is_small && paths >= kCausticPilotShare * kMinCausticPilot ? paths : 0;
 }
 
 void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::trace_photons);
   *building_ = false;
-  const std::uint64_t passes = caustic_passes();
   PhotonPassSettings wanted = pass_settings();
   wanted.only_caustic = true;
+  wanted.photons = settings_.photons - first_caustic_;
+  wanted.max_emitted = wanted_caustic_paths();
+  wanted.pass = kPilotStream;  // a pass number that photons never use
+  const std::uint64_t pilot = std::min(wanted.max_emitted / kCausticPilotShare, kMaxCausticPilot);
+  const EmissionGuide guide =
+      learn_emission(tracer, wanted, {.count = pilot, .most_in_first = 1, .most_rounds = 4, .floor = kCausticFloor});
+  wanted.guide = &guide;
+  wanted.pass = settings_.pass + 1;
   Statistics not_of_the_global_map;
-  PhotonBatch more;
-  for (std::uint64_t pass = caustic_passes_; pass < passes; ++pass) {
-    wanted.pass = settings_.pass + static_cast<std::uint32_t>(pass);
-    const PhotonPass traced = trace_photons(tracer, wanted, not_of_the_global_map);
-    more.append(traced.caustic);
-    caustic_.sources.insert(caustic_.sources.end(), traced.caustic_source.begin(), traced.caustic_source.end());
-  }
-  const float share = 1 / static_cast<float>(passes), first_share = share * static_cast<float>(caustic_passes_);
-  for (RGB& flux : caustic_.photons.flux) flux *= first_share;
-  for (RGB& flux : more.flux) flux *= share;
-  caustic_.photons.append(more);
+  PhotonPass more = trace_photons(tracer, wanted, not_of_the_global_map);
+  // Passes count by their photons.
+  const auto first = static_cast<float>(caustic_.count), second = static_cast<float>(more.caustic.size());
+  for (RGB& flux : caustic_.photons.flux) flux *= first / (first + second);
+  for (RGB& flux : more.caustic.flux) flux *= second / (first + second);
+  caustic_.photons.append(more.caustic);
+  caustic_.sources.insert(caustic_.sources.end(), more.caustic_source.begin(), more.caustic_source.end());
   caustic_.count = caustic_.photons.size();
   caustic_.measured = false;
-  caustic_passes_ = passes;
+  // More paths would make no difference where these sufficed.
+  const bool sufficed = more.emitted < wanted.max_emitted;
+  caustic_paths_ = sufficed ? std::numeric_limits<std::uint64_t>::max() : wanted.max_emitted;
   *building_ = true;
 }
 

@@ -40,8 +40,8 @@ struct PhotonMapSettings {
   bool corrected = false;         ///< correct kernels that extend over edges (render/boundary.h)
   bool secondary_gather = false;  ///< make PhotonMaps::radii()
   bool patches = false;           ///< make PhotonMaps::bright_patches()
-  /// Photons that further passes may trace to reduce the noise of the caustic map; 0: no further passes.
-  std::uint64_t more_caustic_photons = 0;
+  /// Paths that may be emitted, towards what makes caustics, for a caustic map of more photons; 0: none.
+  std::uint64_t more_caustic_paths = 0;
 
   /// Groups of light sources that get an index each; null: one index. Two are equal if they are the same object.
   std::shared_ptr<const LightGroups> light_groups;
@@ -71,9 +71,9 @@ inline int photon_bounces(int max_bounces) { return max_bounces > 2 ? max_bounce
 /// Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", 2011, equation 20), with alpha = 2/3.
 float progressive_radius_scale(std::uint32_t pass);
 
-/// Value for PhotonMapSettings::more_caustic_photons if a camera sample of all pixels has so many gather rays: tracing
-/// these photons takes a small part of a render with kDefaultSamples.
-std::uint64_t affordable_caustic_photons(double gather_rays);
+/// Value for PhotonMapSettings::more_caustic_paths if a camera sample of all pixels has so many gather rays: tracing
+/// these paths takes a small part of a render with kDefaultSamples.
+std::uint64_t affordable_caustic_paths(double gather_rays);
 
 /// Global and caustic map with the engines over them. update() redoes only the steps whose input changed.
 class PhotonMaps {
@@ -148,7 +148,7 @@ class PhotonMaps {
   std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, const Tracer& tracer) const;
   void bring_up_global(const Tracer& tracer, Statistics& statistics);
   void bring_up_caustic(const Tracer& tracer, Statistics& statistics);
-  std::uint64_t caustic_passes() const;
+  std::uint64_t wanted_caustic_paths() const;
   void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
   void index(Map& map, Statistics& statistics) const;
   void index_narrow(Map& map, const Tracer& tracer, Statistics& statistics) const;
@@ -166,8 +166,8 @@ class PhotonMaps {
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
   Map global_, caustic_;
-  std::size_t first_caustic_ = 0;     // photons of the caustic map from the first pass
-  std::uint64_t caustic_passes_ = 1;  // passes in the caustic map
+  std::size_t first_caustic_ = 0;    // photons of the caustic map from the pass of the global map
+  std::uint64_t caustic_paths_ = 0;  // paths emitted, or enough, for the caustic map alone
   std::unique_ptr<DensityEngine> diagnosis_;
   RadiusGrid radius_grid_;
   BrightPatches patches_;

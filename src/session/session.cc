@@ -181,8 +181,7 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
   if (moving || !shows_light(state.mode)) return wanted;
   wanted.corrected = true;
   wanted.patches = gathers;
-  wanted.more_caustic_photons =
-      affordable_caustic_photons(static_cast<double>(state.width) * state.height * state.gather);
+  wanted.more_caustic_paths = affordable_caustic_paths(static_cast<double>(state.width) * state.height * state.gather);
   return wanted;
 }
 
@@ -230,7 +229,7 @@ const PhotonMaps& Session::resting_maps(const ViewState& state) {
   wanted.guide = *refined_guide_;
   wanted.pass = pass;
   wanted.radius_scale = progressive_radius_scale(pass);
-  wanted.more_caustic_photons = 0;
+  wanted.more_caustic_paths = 0;
   wanted.kept = false;
   if (sums_.count() % kPassesOfMaps == 0) pass_memory_.clear();  // photons come first
   refined_.update(*tracer_, wanted, statistics_);

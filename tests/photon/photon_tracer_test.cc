@@ -155,5 +155,21 @@ TEST(PhotonTracer, CausticPhotonsArriveOnlyBySharpBounces) {
   EXPECT_LT(pass.caustic.size(), pass.global.size());
 }
 
+TEST(PhotonTracer, APassOfCausticPhotonsAloneHasThoseOfTheWholePass) {
+  const Scene scene(builtin_scene("glass-sphere"));
+  const Tracer tracer(scene);
+  PhotonPassSettings settings;
+  settings.photons = 20000;
+  Statistics statistics;
+  const PhotonPass whole = trace_photons(tracer, settings, statistics);
+  settings.only_caustic = true;
+  settings.max_emitted = whole.emitted;
+  const PhotonPass caustic = trace_photons(tracer, settings, statistics);
+  EXPECT_EQ(caustic.emitted, whole.emitted);
+  EXPECT_EQ(caustic.stored, whole.caustic.size());
+  EXPECT_EQ(caustic.global.size(), 0u);
+  expect_same_bits(caustic.caustic, whole.caustic);
+}
+
 }  // namespace
 }  // namespace glowworm

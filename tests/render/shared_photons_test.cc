@@ -56,7 +56,7 @@ TEST_F(SharedPhotonsTest, WhereGuidingPays) {
   expect_same_bits(Stage(builtin_scene("ajar")), by_photons(16, 2, 4, 20'000, "blocked"), "photon-guide");
 }
 
-TEST_F(SharedPhotonsTest, WithCausticsOfFurtherPasses) {
+TEST_F(SharedPhotonsTest, WithPathsTowardsCaustics) {
   RenderSettings settings = by_photons(64, 1, 64, 20'000, "blocked");
   settings.aovs = {"bias", "radius"};
   expect_same_bits(Stage(builtin_scene("glass-sphere")), settings, "photons-1-0");

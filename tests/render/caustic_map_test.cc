@@ -1,0 +1,80 @@
+// Photons emitted for the caustic map alone, towards what makes caustics: less noise, and the same light.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "builtin/builtin.h"
+#include "render/photon_maps.h"
+#include "render/render_testing.h"
+
+namespace glowworm {
+namespace {
+
+constexpr int kSide = 96;
+
+/// Irradiance, in W m^-2, of a grid of points in the caustic below the glass sphere.
+std::vector<double> caustic_light(const Stage& stage, std::uint32_t seed, std::uint64_t more_paths) {
+  MemoryBudget budget(std::uint64_t{1} << 30);
+  PhotonMaps maps(budget);
+  PhotonMapSettings settings;
+  settings.photons = 50'000;
+  settings.seed = seed;
+  settings.more_caustic_paths = more_paths;
+  Statistics statistics;
+  maps.update(*stage.tracer, settings, statistics);
+  QueryPoints points;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x)
+      points.push_back({-0.4f + 0.8f * static_cast<float>(x) / kSide, 0, -0.4f + 0.8f * static_cast<float>(y) / kSide},
+                       {0, 1, 0}, RGB(1.0f), RGB(1.0f), 0);
+  std::vector<RGB> radiance(points.size());
+  for (const auto& engine : maps.caustic_engines()) engine->estimate(points, radiance, statistics);
+  std::vector<double> light;
+  for (const RGB& r : radiance) light.push_back(kPi * luminance(r));
+  return light;
+}
+
+struct Spread {
+  double mean = 0, variance = 0;  ///< of the mean over points
+  double noise = 0;               ///< squared differences of points between seeds, in relation to the mean of light
+};
+
+Spread spread(const Stage& stage, std::uint64_t more_paths) {
+  constexpr std::uint32_t kSeeds = 12;
+  Spread out;
+  double squares = 0;
+  std::vector<double> before;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    const std::vector<double> light = caustic_light(stage, seed, more_paths);
+    double sum = 0;
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      sum += light[i];
+      if (!before.empty()) out.noise += (light[i] - before[i]) * (light[i] - before[i]);
+    }
+    sum /= static_cast<double>(light.size());
+    out.mean += sum / kSeeds;
+    squares += sum * sum / kSeeds;
+    before = light;
+  }
+  out.variance = (squares - out.mean * out.mean) / (kSeeds - 1);
+  out.noise /= out.mean * out.mean;
+  return out;
+}
+
+TEST(CausticMap, PathsTowardsCausticsLowerTheirNoiseAndKeepTheirLight) {
+  const Stage stage(builtin_scene("glass-sphere"));
+  const Spread one_pass = spread(stage, 0), more = spread(stage, 200'000);
+  const double error = std::sqrt(one_pass.variance + more.variance);
+  EXPECT_NEAR(more.mean, one_pass.mean, 4 * error) << "four standard errors";
+  EXPECT_LT(4 * error, 0.05 * one_pass.mean) << "the test above finds 5%";
+  EXPECT_LT(more.noise, 0.5 * one_pass.noise);
+}
+
+TEST(CausticMap, FewPathsAreNotWorthAPilot) {
+  const Stage stage(builtin_scene("glass-sphere"));
+  EXPECT_EQ(caustic_light(stage, 1, 1000), caustic_light(stage, 1, 0));
+}
+
+}  // namespace
+}  // namespace glowworm
