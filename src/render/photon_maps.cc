@@ -351,7 +351,7 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   wanted.pass = settings_.pass + 1;
   Statistics not_of_the_global_map;
   PhotonPass more = trace_photons(tracer, wanted, not_of_the_global_map);
-  // Passes count by their photons.
+  // Each pass weighs as much as it has photons.
   const auto first = static_cast<float>(caustic_.count), second = static_cast<float>(more.caustic.size());
   for (RGB& flux : caustic_.photons.flux) flux *= first / (first + second);
   for (RGB& flux : more.caustic.flux) flux *= second / (first + second);
