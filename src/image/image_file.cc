@@ -9,6 +9,7 @@
 #include <fstream>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "core/error.h"
 #include "core/input_file.h"
@@ -161,9 +162,8 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 ImageFileHeader read_image_header(const std::string& path) { return open_input(path, false).header; }
 
-ImageFileHeader scan_image_file(
-    const std::string& path, bool convert_to_single,
-    const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band) {
+ImageFileHeader scan_image_file(const std::string& path, bool convert_to_single,
+                                const std::function<void(const ImageFileHeader&, std::vector<std::byte>)>& band) {
   const Input input = open_input(path, true);
   ImageFileHeader header = input.header;
   if (convert_to_single) header.type = SampleType::single;
@@ -171,15 +171,20 @@ ImageFileHeader scan_image_file(
     const int last = std::min(first + header.rows_at_once, header.height);
     std::vector<std::byte> samples(header.bytes_of_rows(last - first));
     check_report(path, input, input.reader->read_rows(first, last, header.type, samples.data()));
-    band(header, samples);
+    band(header, std::move(samples));
   }
   return header;
 }
 
 ImageFileData read_image_file(const std::string& path) {
   ImageFileData data;
-  data.header = scan_image_file(path, false, [&](const ImageFileHeader& header, const std::vector<std::byte>& samples) {
-    data.samples.reserve(header.bytes_of_rows(header.height));
+  data.header = scan_image_file(path, false, [&](const ImageFileHeader& header, std::vector<std::byte> samples) {
+    const std::uint64_t bytes = header.bytes_of_rows(header.height);
+    if (samples.size() == bytes) {
+      data.samples = std::move(samples);
+      return;
+    }
+    data.samples.reserve(bytes);
     data.samples.insert(data.samples.end(), samples.begin(), samples.end());
   });
   return data;

@@ -63,13 +63,13 @@ struct ImageFileData {
 ImageFileHeader read_image_header(const std::string& path);
 
 /// Reads the first picture of a file by bands of rows, so that little of it is in memory at once. Calls `band` with the
-/// samples of each band from the top down.
+/// samples of each band from the top down, which it may keep.
 /// @param convert_to_single always gives 32-bit floats (integers become 0…1); otherwise the smallest SampleType that
 /// represents the file's numbers is used (32-bit integers and doubles become single)
 /// Throws Error with a remedy if the file is missing, of an unsupported format (image/image_format.h), truncated,
 /// empty, or larger than half of the machine's memory.
 ImageFileHeader scan_image_file(const std::string& path, bool convert_to_single,
-                                const std::function<void(const ImageFileHeader&, const std::vector<std::byte>&)>& band);
+                                const std::function<void(const ImageFileHeader&, std::vector<std::byte>)>& band);
 
 /// The whole first picture of a file, as stored. Throws Error as scan_image_file() does.
 ImageFileData read_image_file(const std::string& path);
