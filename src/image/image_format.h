@@ -13,7 +13,7 @@ struct ImageFormat {
   const char* name;    ///< name for messages: "PNG"
   const char* plugin;  ///< name of the reader, in OpenImageIO; "gif" is read by giflib
   /// Maximum number of pixels per byte of a file; a header that claims more is damaged. 0: unlimited, because the
-  /// format can omit whole rows or the rest of the picture, or has a limit for each of its compressions (TIFF).
+  /// format can omit whole rows or the rest of the picture. TIFF: see tiff_pixels_per_byte().
   double pixels_per_byte;
   /// Whether the reader decodes row by row. If not, it holds the whole picture in memory.
   bool by_rows;

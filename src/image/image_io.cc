@@ -13,7 +13,7 @@ Image read_image(const std::string& path) {
   const auto add_rows = [&](const ImageFileHeader& header, const std::vector<std::byte>& samples) {
     planes.resize(static_cast<std::size_t>(header.channels));
     for (std::size_t c = 0; c < planes.size(); ++c) {
-      // Not resized: where a file lacks rows, their memory is never touched.
+      // reserve() does not touch memory: rows that a damaged file lacks take none.
       planes[c].reserve(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height));
       const bool is_alpha = static_cast<int>(c) == header.alpha_channel;
       for (std::size_t at = c * sizeof(float); at < samples.size(); at += planes.size() * sizeof(float)) {

@@ -18,7 +18,7 @@ class ImageReader {
   int depth() const { return depth_; }
   /// Rows of a tile; 0 if the file is not tiled.
   int tile_height() const { return tile_height_; }
-  /// Whether the first rows to be read make the reader unpack and hold all rows.
+  /// Whether the reader unpacks and holds all rows when it reads the first.
   bool unpacks_whole() const { return unpacks_whole_; }
   /// Reads rows [first, last) as samples of a type. The range must start at the first row of a tile, and end at the
   /// last row of a tile or of the picture. Returns whether all rows were read.

@@ -25,12 +25,14 @@ struct PilotPath {
 /// Path Guiding", EGSR 2018.)
 class EmissionGuide {
  public:
+  static constexpr float kFloor = 0.05f;
+
   EmissionGuide();  ///< the uniform density: no guiding
 
   /// Learns a density. Splits minimise the variance of the mean score within both parts. The density is proportional to
   /// the root of the mean score, which minimises the variance of the sum of contributions that photons make at random;
   /// it is never less than `floor`, in (0, 1], so a path never carries more than 1 / floor times its flux.
-  static EmissionGuide learn(std::span<const PilotPath> paths, float floor = 0.05f);
+  static EmissionGuide learn(std::span<const PilotPath> paths, float floor = kFloor);
 
   /// Turns uniform numbers into guided ones, strata into strata, and returns 1 / density there: the factor on the
   /// path's flux.

@@ -82,19 +82,6 @@ void PhotonChunk::make_room(std::size_t most) {
   for (auto* array : {&caustic, &used}) enlarge(*array, count, size);
 }
 
-void PhotonChunk::keep_caustic() {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!caustic[i]) continue;
-    for (auto* array : {&position, &direction, &normal}) (*array)[kept] = (*array)[i];
-    flux[kept] = flux[i];
-    for (auto* array : {&light, &path}) (*array)[kept] = (*array)[i];
-    for (auto* array : {&caustic, &used}) (*array)[kept] = (*array)[i];
-    ++kept;
-  }
-  count = kept;
-}
-
 void PhotonChunk::write(ByteWriter& out) const {
   const auto put = [&](const auto& array) { out.put_array(array.span().first(count)); };
   out.put<std::uint64_t>(count);
@@ -145,7 +132,6 @@ class ChunkTracers::ChunkTracer {
         kept = scatter_block(first, std::min(DiffuseHits::kBlock, rays.size() - first), bounce, kept);
       paths_.count = kept;
     }
-    if (pass_.only_caustic) chunk.keep_caustic();
   }
 
  private:
@@ -324,6 +310,10 @@ class ChunkTracers::ChunkTracer {
     std::uint8_t* const caustic = photons.caustic.data();
     const std::uint32_t* const light_of = paths_.light.data() + first;
     const std::uint8_t* const bounces = paths_.bounces.data() + first;
+    const auto is_stored = [&](std::size_t i) {
+      const bool in_map = !pass_.only_caustic || bounces[i] == kCaustic;
+      return (block_.outcome(i) / kPhotonLeft) & std::uint32_t{in_map};
+    };
     std::size_t at = before;
     for (std::size_t i = 0; i < count; ++i) {
       position[at] = block_.position(i);
@@ -332,12 +322,12 @@ class ChunkTracers::ChunkTracer {
       flux[at] = block_.photon_flux(i);
       light[at] = light_of[i];
       caustic[at] = bounces[i] == kCaustic;
-      at += (block_.outcome(i) / kPhotonLeft) & 1u;
+      at += is_stored(i);
     }
     photons.count = at;
     if (settings_.pilot)
       for (std::size_t i = 0, to = before; i < count; ++i)
-        if (block_.outcome(i) & kPhotonLeft) photons.path[to++] = paths_.number[first + i];
+        if (is_stored(i)) photons.path[to++] = paths_.number[first + i];
     for (std::size_t i = before; pass_.demand && i < at; ++i)
       photons.used[i] = demand_for(pass_, position[i], normal[i], caustic[i] != 0) > 0;
   }

@@ -30,8 +30,6 @@ struct PhotonChunk {
 
   /// Allocates memory for so many photons.
   void make_room(std::size_t most);
-  /// Leaves out all photons that are not caustic.
-  void keep_caustic();
   /// Writes what a pass takes of the chunk, and reads it in place of the chunk's contents.
   void write(ByteWriter& out) const;
   void read(ByteReader& in);

@@ -157,7 +157,6 @@ std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSetting
       paths[begin + i].density = 1 / chunk.guide_weight[i];
     }
     for (std::size_t i = 0; i < chunk.count; ++i) {
-      if (settings.demand && !chunk.used[i]) continue;
       const std::uint32_t path = chunk.path[i];
       const float demand = demand_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0);
       paths[begin + path].score +=

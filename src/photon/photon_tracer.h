@@ -21,7 +21,7 @@ struct PhotonDemand {
 
 /// Settings of a photon pass.
 struct PhotonPassSettings {
-  std::uint64_t photons = 500'000;  ///< photons wanted in the global map; paths are emitted until it has so many
+  std::uint64_t photons = 500'000;  ///< photons wanted in the global map; paths are emitted until it has this many
   std::uint64_t max_emitted = 0;    ///< most paths, even if few photons were stored; 0: 200 times `photons`
   std::uint32_t seed = 0;
   std::uint32_t pass = 0;                ///< passes of one seed have different photons
@@ -29,13 +29,13 @@ struct PhotonPassSettings {
   const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
   const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
   bool keep_sources = false;             ///< fill PhotonPass::global_source and caustic_source
-  /// Make PhotonPass::caustic alone, of `photons`; paths that cannot store a caustic photon any more end.
+  /// Make only PhotonPass::caustic, of `photons` photons. Paths end when they can no longer store a caustic photon.
   bool only_caustic = false;
   SharedWork* shared = nullptr;  ///< processes that divide the pass; null: this one traces all of it
 };
 
 /// Flux of a pass, in W. Emitted flux is counted by its fate: emitted + scattered = arrived + escaped + cut, and
-/// absorbed = arrived - scattered. Of no use with PhotonPassSettings::only_caustic, where paths end early.
+/// absorbed = arrived - scattered. Does not hold with PhotonPassSettings::only_caustic, where paths end early.
 struct FluxBalance {
   std::array<double, 3> emitted{}, arrived{}, scattered{}, escaped{}, cut{};
   std::array<double, 3> stored{};  ///< flux of the photons of the global map, before correction by shading normals
@@ -47,7 +47,8 @@ struct PhotonPass {
   PhotonBatch caustic;  ///< those with at least one bounce and only sharp ones; a passage of a pane does not count
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.
   std::vector<std::uint32_t> global_source, caustic_source;
-  std::uint64_t emitted = 0, stored = 0;  ///< paths, and photons of the global map, or the caustic map alone
+  std::uint64_t emitted = 0,
+                stored = 0;  ///< paths, and photons of the global map; with only_caustic, of the caustic map
   FluxBalance balance;
   /// By light source, in the order of Scene::light_power(). `used`: stored photons at places that the image needs.
   std::vector<std::uint64_t> emitted_by_light, stored_by_light, used_by_light;

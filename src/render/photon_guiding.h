@@ -16,10 +16,10 @@ struct PhotonGuiding {
 
 /// How learn_emission() learns.
 struct EmissionLearning {
-  std::size_t count = 0;           ///< pilot paths of a round
-  std::size_t most_in_first = 32;  ///< the first round has up to this many times `count`, until enough contribute
-  int most_rounds = 10;            ///< more than 4 are made while few paths contribute
-  float floor = 0.05f;             ///< least density, as in EmissionGuide::learn()
+  std::size_t count = 0;                ///< pilot paths of a round
+  std::size_t most_in_first = 32;       ///< the first round has up to this many times `count`, until enough contribute
+  int most_rounds = 10;                 ///< more than 4 are made while few paths contribute
+  float floor = EmissionGuide::kFloor;  ///< least density, as in EmissionGuide::learn()
 };
 
 /// Learns where to emit photons in a few rounds of pilot paths, each guided by those before. The uniform guide if that

@@ -20,7 +20,7 @@ Stage from_above(const char *name, const FloorSquare &square, float height) {
 }
 
 /// The caustic layer as exitance: pi times radiance, since the floor is
-/// diffuse. The mean of maps of more seeds, whose spread is its error.
+/// diffuse. The mean of maps of several seeds, whose spread is its error.
 FloorLight mapped_caustic(const Stage &stage, const FloorSquare &square, std::uint32_t maps) {
   RenderSettings settings = by_photons(square.pixels, 16, 1, 500'000, "blocked");
   FloorLight out;
@@ -153,7 +153,7 @@ SceneDescription ball_under_large_lamp() {
   return scene;
 }
 
-/// The emitted layer's mean over renders of more seeds, and its error.
+/// The emitted layer's mean over renders of several seeds, and its error.
 std::pair<double, double> emitted_light(const Stage &stage, RenderSettings settings) {
   constexpr std::uint32_t kSeeds = 16;
   double sum = 0, squares = 0;

@@ -72,7 +72,7 @@ TEST(EmissionGuide, WeightIsOneOverDensity) {
     const float weight = guide.warp(u);
     for (const float x : u) ASSERT_TRUE(x >= 0 && x < 1);
     others += std::abs(weight * guide.density(u) - 1) > 1e-5f;
-    ASSERT_LE(weight, 1.0001f / 0.05f);
+    ASSERT_LE(weight, 1.0001f / EmissionGuide::kFloor);
   }
   // A number may be rounded over the edge of its cell: one of 2^24 places, of which a cell has at least 2^10 an axis.
   EXPECT_LT(others, kCount / 1000);

@@ -97,7 +97,7 @@ bool is_tiff_unpacked_whole(const OIIO::ImageSpec& spec) {
 std::string reason_not_to_read(const OIIO::ImageSpec& spec) {
   constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
   if (spec.image_pixels() > kMost && is_tiff_unpacked_whole(spec))
-    return "it claims " + std::to_string(spec.image_pixels()) + " pixels of a kind that is unpacked at once";
+    return "it claims " + std::to_string(spec.image_pixels()) + " pixels, all of which would be unpacked at once";
   const auto strip = static_cast<std::uint64_t>(std::max(spec.get_int_attribute("tiff:RowsPerStrip"), 0));
   if (const std::uint64_t bytes = spec.scanline_bytes(true) * strip; bytes > kMost)
     return "it claims a strip of " + std::to_string(bytes) + " bytes";
