@@ -121,6 +121,9 @@ Lobes lobes(const Bsdf& bsdf) {
     const Components components = all_components(view_of(bsdf, {0.8f, 0, z}, kAllLobes));
     for (int i = 0; i < components.count; ++i) all |= components.list[i].lobe;
   }
+  // But a smooth coat with a normal of its own, which is seen from some directions only.
+  if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.coat > 0)
+    all |= lobe_of_alpha(bsdf.coat_alpha, bsdf.coat_alpha);
   return all;
 }
 

@@ -172,8 +172,10 @@ class ChunkGatherer {
     const ShadedSurface surface = shaded(point, bsdf);
     const float broad = luminance(surface.albedo(wo, kBroad)), sharp = luminance(surface.albedo(wo, kSharp));
     const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
-    const float u =
-        gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, kSplitStream + rays_.bounces[i]);
+    // A secondary ray has the numbers of neither its first part, which chose by one, nor of later bounces.
+    const bool is_second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
+    const std::uint32_t choice = kSplitStream + rays_.bounces[i] + (is_second ? kMaxSharpGatherBounces + 1 : 0);
+    const float u = gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, choice);
     return u < probability ? arrive(i, hit, point, bsdf, wo, 1 / probability)
                            : follow(i, point, bsdf, wo, 1 / (1 - probability));
   }
@@ -371,8 +373,10 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
 void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
                RGB weight, std::uint32_t target) {
   if (bsdf.kind != BsdfKind::lambertian) {
-    const Vec3 seen_from = ShadedSurface(bsdf, frame, normal).seen_from(wo);
-    queries.push_back(position, normal, QueryBsdf{bsdf, frame.s, frame.t, frame.n, seen_from}, weight, target);
+    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, ShadedSurface(bsdf, frame, normal).seen_from(wo)};
+    queries.push_back(position, normal, query, weight, target);
+    if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0)
+      queries.push_back(position, -normal, query, weight, target);
     return;
   }
   if (!is_black(bsdf.diffuse)) queries.push_back(position, normal, bsdf.diffuse, weight, target);

@@ -1,5 +1,7 @@
 #include "photon/emission_block.h"
 
+#include <algorithm>
+
 #include "core/warp.h"
 #include "scene/environment.h"
 
@@ -84,19 +86,14 @@ void EmissionBlock::set_triangles(const Scene& scene, std::size_t count) {
     }
     offset_[i] = placed.offset();
     const Emission& emission = emissions[emission_of[triangle]];
-    const RGB radiance =
-        emission.radiance.texture == kNone ? emission.radiance.value : textured_radiance(scene, triangle, i);
+    const bool is_even = emission.radiance.texture == kNone && !scene.has_alpha(g.material[triangle]);
+    const RGB radiance = is_even ? emission.radiance.value
+                                 : mean_emission(scene, triangle, square_to_triangle({place_[0][i], place_[1][i]}));
     radiance_[0][i] = radiance.r;
     radiance_[1][i] = radiance.g;
     radiance_[2][i] = radiance.b;
     two_sided_[i] = emission.two_sided;
   }
-}
-
-RGB EmissionBlock::textured_radiance(const Scene& scene, std::uint32_t triangle, std::size_t i) const {
-  const Geometry& g = scene.geometry();
-  return evaluate(scene.textures(), scene.emissions()[g.emission[triangle]].radiance,
-                  texture_point(g, triangle, square_to_triangle({place_[0][i], place_[1][i]})));
 }
 
 void EmissionBlock::set_distant(std::size_t i, Vec3 direction, RGB irradiance) {

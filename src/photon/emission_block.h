@@ -34,7 +34,6 @@ class EmissionBlock {
 
   Kind choose(const Scene& scene, std::size_t i);
   void set_triangles(const Scene& scene, std::size_t count);
-  RGB textured_radiance(const Scene& scene, std::uint32_t triangle, std::size_t i) const;
   void set_distant(std::size_t i, Vec3 direction, RGB irradiance);
   void emit_distant(const Scene& scene, const EmissionChoices& choices);
   void emit_triangles(const EmissionChoices& choices, bool others);

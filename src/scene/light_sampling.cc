@@ -61,7 +61,7 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
   if (out.pdf == 0) return out;
   out.normal = face_forward(placed.normal, -out.direction);
   out.offset = placed.offset();
-  out.radiance = evaluate(scene.textures(), emission.radiance, texture_point(scene.geometry(), triangle, w));
+  out.radiance = mean_emission(scene, triangle, w);
   return out;
 }
 
@@ -123,8 +123,7 @@ EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec
   EmittedPhoton out;
   out.origin = offset_origin(placed.corner + placed.edge[0] * w.x + placed.edge[1] * w.y, n, placed.offset());
   out.direction = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(u_direction));
-  out.flux = evaluate(scene.textures(), emission.radiance, texture_point(scene.geometry(), triangle, w)) *
-             (kPi * 0.5f * doubled_area * sides);
+  out.flux = mean_emission(scene, triangle, w) * (kPi * 0.5f * doubled_area * sides);
   return out;
 }
 
@@ -184,6 +183,11 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 }
 
 }  // namespace
+
+RGB mean_emission(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
+  const TexturePoint at = texture_point(scene.geometry(), triangle, barycentric);
+  return evaluate(scene.textures(), emission_of(scene, triangle).radiance, at) * coverage(scene, triangle, at);
+}
 
 LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
   LightSelector::AtPoint lights(scene.light_selector(), position);

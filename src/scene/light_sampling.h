@@ -20,6 +20,9 @@ struct LightSample {
   std::uint32_t source = kNone;  ///< counted as in Scene::light_power()
 };
 
+/// Mean radiance of an emissive triangle at a point, over the rays that meet it and those for which it is absent.
+RGB mean_emission(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
+
 /// Chooses a light for the point (position, and normal on the lit side; a zero normal: any side), and a direction to
 /// it. pdf = 0 if the light cannot light the point.
 /// @param u_light chooses the light. Its remainder replaces u.x, unless the light's probability is tiny, so that (u.x,

@@ -106,7 +106,7 @@ float light_importance(const LightBounds& lights, Vec3 position) {
   // With a margin, because a light that rounding makes black would never be chosen.
   const Angle off =
       Angle::of_cosine(cos_axis).minus(Angle::of_cosine(lights.cos_normals)).minus(subtended).minus(kMargin);
-  return off.cosine <= lights.cos_emission ? 0.0f : over_squares(lights.intensity * off.cosine);
+  return off.cosine < lights.cos_emission ? 0.0f : over_squares(lights.intensity * off.cosine);
 }
 
 class LightTree::Builder {

@@ -290,13 +290,18 @@ RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 bary
   return shaded(point, bsdf).straight_transmittance(-direction);
 }
 
+float coverage(const Scene& scene, std::uint32_t triangle, const TexturePoint& at) {
+  const std::uint32_t material = scene.geometry().material[triangle];
+  if (!scene.has_alpha(material)) return 1;
+  const Material& m = scene.materials()[material];
+  const float alpha = evaluate(scene.textures(), m.alpha, at);
+  if (m.alpha_cutoff >= 0) return alpha >= m.alpha_cutoff ? 1.0f : 0.0f;
+  return alpha > 0 ? std::min(alpha, 1.0f) : 0.0f;
+}
+
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction) {
-  const Geometry& g = scene.geometry();
-  const Material& m = scene.materials()[g.material[triangle]];
-  const float alpha = evaluate(scene.textures(), m.alpha, texture_point(g, triangle, barycentric));
-  if (m.alpha_cutoff >= 0) return alpha >= m.alpha_cutoff;
-  if (alpha >= 1) return true;
-  if (!(alpha > 0)) return false;
+  const float alpha = coverage(scene, triangle, texture_point(scene.geometry(), triangle, barycentric));
+  if (alpha == 0 || alpha == 1) return alpha == 1;
   return to_unit_float(hash_point(hash_point(hash32(triangle), ray_origin), ray_direction)) < alpha;
 }
 

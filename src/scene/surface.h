@@ -118,6 +118,9 @@ RGB transmittance(RGB left, RGB arrived, float distance);
 /// @param direction of a ray towards the light, unit
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction);
 
+/// Share of rays for which a surface is present at a point: 1, or by its alpha.
+float coverage(const Scene& scene, std::uint32_t triangle, const TexturePoint& at);
+
 /// Whether an alpha-tested surface is present for the ray: by the cutoff, or with a random number that depends only on
 /// the ray.
 bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);

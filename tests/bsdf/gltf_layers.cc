@@ -120,6 +120,16 @@ TEST(GltfCoat, OfAnotherNormalMirrorsAboutIt) {
   EXPECT_NEAR(s.weight.r, fresnel * share(wo) * share(s.wi) * s.wi.z / n, 1e-5f);
 }
 
+TEST(GltfCoat, OfAnyNormalIsASharpLobe) {
+  Bsdf coat = metallic_roughness(RGB(0.5f), 0, 0.5f);
+  coat.coat = 1;
+  for (int i = 0; i < 8; ++i) {
+    const float azimuth = 2 * kPi * static_cast<float>(i) / 8;
+    coat.coat_normal = normalize({std::cos(azimuth), std::sin(azimuth), 1});
+    EXPECT_EQ(lobes(coat), kSharp | kGlossy | kDiffuseReflection) << azimuth;
+  }
+}
+
 TEST(GltfDispersion, ThreeWavelengthsShareTheLight) {
   Bsdf glass = metallic_roughness(RGB(1.0f), 0, 0);
   glass.transmission_weight = 1;

@@ -177,5 +177,35 @@ TEST(SecondaryGather, TakesPhotonNoiseFromGlossyReflections) {
   EXPECT_NEAR(with.mean, paths.mean, 4 * std::hypot(with.standard_error, paths.standard_error));
 }
 
+/// A corner of three half-metallic mirrors of which a lamp lights one: what a secondary ray meets is chosen
+/// independently of what the ray before it met.
+TEST(SecondaryGather, ChoosesLobesIndependently) {
+  SceneDescription d;
+  Material half_metal;
+  half_metal.kind = MaterialKind::metallic_roughness;
+  half_metal.reflectance.value = RGB(0.9f);
+  half_metal.metallic.value = 0.5f;
+  half_metal.roughness_u.value = half_metal.roughness_v.value = 0;
+  d.materials.push_back(half_metal);
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  add_quad(d, {0, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  add_quad(d, {0, 0, 0}, {0, 0, 1}, {1, 0, 0});
+  Light lamp;
+  lamp.kind = LightKind::spot;
+  lamp.position = {0.5f, 0.5f, 3};
+  lamp.direction = {0, 0, -1};
+  lamp.intensity = RGB(20.0f);
+  lamp.cos_inner = std::cos(0.1f);
+  lamp.cos_outer = std::cos(0.14f);
+  d.lights.push_back(lamp);
+  d.cameras.push_back(square_view({0, 0.05f, 0.2f}, {1, 0, 0}, 2, 0.1f));
+  const Stage stage(std::move(d));
+  RenderSettings settings = indirect(by_photons(4, 64, 16, 2'000, "blocked"));
+  settings.guiding = false;
+  const Estimate gathered = estimate(stage, settings, 12), paths = estimate(stage, indirect(by_path(4, 16384)), 4);
+  EXPECT_NEAR(gathered.mean, paths.mean, 4 * std::hypot(gathered.standard_error, paths.standard_error));
+  EXPECT_LT(gathered.standard_error, 0.03 * paths.mean);
+}
+
 }  // namespace
 }  // namespace glowworm

@@ -151,6 +151,56 @@ INSTANTIATE_TEST_SUITE_P(Lights, LitFloor, kLights, lights_name);
 // "Slow" has to come first in the full name, where programs leave slow tests out by it.
 INSTANTIATE_TEST_SUITE_P(Slow, SlowLitFloor, kLights, lights_name);
 
+/// The means of a picture by paths, by final gathering, and of the photon map alone.
+std::vector<Mean> means(SceneDescription d) {
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.4f, 2 * kHalf));
+  const Stage stage(std::move(d));
+  RenderSettings map = by_photons(24, 4, 1, 200'000);
+  map.integrator = Integrator::photons;
+  return {mean(stage.render(by_path(24, 64))), mean(stage.render(by_photons(24, 16, 16, 1000))),
+          mean(stage.render(map))};
+}
+
+void expect_same_means(const SceneDescription& a, const SceneDescription& b) {
+  const std::vector<Mean> found = means(a), expected = means(b);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    EXPECT_NEAR(found[i].luminance() / expected[i].luminance(), 1, 0.02) << "integrator " << i;
+}
+
+TEST(LampWithAlpha, ShinesWhereItIs) {
+  const auto lit_by_a_card = [](float width, float radiance) {
+    SceneDescription d = floor_description();
+    d.materials.emplace_back().reflectance.value = RGB(0.0f);
+    const std::uint32_t emission = add_emission(d, RGB(radiance));
+    add_quad(d, {-0.5f, -0.5f, 1}, {0, 1, 0}, {width, 0, 0}, 1, emission);
+    return d;
+  };
+  SceneDescription half_absent = lit_by_a_card(1, 10);
+  half_absent.textures.push_back(
+      image_node([](Vec2) { return RGB(1.0f); }, [](Vec2 uv) { return uv.y < 0.5f ? 1.0f : 0.0f; }));
+  half_absent.materials[1].alpha = {1, 0, Channel::alpha};
+  expect_same_means(half_absent, lit_by_a_card(0.5f, 10));
+  half_absent.materials[1].alpha_cutoff = 0.5f;
+  expect_same_means(half_absent, lit_by_a_card(0.5f, 10));
+  SceneDescription sheer = lit_by_a_card(1, 10);
+  sheer.materials[1].alpha.value = 0.5f;
+  expect_same_means(sheer, lit_by_a_card(1, 5));
+}
+
+TEST(SpotWithAHardEdge, LightsItsConeAsAPointLightDoes) {
+  SceneDescription spot = floor_description();
+  Light light;
+  light.position = {0, 0, 1};
+  light.intensity = RGB(2.0f);
+  SceneDescription point = spot;
+  point.lights.push_back(light);
+  light.kind = LightKind::spot;
+  light.direction = {0, 0, -1};
+  light.cos_inner = light.cos_outer = std::cos(0.9f);
+  spot.lights.push_back(light);
+  expect_same_means(spot, point);
+}
+
 /// A floor between a lamp and the open sky, everything lit at once and by both sides of a lamp: the two integrators
 /// must agree where no plain answer is at hand.
 TEST(SlowLightsTogether, LookTheSameInBothIntegrators) {

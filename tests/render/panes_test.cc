@@ -109,5 +109,36 @@ TEST_P(Panes, MakeNoCausticPhotonsButByTheirReflections) {
 INSTANTIATE_TEST_SUITE_P(Materials, Panes, testing::ValuesIn(pane_cases()),
                          [](const auto& info) { return info.param.name; });
 
+/// A leaf of glTF between a lamp and a floor: all light of the floor comes through the leaf.
+TEST(TransmittingSheet, PassesPhotonsToBothIntegrators) {
+  SceneDescription d = floor_description();
+  Material leaf;
+  leaf.kind = MaterialKind::metallic_roughness;
+  leaf.reflectance.value = RGB(0.2f);
+  leaf.roughness_u.value = leaf.roughness_v.value = 1;
+  leaf.diffuse_transmission.value = 0.8f;
+  leaf.transmittance.value = RGB(0.9f, 0.8f, 0.5f);
+  d.materials.push_back(leaf);
+  add_quad(d, {-4, -4, 1}, {8, 0, 0}, {0, 8, 0}, 1);
+  Light lamp;
+  lamp.position = {0, 0, 2};
+  lamp.intensity = RGB(10.0f);
+  d.lights.push_back(lamp);
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.5f, 2));
+  d.cameras.push_back(square_view({0, 0, 1}, {0, 0, -1}, 0.5f, 2));
+  d.cameras.back().name = "from below";
+  const Stage stage(std::move(d));
+  for (const Camera& camera : stage.scene->cameras()) {
+    RenderSettings paths = by_path(16, 256), gathered = by_photons(16, 4, 64, 100'000, "blocked"), map = gathered;
+    map.integrator = Integrator::photons;
+    for (RenderSettings* settings : {&paths, &gathered, &map}) settings->camera = camera.name;
+    const Mean expected = mean(stage.render(paths));
+    for (const RenderSettings& settings : {gathered, map}) {
+      const Mean found = mean(stage.render(settings));
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.value[c] / expected.value[c], 1, 0.02) << camera.name << " " << c;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace glowworm
