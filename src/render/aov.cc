@@ -203,12 +203,12 @@ PlaceLayers RenderSettings::place_layers() const {
 
 void add_layer(Image& image, const LayerSource& source, const std::string& name) { row(name).write(image, source); }
 
-void add_light_group(Image& image, const Film& film, std::size_t group, const std::string& name) {
-  std::string layer = "light." + name;
+void add_light_group(Image& image, const LayerSource& source, std::size_t group) {
+  std::string layer = "light." + source.info.light_groups[group];
   for (std::size_t i = 6; i < layer.size(); ++i)
     if (!std::isalnum(static_cast<unsigned char>(layer[i])) && layer[i] != '-') layer[i] = '_';
-  std::vector<RGB> pixels(film.pixel_count());
-  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = film.light_of_group(group, i);
+  std::vector<RGB> pixels(source.film.pixel_count());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = source.film.light_of_group(group, i) * source.info.scale;
   image.add_rgb(layer, pixels);
 }
 

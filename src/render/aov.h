@@ -21,7 +21,7 @@ void add_layer(Image& image, const LayerSource& source, const std::string& name)
 
 /// Adds the layer of a group of light sources: "light." and its name, with '_' in place of every character other than
 /// letters, digits and '-'.
-void add_light_group(Image& image, const Film& film, std::size_t group, const std::string& name);
+void add_light_group(Image& image, const LayerSource& source, std::size_t group);
 
 /// Channels of a layer of aov_names().
 std::size_t layer_channels(const std::string& name);

@@ -117,7 +117,7 @@ Image make_image(const Film& film, const PictureInfo& info) {
   image.add_rgb("", beauty);
   for (const std::string& aov : settings.aovs) add_layer(image, {film, info, seen}, aov);
   for (std::size_t group = 0; group < film.light_group_count(); ++group)
-    add_light_group(image, film, group, info.light_groups[group]);
+    add_light_group(image, {film, info, seen}, group);
   if (film.whole_passes() >= 2)
     image.metadata[kRelativeError] =
         fmt::format("{:.3g}", std::hypot(relative_error(seen), std::sqrt(info.photon_variance)));

@@ -152,7 +152,8 @@ class PassRenderer {
       if (caustics) look_up_caustic(memory_.secondary_queries, out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
-    if (!settings_.by_disk || finds_bias()) {
+    // Each light group has an engine of its own, but a store is looked up once.
+    if (!settings_.by_disk || finds_bias() || settings_.light_groups) {
       for (std::size_t first = 0; first < points.size(); first += step) {
         trace(first);
         if (settings_.kind == PassKind::count_gathered)
@@ -170,18 +171,12 @@ class PassRenderer {
       store.append(memory_.queries);
     }
     memory_.queries = QueryPoints();
-    for (std::size_t i = 0; settings_.indirect && i < maps_.engines().size(); ++i) {
-      const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
-        count_held(run);
-        maps_.engines()[i]->estimate(run, found, statistics_);
-      };
-      std::vector<RGB> light(out_.radiance.indirect.size());
-      store.complete(queries_at_once, look_up_run, settings_.light_groups ? light : out_.radiance.indirect);
-      for (std::size_t slot = 0; settings_.light_groups && slot < light.size(); ++slot) {
-        out_.radiance.indirect[slot] += light[slot];
-        out_.radiance.groups[i][slot] += light[slot];
-      }
-    }
+    const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
+      count_held(run);
+      maps_.engines().front()->estimate(run, found, statistics_);
+    };
+    if (settings_.indirect && !maps_.engines().empty())
+      store.complete(queries_at_once, look_up_run, out_.radiance.indirect);
     memory_.disk.read += store.traffic().read;
     memory_.disk.written += store.traffic().written;
   }

@@ -80,13 +80,28 @@ TEST(LightGroups, CostNoRaysAndChangeNoLight) {
       ASSERT_NEAR(a.radiance(i, false)[c], b.radiance(i, false)[c], 1e-4f * (1 + b.radiance(i, false)[c])) << i;
 }
 
-TEST(LightGroups, AreLayersOfTheirNames) {
+TEST(LightGroups, AreTheSameWithQueryPointsOnDisk) {
   const Stage stage(two_lamps(true, true));
+  RenderSettings settings = in_groups(Integrator::gather);
+  settings.disk = DiskUse::never;
+  const Film in_memory = stage.render(settings);
+  settings.disk = DiskUse::always;
+  const Film on_disk = stage.render(settings);
+  EXPECT_EQ(pixels(on_disk), pixels(in_memory));
+  for (std::size_t i = 0; i < in_memory.pixel_count(); ++i)
+    for (std::size_t group = 0; group < 2; ++group)
+      ASSERT_EQ(on_disk.light_of_group(group, i), in_memory.light_of_group(group, i)) << i;
+}
+
+TEST(LightGroups, AreLayersOfTheirNamesInTheUnitsOfTheImage) {
+  SceneDescription d = two_lamps(true, true);
+  d.film.scale = 3;
+  const Stage stage(std::move(d));
   Job job(stage.scene, stage.tracer, in_groups(Integrator::gather));
   job.wait();
-  const Image image = make_image(job.snapshot(), job);
-  EXPECT_TRUE(image.has_channel("light.ceiling.R"));
-  EXPECT_TRUE(image.has_channel("light.lamp_2.B"));
+  const Image image = make_image(job.film(), job);
+  const std::vector<RGB> all = image.rgb(), ceiling = image.rgb("light.ceiling"), lamp = image.rgb("light.lamp_2");
+  for (std::size_t i = 0; i < all.size(); ++i) ASSERT_NEAR(ceiling[i].g + lamp[i].g, all[i].g, 1e-4f * (1 + all[i].g));
 }
 
 TEST(LightGroups, OfLightsWithoutNamesAreOneEach) {
