@@ -111,6 +111,8 @@ std::shared_ptr<const Geometry> LightRig::moved_geometry(const std::vector<Light
         geometry->positions.push_back(to + rotate(geometry->positions[vertex] - center, edits[i].turn));
         geometry->normals.push_back(rotate(geometry->normals[vertex], edits[i].turn));
         geometry->uvs.push_back(geometry->uvs[vertex]);
+        if (!geometry->second_uvs.empty()) geometry->second_uvs.push_back(geometry->second_uvs[vertex]);
+        if (!geometry->colors.empty()) geometry->colors.push_back(geometry->colors[vertex]);
         vertex = static_cast<std::uint32_t>(geometry->positions.size() - 1);
       }
   }

@@ -118,6 +118,21 @@ TEST(LightRig, SharesGeometryUnlessALightMoves) {
   EXPECT_EQ(rig.edited(edits)->light_power().total(), 0);
 }
 
+TEST(LightRig, MovesAllThatVerticesHave) {
+  SceneDescription d = builtin_scene("cornell");
+  Geometry& g = d.geometry;
+  g.second_uvs.assign(g.positions.size(), {0.5f, 0.5f});
+  g.colors.assign(g.positions.size(), {RGB(0.5f), 1});
+  const LightRig rig(std::make_shared<const Scene>(std::move(d)));
+  std::vector<LightEdit> edits(rig.lights().size());
+  edits[0].move = {0.1f, 0, 0};
+  const std::shared_ptr<const Scene> edited = rig.edited(edits);
+  const Geometry& moved = edited->geometry();
+  EXPECT_EQ(moved.second_uvs.size(), moved.positions.size());
+  ASSERT_EQ(moved.colors.size(), moved.positions.size());
+  EXPECT_EQ(moved.colors.back().color, RGB(0.5f));
+}
+
 TEST(LightRig, TurnsTheSun) {
   const LightRig rig(test_scene("atrium"));
   const std::size_t sun = rig.find("sun");
