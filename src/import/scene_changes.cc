@@ -34,7 +34,10 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   if (z_up) turn = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}};
   const Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
   transform_mesh(d.geometry, map);
-  for (Material& material : d.materials) material.absorption *= 1 / scale;
+  for (Material& material : d.materials) {
+    material.absorption *= 1 / scale;
+    material.bump.value *= scale;
+  }
   for (Light& light : d.lights) {
     light.position = map.point(light.position);
     light.direction = turn.vector(light.direction);

@@ -77,6 +77,7 @@ std::uint64_t hash_image(const TextureImage& image) {
 void add(ContentHash& hash, const TextureNode& t) {
   hash.add(t.kind);
   hash.add(t.value);
+  hash.add(t.from_alpha);
   hash.add(t.invert);
   hash.add(t.second_uv);
   hash.add(t.uv_scale);

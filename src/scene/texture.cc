@@ -1,6 +1,7 @@
 #include "scene/texture.h"
 
 #include <cmath>
+#include <limits>
 
 namespace glowworm {
 
@@ -51,8 +52,9 @@ RGB color_of(const std::vector<TextureNode>& textures, std::uint32_t id, const T
       return at.tint.color;
     case TextureKind::image: {
       if (!node.image) return node.value;
-      const RGB texel = node.image->color(image_uv(node, at));
-      return node.value * (node.invert ? RGB(1.0f) - texel : texel);
+      const Vec2 uv = image_uv(node, at);
+      const RGB texel = node.value * (node.from_alpha ? RGB(node.image->alpha(uv)) : node.image->color(uv));
+      return node.invert ? clamp(RGB(1.0f) - texel, 0, std::numeric_limits<float>::infinity()) : texel;
     }
     case TextureKind::scale: {
       const TexturePoint inner = transformed(node, at);

@@ -43,9 +43,10 @@ enum class TextureKind : std::uint8_t { constant, image, scale, mix, checkerboar
 /// One node. Texture coordinates of a node are uv_scale * rotate(uv, uv_rotation) + uv_offset.
 struct TextureNode {
   TextureKind kind = TextureKind::constant;
-  RGB value{1.0f};         ///< constant: the value; image: factor on it
-  bool invert = false;     ///< image: 1 - colour, before the factor
-  bool second_uv = false;  ///< image: looked up at the second texture coordinates
+  RGB value{1.0f};          ///< constant: the value; image: factor on it
+  bool from_alpha = false;  ///< image: its alpha takes the place of its colour
+  bool invert = false;      ///< image: 1 - colour, after the factor and at least 0
+  bool second_uv = false;   ///< image: looked up at the second texture coordinates
   std::shared_ptr<const TextureImage> image;
   Vec2 uv_scale{1, 1}, uv_offset{0, 0};
   float uv_rotation = 0;               ///< radians, counter-clockwise

@@ -1,5 +1,6 @@
 // Damaged or hostile glTF files: each is rejected with a message that names the place.
 #include "gltf_file.h"
+#include "import/gltf/check.h"
 
 namespace glowworm {
 namespace {
@@ -172,6 +173,25 @@ TEST_F(GltfBadTest, InstancesAreWithinTheBudget) {
   options.budget = loading_budget(8 << 20);
   EXPECT_THAT(refusal_of(), HasSubstr("no room for 12.0 MB of places of instances"));
   EXPECT_EQ(options.budget->available(), options.budget->limit()) << "all is given back";
+}
+
+TEST_F(GltfBadTest, JsonIsWithinTheBudget) {
+  // Five values and a name; an empty object counts twice.
+  EXPECT_EQ(check_json_depth(R"({"a,[:": [1, "\",", {}]})", ""), 7u);
+  GltfFile file = good_;
+  file.json["extras"] = std::vector<int>(100'000);
+  const std::string path = write_gltf(file);
+  ImportOptions options;
+  options.budget = loading_budget(64 << 20);
+  EXPECT_EQ(load_scene(path, options).geometry.triangle_count(), 1u);
+  EXPECT_EQ(options.budget->available(), options.budget->limit()) << "all is given back";
+  options.budget = loading_budget(8 << 20);
+  try {
+    load_scene(path, options);
+    FAIL() << "10 MB of JSON in 8 MB";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("of JSON (held: "));
+  }
 }
 
 TEST_F(GltfBadTest, MeshesOfManyPrimitivesAreWithinTheBudget) {

@@ -12,7 +12,7 @@ using testing::HasSubstr;
 
 class GltfCompressionTest : public GltfTest {
  protected:
-  /// A square of two triangles in Draco's form.
+  /// A square of two triangles in Draco's form, grey by colours at its vertices that Draco takes for plain numbers.
   static GltfFile draco_file(std::size_t bytes_kept = std::string::npos) {
     draco::TriangleSoupMeshBuilder builder;
     builder.Start(2);
@@ -20,6 +20,10 @@ class GltfCompressionTest : public GltfTest {
     const float corners[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     builder.SetAttributeValuesForFace(attribute, draco::FaceIndex(0), corners[0], corners[1], corners[2]);
     builder.SetAttributeValuesForFace(attribute, draco::FaceIndex(1), corners[0], corners[2], corners[3]);
+    const int colors_attribute = builder.AddAttribute(draco::GeometryAttribute::COLOR, 3, draco::DT_UINT8);
+    const std::uint8_t grey[3] = {128, 128, 128};
+    for (const std::uint32_t face : {0u, 1u})
+      builder.SetAttributeValuesForFace(colors_attribute, draco::FaceIndex(face), grey, grey, grey);
     const auto mesh = builder.Finalize();
     draco::EncoderBuffer buffer;
     draco::Encoder encoder;
@@ -30,13 +34,15 @@ class GltfCompressionTest : public GltfTest {
     const int view = file.add_view(bytes);
     const int positions = file.add("accessors", {{"componentType", 5126}, {"type", "VEC3"}, {"count", 4}});
     const int indices = file.add("accessors", {{"componentType", 5125}, {"type", "SCALAR"}, {"count", 6}});
-    const std::uint32_t id = mesh->attribute(attribute)->unique_id();
+    const int colors =
+        file.add("accessors", {{"componentType", 5121}, {"type", "VEC3"}, {"count", 4}, {"normalized", true}});
+    const nlohmann::json ids = {{"POSITION", mesh->attribute(attribute)->unique_id()},
+                                {"COLOR_0", mesh->attribute(colors_attribute)->unique_id()}};
     file.add("meshes",
              {{"primitives",
-               {{{"attributes", {{"POSITION", positions}}},
+               {{{"attributes", {{"POSITION", positions}, {"COLOR_0", colors}}},
                  {"indices", indices},
-                 {"extensions",
-                  {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", {{"POSITION", id}}}}}}}}}}});
+                 {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", ids}}}}}}}}});
     file.add("nodes", {{"mesh", 0}});
     return file;
   }
@@ -86,6 +92,16 @@ TEST_F(GltfCompressionTest, Draco) {
   ASSERT_EQ(d.geometry.triangle_count(), 2u);
   EXPECT_NEAR(d.geometry.area(0) + d.geometry.area(1), 1, 1e-3);
   EXPECT_GT(d.geometry.normal(0).z, 0.999f);
+  ASSERT_FALSE(d.geometry.colors.empty());
+  for (const VertexColor& color : d.geometry.colors) EXPECT_NEAR(color.color.g, 128 / 255.0f, 1e-5f);
+}
+
+TEST_F(GltfCompressionTest, TheBudgetBoundsDraco) {
+  ImportOptions options;
+  options.budget = loading_budget(1'000'000);
+  EXPECT_EQ(load_scene(write_gltf(draco_file()), options).geometry.triangle_count(), 2u);
+  // Four vertices with position and colour and six indices, as they are decoded and as they are read.
+  EXPECT_GE(options.budget->peaks().at("meshes"), 2 * 4 * 6 * sizeof(float) + 6 * (4 + 16));
 }
 
 TEST_F(GltfCompressionTest, DamagedDraco) {

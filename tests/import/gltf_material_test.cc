@@ -74,6 +74,9 @@ TEST_F(GltfMaterialTest, AlphaModes) {
   const auto blend = with_material({{"pbrMetallicRoughness", base}, {"alphaMode", "BLEND"}});
   EXPECT_EQ(blend.materials[0].alpha.value, 0.5f);
   EXPECT_LT(blend.materials[0].alpha_cutoff, 0);
+  const json old = {{"KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {1, 1, 1, 0.25}}}}};
+  for (const char* mode : {"BLEND", "MASK"})
+    EXPECT_EQ(with_material({{"extensions", old}, {"alphaMode", mode}}).materials[0].alpha.value, 0.25f) << mode;
   const auto d = textured({{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}},
                           {{0, 0, 255, 255}, {0, 0, 255, 0}});
   EXPECT_NEAR(evaluate(d.textures, d.materials[0].alpha, {0.25f, 0.5f}), 1, 1e-5);

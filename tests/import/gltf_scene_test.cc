@@ -321,6 +321,13 @@ TEST_F(GltfSceneTest, DamagedPosesAreErrors) {
   EXPECT_THAT(refusal(file), HasSubstr("animations[0].channels[0].sampler"));
   file.json["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 77}}};
   EXPECT_THAT(refusal(file), HasSubstr("targets[0].POSITION is 77"));
+  for (const bool in_bytes : {false, true}) {
+    file = skinned();
+    file.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] =
+        in_bytes ? file.add_accessor<std::int8_t>({0, 0, 0, 0, -1, 1, 0, 0, 0, 1, 0, 0}, 5120, "VEC4", 3)
+                 : file.add_accessor<float>({0, 0, 0, 0, -1, 1, 0, 0, 0, 1, 0, 0}, 5126, "VEC4", 3);
+    EXPECT_THAT(refusal(file), HasSubstr("vertex 1 names joint -1, but the skin has 2"));
+  }
 }
 
 TEST_F(GltfSceneTest, VariantsAreNamed) {

@@ -75,6 +75,37 @@ TEST_F(MeshFileTest, PlyWithNormalsTextureAndAConcaveFace) {
   EXPECT_THAT(d.notes, HasNote("colours at its vertices"));
 }
 
+TEST_F(MeshFileTest, PlyWithTextureCoordinatesAtCorners) {
+  write("my scan.tga", tga_row({{0, 0, 255, 255}, {255, 0, 0, 255}}));  // red, blue
+  const auto ply = [&](const std::string& lists, const std::string& faces) {
+    return "ply\nformat ascii 1.0\ncomment TextureFile  my scan.tga \nelement vertex 4\nproperty float x\n"
+           "property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+           "element face 3\n" +
+           lists + "end_header\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n0 1 0 0 0 1\n" + faces;
+  };
+  const std::string indices = "property list uchar int vertex_indices\n", uvs = "property list uchar float texcoord\n";
+  const std::string red = "6 .25 .5 .25 .5 .25 .5 ", blue = "8 .75 .5 .75 .5 .75 .5 .75 .5 ";
+  // The last face has no texture coordinates.
+  for (const std::string& text : {ply(indices + uvs, "3 0 1 2 " + red + "4 0 1 2 3 " + blue + "3 0 2 3 0"),
+                                  ply(uvs + indices, red + "3 0 1 2 " + blue + "4 0 1 2 3 0 3 0 2 3")}) {
+    const auto d = load_scene(write("a.ply", text));
+    EXPECT_EQ(d.notes.size(), 0u) << testing::PrintToString(d.notes);
+    ASSERT_EQ(d.geometry.triangle_count(), 4u);
+    const auto seen = [&](std::uint32_t t) {
+      return evaluate(d.textures, d.materials.at(0).reflectance, texture_point(d.geometry, t, {0.3f, 0.3f}));
+    };
+    EXPECT_GT(seen(0).r, 0.99f);
+    EXPECT_GT(seen(1).b, 0.99f);
+    EXPECT_GT(seen(2).b, 0.99f);
+    EXPECT_EQ(d.geometry.positions[d.geometry.triangles[2][2]], (Vec3{0, 1, 0}));
+    EXPECT_EQ(d.geometry.normals[d.geometry.triangles[2][2]], (Vec3{0, 0, 1}));
+    EXPECT_EQ(d.geometry.uvs[d.geometry.triangles[3][2]].x, 0);
+  }
+  // Faces may not name the vertices that were added for others.
+  EXPECT_THAT(message_of(write("b.ply", ply(indices + uvs, "3 0 1 2 " + red + "3 0 1 5 " + red + "3 0 2 3 0"))),
+              HasSubstr("a face has vertex 5, but there are 4 vertices"));
+}
+
 TEST_F(MeshFileTest, BadPlyIsRefused) {
   EXPECT_THAT(message_of(write("a.ply", "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n0\n")),
               HasSubstr("a.ply"));

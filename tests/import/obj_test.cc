@@ -172,6 +172,21 @@ TEST_F(ObjTest, LibrariesMayDefineMaterialsInAnyOrder) {
   EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
 }
 
+TEST_F(ObjTest, OneLineMayNameSeveralLibrariesOrOneWithBlanks) {
+  write("a.mtl", "newmtl a\nKd 0.1 0.2 0.3\n");
+  write("b.mtl", "newmtl a\nKd 1 1 1\nnewmtl b\nKd 0.25\n");
+  write("my lib.mtl", "newmtl c\nKd 0.5\n");
+  const auto d = load_scene(write("a.obj", std::string("mtllib a.mtl gone.mtl b.mtl\nmtllib my lib.mtl\n") + kTriangle +
+                                               "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n"));
+  ASSERT_EQ(d.geometry.triangle_count(), 3u);
+  const auto color_of = [&](std::size_t t) { return d.materials.at(d.geometry.material[t]).reflectance.value; };
+  EXPECT_EQ(color_of(0), RGB(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(color_of(1), RGB(0.25f));
+  EXPECT_EQ(color_of(2), RGB(0.5f));
+  EXPECT_THAT(d.notes, HasNote("material library 'gone.mtl' cannot be opened"));
+  EXPECT_EQ(d.notes.size(), 1u) << testing::PrintToString(d.notes);
+}
+
 TEST_F(ObjTest, TextureOptionsAndNamesWithSpaces) {
   write("my leaf#1.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
   const auto d = with_material("map_Kd -o 0.5 0.5 -clamp on my leaf#1.tga\n");

@@ -186,6 +186,16 @@ TEST(PbrtHostile, EnormousParameterLists) {
   EXPECT_TRUE(fails_within(folder.write("s.pbrt", values), "the list of values of \"radius\" has no end", 256));
 }
 
+TEST(PbrtHostile, ListsOfNumbersAreWithinTheBudget) {
+  std::string list = "[";
+  for (int i = 0; i < 150000; ++i) list += "0 ";
+  list += "]";
+  // 0.6 MB of text and 2.4 MB of numbers, in two lists.
+  const std::string text = "WorldBegin Shape \"trianglemesh\" \"point3 P\" " + list + " \"normal N\" " + list;
+  EXPECT_THAT(error_of(text, within(std::uint64_t{8} << 20)), testing::HasSubstr("a mesh without indices"));
+  EXPECT_THAT(error_of(text, within(std::uint64_t{3} << 20)), testing::HasSubstr("of parameters (held: "));
+}
+
 TEST(PbrtHostile, LongNamesAreCutInMessages) {
   const std::string error = error_of("Material \"" + std::string(1 << 20, 'x') + "\"");
   EXPECT_LT(error.size(), 500u);

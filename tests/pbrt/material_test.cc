@@ -201,11 +201,31 @@ TEST(PbrtMaterial, ImageTextures) {
   expect_near(at(plain, {1.25f, 0.5f}), RGB(0.5f), 3e-3f);
   expect_near(at(load("\"string encoding\" \"linear\""), {0.25f, 0.5f}), RGB(188 / 255.0f), 1e-3f);
   expect_near(at(load("\"string encoding\" \"gamma 2\""), {0.25f, 0.5f}), RGB(0.5436f), 2e-3f);
-  expect_near(at(load("\"bool invert\" true \"float scale\" .5"), {0.75f, 0.5f}), {0, 0.5f, 0.5f}, 1e-3f);
+  expect_near(at(load("\"bool invert\" true \"float scale\" .5"), {0.75f, 0.5f}), {0.5f, 1, 1}, 1e-3f);
   expect_near(at(load("\"string wrap\" \"clamp\""), {1.25f, 0.5f}), {1, 0, 0}, 1e-3f);
   expect_near(at(load("\"string wrap\" \"black\""), {1.75f, 0.5f}), {0, 0, 0}, 1e-3f);
   expect_near(at(load("\"float uscale\" .5"), {0.5f, 0.5f}), RGB(0.5f), 3e-3f);
   folder.write("s2.pbrt", "");
+}
+
+TEST(PbrtMaterial, FloatTexturesOfImagesWithAlphaShowIt) {
+  const TemporaryFolder folder;
+  folder.write("a.tga", pbrt_testing::tga_row(1, std::string_view("\xff\xff\xff\x33", 4)));  // alpha 0.2
+  const auto alpha = [&](const std::string& image_parameters, const std::string& other_texture = "") {
+    const SceneDescription scene = load_pbrt(folder.write(
+        "s.pbrt", "WorldBegin Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a.tga\" " + image_parameters +
+                      "\n" + other_texture + " Shape \"disk\" \"texture alpha\" \"t\""));
+    return evaluate(scene.textures, scene.materials.at(scene.geometry.material.at(0)).alpha, {0.25f, 0.25f});
+  };
+  EXPECT_NEAR(alpha(""), 0.2f, 1e-5f);
+  EXPECT_NEAR(alpha("\"float scale\" .5"), 0.1f, 1e-5f);
+  EXPECT_NEAR(alpha("\"bool invert\" true"), 0.8f, 1e-5f);
+  EXPECT_NEAR(alpha("\"bool invert\" true \"float scale\" .5"), 0.9f, 1e-5f);
+  EXPECT_EQ(alpha("\"bool invert\" true \"float scale\" 9"), 0);
+  const std::string tex1 = " \"texture tex1\" \"t\" \"float tex2\" .5";
+  EXPECT_NEAR(alpha("", "Texture \"t\" \"float\" \"scale\"" + tex1), 0.1f, 1e-5f);
+  EXPECT_NEAR(alpha("", "Texture \"t\" \"float\" \"mix\"" + tex1), 0.35f, 1e-5f);
+  EXPECT_NEAR(alpha("", "Texture \"t\" \"float\" \"checkerboard\"" + tex1), 0.2f, 1e-5f);
 }
 
 TEST(PbrtMaterial, AMissingImageIsMagentaAndNoted) {

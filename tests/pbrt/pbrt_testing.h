@@ -39,14 +39,15 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// A TGA picture of one row; pixels are blue, green, red.
+/// A TGA picture of one row; pixels are blue, green, red and, where there are four bytes for each, alpha.
 inline std::string tga_row(int width, std::string_view pixels) {
+  const bool has_alpha = pixels.size() == 4 * static_cast<std::size_t>(width);
   std::string bytes(18, '\0');
   bytes[2] = 2;
   bytes[12] = static_cast<char>(width);
   bytes[14] = 1;
-  bytes[16] = 24;
-  bytes[17] = 0x20;  // first row on top
+  bytes[16] = has_alpha ? 32 : 24;
+  bytes[17] = has_alpha ? 0x28 : 0x20;  // first row on top, eight bits of alpha
   return bytes.append(pixels);
 }
 

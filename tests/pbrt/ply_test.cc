@@ -238,6 +238,19 @@ TEST(Ply, InflatingIsBounded) {
   EXPECT_THAT(inflated(bomb, 0), testing::HasSubstr("inflates to more than 16 MiB"));
 }
 
+TEST(Ply, VerticesOfFacesAreWithinTheBudget) {
+  constexpr std::size_t kFaces = 1 << 16;
+  std::string file =
+      "ply\nformat binary_little_endian 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty uchar x\n"
+      "property uchar y\nproperty uchar z\nelement face 65536\nproperty list uchar uchar vertex_indices\n"
+      "property list uchar uchar texcoord\nend_header\n" +
+      std::string("\0\0\0\1\0\0\0\1\0", 9);
+  for (std::size_t i = 0; i < kFaces; ++i) file += std::string("\3\0\1\2\6", 5) + std::string(6, '\0');
+  MemoryBudget ample, tight(2 << 20);  // the triangles take 0.8 MB, their vertices 3.9 MB
+  EXPECT_EQ(parse_ply(file, "f.ply", ample).positions.size(), 3 + 3 * kFaces);
+  EXPECT_THROW(parse_ply(file, "f.ply", tight), MemoryError);
+}
+
 TEST(Ply, AMeshIsWithinTheBudget) {
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\n"

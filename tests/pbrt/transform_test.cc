@@ -15,9 +15,9 @@ using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
 
 /// Where directives before a shape at (1, 2, 3) put it.
-Vec3 moved(const std::string& directives) {
+Vec3 moved(const std::string& directives, const std::string& before_world = "") {
   const SceneDescription scene =
-      load_text("WorldBegin\n" + directives +
+      load_text(before_world + "WorldBegin\n" + directives +
                 "\nShape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [1 2 3  2 2 3  1 3 3]");
   return scene.geometry.positions.at(0);
 }
@@ -48,6 +48,7 @@ TEST(PbrtTransform, StacksSaveAndRestore) {
   expect_near(moved("Translate 1 0 0 TransformBegin Translate 5 5 5 TransformEnd"), {2, 2, 3});
   expect_near(moved("Translate 1 0 0 CoordinateSystem \"here\" Scale 9 9 9 CoordSysTransform \"here\""), {2, 2, 3});
   expect_near(moved("ActiveTransform EndTime Translate 9 9 9 ActiveTransform All Translate 1 0 0"), {2, 2, 3});
+  expect_near(moved("Translate 1 0 0", "ActiveTransform EndTime "), {2, 2, 3});
 }
 
 TEST(PbrtTransform, MotionOfShapesAndCamerasIsNoted) {

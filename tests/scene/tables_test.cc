@@ -87,12 +87,21 @@ TEST(Texture, CoordinatesAreTurnedThenScaledThenMoved) {
   EXPECT_NEAR(c.g, 3 * 0.25f - 0.25f, 1e-6f);
 }
 
-TEST(Texture, ImageIsInvertedBeforeItsFactor) {
+TEST(Texture, ImageIsInvertedAfterItsFactor) {
   TextureNode node = image_node([](Vec2) { return RGB(0.25f, 0.5f, 1); });
   node.value = RGB(2.0f);
   EXPECT_EQ(evaluate({node}, 0, {}), RGB(0.5f, 1, 2));
   node.invert = true;
-  EXPECT_EQ(evaluate({node}, 0, {}), RGB(1.5f, 1, 0));
+  EXPECT_EQ(evaluate({node}, 0, {}), RGB(0.5f, 0, 0));
+}
+
+TEST(Texture, ImageMayShowItsAlpha) {
+  TextureNode node = image_node([](Vec2) { return RGB(0.1f, 0.2f, 0.3f); }, [](Vec2) { return 0.75f; });
+  node.from_alpha = true;
+  node.value = RGB(0.5f);
+  EXPECT_EQ(evaluate({node}, 0, {}), RGB(0.375f));
+  node.invert = true;
+  EXPECT_EQ(evaluate({node}, 0, {}), RGB(0.625f));
 }
 
 TEST(Texture, NodesCombine) {

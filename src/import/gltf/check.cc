@@ -256,8 +256,9 @@ class Checker {
 
 }  // namespace
 
-void check_json_depth(std::string_view text, const std::string& path) {
+std::size_t check_json_depth(std::string_view text, const std::string& path) {
   int depth = 0;
+  std::size_t count = 1;
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -267,13 +268,17 @@ void check_json_depth(std::string_view text, const std::string& path) {
     } else if (c == '"') {
       in_string = true;
     } else if (c == '{' || c == '[') {
+      ++count;
       if (++depth > kDeepestNesting) {
         throw Error({path}, fmt::format("the JSON is nested more than {} deep", kDeepestNesting), kDamagedGltf);
       }
     } else if (c == '}' || c == ']') {
       --depth;
+    } else if (c == ',' || c == ':') {
+      ++count;
     }
   }
+  return count;
 }
 
 void check_gltf_json(const json& root, const std::string& path) { Checker(root, path).run(); }

@@ -10,8 +10,9 @@ namespace glowworm {
 /// The remedy of errors in damaged files.
 inline constexpr const char* kDamagedGltf = "The file is damaged or invalid: export it again.";
 
-/// Throws Error if brackets are nested too deeply for recursive parsers.
-void check_json_depth(std::string_view text, const std::string& path);
+/// Throws Error if brackets are nested too deeply for recursive parsers. Returns how many values and names of members
+/// the text can have at most.
+std::size_t check_json_depth(std::string_view text, const std::string& path);
 
 /// Throws Error, which names file and object, if a part that this program reads has the wrong type, refers to something
 /// that does not exist, or exceeds its container (glTF 2.0, sections 3.6 and 5).

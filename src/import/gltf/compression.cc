@@ -88,10 +88,12 @@ bool apply_filter(const CompressedView& view, std::vector<std::uint8_t>& out) {
   return true;
 }
 
-DracoPrimitive::Attribute read_attribute(const draco::Mesh& mesh, const draco::PointAttribute& source) {
+DracoPrimitive::Attribute read_attribute(const draco::Mesh& mesh, const draco::PointAttribute& source,
+                                         Reservation& held) {
   DracoPrimitive::Attribute attribute;
   attribute.components = source.num_components();
   const std::size_t width = static_cast<std::size_t>(attribute.components);
+  held.grow(mesh.num_points() * width * sizeof(float));
   attribute.values.resize(mesh.num_points() * width);
   std::array<float, 4> value{};
   for (draco::PointIndex i(0); i < mesh.num_points(); ++i) {
@@ -143,11 +145,11 @@ std::optional<DracoPrimitive> draco_attributes(const GltfDocument& document, int
   const tinygltf::Primitive& source =
       document.model->meshes.at(static_cast<std::size_t>(mesh)).primitives.at(primitive);
   if (!is_draco(source)) return std::nullopt;
-  return decode_draco(document, source, fmt::format("meshes[{}].primitives[{}]", mesh, primitive));
+  return decode_draco(document, source, fmt::format("meshes[{}].primitives[{}]", mesh, primitive), *document.held);
 }
 
 DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
-                            const std::string& where) {
+                            const std::string& where, Reservation& held) {
   const tinygltf::Value& extension = primitive.extensions.at(kDraco);
   const std::size_t view = number_of(extension, "bufferView");
   if (view >= document.model->bufferViews.size() || !extension.Has("attributes")) {
@@ -162,13 +164,19 @@ DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primit
   out.vertex_count = mesh->num_points();
   const tinygltf::Value& attributes = extension.Get("attributes");
   for (const std::string& name : attributes.Keys()) {
-    const draco::PointAttribute* attribute =
-        mesh->GetAttributeByUniqueId(static_cast<std::uint32_t>(number_of(attributes, name.c_str())));
+    const int id = mesh->GetAttributeIdByUniqueId(static_cast<std::uint32_t>(number_of(attributes, name.c_str())));
+    draco::PointAttribute* const attribute = id < 0 ? nullptr : mesh->attribute(id);
     if (!attribute || attribute->num_components() < 1 || attribute->num_components() > 4) {
       throw Error({document.path}, fmt::format("{}: Draco attribute {} is not there", where, name), kCompressionRemedy);
     }
-    out.attributes[name] = read_attribute(*mesh, *attribute);
+    // Encoders may leave Draco's own flag unset; the accessor says how the numbers are meant.
+    const auto accessor = primitive.attributes.find(name);
+    if (accessor != primitive.attributes.end() && accessor->second >= 0)
+      attribute->set_normalized(document.model->accessors.at(static_cast<std::size_t>(accessor->second)).normalized);
+    out.attributes[name] = read_attribute(*mesh, *attribute, held);
   }
+  held.grow(std::uint64_t{3} * mesh->num_faces() * sizeof(std::uint32_t));
+  out.indices.reserve(std::size_t{3} * mesh->num_faces());
   for (draco::FaceIndex f(0); f < mesh->num_faces(); ++f) {
     for (const draco::PointIndex& corner : mesh->face(f)) out.indices.push_back(corner.value());
   }

@@ -13,6 +13,7 @@ struct Primitive;
 namespace glowworm {
 
 struct GltfDocument;
+class Reservation;
 
 /// Decodes all compressed buffer views of a document (EXT_meshopt_compression, by meshoptimizer) into its
 /// decoded_views, resized to one for each buffer view. Throws Error if one is damaged.
@@ -32,12 +33,13 @@ struct DracoPrimitive {
 /// Whether a primitive is compressed by Draco.
 bool is_draco(const tinygltf::Primitive& primitive);
 
-/// The attributes of a primitive that is compressed by Draco; none if it is not. Throws Error as decode_draco() does.
+/// The attributes of a primitive that is compressed by Draco; none if it is not. The document's reservation grows.
+/// Throws Error as decode_draco() does.
 std::optional<DracoPrimitive> draco_attributes(const GltfDocument& document, int mesh, std::size_t primitive);
 
 /// Decodes a primitive compressed by Draco (KHR_draco_mesh_compression). Throws Error, which names `where`, if it is
-/// damaged.
+/// damaged. @param held grows by the memory of the result, or throws MemoryError
 DracoPrimitive decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
-                            const std::string& where);
+                            const std::string& where, Reservation& held);
 
 }  // namespace glowworm

@@ -23,6 +23,8 @@ using nlohmann::json;
 
 constexpr const char* kTruncatedRemedy = "The file is incomplete: copy or export it again.";
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+/// Bytes for each value or name in JSON: in the trees of this program and of tinygltf, and in tinygltf's model.
+constexpr std::size_t kTreeBytes = 100, kModelBytes = 160;
 
 std::uint32_t little_endian_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
   return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | static_cast<std::uint32_t>(bytes[at + 3]) << 24;
@@ -61,13 +63,16 @@ Chunks split_glb(std::span<const std::uint8_t> file, const std::string& path) {
   return chunks;
 }
 
-json parse_json(std::span<const std::uint8_t> bytes, const std::string& path) {
+/// @param trees grows by the memory of all JSON that exists until the model is complete
+json parse_json(std::span<const std::uint8_t> bytes, const GltfDocument& document, Reservation& trees) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  check_json_depth(text, path);
+  const std::size_t count = check_json_depth(text, document.path);
+  trees.grow(text.size() + count * kTreeBytes);
+  document.held->grow(count * kModelBytes);
   try {
     return json::parse(text.begin(), text.end());
   } catch (const json::exception& e) {
-    throw Error({path}, std::string("is not valid JSON: ") + e.what(),
+    throw Error({document.path}, std::string("is not valid JSON: ") + e.what(),
                 "Is it a glTF file? If so, it is damaged: export it again.");
   }
 }
@@ -202,7 +207,8 @@ GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::s
   if (file.empty()) throw Error({path}, "is empty", kTruncatedRemedy);
   const bool binary = file.size() >= 4 && std::memcmp(file.data(), "glTF", 4) == 0;
   const Chunks chunks = binary ? split_glb(file, path) : Chunks{file, {}};
-  json root = parse_json(chunks.json, path);
+  Reservation trees(*options.budget, "JSON", 0);
+  json root = parse_json(chunks.json, document, trees);
   check_gltf_json(root, path);
   if (whole) *whole = root;
   if (const auto buffers = root.find("buffers"); buffers != root.end()) {

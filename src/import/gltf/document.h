@@ -33,7 +33,7 @@ struct GltfDocument {
       decoded_views;  ///< decompressed buffer views by index; empty if a view is not compressed
   std::vector<GltfImage> images;
   std::shared_ptr<MemoryBudget> budget;
-  std::unique_ptr<Reservation> held;  ///< memory of the buffers
+  std::unique_ptr<Reservation> held;  ///< memory of the model and the buffers
 
   GltfDocument();
   GltfDocument(GltfDocument&&) noexcept;

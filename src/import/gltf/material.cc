@@ -156,7 +156,10 @@ void GltfMaterials::set_base(const tinygltf::Material& source, Material& materia
 void GltfMaterials::set_alpha(const tinygltf::Material& source, Material& material) {
   if (source.alphaMode == "OPAQUE") return;
   const std::vector<double>& factor = source.pbrMetallicRoughness.baseColorFactor;
-  material.alpha = {factor.size() > 3 ? unit_range(factor[3]) : 1.0f, material.reflectance.texture, Channel::alpha};
+  float opacity = factor.size() > 3 ? unit_range(factor[3]) : 1.0f;
+  if (const auto* old = find_extension(source.extensions, "KHR_materials_pbrSpecularGlossiness"))
+    opacity = unit_range(element_member(*old, "diffuseFactor", 3, 1));
+  material.alpha = {opacity, material.reflectance.texture, Channel::alpha};
   if (source.alphaMode == "MASK") {
     material.alpha_cutoff = static_cast<float>(source.alphaCutoff);
   } else if (source.alphaMode != "BLEND") {

@@ -26,7 +26,7 @@ class AttributeReader {
  public:
   AttributeReader(const GltfDocument& document, const tinygltf::Primitive& primitive, const std::string& where)
       : document_(document), primitive_(primitive), where_(where) {
-    if (is_draco(primitive)) draco_ = decode_draco(document, primitive, where);
+    if (is_draco(primitive)) draco_ = decode_draco(document, primitive, where, held_);
   }
 
   bool has(const std::string& name) const {
@@ -51,6 +51,7 @@ class AttributeReader {
       const auto& attribute = draco_->attributes.at(name);
       const std::size_t width = static_cast<std::size_t>(attribute.components);
       if (width < components) fail(name, fmt::format("has {} components; expected {}", width, components));
+      held_.grow(draco_->vertex_count * components * sizeof(float));
       for (std::size_t i = 0; i < draco_->vertex_count; ++i) {
         for (std::size_t c = 0; c < components; ++c) values.push_back(attribute.values[i * width + c]);
       }
@@ -72,11 +73,12 @@ class AttributeReader {
 
   std::vector<std::uint32_t> indices() {
     std::vector<std::uint32_t> out;
+    constexpr std::size_t kIndexBytes = sizeof(std::uint32_t) + sizeof(std::array<std::uint32_t, 3>);
     if (draco_) {
+      held_.grow(draco_->indices.size() * kIndexBytes);
       out = draco_->indices;
     } else if (primitive_.indices >= 0) {
-      held_.grow(document_.model->accessors[static_cast<std::size_t>(primitive_.indices)].count *
-                 (sizeof(std::uint32_t) + sizeof(std::array<std::uint32_t, 3>)));
+      held_.grow(document_.model->accessors[static_cast<std::size_t>(primitive_.indices)].count * kIndexBytes);
       out = read_indices(document_, primitive_.indices);
     } else {
       out.resize(vertex_count_.value_or(0));
@@ -199,7 +201,7 @@ void skin(AttributeReader& reader, const std::vector<Transform>& joints, const s
     const std::vector<float> weights = reader.read(fmt::format("WEIGHTS_{}", set), 4);
     for (std::size_t i = 0; i < weights.size(); ++i) {
       if (!(weights[i] > 0)) continue;
-      if (!(indices[i] < static_cast<float>(joints.size()))) {
+      if (!(indices[i] >= 0 && indices[i] < static_cast<float>(joints.size()))) {
         throw Error(
             {file},
             fmt::format("{}: vertex {} names joint {}, but the skin has {}", where, i / 4, indices[i], joints.size()),

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -219,6 +220,14 @@ class ObjParser {
     if (!libraries_.insert(name).second) return;
     const std::optional<std::string> text = files_.library(name);
     if (!text) {
+      std::vector<std::string> names;
+      std::string_view rest = name;
+      for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
+      // Of several libraries, the first one that defines a material counts.
+      if (names.size() > 1) {
+        std::for_each(names.rbegin(), names.rend(), [this](const std::string& one) { visit_library(one); });
+        return;
+      }
       notes_.add("material library '" + name + "' cannot be opened: its materials are grey");
       return;
     }

@@ -277,6 +277,7 @@ void PbrtBuilder::State::world_begin(PbrtDirective& d) {
     error(d, "WorldBegin comes after shapes or lights", "Move them after it: only the camera comes before.");
   }
   now.transform = Transform();
+  now.start_active = true;
   coordinate_systems["world"] = now.transform;
 }
 

@@ -23,7 +23,6 @@ enum class PbrtColorSpace : std::uint8_t { srgb, rec2020, dci_p3, aces2065_1 };
 struct PbrtTexture {
   RGB value{1.0f};
   std::uint32_t node = kNone;
-  Channel channel = Channel::mean;  ///< of float textures: the channel that gives the number
 };
 
 /// Opens an image file as a texture. Never returns null.

@@ -98,7 +98,11 @@ constexpr std::size_t kMaxParameters = 1000;  // per directive; keeps the search
 class Parser {
  public:
   Parser(const std::string& main_file, PbrtDiagnostics& diagnostics, MemoryBudget& budget, const PbrtSink& sink)
-      : main_file_(main_file), diagnostics_(diagnostics), budget_(budget), sink_(sink) {}
+      : main_file_(main_file),
+        diagnostics_(diagnostics),
+        budget_(budget),
+        sink_(sink),
+        parameters_(budget, "parameters", 0) {}
 
   void parse(std::string_view text, const std::string& path);
 
@@ -107,7 +111,8 @@ class Parser {
   void include(const PbrtDirective& directive, const std::string& path);
   void read_numbers(PbrtTokenizer& tokens, const Signature& signature, PbrtDirective& directive);
   void read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive);
-  PbrtParameter read_parameter(PbrtTokenizer& tokens);
+  /// @param held memory of the directive's other parameters, bytes
+  PbrtParameter read_parameter(PbrtTokenizer& tokens, std::size_t held);
   void read_value(const PbrtToken& token, PbrtParameter& parameter);
   void check_values(const PbrtParameter& parameter);
   [[noreturn]] void fail(const PbrtPlace& place, const std::string& message, const std::string& remedy) {
@@ -119,6 +124,7 @@ class Parser {
   PbrtDiagnostics& diagnostics_;
   MemoryBudget& budget_;
   const PbrtSink& sink_;
+  Reservation parameters_;               // memory of the numbers of one directive, whichever has most
   std::vector<std::string> open_files_;  // canonical paths, the main file first
   std::size_t includes_ = 0;
 };
@@ -235,8 +241,10 @@ void Parser::read_numbers(PbrtTokenizer& tokens, const Signature& signature, Pbr
 }
 
 void Parser::read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive) {
+  std::size_t held = 0;
   while (tokens.peek().kind == PbrtTokenKind::string) {
-    PbrtParameter parameter = read_parameter(tokens);
+    PbrtParameter parameter = read_parameter(tokens, held);
+    held += parameter.numbers.capacity() * sizeof(double);
     check_values(parameter);
     if (directive.parameters.all().size() >= kMaxParameters) {
       fail(parameter.place, fmt::format("more than {} parameters", kMaxParameters), "The file may be damaged.");
@@ -251,7 +259,7 @@ void Parser::read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive) {
   }
 }
 
-PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens) {
+PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens, std::size_t held) {
   const PbrtToken declaration = tokens.next();
   PbrtParameter parameter;
   parameter.place = declaration.place;
@@ -292,6 +300,7 @@ PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens) {
       }
     }
     read_value(tokens.next(), parameter);
+    parameters_.cover(held + parameter.numbers.capacity() * sizeof(double));
   }
   tokens.next();
   return parameter;

@@ -26,7 +26,7 @@ using PbrtSink = std::function<void(PbrtDirective&)>;
 /// Parses the text of a scene file and all files it includes, and passes the directives to `sink` in order. Errors are
 /// recorded, and reading continues at the next directive until diagnostics.full(). Files may be included 64 levels deep
 /// and 16,384 times in total; a file that includes itself is an error.
-/// @param budget limits the memory of open files
+/// @param budget limits the memory of open files and of lists of numbers. Throws MemoryError.
 /// @param path base of relative paths, and name for messages
 void parse_pbrt_text(std::string_view text, const std::string& path, PbrtDiagnostics& diagnostics, MemoryBudget& budget,
                      const PbrtSink& sink);

@@ -25,7 +25,7 @@ PbrtTexture operand(PbrtContext& context, const PbrtParameters& parameters, std:
                     float otherwise) {
   if (is_float) {
     const FloatInput input = float_input(context, parameters, name, otherwise);
-    return {RGB(input.value), input.texture, input.channel};
+    return {RGB(input.value), input.texture};
   }
   const ColorInput input = color_input(context, parameters, name, RGB(otherwise), PbrtColorUse::unbounded);
   return {input.value, input.texture};
@@ -54,8 +54,7 @@ class TextureBuilder {
     const PbrtTexture a = operand(context_, parameters_, old_names ? "tex1" : "tex", is_float_, 1);
     const PbrtTexture b = operand(context_, parameters_, old_names ? "tex2" : "scale", is_float_, 1);
     if (a.node == kNone || b.node == kNone) {
-      const PbrtTexture& textured = a.node == kNone ? b : a;
-      return {a.value * b.value, textured.node, textured.channel};
+      return {a.value * b.value, a.node == kNone ? b.node : a.node};
     }
     const std::uint32_t a_node = as_node(context_, a), b_node = as_node(context_, b);
     return {RGB(1.0f), add_product_node(context_.scene.textures, a_node, b_node)};
@@ -97,11 +96,10 @@ class TextureBuilder {
     TextureNode& node = context_.scene.textures[id];
     node.value = RGB(parameters_.real("scale", 1));
     node.invert = parameters_.boolean("invert", false);
+    // As in pbrt-v4.
+    node.from_alpha = is_float_ && node.image->has_alpha();
     set_mapping(node);
-    PbrtTexture texture{RGB(1.0f), id};
-    // A float texture from an image with transparency uses its alpha, as in pbrt-v4.
-    if (is_float_ && node.image->has_alpha()) texture.channel = Channel::alpha;
-    return texture;
+    return {RGB(1.0f), id};
   }
 
   TextureOptions image_options(const std::string& file) {
@@ -229,7 +227,6 @@ FloatInput float_input(PbrtContext& context, const PbrtParameters& parameters, s
     if (const PbrtTexture* texture = find_texture(context, parameters, *parameter, true)) {
       input.value = mean(texture->value);
       input.texture = texture->node;
-      input.channel = texture->channel;
     }
     return input;
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "core/error.h"
@@ -12,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxHeaderLines = 10000;
 constexpr const char* kDamaged = "The file may be damaged or of another format.";
+constexpr const char* kBlanks = " \t\r";
 
 struct NamedType {
   std::string_view name, other_name;
@@ -27,9 +29,9 @@ constexpr NamedType kTypes[] = {
 
 /// Removes the next blank-separated word from a line and returns it.
 std::string_view take_word(std::string_view& line) {
-  const std::size_t begin = line.find_first_not_of(" \t\r");
+  const std::size_t begin = line.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return line = {};
-  const std::size_t end = line.find_first_of(" \t\r", begin);
+  const std::size_t end = line.find_first_of(kBlanks, begin);
   const std::string_view word = line.substr(begin, end == std::string_view::npos ? end : end - begin);
   line = end == std::string_view::npos ? std::string_view() : line.substr(end);
   return word;
@@ -47,7 +49,7 @@ class HeaderReader {
       std::string_view line = next_line();
       const std::string_view keyword = take_word(line);
       if (keyword == "end_header") break;
-      if (keyword == "comment" && take_word(line) == "TextureFile") header.texture = take_word(line);
+      if (keyword == "comment" && take_word(line) == "TextureFile") header.texture = trimmed(line);
       if (keyword.empty() || keyword == "comment" || keyword == "obj_info") continue;
       if (keyword == "format") {
         header.format = format(take_word(line));
@@ -83,7 +85,10 @@ class HeaderReader {
     return line;
   }
 
-  static std::string_view trimmed(std::string_view line) { return take_word(line); }
+  static std::string_view trimmed(std::string_view line) {
+    const std::size_t begin = std::min(line.find_first_not_of(kBlanks), line.size());
+    return line.substr(begin, line.find_last_not_of(kBlanks) + 1 - begin);
+  }
 
   PlyFormat format(std::string_view name) const {
     if (name == "ascii") return PlyFormat::ascii;

@@ -5,6 +5,8 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "import/pbrt/file.h"
@@ -184,38 +186,73 @@ void add_larger_face(const std::vector<std::uint32_t>& corners, PlyMesh& mesh) {
   }
 }
 
-/// @param corners working memory, reused for each face
-void read_face(ValueReader& reader, const PlyProperty& property, std::vector<std::uint32_t>& corners, Reservation& held,
-               PlyMesh& mesh) {
-  const std::uint64_t count = reader.length(property);
-  corners.clear();
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const double index = reader.value(property.type);
-    if (!(index >= 0) || index >= static_cast<double>(mesh.positions.size())) {
-      reader.fail(fmt::format("a face has vertex {}, but there are {} vertices", index, mesh.positions.size()));
-    }
-    corners.push_back(static_cast<std::uint32_t>(index));
-    held.cover(corners.capacity() * kCornerBytes + mesh.triangles.capacity() * sizeof mesh.triangles[0]);
-  }
-  if (count == 3) mesh.triangles.push_back({corners[0], corners[1], corners[2]});
-  if (count == 4) add_quad(corners.data(), mesh);
-  if (count > 4) add_larger_face(corners, mesh);
-}
+/// Reads the faces of a mesh whose vertices are complete.
+class FaceReader {
+ public:
+  /// @param vertices number of vertices that faces may name
+  FaceReader(ValueReader& reader, std::size_t vertices, Reservation& held, PlyMesh& mesh)
+      : reader_(reader), vertices_(vertices), held_(held), mesh_(mesh) {}
 
-void read_faces(ValueReader& reader, const PlyElement& element, Reservation& held, PlyMesh& mesh) {
-  std::vector<std::uint32_t> corners;
-  for (std::uint64_t i = 0; i < element.count; ++i) {
-    for (const PlyProperty& property : element.properties) {
-      if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index")) {
-        read_face(reader, property, corners, held, mesh);
-      } else if (property.is_list) {
-        reader.skip(property.type, reader.length(property));
-      } else {
-        reader.skip(property.type, 1);
-      }
+  void read(const PlyElement& element) {
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      corners_.clear();
+      uvs_.clear();
+      for (const PlyProperty& property : element.properties) read_property(property);
+      // MeshLab writes texture coordinates of corners, which differ where charts of the texture meet.
+      if (corners_.size() >= 3 && uvs_.size() == 2 * corners_.size()) separate_corners();
+      if (corners_.size() == 3) mesh_.triangles.push_back({corners_[0], corners_[1], corners_[2]});
+      if (corners_.size() == 4) add_quad(corners_.data(), mesh_);
+      if (corners_.size() > 4) add_larger_face(corners_, mesh_);
     }
   }
-}
+
+ private:
+  void read_property(const PlyProperty& property) {
+    const std::uint64_t count = property.is_list ? reader_.length(property) : 1;
+    const bool indices = property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+    const bool uvs = property.is_list && property.name == "texcoord" && !mesh_.texture.empty();
+    if (!indices && !uvs) return reader_.skip(property.type, count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const double value = reader_.value(property.type);
+      if (uvs) {
+        uvs_.push_back(static_cast<float>(value));
+      } else if (value >= 0 && value < static_cast<double>(vertices_)) {
+        corners_.push_back(static_cast<std::uint32_t>(value));
+      } else {
+        reader_.fail(fmt::format("a face has vertex {}, but there are {} vertices", value, vertices_));
+      }
+      cover();
+    }
+  }
+
+  /// Gives each corner a vertex of its own, with its texture coordinates.
+  void separate_corners() {
+    if (mesh_.positions.size() + corners_.size() >= kNone) {
+      reader_.fail("the corners of all faces are more vertices than can be indexed");
+    }
+    mesh_.uvs.resize(mesh_.positions.size());
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      const std::uint32_t shared = std::exchange(corners_[i], static_cast<std::uint32_t>(mesh_.positions.size()));
+      mesh_.positions.push_back(mesh_.positions[shared]);
+      if (!mesh_.normals.empty()) mesh_.normals.push_back(mesh_.normals[shared]);
+      mesh_.uvs.push_back({uvs_[2 * i], uvs_[2 * i + 1]});
+      cover();
+    }
+  }
+
+  void cover() {
+    held_.cover((mesh_.positions.capacity() + mesh_.normals.capacity()) * sizeof(Vec3) +
+                mesh_.uvs.capacity() * sizeof(Vec2) + mesh_.triangles.capacity() * sizeof mesh_.triangles[0] +
+                corners_.capacity() * kCornerBytes + uvs_.capacity() * sizeof(float));
+  }
+
+  ValueReader& reader_;
+  std::size_t vertices_;
+  Reservation& held_;
+  PlyMesh& mesh_;
+  std::vector<std::uint32_t> corners_;  ///< of one face, as indices
+  std::vector<float> uvs_;              ///< "texcoord" of this face: two for each corner, or something else
+};
 
 void skip_element(ValueReader& reader, const PlyElement& element) {
   if (element.properties.empty()) return;
@@ -231,18 +268,20 @@ void skip_element(ValueReader& reader, const PlyElement& element) {
 PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
   const PlyHeader header = read_ply_header(bytes, file);
   ValueReader reader(bytes, header, file);
-  Reservation vertices(budget, "meshes", 0), faces(budget, "meshes", 0);
+  Reservation held(budget, "meshes", 0);
   PlyMesh mesh;
   mesh.texture = header.texture;
   bool has_vertices = false, has_faces = false;
+  std::size_t vertices = 0;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" && !has_vertices) {
       has_vertices = true;
-      read_vertices(reader, element, file, vertices, mesh);
+      read_vertices(reader, element, file, held, mesh);
+      vertices = mesh.positions.size();
     } else if (element.name == "face" && !element.properties.empty()) {
       if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh again.");
       has_faces = true;
-      read_faces(reader, element, faces, mesh);
+      FaceReader(reader, vertices, held, mesh).read(element);
     } else {
       skip_element(reader, element);
     }

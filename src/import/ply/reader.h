@@ -9,7 +9,8 @@
 namespace glowworm {
 
 /// The mesh of a PLY file: vertices and triangles. Quadrilaterals are split along their shorter diagonal, larger faces
-/// by cut_polygon(). There is one normal and one texture vertex per vertex, or none.
+/// by cut_polygon(). There is one normal and one texture vertex per vertex, or none. Faces with texture coordinates at
+/// their corners have vertices of their own, after those of the file, which they leave unused.
 struct PlyMesh : Geometry {
   std::size_t quads = 0;         ///< number of faces with four corners
   std::size_t larger_faces = 0;  ///< number of faces with more corners
@@ -18,8 +19,9 @@ struct PlyMesh : Geometry {
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, gzipped or not. Vertices have x, y, z and optionally nx, ny,
-/// nz and u, v (or s, t; texture_u, texture_v); faces have "vertex_indices" or "vertex_index". Other elements and
-/// properties are skipped. Memory is proportional to the file's size, whatever its header declares.
+/// nz and u, v (or s, t; texture_u, texture_v); faces have "vertex_indices" or "vertex_index" and, where the header
+/// names a texture, optionally "texcoord". Other elements and properties are skipped. Memory is proportional to the
+/// file's size, whatever its header declares.
 /// @param budget limits memory of file and mesh while reading
 /// Throws Error with file (and line) and remedy, and MemoryError.
 PlyMesh read_ply(const std::string& path, MemoryBudget& budget);
