@@ -62,6 +62,12 @@ struct OutputFace {
   std::uint32_t chart = kNone, place = 0;  ///< its chart and its index there; kNone: not baked
 };
 
+/// What glTF's base colour stands for: light that passes glass, and that others reflect.
+const ColorInput& base_input(const Material& m) {
+  const bool is_glass = m.kind == MaterialKind::dielectric || m.kind == MaterialKind::thin_dielectric;
+  return is_glass ? m.transmittance : m.reflectance;
+}
+
 /// Key of a primitive: object, material, emission, layer of light (-1: not baked), one side.
 using PrimitiveKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, int, bool>;
 
@@ -86,6 +92,12 @@ class SceneWriter {
   }
 
  private:
+  /// A colour of the file: a reference to a texture, null if there is none, and a factor.
+  struct Picture {
+    json texture;
+    RGB factor;
+  };
+
   bool is_unlit() const { return format_ == BakeFormat::unlit || format_ == BakeFormat::vertex; }
 
   /// All faces of the scene: the baked sides, and the fronts of what was not baked.
@@ -111,7 +123,11 @@ class SceneWriter {
   bool is_one_sided(std::uint32_t triangle) const {
     const std::uint32_t emission = scene_.geometry().emission[triangle];
     if (emission != kNone) return !scene_.emissions()[emission].two_sided;
-    return scene_.materials()[scene_.geometry().material[triangle]].single_sided;
+    return material_of(triangle).single_sided;
+  }
+
+  const Material& material_of(std::uint32_t triangle) const {
+    return scene_.materials()[scene_.geometry().material[triangle]];
   }
 
   void write_objects() {
@@ -126,7 +142,7 @@ class SceneWriter {
 
   json primitive(const PrimitiveKey& key, const std::vector<OutputFace>& faces) {
     const Geometry& g = scene_.geometry();
-    const int number = material(key);
+    const int number = material(key, faces.front().face.triangle);
     const bool has_own_uvs = uses_first_uvs(file_.json["materials"][static_cast<std::size_t>(number)]);
     PrimitiveVertices v;
     for (const OutputFace& f : faces) {
@@ -155,10 +171,12 @@ class SceneWriter {
     return {{"attributes", attributes}, {"indices", file_.add_indices(v.indices)}, {"material", number}};
   }
 
-  /// Whether the base colour of a material is a texture of the scene.
+  /// Whether the base colour or the light of a material is a texture of the scene.
   static bool uses_first_uvs(const json& material) {
-    const json& pbr = material["pbrMetallicRoughness"];
-    return pbr.contains("baseColorTexture") && pbr["baseColorTexture"].value("texCoord", 0) == 0;
+    const auto uses = [](const json& textures, const char* name) {
+      return textures.contains(name) && textures[name].value("texCoord", 0) == 0;
+    };
+    return uses(material["pbrMetallicRoughness"], "baseColorTexture") || uses(material, "emissiveTexture");
   }
 
   Vec2 light_uv(const OutputFace& f, std::size_t corner) const {
@@ -171,14 +189,15 @@ class SceneWriter {
     return out;
   }
 
-  int material(const PrimitiveKey& key) {
+  /// @param triangle with this key
+  int material(const PrimitiveKey& key, std::uint32_t triangle) {
     auto own = key;
     std::get<0>(own) = 0;  // Objects share materials.
     const auto found = materials_.find(own);
     if (found != materials_.end()) return found->second;
     const auto [object, source, emission, layer, one_sided] = key;
     const Material& m = scene_.materials()[source];
-    json out = layer >= 0 ? baked(m, layer, emission) : emission != kNone ? lamp(emission) : plain(m);
+    json out = layer >= 0 ? baked(triangle, layer) : emission != kNone ? lamp(emission) : plain(triangle);
     if (!m.name.empty()) out["name"] = m.name;
     if (!one_sided) out["doubleSided"] = true;
     return materials_[own] = file_.add("materials", std::move(out));
@@ -191,20 +210,32 @@ class SceneWriter {
         {"extensions", {{kSpecular, {{"specularFactor", 0}}}}}};
   }
 
-  json lamp(std::uint32_t emission) const {
-    const RGB radiance = scene_.emissions()[emission].radiance.value * light_.gain();
-    if (is_unlit()) return unlit(radiance);
-    json out = black();
-    add_glow(radiance, out);
+  json lamp(std::uint32_t emission) {
+    if (!is_unlit()) {
+      json out = black();
+      add_glow(emission, out);
+      return out;
+    }
+    const Picture& shown = glow(emission);
+    json out = unlit(shown.factor);
+    if (!shown.texture.is_null()) out["pbrMetallicRoughness"]["baseColorTexture"] = shown.texture;
     return out;
   }
 
-  /// Makes a material emit. @param radiance in the units of the file
-  static void add_glow(RGB radiance, json& material) {
-    const float most = max_component(radiance);
+  /// Makes a material emit.
+  void add_glow(std::uint32_t emission, json& material) {
+    const Picture& shown = glow(emission);
+    const float most = max_component(shown.factor);
     if (!(most > 0)) return;
-    material["emissiveFactor"] = triple(radiance / most);
+    material["emissiveFactor"] = triple(shown.factor / most);
+    if (!shown.texture.is_null()) material["emissiveTexture"] = shown.texture;
     material["extensions"][kStrengthExtension] = {{"emissiveStrength", most}};
+  }
+
+  /// Emitted radiance in the units of the file.
+  const Picture& glow(std::uint32_t emission) {
+    const Emission& source = scene_.emissions()[emission];
+    return picture({source.radiance.value * light_.gain(), source.radiance.texture}, {}, emission, source.name);
   }
 
   static json unlit(RGB color) {
@@ -213,18 +244,22 @@ class SceneWriter {
             {"extensions", {{kUnlit, json::object()}}}};
   }
 
-  json baked(const Material& m, int layer, std::uint32_t emission) {
+  json baked(std::uint32_t triangle, int layer) {
     const bool shows_base = format_ == BakeFormat::lightmap || format_ == BakeFormat::vertex;
-    json out = plain(m, shows_base || m.alpha.texture != kNone);
+    json out = plain(triangle, shows_base || material_of(triangle).alpha.texture != kNone);
     light_.light_material(out, layer, 1);
-    if (format_ == BakeFormat::lightmap && emission != kNone)
-      add_glow(scene_.emissions()[emission].radiance.value * light_.gain(), out);
+    const std::uint32_t emission = scene_.geometry().emission[triangle];
+    if (format_ == BakeFormat::lightmap && emission != kNone) add_glow(emission, out);
     return out;
   }
 
   /// A material that was not baked, or whose base colour is kept.
-  json plain(const Material& m, bool textured = true) {
-    const RGB c = clamp(m.reflectance.value, 0, 1);
+  json plain(std::uint32_t triangle, bool textured = true) {
+    const Material& m = material_of(triangle);
+    RGB c = clamp(base_input(m).value, 0, 1);
+    // As in the light of texels: by the index of the metal, and less what rough metal loses between its facets.
+    const bool is_metal = m.kind == MaterialKind::conductor || m.kind == MaterialKind::coated_conductor;
+    if (is_metal && m.reflectance.texture == kNone) c = baked_albedo(scene_, triangle, {1 / 3.0f, 1 / 3.0f});
     const float roughness = std::sqrt(std::clamp(std::max(m.roughness_u.value, m.roughness_v.value), 0.0f, 1.0f));
     json pbr = {{"baseColorFactor", {c.r, c.g, c.b, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
     json extensions = json::object();
@@ -236,7 +271,6 @@ class SceneWriter {
         break;
       case MaterialKind::dielectric:
       case MaterialKind::thin_dielectric:
-        pbr["baseColorFactor"] = {1, 1, 1, 1};
         pbr["roughnessFactor"] = roughness;
         extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
         extensions["KHR_materials_ior"] = {{"ior", m.ior}};
@@ -258,41 +292,37 @@ class SceneWriter {
 
   /// Adds the texture of the base colour and alpha, where there is one.
   void add_source_texture(const Material& m, json& out) {
-    const auto key = std::pair(m.reflectance.texture, m.alpha.texture);
-    if (!sources_.contains(key)) {
-      const std::optional<SourceTexture> source = source_texture(scene_, m);
-      json& info = sources_[key];
-      if (source) {
-        info["index"] = file_.add_texture(source->png, m.name, true);
-        if (source->is_transformed()) {
-          info["extensions"]["KHR_texture_transform"] = {{"offset", {source->offset.x, source->offset.y}},
-                                                         {"scale", {source->scale.x, source->scale.y}}};
-        }
-      }
-    }
-    if (sources_[key].is_null()) return;
-    out["pbrMetallicRoughness"]["baseColorTexture"] = sources_[key];
+    const Picture& base = picture({RGB(1.0f), base_input(m).texture}, m.alpha, kNone, m.name);
+    if (base.texture.is_null()) return;
+    out["pbrMetallicRoughness"]["baseColorTexture"] = base.texture;
     if (m.alpha.texture == kNone) return;
     out["alphaMode"] = m.alpha_cutoff >= 0 ? "MASK" : "BLEND";
     if (m.alpha_cutoff >= 0) out["alphaCutoff"] = m.alpha_cutoff;
   }
 
+  /// @param emission whose radiance the colour is; kNone: it is a base colour
+  const Picture& picture(const ColorInput& color, const FloatInput& alpha, std::uint32_t emission,
+                         const std::string& name) {
+    const std::array<std::uint32_t, 3> key{color.texture, alpha.texture, emission};
+    const auto [found, is_new] = pictures_.try_emplace(key);
+    Picture& out = found->second;
+    if (!is_new) return out;
+    out.factor = color.value;
+    const bool ends_at_one = emission == kNone || is_unlit();
+    const std::optional<SourceTexture> source = source_texture(scene_, color, alpha, ends_at_one ? 1.0f : 0.0f);
+    if (!source) return out;
+    out.factor = RGB(source->white);
+    out.texture["index"] = file_.add_texture(source->png, name, true);
+    if (source->is_transformed())
+      out.texture["extensions"]["KHR_texture_transform"] = {{"offset", {source->offset.x, source->offset.y}},
+                                                            {"scale", {source->scale.x, source->scale.y}}};
+    return out;
+  }
+
   void write_cameras() {
     for (const Camera& camera : scene_.cameras()) {
       const Transform& t = camera.to_world;
-      const int index = camera.kind == CameraKind::perspective
-                            ? file_.add("cameras", {{"type", "perspective"},
-                                                    {"name", camera.name},
-                                                    {"perspective",
-                                                     {{"yfov", 2 * std::atan(camera.half_extent)},
-                                                      {"znear", 0.001 * std::max(scene_.radius(), 1e-6f)}}}})
-                            : file_.add("cameras", {{"type", "orthographic"},
-                                                    {"name", camera.name},
-                                                    {"orthographic",
-                                                     {{"xmag", camera.half_extent},
-                                                      {"ymag", camera.half_extent},
-                                                      {"znear", 0},
-                                                      {"zfar", 100 * std::max(scene_.radius(), 1e-6f)}}}});
+      const int index = file_.add("cameras", projection(camera));
       // glTF's cameras look along -z; a mirrored one has no place there.
       const Vec3 x = normalize(cross(t.y, -t.z));
       file_.add("nodes", {{"name", camera.name},
@@ -303,6 +333,22 @@ class SceneWriter {
     }
   }
 
+  /// A camera without its place. Only the size of its window is kept: glTF's are around the axis.
+  json projection(const Camera& camera) const {
+    const FilmRequest& film = scene_.film();
+    const ScreenWindow window = screen_window(camera, film.width, film.height);
+    const float x = std::abs(window.right - window.left) / 2, y = std::abs(window.top - window.bottom) / 2;
+    const float radius = std::max(scene_.radius(), 1e-6f);
+    if (camera.kind == CameraKind::orthographic)
+      return {{"type", "orthographic"},
+              {"name", camera.name},
+              {"orthographic", {{"xmag", x}, {"ymag", y}, {"znear", 0}, {"zfar", 100 * radius}}}};
+    json lens = {{"yfov", 2 * std::atan(y)}, {"znear", 0.001 * radius}};
+    // Without a film, only a window of the camera's own has a shape.
+    if (film.width > 0 || x != y) lens["aspectRatio"] = x / y;
+    return {{"type", "perspective"}, {"name", camera.name}, {"perspective", lens}};
+  }
+
   const Scene& scene_;
   const BakeLayout& layout_;
   BakeFormat format_;
@@ -310,7 +356,7 @@ class SceneWriter {
   GlbFile file_;
   std::vector<int> roots_;
   std::map<PrimitiveKey, int> materials_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, json> sources_;  ///< textures by their nodes; null: none
+  std::map<std::array<std::uint32_t, 3>, Picture> pictures_;  ///< by the nodes of colour and alpha, and the emission
 };
 
 }  // namespace

@@ -26,10 +26,11 @@ const TextureNode* first_image(const std::vector<TextureNode>& textures, std::ui
 
 }  // namespace
 
-std::optional<SourceTexture> source_texture(const Scene& scene, const Material& material) {
+std::optional<SourceTexture> source_texture(const Scene& scene, const ColorInput& color, const FloatInput& alpha,
+                                            float white) {
   const std::vector<TextureNode>& textures = scene.textures();
-  const TextureNode* image = first_image(textures, material.reflectance.texture);
-  if (!image) image = first_image(textures, material.alpha.texture);
+  const TextureNode* image = first_image(textures, color.texture);
+  if (!image) image = first_image(textures, alpha.texture);
   if (!image || image->second_uv || image->uv_scale.x == 0 || image->uv_scale.y == 0) return std::nullopt;
   SourceTexture out;
   // Rows of glTF's textures run downwards, ours upwards.
@@ -37,22 +38,26 @@ std::optional<SourceTexture> source_texture(const Scene& scene, const Material& 
   out.offset = {image->uv_offset.x, 1 - image->uv_scale.y - image->uv_offset.y};
   const int width = std::clamp(image->image->width(), 1, kMaxSide);
   const int height = std::clamp(image->image->height(), 1, kMaxSide);
-  const bool has_alpha = material.alpha.texture != kNone;
+  const auto columns = static_cast<std::size_t>(width), count = columns * static_cast<std::size_t>(height);
+  const auto place = [&](std::size_t texel) {
+    const float s = (static_cast<float>(texel % columns) + 0.5f) / static_cast<float>(width);
+    const float t = 1 - (static_cast<float>(texel / columns) + 0.5f) / static_cast<float>(height);
+    return TexturePoint((s - image->uv_offset.x) / image->uv_scale.x, (t - image->uv_offset.y) / image->uv_scale.y);
+  };
+  std::vector<RGB> colors(count);
+  parallel_for_each(count, 16384, [&](std::size_t i) { colors[i] = evaluate(textures, color, place(i)); });
+  out.white = white;
+  if (white == 0)
+    for (const RGB& c : colors) out.white = std::max(out.white, max_component(c));
+  const float factor = out.white > 0 ? 1 / out.white : 0;
+  const bool has_alpha = alpha.texture != kNone;
   const std::size_t channels = has_alpha ? 4 : 3;
-  std::vector<std::uint8_t> bytes(channels * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  const ColorInput color{RGB(1.0f), material.reflectance.texture};
-  parallel_for(0, static_cast<std::size_t>(height), 16, [&](std::size_t first, std::size_t last) {
-    for (std::size_t y = first; y < last; ++y)
-      for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
-        const float s = (static_cast<float>(x) + 0.5f) / static_cast<float>(width);
-        const float t = 1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
-        const TexturePoint at((s - image->uv_offset.x) / image->uv_scale.x,
-                              (t - image->uv_offset.y) / image->uv_scale.y);
-        std::uint8_t* const pixel = bytes.data() + channels * (y * static_cast<std::size_t>(width) + x);
-        const RGB c = clamp(evaluate(textures, color, at), 0, 1);
-        for (int i = 0; i < 3; ++i) pixel[i] = to_byte(srgb_encode(c[i]));
-        if (has_alpha) pixel[3] = to_byte(evaluate(textures, material.alpha, at));
-      }
+  std::vector<std::uint8_t> bytes(channels * count);
+  parallel_for_each(count, 16384, [&](std::size_t i) {
+    std::uint8_t* const pixel = bytes.data() + channels * i;
+    const RGB c = clamp(colors[i] * factor, 0, 1);
+    for (int k = 0; k < 3; ++k) pixel[k] = to_byte(srgb_encode(c[k]));
+    if (has_alpha) pixel[3] = to_byte(evaluate(textures, alpha, place(i)));
   });
   out.png = encode_png(width, height, static_cast<int>(channels), std::move(bytes), {});
   return out;

@@ -1,10 +1,11 @@
 // glowworm bake, as a person runs it.
+#include <cmath>
 #include <csignal>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "apps/program.h"
 #include "image/image.h"
+#include "import/import.h"
 
 namespace glowworm {
 namespace {
@@ -12,12 +13,70 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
+/// A GLB file in parts.
+struct BakedGlb {
+  nlohmann::json json;
+  std::string buffer;
+
+  explicit BakedGlb(const std::string& bytes) {
+    std::uint32_t size = 0;
+    bytes.copy(reinterpret_cast<char*>(&size), sizeof size, 12);
+    json = nlohmann::json::parse(bytes.substr(20, size));
+    buffer = bytes.substr(28 + size);
+  }
+
+  const nlohmann::json& item(const char* list, const nlohmann::json& index) const {
+    return json.at(list).at(index.get<std::size_t>());
+  }
+};
+
+/// Two triangles of glass and of metal, in pbrt's format.
+constexpr const char* kGlassAndMetal = R"(
+WorldBegin
+Material "dielectric" "rgb transmittance" [1 0.5 0.25]
+Shape "trianglemesh" "point3 P" [0 0 5  1 0 5  1 1 5] "integer indices" [0 1 2]
+Material "conductor" "rgb eta" [0.2 0.9 1.5] "rgb k" [3.9 2.5 1.9] "float roughness" 0.3 "bool remaproughness" false
+Shape "trianglemesh" "point3 P" [0 0 5  1 1 5  0 1 5] "integer indices" [0 1 2]
+)";
+
 class BakeCommand : public ProgramTest {
  protected:
   static std::vector<std::string> words(std::vector<std::string> more) {
     std::vector<std::string> all{"bake", "builtin:cornell", "--atlas", "64", "--samples", "1", "--photons", "5k"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
+  }
+
+  /// Bakes a scene under a white sky to lit.glb.
+  BakedGlb bake(const std::string& scene, const std::string& format) const {
+    const Outcome outcome = run({"bake", scene, "--environment", "1,1,1", "--format", format, "--exposure", "0",
+                                 "--atlas", "64", "--samples", "1", "--photons", "5k", "-o", "lit.glb"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return BakedGlb(read(path("lit.glb")));
+  }
+  /// Bakes a square of the materials "picture" and "plain". @param library with these, in MTL's format
+  BakedGlb bake_square(const std::string& library, const std::string& format) const {
+    write("room.mtl", library);
+    write("room.obj",
+          "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+          "usemtl picture\nf 1/1 2/2 3/3\nusemtl plain\nf 1/1 3/3 4/4\n");
+    return bake("room.obj", format);
+  }
+  /// What a material shows of a picture of the scene: its light, or else its base colour.
+  std::vector<RGB> shown_texels(const BakedGlb& file, const nlohmann::json& material) const {
+    const bool glows = material.contains("emissiveTexture");
+    const nlohmann::json& base = material.at("pbrMetallicRoughness");
+    const nlohmann::json& texture = glows ? material.at("emissiveTexture") : base.at("baseColorTexture");
+    EXPECT_EQ(texture.value("texCoord", 0), 0);
+    const nlohmann::json& image = file.item("images", file.item("textures", texture.at("index")).at("source"));
+    const nlohmann::json& view = file.item("bufferViews", image.at("bufferView"));
+    const std::size_t begin = view.at("byteOffset").get<std::size_t>(), size = view.at("byteLength").get<std::size_t>();
+    std::vector<RGB> out = read_image(write("shown.png", file.buffer.substr(begin, size))).rgb();
+    const auto factor = (glows ? material.at("emissiveFactor") : base.at("baseColorFactor")).get<std::vector<float>>();
+    const float strength =
+        glows ? material.at("extensions").at("KHR_materials_emissive_strength").at("emissiveStrength").get<float>() : 1;
+    for (RGB& c : out) c *= RGB(factor.at(0), factor.at(1), factor.at(2)) * strength;
+    return out;
   }
 };
 
@@ -55,26 +114,83 @@ TEST_F(BakeCommand, WritesTexturesOfFullRangeBesideTheFile) {
 
 TEST_F(BakeCommand, KeepsTheTextureCoordinatesOfTexturesOnly) {
   ASSERT_EQ(run(words({"-o", "lit.glb", "--atlas-picture", "light.png"})).status, 0);
-  write("room.mtl", "newmtl picture\nmap_Kd light.png\nnewmtl plain\nKd 0.5 0.5 0.5\n");
-  write("room.obj",
-        "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-        "usemtl picture\nf 1/1 2/2 3/3\nusemtl plain\nf 1/1 3/3 4/4\n");
-  const Outcome outcome = run({"bake", "room.obj", "--environment", "1,1,1", "--format", "lightmap", "--atlas", "64",
-                               "--samples", "1", "--photons", "5k", "-o", "room.glb"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const std::string glb = read(path("room.glb"));
-  std::uint32_t size = 0;
-  std::memcpy(&size, glb.data() + 12, sizeof size);
-  const auto file = nlohmann::json::parse(glb.substr(20, size));
+  const BakedGlb file = bake_square("newmtl picture\nmap_Kd light.png\nnewmtl plain\nKd 0.5 0.5 0.5\n", "lightmap");
   std::size_t primitives = 0;
-  for (const auto& mesh : file["meshes"])
-    for (const auto& primitive : mesh["primitives"]) {
-      const auto& attributes = primitive["attributes"];
-      const bool own = file["materials"][primitive["material"].get<std::size_t>()]["name"] == "picture";
-      EXPECT_EQ(attributes["TEXCOORD_0"] != attributes["TEXCOORD_1"], own);
+  for (const auto& mesh : file.json.at("meshes"))
+    for (const auto& primitive : mesh.at("primitives")) {
+      const auto& attributes = primitive.at("attributes");
+      const bool own = file.item("materials", primitive.at("material")).at("name") == "picture";
+      EXPECT_EQ(attributes.at("TEXCOORD_0") != attributes.at("TEXCOORD_1"), own);
       ++primitives;
     }
   EXPECT_EQ(primitives, 2u);
+}
+
+TEST_F(BakeCommand, KeepsPicturesOfTheLightOfScreens) {
+  write("screen.png", encode_png(2, 1, 3, {0, 0, 0, 255, 255, 255}, {}));
+  // A lamp, and a surface that reflects, too: only its irradiance lacks its own light.
+  const std::string light = "Ke 0.8 0.4 0.2\nmap_Ke screen.png\n";
+  const std::string library = "newmtl picture\nKd 0 0 0\n" + light + "newmtl plain\nKd 0.5 0.5 0.5\n" + light;
+  const RGB bright{0.8f, 0.4f, 0.2f};
+  for (const std::string format : {"emissive", "unlit", "vertex", "lightmap"}) {
+    const BakedGlb file = bake_square(library, format);
+    std::size_t screens = 0;
+    for (const auto& mesh : file.json.at("meshes"))
+      for (const auto& primitive : mesh.at("primitives")) {
+        const auto& material = file.item("materials", primitive.at("material"));
+        if (material.at("name") == "plain" && format != "lightmap") continue;
+        ++screens;
+        const auto& attributes = primitive.at("attributes");
+        ASSERT_TRUE(attributes.contains("TEXCOORD_0")) << format;
+        EXPECT_TRUE(!attributes.contains("TEXCOORD_1") || attributes.at("TEXCOORD_0") != attributes.at("TEXCOORD_1"));
+        const std::vector<RGB> shown = shown_texels(file, material);
+        ASSERT_EQ(shown.size(), 2u);
+        EXPECT_LT(max_component(shown[0]), 0.01f) << format;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[1][c], bright[c], 0.01f) << format;
+      }
+    EXPECT_GE(screens, format == "lightmap" ? 2u : 1u);
+  }
+}
+
+TEST_F(BakeCommand, KeepsTheColoursOfGlassAndMetal) {
+  write("room.pbrt", kGlassAndMetal);
+  const auto reflectance = [](float eta, float k) {
+    return ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
+  };
+  // Single reflections from facets of GGX with alpha 0.3 return this share at normal incidence, as texels have it.
+  constexpr float kReturned = 0.877f;
+  const RGB glass{1, 0.5f, 0.25f};
+  const RGB metal = RGB(reflectance(0.2f, 3.9f), reflectance(0.9f, 2.5f), reflectance(1.5f, 1.9f)) * kReturned;
+  for (const char* format : {"lightmap", "vertex"}) {
+    const BakedGlb file = bake("room.pbrt", format);
+    std::size_t metals = 0;
+    for (const auto& material : file.json.at("materials")) {
+      const bool is_metal = material.at("name") == "conductor";
+      metals += is_metal;
+      const auto base = material.at("pbrMetallicRoughness").at("baseColorFactor").get<std::vector<float>>();
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(base.at(static_cast<std::size_t>(c)), (is_metal ? metal : glass)[c], 0.02f) << format;
+    }
+    EXPECT_GE(metals, 1u);
+    EXPECT_GT(file.json.at("materials").size(), metals);
+  }
+}
+
+TEST_F(BakeCommand, KeepsTheFieldsOfViewOfCameras) {
+  const float narrow = std::tan(kPi / 6);
+  write("room.pbrt", std::string(R"(Camera "perspective" "float fov" 60
+Film "rgb" "integer xresolution" 90 "integer yresolution" 160)") +
+                         kGlassAndMetal);
+  const auto upright = bake("room.pbrt", "vertex").json.at("cameras").at(0).at("perspective");
+  EXPECT_NEAR(upright.at("yfov").get<float>(), 2 * std::atan(narrow * 160 / 90), 1e-4f);
+  EXPECT_NEAR(upright.at("aspectRatio").get<float>(), 90.0f / 160, 1e-4f);
+  EXPECT_NEAR(load_scene(path("lit.glb")).cameras.at(0).half_extent, narrow, 1e-4f);
+  write("room.pbrt", std::string(R"(Camera "orthographic" "float screenwindow" [-2 2 -0.5 0.5]
+Film "rgb" "integer xresolution" 160 "integer yresolution" 40)") +
+                         kGlassAndMetal);
+  const auto flat = bake("room.pbrt", "vertex").json.at("cameras").at(0).at("orthographic");
+  EXPECT_NEAR(flat.at("xmag").get<float>(), 2, 1e-4f);
+  EXPECT_NEAR(flat.at("ymag").get<float>(), 0.5f, 1e-4f);
 }
 
 TEST_F(BakeCommand, GoesOnFromACheckpointToTheSameFile) {
