@@ -231,7 +231,8 @@ void tell_choices(const BakeOptions& o, const BakePlaces& places, const Job& job
 }
 
 std::optional<Checkpoint> checkpoint_of(const BakeOptions& o) {
-  return o.resume.empty() ? std::nullopt : read_checkpoint(o.resume);
+  if (o.resume.empty()) return std::nullopt;
+  return read_checkpoint(o.resume, o.settings.disk, o.settings.memory_bytes);
 }
 
 /// Runs the Jobs of a bake.
@@ -251,9 +252,10 @@ Baked compute(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
 /// status.
 int bake_part(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
               const std::shared_ptr<const Tracer>& tracer, const BakePlaces& places, OutputFiles& files) {
-  const std::optional<Checkpoint> checkpoint = checkpoint_of(o);
+  std::optional<Checkpoint> checkpoint = checkpoint_of(o);
   Job job(scene, tracer, bake_settings(o.settings, *places.points), checkpoint ? &*checkpoint : nullptr, 0,
           places.points);
+  checkpoint.reset();
   tell_choices(o, places, job);
   const std::exception_ptr failure = attend(o, job, files, [&] { return job.checkpoint(); });
   const bool any = job.passes() > 0;

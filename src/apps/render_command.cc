@@ -299,9 +299,9 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   const bool helps = ranks && ranks->rank() > 0;
   OutputFiles files;
   // A scene may name its picture; all else is known now.
-  if (!helps && !o.outputs.empty()) {
+  if (!o.outputs.empty()) {
     name_outputs(o, {});
-    prepare_outputs(o, files);
+    if (!helps) prepare_outputs(o, files);
   }
   keep_heap_small(o.settings.memory_bytes);
   const Clock::time_point start = Clock::now();
@@ -318,9 +318,9 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   });
   const Clock::time_point loaded = Clock::now();
   if (!helps) tell_notes(*scene, o.scene);
-  if (!helps && o.outputs.empty()) {
+  if (o.outputs.empty()) {
     name_outputs(o, scene->film());
-    prepare_outputs(o, files);
+    if (!helps) prepare_outputs(o, files);
   }
   if (!helps) warn_of_unused_formats(o);
   if (ranks)
@@ -329,10 +329,15 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   const Clock::time_point built = Clock::now();
   catch_interrupts();
   std::optional<Checkpoint> checkpoint;
-  if (!helps && !o.resume.empty()) checkpoint = read_checkpoint(o.resume);
-  if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
+  // All ranks continue with its numbers of photons and rays.
+  if (!o.resume.empty())
+    checkpoint =
+        helps ? read_key_of_checkpoint(o.resume) : read_checkpoint(o.resume, o.settings.disk, o.settings.memory_bytes);
+  if (checkpoint && !helps)
+    inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
   const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
   Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {0, rehearsal}, nullptr, ranks);
+  checkpoint.reset();
   if (helps) {
     help_rank_0(job);
     return 0;

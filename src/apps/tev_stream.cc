@@ -15,6 +15,7 @@ void TevStream::show(const Job& job) {
   if (!connection_ || job.progress() == shown_progress_) return;
   shown_progress_ = job.progress();
   if (shown_progress_ == 0) return;
+  const DiskMemory::Scope scope(job.disk());
   try {
     connection_->show(job.scene().name(), make_image(job.snapshot(), job));
   } catch (const std::exception& error) {

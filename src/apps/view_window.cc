@@ -89,7 +89,8 @@ class Window {
   std::uint32_t script_frame_ = 0;  // next frame to play
   bool playing_ = false;            // a frame of the script is played, but not yet shown
   std::chrono::steady_clock::time_point played_;
-  std::string shot_;  // screenshot to take after the next drawing
+  std::string shot_;           // screenshot to take after the next drawing
+  bool shots_written_ = true;  // every screenshot so far
 };
 
 /// Set while a window is open. If the X server goes away, Xlib ends the program by exit(). Nothing may be destroyed
@@ -246,10 +247,11 @@ void Window::screenshot(const std::string& path) {
   try {
     Image image(width, height);
     image.add_rgb("", pixels);
-    write_png(path, image, ToneCurve::srgb);
+    write_image(path, image, ToneCurve::srgb);
     inform(fmt::format("wrote {}", path));
   } catch (const std::exception& error) {
     model_.say(error.what());
+    shots_written_ = false;
   }
 }
 
@@ -327,7 +329,7 @@ int Window::run() {
   if (model_.longest_latency > 0)
     detail(fmt::format("longest time from input to picture: {:.0f} ms", 1e3 * model_.longest_latency));
   if (caught_interrupt()) return kExitSignalled + caught_interrupt();
-  return model_.scene ? 0 : 1;
+  return model_.scene && shots_written_ ? 0 : 1;
 }
 
 }  // namespace

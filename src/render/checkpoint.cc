@@ -3,6 +3,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 
 #include "core/atomic_file.h"
 #include "core/content_hash.h"
@@ -68,11 +69,15 @@ class Reader {
   ContentHash fingerprint_;
 };
 
-bool parse(Reader& reader, Checkpoint& out) {
+bool parse_begin(Reader& reader, Checkpoint& out) {
   std::uint64_t key_size = 0;
   if (!reader.take_magic() || !reader.take_count(key_size, 1)) return false;
   out.key.resize(key_size);
-  if (!reader.take(out.key.data(), key_size) || !reader.take(&out.passes, sizeof out.passes)) return false;
+  return reader.take(out.key.data(), key_size) && reader.take(&out.passes, sizeof out.passes);
+}
+
+bool parse(Reader& reader, Checkpoint& out) {
+  if (!parse_begin(reader, out)) return false;
   for (auto* numbers : {&out.film, &out.round}) {
     std::uint64_t size = 0;
     if (!reader.take_count(size, sizeof(std::uint32_t))) return false;
@@ -107,7 +112,7 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   writer.commit();
 }
 
-std::optional<Checkpoint> read_checkpoint(const std::string& path) {
+std::optional<Checkpoint> read_checkpoint(const std::string& path, DiskUse use, std::uint64_t memory) {
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error == std::errc::no_such_file_or_directory) return std::nullopt;
@@ -115,11 +120,25 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (error || !file)
     throw Error({path}, "the checkpoint cannot be read", "Give --resume a file that can be read and written.");
+  // The film takes as much beside it.
+  const std::unique_ptr<DiskMemory> disk = DiskMemory::for_arrays(use, 2 * size, memory);
+  const DiskMemory::Scope scope(disk.get());
   Reader reader(file, size);
   Checkpoint out;
   if (!parse(reader, out))
     throw Error({path}, "this is not a whole checkpoint of this program",
                 "Remove the file, or leave --resume out, to start again.");
+  return out;
+}
+
+std::optional<Checkpoint> read_key_of_checkpoint(const std::string& path) {
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(path, error);
+  if (error) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  Reader reader(file, size);
+  Checkpoint out;
+  if (!parse_begin(reader, out)) return std::nullopt;
   return out;
 }
 

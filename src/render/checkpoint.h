@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/disk_memory.h"
 #include "core/rgb.h"
 
 namespace glowworm {
@@ -26,6 +27,12 @@ struct Checkpoint {
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
 
 /// Reads a checkpoint; nothing if there is no such file. Throws Error if the file is not a complete checkpoint.
-std::optional<Checkpoint> read_checkpoint(const std::string& path);
+/// @param use    whether its arrays may lie on disk, as those of the film
+/// @param memory bytes of the render
+std::optional<Checkpoint> read_checkpoint(const std::string& path, DiskUse use = DiskUse::never,
+                                          std::uint64_t memory = 0);
+
+/// The key and the passes of a checkpoint, without its film; nothing if the file cannot be read.
+std::optional<Checkpoint> read_key_of_checkpoint(const std::string& path);
 
 }  // namespace glowworm

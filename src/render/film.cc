@@ -248,6 +248,8 @@ int Film::first_row_to_do(const CameraTask& task) const {
 
 std::uint32_t Film::whole_passes() const { return *std::min_element(count_.begin(), count_.end()); }
 
+std::uint32_t Film::most_samples() const { return *std::max_element(count_.begin(), count_.end()); }
+
 double Film::mean_samples() const {
   std::uint64_t sum = 0;
   for (const std::uint32_t count : count_) sum += count;

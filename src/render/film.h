@@ -80,6 +80,8 @@ class Film {
   bool is_of(const CameraTask& task) const;
   /// Number of samples that every pixel has.
   std::uint32_t whole_passes() const;
+  /// Number of samples of the pixel that has the most.
+  std::uint32_t most_samples() const;
   /// Mean number of samples of a pixel.
   double mean_samples() const;
   /// Whether all pixels have the same number of samples.

@@ -116,7 +116,7 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));
-  if (resume) this->resume(*resume);
+  if (resume && !helps(ranks_)) this->resume(*resume);
   made_->maps.reserve_in(&array_budget());
   if (!settings_.share.empty() && settings_.integrator != Integrator::path)
     shared_ = std::make_unique<ShareFolder>(settings_.share, key_text(key_of_photons(key())));
@@ -134,8 +134,9 @@ Job::~Job() {
 }
 
 void Job::wait() {
+  const std::lock_guard lock(join_mutex_);
   if (thread_.joinable()) thread_.join();
-  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  if (failure_) std::rethrow_exception(failure_);
 }
 
 double Job::seconds() const {
@@ -192,7 +193,7 @@ void Job::resume(const Checkpoint& checkpoint) {
   check_same_render(key(), parse_key(checkpoint.key), "the checkpoint");
   if (!film_.restore(checkpoint.film) || film_.whole_passes() != checkpoint.passes)
     throw Error("the checkpoint holds sums that no render can give", "Remove the file to start again.");
-  if (!settings_.part.is_all() && checkpoint.passes > settings_.sample_range().count())
+  if (!settings_.part.is_all() && film_.most_samples() > settings_.sample_range().count())
     throw Error("the checkpoint holds samples beyond those of the part",
                 "Give the same --part again, or remove the file to start again.");
   if (!checkpoint.round.empty() && !is_round_of(settings_.bounds, checkpoint.round))
@@ -261,6 +262,7 @@ bool Job::knows_noise() const {
 
 bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_)) || !knows_noise()) return false;
+  const DiskMemory::Scope scope(disk_.get());
   if (relative_error(shown_picture(film_, settings_)) > noise_of_samples()) return false;
   ending_ = Ending::noise_reached;
   return true;
@@ -330,6 +332,7 @@ void Job::render_passes() {
 }
 
 SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
+  const DiskMemory::Scope scope(disk_.get());
   const double target = noise_of_samples(), start = seconds();
   const std::uint32_t most = settings_.sample_range().count();
   // A choice pays only if samples follow.
@@ -366,9 +369,12 @@ void Job::render_rounds() {
     }
     prepare(passes_);
     std::vector<CameraTask> tasks = tasks_of_round(film_, round_);
-    const std::uint32_t most_at_once = kSharedSlots / (CameraTask::kBlock * CameraTask::kBlock);
-    if (!(crew_ ? share_tasks(tasks, most_at_once, share) : render_tasks(std::move(tasks), share))) return;
+    const std::uint32_t most_at_once =
+        std::min(kSharedSlots / (CameraTask::kBlock * CameraTask::kBlock), most_shared_samples(settings_));
+    const bool whole = crew_ ? share_tasks(tasks, most_at_once, share) : render_tasks(std::move(tasks), share);
     const std::lock_guard lock(film_mutex_);
+    passes_ = film_.whole_passes();
+    if (!whole) return;
     round_.clear();
   }
 }
@@ -423,7 +429,8 @@ void Job::add_samples(Film& film, CameraTasks places, const TaskResult& result) 
 void Job::put(CameraTasks places, const TaskResult& result) {
   ++tasks_;
   const std::lock_guard lock(film_mutex_);
-  if (film_.has(places.front())) return;  // Two ranks have computed it.
+  // Two ranks may have computed them.
+  if (std::all_of(places.begin(), places.end(), [&](const CameraTask& place) { return film_.has(place); })) return;
   add_samples(film_, places, result);
 }
 

@@ -67,7 +67,8 @@ struct JobTime {
 class Job {
  public:
   /// Starts the render. @param asked is resolved first; throws its errors here, later ones from wait().
-  /// @param resume continues from this film; throws Error if the checkpoint belongs to another render
+  /// @param resume continues from this film; throws Error if the checkpoint belongs to another render. Ranks other
+  /// than 0 need its key alone.
   /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
   /// settings' size is that of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
@@ -83,7 +84,7 @@ class Job {
   /// Stops the render after the task under way, or at once during photon tracing.
   /// Safe in signal handlers.
   void cancel() { interrupt_.request(); }
-  /// Waits for the end; throws the render's error.
+  /// Waits for the end; throws the render's error, at every call. Several threads may wait.
   void wait();
   /// True once the render has ended, for any reason.
   bool done() const { return done_; }
@@ -265,6 +266,7 @@ class Job {
   std::shared_ptr<Ranks> ranks_;
   std::unique_ptr<Crew> crew_;  // of rank 0
   std::exception_ptr failure_;
+  std::mutex join_mutex_;
   std::thread thread_;
 };
 

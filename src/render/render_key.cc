@@ -166,6 +166,8 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
     settings.push_back(fmt::format("{} is {} there and {} here", shown(part.name), value, part.value));
     if (const std::string text = remedy_for(part.name, value, part.value); !text.empty()) remedy.push_back(text);
   }
+  // A bake has points, a picture has none.
+  if (value_of(own, kPoints) == kUnknown && value_of(other, kPoints) != kUnknown) parts.emplace_back(kPoints);
   if (!parts.empty())
     throw Error(fmt::format("{} is of another scene: its {} differ", kept, fmt::join(parts, ", ")),
                 "Give the scene as it was, with the same --camera, --view and --light, or remove the file to start "

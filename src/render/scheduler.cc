@@ -165,14 +165,17 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   return schedule;
 }
 
+std::uint32_t most_shared_samples(const RenderSettings& settings) {
+  const PlaceLayers places = settings.place_layers();
+  return places.objects || places.materials ? std::uint32_t{Film::kMaxIds} : Film::kMaxSamples;
+}
+
 SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes) {
   // Smaller tiles make engines slow while tasks have few samples.
   constexpr std::uint64_t kTilesEach = 8, kSmallTile = 1u << 12;
   SharedTasks out{schedule, 1};
-  const PlaceLayers places = settings.place_layers();
-  std::uint64_t most = settings.progressive ? 1 : std::max(settings.sample_range().count() / 4, 1u);
-  // Films of so many samples hold all ids.
-  if (places.objects || places.materials) most = std::min<std::uint64_t>(most, Film::kMaxIds);
+  const std::uint64_t most = std::min(settings.progressive ? 1u : std::max(settings.sample_range().count() / 4, 1u),
+                                      most_shared_samples(settings));
   // All ranks have a task under way when a time limit ends the render.
   const std::uint64_t useful =
       settings.time_limit_s > 0 ? std::max(schedule.slots_at_once / 8, kMinTimedSlots) : schedule.slots_at_once;

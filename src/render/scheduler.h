@@ -47,6 +47,11 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room);
 /// Camera samples of a task of a render by several processes, for each thread.
 inline constexpr std::uint32_t kSharedSlots = 1u << 15;
 
+/// Most camera samples of a pixel in a task whose film another process sends: with layers of objects or materials, as
+/// many as the film has room for their ids.
+/// @param settings resolved
+std::uint32_t most_shared_samples(const RenderSettings& settings);
+
 /// Division of a render by several processes: tasks of about a second, several for each process. The processes send
 /// sums of the samples of a task, so tiles are small and have many samples.
 struct SharedTasks {

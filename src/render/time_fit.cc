@@ -41,7 +41,7 @@ AutomaticNumbers automatic_numbers(const RenderSettings& asked) {
 }
 
 RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept) {
-  const bool by_time = asked.time_limit_s > 0, by_noise = asked.noise_target > 0;
+  const bool by_time = asked.time_limit_s > 0;
   const AutomaticNumbers automatic = automatic_numbers(asked);
   const auto find = [&](const char* name) {
     return std::find_if(kept.begin(), kept.end(), [&](const KeyPart& part) { return part.name == name; });
@@ -50,10 +50,9 @@ RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept) {
   const bool has_target = target != kept.end() && target->value != kNoPhotonTarget;
   for (const Option& option : render_options()) {
     const std::string name = option.name;
-    const bool taken = name == kPhotonTarget ? automatic.photons && has_target
-                       : name == "--photons" || name == "--traced"
-                           ? automatic.photons && !has_target && (by_time || by_noise)
-                       : name == "--gather" ? automatic.gather && by_time
+    const bool taken = name == kPhotonTarget                       ? automatic.photons && has_target
+                       : name == "--photons" || name == "--traced" ? automatic.photons
+                       : name == "--gather"                        ? automatic.gather && by_time
                                             : automatic.light_samples && by_time && name == "light samples";
     const auto part = find(option.name);
     if (taken && part != kept.end()) option.parse(asked, part->value);

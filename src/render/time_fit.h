@@ -14,8 +14,8 @@ struct AutomaticNumbers {
 };
 AutomaticNumbers automatic_numbers(const RenderSettings& asked);
 
-/// The settings with the automatic numbers of the checkpoint where they depend on a limit of time or noise: a render
-/// that continues repeats the photons that its samples saw.
+/// The settings with the automatic numbers of the checkpoint where they depend on the number of samples, or on a limit
+/// of time or noise: a render that continues repeats the photons that its samples saw.
 /// @param kept the checkpoint's key
 RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept);
 

@@ -69,6 +69,24 @@ TEST_F(SlowMemoryTest, FilmAndPhotonsThatDoNotFitGoToDisk) {
     EXPECT_TRUE(images[0].channels()[i].samples == images[1].channels()[i].samples) << images[0].channels()[i].name;
 }
 
+TEST_F(SlowMemoryTest, CheckpointAndFilterGoToDiskWithTheFilm) {
+  const auto memory_of = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"render", "builtin:cornell", "--size", "800x500", "--gather", "1",     "--memory",
+                                    "64M",    "--photons",       "50k",    "-q",      "-o",       "a.exr", "--stats",
+                                    "s.json", "--resume=c"};
+    all.insert(all.end(), more.begin(), more.end());
+    const Outcome outcome = run(all);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return read_json("s.json")["memory_bytes"];
+  };
+  const nlohmann::json begun = memory_of({"--samples", "1"});
+  const nlohmann::json continued = memory_of({"--samples", "5", "--noise", "0.001"});
+  for (const nlohmann::json& bytes : {begun, continued})
+    EXPECT_LE(bytes["peak_beside_scene"], bytes["budget"]) << bytes;
+  // What the process holds when the render starts; the checkpoint takes 150 MB.
+  EXPECT_LT(continued["scene"].get<double>(), begun["scene"].get<double>() + 64e6);
+}
+
 TEST_F(SlowMemoryTest, TooSmallABudgetIsReported) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "4M", "--size", "256x256"}), {"memory", "--memory"}));
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "64M", "--photons", "1M", "--disk", "never"}),

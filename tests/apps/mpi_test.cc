@@ -2,6 +2,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <thread>
@@ -103,6 +104,18 @@ TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {
   EXPECT_LT(read_checkpoint(path("a.checkpoint"))->passes, 300u);
   ASSERT_EQ(run_ranks(2, {"--samples", samples, "-o", "a.exr", "--resume=a.checkpoint"}).status, 0);
   ASSERT_EQ(run(arguments({"--samples", samples, "-o", "alone.exr"})).status, 0);
+  expect_same_pixels("a.exr", "alone.exr");
+}
+
+TEST_F(SlowMpiTest, RanksContinueWithTheNumbersOfACheckpoint) {
+  ASSERT_EQ(run(arguments({"--samples", "4", "-o", "alone.exr"})).status, 0);
+  ASSERT_EQ(run(arguments({"--samples", "2", "-o", "a.exr", "--resume"})).status, 0);
+  // By default there are more gather rays.
+  std::vector<std::string> more = arguments({"--samples", "4", "--time", "10m", "-o", "a.exr", "--resume"});
+  const auto gather = std::find(more.begin(), more.end(), "--gather");
+  more.erase(gather, gather + 2);
+  const Outcome outcome = run(more, by_ranks(2, more));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
   expect_same_pixels("a.exr", "alone.exr");
 }
 

@@ -287,6 +287,19 @@ TEST_F(SlowWindowTest, SurvivesResizeMinimiseLostContextAndDrops) {
   EXPECT_LT(difference(path("ring.png"), path("ring/00007.png")), 0.02);
 }
 
+TEST_F(SlowWindowTest, WritesScreenshotsByTheirEndings) {
+  const auto shown = [&](const std::string& name) {
+    write("script.json", R"({"size": [64, 64], "moves": [{"at": 1, "screenshot": ")" + name + R"("}]})");
+    return run(view({"--script", "script.json", "--frames", "3"}));
+  };
+  const Outcome written = shown("a.exr");
+  EXPECT_EQ(written.status, 0) << written.err;
+  EXPECT_TRUE(read(path("a.exr")).starts_with("\x76\x2f\x31\x01"));
+  const Outcome failed = shown("none/a.png");
+  EXPECT_EQ(failed.status, 1);
+  EXPECT_THAT(failed.err, HasSubstr("none/a.png"));
+}
+
 TEST_F(SlowWindowTest, EndsWithoutASceneAndWithoutAServer) {
   const Outcome outcome = run({"view", "none.gltf", "--frames", "3"});
   EXPECT_EQ(outcome.status, 1);

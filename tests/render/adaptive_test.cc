@@ -128,6 +128,17 @@ TEST(AdaptiveRender, NeedsFewerSamplesForTheSameError) {
   EXPECT_LT(film.mean_samples(), 0.9 * even.mean_samples());
 }
 
+TEST(AdaptiveRender, CountsThePassesOfRounds) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = adaptive_render(16, 0.001);
+  settings.samples = 2 * kEvenSamples;
+  Job job(stage.scene, stage.tracer, settings);
+  job.wait();
+  EXPECT_EQ(job.ending(), Ending::samples_done);
+  EXPECT_EQ(job.film().whole_passes(), settings.samples);
+  EXPECT_EQ(job.passes(), settings.samples);
+}
+
 TEST(AdaptiveRender, GivesTheSameBitsForAnyThreadsAndMemoryAndAfterInterruptions) {
   const Stage stage(builtin_scene("cornell"));
   RenderSettings settings = adaptive_render(48, 0.06);

@@ -73,6 +73,31 @@ TEST_F(CheckpointTest, ResumingWithOtherMemoryAndThreadsGivesTheSameBits) {
   EXPECT_EQ(resumed.snapshot().save(), whole.snapshot().save());
 }
 
+/// As after adaptive sampling. With a limited time, tasks are cut, so that some pieces have their samples already.
+TEST_F(CheckpointTest, UnevenSamplesAreContinuedInALimitedTime) {
+  RenderSettings settings = small_render(1, false);
+  settings.width = 320;
+  settings.height = 32;
+  Job one(scene, tracer, settings);
+  one.wait();
+  settings.samples = 2;
+  Job two(scene, tracer, settings);
+  two.wait();
+  Film film = one.film().like(one.film().bounds());
+  film.add({256, 0, 320, 16}, two.film());
+  film.add({0, 0, 320, 32}, one.film());
+  EXPECT_EQ(film.most_samples(), 2u);
+  const Checkpoint checkpoint{key_text(one.key()), 1, film.save(), {}};
+  settings.samples = 3;
+  Job whole(scene, tracer, settings);
+  whole.wait();
+  settings.time_limit_s = 1000;
+  Job resumed(scene, tracer, settings, &checkpoint);
+  resumed.wait();
+  EXPECT_EQ(resumed.passes(), 3u);
+  EXPECT_TRUE(resumed.film().save() == whole.film().save());
+}
+
 /// What the error says that going on from the checkpoint is; fails where there is none.
 std::string refusal(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer,
                     const RenderSettings& settings, const Checkpoint& checkpoint) {
@@ -122,6 +147,12 @@ TEST_F(CheckpointTest, OtherScenesAreRejectedWithTheDifference) {
   refused([](SceneDescription& d) { d.geometry.positions.front().x += 1e-6f; }, "its geometry");
   refused([](SceneDescription& d) { d.emissions.front().radiance.value *= 2; }, "its lights");
   refused([](SceneDescription& d) { d.cameras.front().half_extent *= 1.01f; }, "its camera");
+  // A bake.
+  Checkpoint of_points = checkpoint;
+  RenderKey key = parse_key(checkpoint.key);
+  key.push_back({"points", "0"});
+  of_points.key = key_text(key);
+  EXPECT_NE(refusal(scene, tracer, small_render(2, false), of_points).find("its points differ"), std::string::npos);
   // The same scene under another name is the same scene.
   SceneDescription renamed = builtin_scene("cornell");
   renamed.name = "box";
@@ -179,7 +210,12 @@ TEST_F(CheckpointTest, DamagedFilesAreRefusedAndMissingOnesAreNone) {
   begun.wait();
   const std::string path = temporary_path("damaged");
   EXPECT_FALSE(read_checkpoint(path));
+  EXPECT_FALSE(read_key_of_checkpoint(path));
   write_checkpoint(path, begun.checkpoint());
+  const auto key_alone = read_key_of_checkpoint(path);
+  ASSERT_TRUE(key_alone);
+  EXPECT_EQ(key_alone->key, begun.checkpoint().key);
+  EXPECT_TRUE(key_alone->film.empty());
   const auto size = std::filesystem::file_size(path);
   for (const std::uintmax_t cut : {size - 1, size / 2, std::uintmax_t{12}, std::uintmax_t{0}}) {
     write_checkpoint(path, begun.checkpoint());

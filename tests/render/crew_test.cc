@@ -78,8 +78,12 @@ std::unique_ptr<Job> job_of(const Stage& stage, const RenderSettings& settings, 
 Film render(const Stage& stage, const RenderSettings& settings, int count, const Checkpoint* resume = nullptr) {
   const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(count);
   std::vector<std::unique_ptr<Job>> jobs;
+  // Only rank 0 has the film.
+  Checkpoint key_alone;
+  if (resume) key_alone.key = resume->key;
+  const Checkpoint* const of_others = resume ? &key_alone : nullptr;
   for (int rank = 0; rank < count; ++rank)
-    jobs.push_back(job_of(stage, settings, ranks[static_cast<std::size_t>(rank)], rank == 0 ? resume : nullptr));
+    jobs.push_back(job_of(stage, settings, ranks[static_cast<std::size_t>(rank)], rank == 0 ? resume : of_others));
   jobs.front()->wait();
   EXPECT_TRUE(jobs.front()->crew()->dismiss(60));
   EXPECT_THAT(jobs.front()->crew()->failures(), testing::IsEmpty());
@@ -127,6 +131,35 @@ TEST(SharedRender, GoesOnFromACheckpoint) {
   EXPECT_TRUE(first->crew()->dismiss(60));
   const Checkpoint checkpoint = first->checkpoint();
   EXPECT_TRUE(render(stage, settings, 3, &checkpoint).save() == stage.render(settings).save());
+}
+
+TEST(SharedRender, GoesOnWithTheNumbersOfACheckpoint) {
+  const Stage stage(builtin_scene("cornell"));
+  RenderSettings settings = small_picture();
+  settings.samples = 2;
+  Job begun(stage.scene, stage.tracer, settings);
+  begun.wait();
+  const Checkpoint checkpoint = begun.checkpoint();
+  settings.samples = 5;
+  const std::vector<std::uint32_t> whole = stage.render(settings).save();
+  // By default there are more gather rays.
+  settings.gather = 0;
+  settings.time_limit_s = 1000;
+  EXPECT_TRUE(render(stage, settings, 3, &checkpoint).save() == whole);
+}
+
+/// Pixels see more objects than the film of a task has room for.
+TEST(SharedRender, RoundsCountTheSamplesOfManyObjects) {
+  SceneDescription description = builtin_scene("atrium");
+  std::vector<ObjectStart>& objects = description.geometry.objects;
+  objects.clear();
+  while (objects.size() < description.geometry.triangle_count())
+    objects.push_back({static_cast<std::uint32_t>(objects.size()), ""});
+  const Stage stage(std::move(description));
+  RenderSettings settings = by_photons(48, 32, 4, 1000, "auto");
+  settings.noise_target = 1e-3;
+  settings.aovs = {"object-id"};
+  EXPECT_TRUE(render(stage, settings, 3).save() == stage.render(settings).save());
 }
 
 /// As after a kill where tiles were others.

@@ -182,6 +182,13 @@ TEST_F(PartTest, APartContinuesFromItsOwnCheckpointAlone) {
   settings.part = {3, 6};
   const Checkpoint whole = resumed.checkpoint();
   EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &whole); }), HasSubstr("beyond"));
+  // Some pixels are enough.
+  Film film = stage.render(settings);
+  film.take_rows(resumed.film().rows(0, 3));
+  Checkpoint uneven = whole;
+  uneven.passes = 1;
+  uneven.film = film.save();
+  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &uneven); }), HasSubstr("beyond"));
 }
 
 TEST_F(PartTest, PartsOfOtherRendersAreRefusedByName) {

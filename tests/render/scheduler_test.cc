@@ -205,6 +205,18 @@ TEST(Scheduler, PartsOfFewSamplesHaveSmallerPortions) {
   EXPECT_EQ(make_schedule(settings, room).queries_at_once, whole);
 }
 
+/// A film has room for so many ids.
+TEST(Scheduler, FilmsThatProcessesSendHoldAllIds) {
+  RenderSettings settings = settings_for(1280, 720, 1000, 25);
+  const Schedule schedule = make_schedule(settings, std::uint64_t{1} << 30);
+  EXPECT_GT(shared_tasks(schedule, settings, 2).samples_at_once, Film::kMaxIds);
+  for (const char* layer : {"object-id", "material-id", "cryptomatte"}) {
+    settings.aovs = {layer};
+    EXPECT_EQ(most_shared_samples(settings), Film::kMaxIds) << layer;
+    EXPECT_LE(shared_tasks(schedule, settings, 2).samples_at_once, Film::kMaxIds) << layer;
+  }
+}
+
 TEST(Scheduler, TasksByDiskLeaveRoomForTheCache) {
   for (const std::uint64_t room : {std::uint64_t{30} << 20, std::uint64_t{70} << 20, std::uint64_t{2} << 30}) {
     RenderSettings settings = settings_for(1000, 800, 16, 100);

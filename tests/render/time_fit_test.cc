@@ -109,6 +109,21 @@ TEST(TimeFit, ARenderIsThatOfItsStatedNumbers) {
   EXPECT_EQ(more.settings().light_samples, fitted.light_samples);
 }
 
+TEST(TimeFit, RendersThatContinueWithMoreSamplesKeepTheirPhotons) {
+  RenderSettings asked;
+  asked.width = 1280;
+  asked.height = 720;
+  asked.samples = 2;
+  const RenderSettings first = resolve(asked, cornell());
+  const RenderKey kept = render_key(cornell(), first, nullptr);
+  asked.samples = 4;
+  EXPECT_NE(resolve(asked, cornell()).photons, first.photons);
+  const RenderSettings s = resolve(with_numbers_of(asked, kept), cornell());
+  EXPECT_EQ(s.photons, first.photons);
+  EXPECT_EQ(s.photons_traced, first.photons_traced);
+  EXPECT_NO_THROW(check_same_render(render_key(cornell(), s, nullptr), kept, "the checkpoint"));
+}
+
 TEST(TimeFit, RendersThatContinueKeepTheErrorForWhichPhotonsWereChosen) {
   RenderSettings first;
   first.noise_target = 0.1;
