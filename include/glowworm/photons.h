@@ -35,7 +35,9 @@ class Photons {
 
 /// Which photons to trace.
 struct PhotonOptions {
-  std::uint64_t photons = 500'000;  ///< the least number to store, if the lights reach surfaces
+  /// The least number to store. Tracing ends without it after 200 light paths for each, or after one for each if no
+  /// photon is stored by then.
+  std::uint64_t photons = 500'000;
   std::uint32_t seed = 0;
   /// Only photons with at least one bounce and only sharp ones. To pass straight through a pane is not a bounce.
   bool caustic = false;

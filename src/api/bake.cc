@@ -29,7 +29,7 @@ RenderSettings bake_settings(const BakeOptions& options) {
   o.aovs.clear();
   RenderSettings s = settings_of(o);
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  s.indirect_only = name_index("light", options.light, {"all", "indirect"}) == 1;
+  if (name_index("light", options.light, {"all", "indirect"}) == 1) s.indirect_only = true;
   return s;
 }
 

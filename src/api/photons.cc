@@ -60,6 +60,7 @@ Photons trace_photons(const Scene& scene, const PhotonOptions& options) {
   PhotonPassSettings settings;
   settings.photons = options.photons;
   settings.seed = options.seed;
+  settings.only_caustic = options.caustic;
   Statistics statistics;
   const MaybeInterrupted scope(options.interrupt);
   PhotonPass pass = glowworm::trace_photons(*scene.implementation().tracer, settings, statistics);

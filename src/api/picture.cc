@@ -26,7 +26,8 @@ ChannelName split(const std::string& channel) {
 }
 
 std::string join(const std::string& layer, char letter) {
-  return layer == kImageLayer || layer == kAlphaLayer ? std::string(1, letter) : layer + "." + letter;
+  const bool is_beauty = layer == kImageLayer || (layer == kAlphaLayer && letter == 'A');
+  return is_beauty ? std::string(1, letter) : layer + "." + letter;
 }
 
 void check_size(const Picture& picture, const Picture::Layer& layer) {
@@ -47,7 +48,9 @@ Image image_of(const Picture& picture, const std::string& name) {
   only.width = picture.width;
   only.height = picture.height;
   only.layers.push_back(layer);
-  return layer_of(inner(only), name == kImageLayer ? "" : name);
+  // The channels of the image and of alpha are not named after their layer.
+  only.layers.back().name = "layer";
+  return layer_of(inner(only), "layer");
 }
 
 }  // namespace

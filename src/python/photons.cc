@@ -60,7 +60,8 @@ void bind_photon_arrays(py::module_& module) {
       },
       py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("caustic") = false,
       "Traces photons from all lights. photons: the least number to store. caustic: only photons with at least one\n"
-      "bounce and only sharp bounces. Ctrl-C stops it.");
+      "bounce and only sharp bounces. Tracing ends without that number after 200 light paths for each photon, or\n"
+      "after one for each if none is stored by then, such as in a scene without caustics. Ctrl-C stops it.");
 }
 
 void bind_photon_map(py::module_& module) {

@@ -2,10 +2,14 @@
 #include "glowworm/picture.h"
 
 #include <pybind11/stl.h>
+#include <strings.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "python/arrays.h"
 #include "python/bindings.h"
@@ -15,6 +19,11 @@ namespace glowworm::python {
 namespace {
 
 using api::Picture;
+
+bool contains(const Picture& picture, const std::string& name) {
+  return std::any_of(picture.layers.begin(), picture.layers.end(),
+                     [&](const auto& layer) { return layer.name == name; });
+}
 
 /// A layer as an array that keeps the picture alive: (height, width, channels), or (height, width) of one channel.
 py::array layer_array(const py::object& self, const std::string& name) {
@@ -36,9 +45,18 @@ py::array layer_array(const py::object& self, const std::string& name) {
 /// Letters of the channels of a layer of so many.
 std::string letters(py::ssize_t channels, const std::string& name) {
   static const char* const known[] = {"Z", "UV", "RGB", "RGBA"};
+  if (channels == 1 && name == "alpha") return "A";
   if (channels < 1 || channels > 4)
     throw py::value_error("layer '" + name + "' has " + std::to_string(channels) + " channels; expected 1 to 4");
   return known[channels - 1];
+}
+
+/// A grey image as red, green and blue.
+std::vector<float> rgb_of(const std::vector<float>& grey) {
+  std::vector<float> out;
+  out.reserve(3 * grey.size());
+  for (const float value : grey) out.insert(out.end(), {value, value, value});
+  return out;
 }
 
 std::shared_ptr<Picture> picture_of(const py::dict& layers) {
@@ -54,8 +72,13 @@ std::shared_ptr<Picture> picture_of(const py::dict& layers) {
       throw py::value_error("layer '" + name + "' has another size than the others");
     out->height = height;
     out->width = width;
-    out->layers.push_back(
-        {name, letters(array.ndim() == 3 ? array.shape(2) : 1, name), {array.data(), array.data() + array.size()}});
+    const py::ssize_t channels = array.ndim() == 3 ? array.shape(2) : 1;
+    Picture::Layer layer{name, letters(channels, name), {array.data(), array.data() + array.size()}};
+    if (channels == 1 && name == api::kImageLayer) {
+      layer.channels = "RGB";
+      layer.samples = rgb_of(layer.samples);
+    }
+    out->layers.push_back(std::move(layer));
   }
   if (out->layers.empty()) throw py::value_error("a picture needs a layer");
   return out;
@@ -84,7 +107,8 @@ py::bytes png(const Picture& picture, const std::string& layer, std::optional<fl
   std::string bytes;
   {
     const py::gil_scoped_release release;
-    bytes = api::png_of(picture, layer, exposure ? *exposure : api::automatic_exposure(picture));
+    const bool chooses = !exposure && contains(picture, api::kImageLayer);
+    bytes = api::png_of(picture, layer, chooses ? api::automatic_exposure(picture) : exposure.value_or(0));
   }
   return bytes;
 }
@@ -100,14 +124,17 @@ void bind_picture(py::module_& module) {
       "memory and keep it alive.",
       py::dynamic_attr())
       .def(py::init(&picture_of), py::arg("layers"),
-           "Copies arrays of shape (height, width) or (height, width, channels), by name.")
+           "Copies arrays of shape (height, width) or (height, width, channels), by name. A grey image becomes one\n"
+           "of equal red, green and blue.")
       .def_static(
           "read", [](const std::string& path) { return std::make_shared<Picture>(api::read_picture(path)); },
           py::arg("path"), release, "Reads any image file that the command line reads.")
       .def(
           "write",
           [](const Picture& self, const std::string& path, std::optional<float> exposure) {
-            const bool chooses = !exposure && path.ends_with(".png");
+            // The case of the ending does not matter to the writer, either.
+            const bool is_png = path.size() >= 4 && strcasecmp(path.c_str() + path.size() - 4, ".png") == 0;
+            const bool chooses = !exposure && is_png;
             api::write_picture(path, self, chooses ? api::automatic_exposure(self) : exposure.value_or(0));
           },
           py::arg("path"), py::arg("exposure") = py::none(), release,
@@ -131,19 +158,17 @@ void bind_picture(py::module_& module) {
           "channels", [](const Picture& self, const std::string& name) { return self.layer(name).channels; },
           py::arg("layer") = api::kImageLayer, "Letters of the channels of a layer: 'RGB', 'XYZ', 'Z'.")
       .def("__getitem__", &layer_array, py::arg("layer"))
-      .def(
-          "__contains__",
-          [](const Picture& self, const std::string& name) {
-            for (const Picture::Layer& layer : self.layers)
-              if (layer.name == name) return true;
-            return false;
-          },
-          py::arg("layer"))
+      .def("__contains__", &contains, py::arg("layer"))
       .def_property_readonly(
           "image", [](const py::object& self) { return layer_array(self, api::kImageLayer); }, "The layer 'image'.")
       .def("png", &png, py::arg("layer") = api::kImageLayer, py::arg("exposure") = py::none(),
-           "The bytes of a PNG file of a layer, with a filmic tone curve. exposure: stops; None: automatic_exposure.")
-      .def("_repr_png_", [](const Picture& self) { return png(self, api::kImageLayer, std::nullopt); })
+           "The bytes of a PNG file of a layer, with a filmic tone curve. exposure: stops; None: automatic_exposure,\n"
+           "or 0 where there is no image.")
+      .def("_repr_png_",
+           [](const Picture& self) -> py::object {
+             if (!contains(self, api::kImageLayer)) return py::none();
+             return png(self, api::kImageLayer, std::nullopt);
+           })
       .def_property_readonly(
           "statistics", [](const py::object& self) { return py::getattr(self, "_statistics", py::dict()); },
           "Settings, counts and times of the render; the guide lists the keys. Empty for other pictures.")

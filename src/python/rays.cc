@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -28,7 +29,7 @@ struct RayArrays {
       : origins(vectors(o, "origins", Check::later)),
         directions(vectors(d, "directions", origins.shape(0), "origins", Check::later)) {
     if (far.is_none()) return;
-    t_max = floats(far, "t_max");
+    t_max = floats(far, "t_max", Check::later);
     if (t_max.ndim() > 1 || (t_max.ndim() == 1 && t_max.size() != origins.shape(0)))
       throw py::value_error("there are " + std::to_string(t_max.size()) + " values of t_max for " +
                             std::to_string(origins.shape(0)) + " origins; expected one for all, or one for each");
@@ -43,6 +44,9 @@ struct RayArrays {
     } catch (const Error&) {
       check_finite(origins, "origins");
       check_finite(directions, "directions");
+      for (py::ssize_t i = 0; i < t_max.size(); ++i)
+        if (std::isnan(t_max.data()[i]))
+          throw py::value_error("t_max[" + std::to_string(i) + "] is nan; expected numbers");
       throw;
     }
   }
@@ -51,7 +55,7 @@ struct RayArrays {
 constexpr const char* kRays =
     "origins: (n, 3), metres. directions: (n, 3), need not be unit. t_min, t_max: hits count between these, in "
     "lengths\n"
-    "of the direction; t_max is one number or (n,). A ray that leaves a surface needs a small t_min.";
+    "of the direction; t_max is one number or (n,), and may be inf. A ray that leaves a surface needs a small t_min.";
 
 /// Closest hits, in arrays that NumPy has allocated: of a large array it uses huge pages.
 struct RayHits {

@@ -3,10 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <random>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "glowworm/glowworm.h"
 
@@ -144,6 +149,35 @@ TEST(Api, PicturesKeepTheirLayersInFiles) {
   EXPECT_EQ(gw::png_of(picture, "depth").substr(1, 3), "PNG");
   picture.layers[0].samples.pop_back();
   EXPECT_THAT(error_of([&] { gw::write_picture(path, picture); }), HasSubstr("5 samples"));
+}
+
+TEST(Api, LayersOfOneChannelAreComparedAndShown) {
+  gw::Picture picture;
+  picture.width = 2;
+  picture.height = 1;
+  picture.layers = {{gw::kImageLayer, "Y", {1, 2}}, {"alpha", "A", {0.5f, 1}}, {"depth", "Z", {3, 4}}};
+  gw::Picture other = picture;
+  for (gw::Picture::Layer& layer : other.layers) layer.samples[1] += 0.25f;
+  for (const char* layer : {gw::kImageLayer, "alpha", "depth"}) {
+    EXPECT_EQ(gw::compare(picture, other, layer).largest_difference, 0.25) << layer;
+    EXPECT_EQ(gw::png_of(picture, layer).substr(1, 3), "PNG") << layer;
+  }
+}
+
+TEST(Api, EveryWaitThrowsTheErrorOfTheRender) {
+  gw::RenderOptions options;
+  options.width = options.height = 4;
+  options.samples = 1;
+  options.photons = 1'000'000;
+  options.memory = 64'000'000;  // a third of what the photons take
+  gw::Render render(lit_square(), options);
+  std::vector<std::string> errors(4);
+  std::vector<std::thread> threads;
+  for (std::string& error : errors)
+    threads.emplace_back([&render, &error] { error = error_of([&render] { render.wait(); }); });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::string& error : errors) EXPECT_THAT(error, HasSubstr("photon map"));
+  EXPECT_THAT(error_of([&] { render.wait(); }), HasSubstr("photon map"));
 }
 
 TEST(Api, ReportsProgressAndCancelsARender) {
@@ -445,6 +479,42 @@ TEST(Api, PhotonsCarryThePowerThatArrives) {
   const gw::DensityIndex index(photons.arrays(), gw::photon_radii(photons.positions()));
   const std::vector<gw::Vec3> at{{0, 0, 0}}, normal{{0, 0, 1}};
   EXPECT_NEAR(index.sum(at, normal)[0].g, 3, 0.6);
+}
+
+TEST(Api, AsManyCausticPhotonsAreStoredAsAskedFor) {
+  gw::PhotonOptions options;
+  options.photons = 2000;
+  options.caustic = true;
+  const gw::Photons caustic = gw::trace_photons(gw::Scene::load("builtin:glass-sphere"), options);
+  EXPECT_GE(caustic.size(), options.photons);
+  EXPECT_GT(caustic.emitted(), caustic.size());
+  const gw::Photons none = gw::trace_photons(lit_square(), options);
+  EXPECT_EQ(none.size(), 0u);
+  EXPECT_GE(none.emitted(), options.photons);
+}
+
+/// The bytes of a baked scene.
+std::string baked(const gw::Scene& scene, const gw::BakeOptions& options) {
+  const std::string path = testing::TempDir() + "baked.glb";
+  gw::bake(scene, path, options);
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(Api, ABakeOfIndirectLightIsAskedForInTwoWays) {
+  const gw::Scene scene = gw::Scene::load("builtin:cornell");
+  gw::BakeOptions options;
+  options.atlas = 64;
+  options.render.samples = 1;
+  options.render.gather = 4;
+  options.render.photons = 5000;
+  const std::string all = baked(scene, options);
+  options.render.more = {{"indirect-only", ""}};
+  const std::string indirect = baked(scene, options);
+  EXPECT_FALSE(indirect == all);
+  options.render.more.clear();
+  options.light = "indirect";
+  EXPECT_TRUE(indirect == baked(scene, options));
 }
 
 double kernel(gw::Kernel shape, double d) {

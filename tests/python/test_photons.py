@@ -99,6 +99,9 @@ def test_rays_hit_the_square(square):
     assert occluded.dtype == bool and occluded.tolist() == [True, False, False]
     assert not tracer.occluded(origins, directions, t_max=1.4).any()
     assert tracer.occluded(origins, directions, t_max=[1.6, 1, 1]).tolist() == [True, False, False]
+    for infinite in (np.inf, [np.inf] * 3):
+        assert tracer.occluded(origins, directions, t_max=infinite).tolist() == [True, False, False]
+        np.testing.assert_array_equal(tracer.intersect(origins, directions, t_max=infinite).distance, hits.distance)
     assert tracer.intersect(origins, directions, t_min=1.6).triangle[0] == -1
 
 
@@ -144,6 +147,10 @@ def test_wrong_rays_are_refused(square):
         tracer.intersect(np.zeros((1, 3), dtype=bool), [[0, 0, 1]])
     with pytest.raises(ValueError, match="3 values of t_max for 2 origins"):
         tracer.intersect(np.zeros((2, 3)), np.ones((2, 3)), t_max=[1, 2, 3])
+    with pytest.raises(ValueError, match=r"t_max\[1\] is nan"):
+        tracer.intersect(np.zeros((2, 3)), np.ones((2, 3)), t_max=[np.inf, np.nan])
+    with pytest.raises(glowworm.Error, match="ray 0 has no length"):
+        tracer.intersect(np.zeros((1, 3)), np.zeros((1, 3)), t_max=np.inf)
 
 
 def test_ctrl_c_ends_photon_tracing(cornell):

@@ -89,6 +89,11 @@ def test_has_a_keyword_for_every_option():
     assert sorted(names) == sorted(keywords)
 
 
+def test_filter_may_be_a_bool(square):
+    for given, word in ((True, "auto"), (False, "off"), (None, "auto"), ("off", "off")):
+        assert glowworm.render(square, **TINY, filter=given).statistics["settings"]["filter"] == word
+
+
 def test_parts_share_their_photons_through_a_folder(square, tmp_path):
     whole = glowworm.render(square, **TINY, filter="off")
     for _ in range(2):
@@ -211,6 +216,14 @@ def test_a_render_goes_on_in_the_background(square):
     assert render.statistics()["ending"] == "cancelled"
 
 
+def test_every_wait_raises_the_error_of_the_render(square):
+    # The photons take three times the memory.
+    render = glowworm.Render(square, size=(4, 4), samples=1, photons=1_000_000, memory="64M")
+    for _ in range(2):
+        with pytest.raises(glowworm.Error, match="photon map"):
+            render.wait()
+
+
 GROWTH = """
 import gc, glowworm
 
@@ -250,10 +263,37 @@ def test_pictures_are_written_and_read(square, tmp_path):
     read = glowworm.Picture.read(str(tmp_path / "picture.exr"))
     np.testing.assert_allclose(read["normal"], picture["normal"], atol=1e-3)
     assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
+    picture.write(str(tmp_path / "PICTURE.PNG"))
+    assert (tmp_path / "PICTURE.PNG").read_bytes() == (tmp_path / "picture.png").read_bytes()
     with pytest.raises(glowworm.Error, match="picture.bmp"):
         picture.write(str(tmp_path / "picture.bmp"))
     with pytest.raises(glowworm.Error, match="nowhere"):
         glowworm.Picture.read(str(tmp_path / "nowhere.exr"))
+
+
+def test_layers_of_one_channel_are_written_compared_and_shown(square, tmp_path):
+    grey = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]], dtype=np.float32)
+    picture = glowworm.Picture({"image": grey, "alpha": 1 - grey, "depth": 2 * grey})
+    np.testing.assert_array_equal(picture.image, np.stack([grey] * 3, axis=2))
+    assert [picture.channels(name) for name in ("image", "alpha", "depth")] == ["RGB", "A", "Z"]
+    picture.write(str(tmp_path / "grey.exr"))
+    picture.write(str(tmp_path / "grey.png"))
+    read = glowworm.Picture.read(str(tmp_path / "grey.exr"))
+    assert sorted(read.keys()) == ["alpha", "depth", "image"]
+    rendered = glowworm.render(square, **TINY, aov="alpha")
+    assert glowworm.compare(rendered, rendered, layer="alpha")["mse"] == 0
+    assert rendered.png("alpha")[:4] == b"\x89PNG"
+    for layer in picture.keys():
+        assert glowworm.compare(picture, read, layer=layer)["largest_difference"] < 1e-3
+        assert picture.png(layer)[:4] == b"\x89PNG"
+
+
+def test_pictures_without_an_image_are_shown_as_they_are():
+    picture = glowworm.Picture({"depth": np.array([[0.1, 0.5]])})
+    assert picture.png("depth") == picture.png("depth", exposure=0)
+    assert picture._repr_png_() is None
+    with pytest.raises(glowworm.Error, match="'image'"):
+        picture.png()
 
 
 def test_compare_measures_the_difference(square, tmp_path):

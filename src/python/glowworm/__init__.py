@@ -83,6 +83,9 @@ def _options(given: Dict[str, Any]) -> List[Tuple[str, str]]:
     """Keywords as options of the command line; those that are None or False are left out."""
     out = []
     for key, value in given.items():
+        # The only option with a word for yes and no: all others are flags.
+        if key == "filter" and isinstance(value, bool):
+            value = "auto" if value else "off"
         if value is None or value is False:
             continue
         if key == "size" and not isinstance(value, str):
@@ -222,7 +225,7 @@ def render(
     kernel: Optional[str] = None,
     radius: Optional[str] = None,
     reorder: Optional[int] = None,
-    filter: Optional[str] = None,
+    filter: Union[bool, str, None] = None,
     seed: Optional[int] = None,
     light_groups: bool = False,
     indirect_only: bool = False,
@@ -319,7 +322,7 @@ def bake(
     nearest: Optional[int] = None,
     integrator: Optional[str] = None,
     engine: Optional[str] = None,
-    filter: Optional[str] = None,
+    filter: Union[bool, str, None] = None,
     seed: Optional[int] = None,
     time: Union[float, str, None] = None,
     noise: Union[float, str, None] = None,
