@@ -232,6 +232,10 @@ class ExrFile {
     if (tiles.size() != 9) fail("a header lacks the size of tiles");
     part.block = {number_in(tiles, 0), number_in(tiles, 4)};
     if (part.block.width < 1 || part.block.height < 1) fail("it claims tiles without pixels");
+    // OpenEXR allocates whole tiles, however small the picture is.
+    const std::int64_t most = std::max(part.size.width * part.size.height, std::int64_t{1} << 24);
+    if (part.block.width > most / part.block.height)
+      fail(fmt::format("it claims tiles of {} x {} pixels", part.block.width, part.block.height));
     part.level_mode = static_cast<std::uint8_t>(tiles[8]);
     return part;
   }
