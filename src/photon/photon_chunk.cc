@@ -249,7 +249,8 @@ class ChunkTracers::ChunkTracer {
     const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
     const RGB arriving = flux(path) * dispersed * arrived.factor;
     std::uint32_t outcome = 0;
-    if (arrived.factor > 0 && (lobes(bsdf) & kBroad)) {
+    if (arrived.factor > 0 &&
+        ((lobes(bsdf) & kBroad) || is_looked_up(point, scene_.geometry().material[hit.triangle]))) {
       outcome |= kPhotonLeft;
       block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), arriving);
       block_.put_back(i, arrived.back);
@@ -262,6 +263,23 @@ class ChunkTracers::ChunkTracer {
     block_.put_outcome(i, outcome);
     if (s.lobe != kSharp) return 0;
     return s.straight && arrived.back == back ? kNoneBroad : kCaustic;
+  }
+
+  /// Whether photons count on a surface. Estimates reach over all points of a material, also those without a broad
+  /// lobe: their photons are stored where other points may have one.
+  bool is_looked_up(SurfacePoint point, std::uint32_t material) const {
+    const Material& m = scene_.materials()[material];
+    if (m.kind == MaterialKind::mix) return is_looked_up(point, m.mix_a) || is_looked_up(point, m.mix_b);
+    const bool color = m.reflectance.texture != kNone || m.transmittance.texture != kNone;
+    const bool roughness = m.roughness_u.texture != kNone || m.roughness_v.texture != kNone;
+    bool varies = roughness;
+    if (m.kind == MaterialKind::diffuse || m.kind == MaterialKind::coated_diffuse) varies |= color;
+    if (m.kind == MaterialKind::dielectric || m.kind == MaterialKind::thin_dielectric) varies = false;
+    if (m.kind == MaterialKind::metallic_roughness)
+      varies |= m.metallic.texture != kNone || m.transmission.texture != kNone || (color && m.metallic.value < 1);
+    if (varies) return true;
+    point.material = material;
+    return (lobes(resolve_bsdf(scene_, point)) & kBroad) != 0;
   }
 
   /// Continues a path in the sampled direction, or ends it by Russian roulette.
