@@ -33,7 +33,9 @@ async function addLightmaps(gltf) {
   gltf.scene.traverse((object) => {
     const data = object.material?.userData.gltfExtensions?.MOZ_lightmap;
     if (!data) return;
-    work.push(gltf.parser.getDependency("texture", data.index).then((texture) => {
+    work.push(gltf.parser.getDependency("texture", data.index).then((shared) => {
+      // Others may read the parser's texture by other coordinates.
+      const texture = shared.clone();
       texture.channel = data.texCoord;
       texture.colorSpace = THREE.SRGBColorSpace;
       object.material.lightMap = texture;

@@ -20,10 +20,11 @@ async function take(request, response, path) {
 }
 
 createServer(async (request, response) => {
-  const path = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
-  if (request.method === "PUT" && pictures) return take(request, response, path);
-  const file = path.startsWith("/scenes/") ? join(scenes, path.slice(8)) : join(root, path === "/" ? "index.html" : path);
   try {
+    // Throws where the address is not valid, as "/%".
+    const path = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
+    if (request.method === "PUT" && pictures) return await take(request, response, path);
+    const file = path.startsWith("/scenes/") ? join(scenes, path.slice(8)) : join(root, path === "/" ? "index.html" : path);
     const content = await readFile(file);
     response.writeHead(200, { "content-type": types[extname(file)] ?? "application/octet-stream" });
     response.end(content);

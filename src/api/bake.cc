@@ -33,12 +33,12 @@ RenderSettings bake_settings(const BakeOptions& options) {
   return s;
 }
 
-AtlasRequest atlas_of(const BakeOptions& o) {
+AtlasRequest atlas_of(const BakeOptions& o, std::uint64_t memory_bytes) {
   if (o.atlas != 0 && (o.atlas < 16 || o.atlas > kMaxAtlasSide))
     throw Error("atlas is " + std::to_string(o.atlas), "Give from 16 to 16384 texels, or 0.");
   if (!(o.texels_per_metre >= 0 && std::isfinite(o.texels_per_metre)))
     throw Error("texels_per_metre is negative or not finite", "Give a positive number, or 0.");
-  return {o.atlas, o.texels_per_metre};
+  return {o.atlas, o.texels_per_metre, memory_bytes};
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   name_index("format", options.format, {"emissive", "unlit", "lightmap", "vertex"});
   const BakeFormat format = format_of(options.format);
   const RenderSettings settings = bake_settings(options);
-  const AtlasRequest request = atlas_of(options);
+  const AtlasRequest request = atlas_of(options, settings.memory_bytes);
   const Scene::Implementation& inner = scene.implementation();
   const BakeLayout layout = lay_out(inner.scene, inner.tracer, request);
   auto points = std::make_shared<const PointGrid>(texel_points(*inner.scene, *inner.tracer, layout));

@@ -164,7 +164,7 @@ BakePlaces find_places(const BakeOptions& o, const std::shared_ptr<const Scene>&
     out.points = std::make_shared<const PointGrid>(probe_points(out.probes));
     return out;
   }
-  out.layout = lay_out(scene, tracer, {static_cast<int>(o.side), o.texels_per_metre});
+  out.layout = lay_out(scene, tracer, {static_cast<int>(o.side), o.texels_per_metre, o.settings.memory_bytes});
   out.points = std::make_shared<const PointGrid>(texel_points(*scene, *tracer, out.layout));
   return out;
 }

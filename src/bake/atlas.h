@@ -1,6 +1,7 @@
 // Places of charts in atlases.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -11,10 +12,12 @@ namespace glowworm {
 /// Largest side of an atlas, in texels; what all graphics cards of the last ten years can show.
 inline constexpr int kMaxAtlasSide = 16384;
 
-/// Wanted properties of atlases; 0 means automatic.
+/// Wanted properties of atlases; 0 means automatic, except for memory.
 struct AtlasRequest {
   int side = 0;                 ///< of an atlas, texels
   double texels_per_metre = 0;  ///< automatic: what one atlas holds
+  /// For the tables of texels.
+  std::uint64_t memory_bytes = std::numeric_limits<std::uint64_t>::max();
 };
 
 /// Where a chart lies. A point p of the chart (metres) is at texel coordinates origin + scale * p, in which the texel

@@ -1,9 +1,8 @@
 #include "bake/bands.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
+#include "bake/layout.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
@@ -47,12 +46,7 @@ BakeBand band_of(const Checkpoint& checkpoint, const PointGrid& grid, bool filte
 }  // namespace
 
 RenderSettings bake_settings(RenderSettings settings, const PointGrid& points) {
-  const std::uint64_t tables = points.normal.size() * kTexelTableBytes;
-  if (tables >= settings.memory_bytes)
-    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
-                            static_cast<double>(tables) / 1e6, static_cast<double>(settings.memory_bytes) / 1e6),
-                "Give a larger --memory, or a smaller --atlas.");
-  settings.memory_bytes -= tables;
+  settings.memory_bytes -= texel_table_bytes(points.normal.size(), settings.memory_bytes);
   settings.separate_layers = filters(settings);
   return settings;
 }

@@ -22,9 +22,6 @@ struct BakeBand {
   PixelBounds rendered;    ///< these, and as many around them as the filter reads
 };
 
-/// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.
-inline constexpr std::uint64_t kTexelTableBytes = 57 + sizeof(RGB);
-
 /// The settings of the Jobs of a bake, which has the tables of its points beside them. Throws Error where memory is too
 /// small for these.
 RenderSettings bake_settings(RenderSettings settings, const PointGrid& points);

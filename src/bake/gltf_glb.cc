@@ -170,19 +170,32 @@ class GltfWriter {
     return out;
   }
 
+  /// What a node says of its instances.
+  struct Instances {
+    json attributes;
+    json child;  ///< what each of them has in common with the node
+  };
+
+  /// Makes a node one without a mesh, and so without a skin and weights of its own.
+  static Instances take_instances(json& node) {
+    Instances out{node["extensions"][kInstancing].value("attributes", json::object()), json::object()};
+    for (const char* key : {"name", "skin", "weights"})
+      if (node.contains(key)) out.child[key] = node[key];
+    for (const char* key : {"mesh", "skin", "weights"}) node.erase(key);
+    erase_extension(node, kInstancing);
+    return out;
+  }
+
   /// Makes an instance of a node its child.
   void add_instance(int node, int instance, std::size_t mesh) {
     const auto n = static_cast<std::size_t>(node);
-    if (!instancing_.contains(node)) {
-      instancing_[node] = file_.json["nodes"][n]["extensions"][kInstancing].value("attributes", json::object());
-      file_.json["nodes"][n].erase("mesh");
-      erase_extension(file_.json["nodes"][n], kInstancing);
-    }
-    json child = {{"mesh", mesh}};
-    for (const char* key : {"name", "skin", "weights"})
-      if (file_.json["nodes"][n].contains(key)) child[key] = file_.json["nodes"][n][key];
+    const auto [found, is_new] = instancing_.try_emplace(node);
+    const Instances& instances = found->second;
+    if (is_new) found->second = take_instances(file_.json["nodes"][n]);
+    json child = instances.child;
+    child["mesh"] = mesh;
     const auto set = [&](const char* attribute, const char* key, std::size_t components) {
-      const int accessor = index_member(instancing_[node], attribute);
+      const int accessor = index_member(instances.attributes, attribute);
       if (accessor < 0) return;
       const std::vector<float> all = read_floats(document_, accessor, static_cast<int>(components));
       const auto first = all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(instance) * components);
@@ -224,8 +237,10 @@ class GltfWriter {
         add_face(back, corners, part.mirrored, two ? Shown::back : Shown::both, two ? turned : own, groups);
       ++t;
     }
-    auto& first = groups.begin()->second;
-    first.insert(first.end(), dark.begin(), dark.end());
+    // Their entries are those of `own`, but the first layer may be of backs alone.
+    const auto front =
+        std::find_if(groups.begin(), groups.end(), [](const auto& group) { return group.first.second != Shown::back; });
+    if (front != groups.end()) front->second.insert(front->second.end(), dark.begin(), dark.end());
     write_groups(mesh, part, own, turned, groups);
   }
 
@@ -410,12 +425,12 @@ class GltfWriter {
   const BakeNotes& notes_;
   LightWriter light_;
   GlbFile file_;
-  const json meshes_, materials_;      ///< of the source
-  const GltfReferences references_;    ///< in the source
-  std::vector<FaceInChart> faces_[2];  ///< fronts and backs, one a triangle
-  std::set<int> shared_with_dark_;     ///< meshes that nodes without light show
-  std::set<int> taken_;                ///< meshes that show light themselves
-  std::map<int, json> instancing_;     ///< attributes of nodes that had instances
+  const json meshes_, materials_;        ///< of the source
+  const GltfReferences references_;      ///< in the source
+  std::vector<FaceInChart> faces_[2];    ///< fronts and backs, one a triangle
+  std::set<int> shared_with_dark_;       ///< meshes that nodes without light show
+  std::set<int> taken_;                  ///< meshes that show light themselves
+  std::map<int, Instances> instancing_;  ///< of nodes that had them
   std::map<MaterialKey, std::vector<LitPrimitive>> lit_primitives_;
 };
 

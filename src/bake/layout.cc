@@ -181,23 +181,37 @@ std::vector<bool> find_lamps(const std::shared_ptr<const Scene>& scene, const st
   return out;
 }
 
+/// Whether diffuse light comes through a surface.
+bool is_translucent(const Scene& scene, std::uint32_t material) {
+  const Material& m = scene.materials()[material];
+  if (m.kind == MaterialKind::mix) return is_translucent(scene, m.mix_a) || is_translucent(scene, m.mix_b);
+  if (is_black(m.transmittance.value)) return false;
+  return m.kind == MaterialKind::diffuse ||
+         (m.kind == MaterialKind::metallic_roughness && m.diffuse_transmission.value > 0);
+}
+
 /// The fronts of all triangles to bake.
 /// @param lamps for each emission, whether its triangles are lamps
 std::vector<BakeFace> baked_fronts(const Scene& scene, const std::vector<bool>& lamps,
                                    std::vector<std::string>& notes) {
   const Geometry& g = scene.geometry();
   std::vector<BakeFace> out;
-  std::map<std::uint32_t, std::size_t> left;
+  std::map<std::uint32_t, std::size_t> left, translucent;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
     const bool glows = g.emission[t] != kNone;
     if (glows ? lamps[g.emission[t]] : is_dark(scene, g.material[t])) continue;
-    if (is_bakeable(scene, g.material[t]))
-      out.push_back({t, false});
-    else
+    if (!is_bakeable(scene, g.material[t])) {
       ++left[g.material[t]];
+      continue;
+    }
+    out.push_back({t, false});
+    if (is_translucent(scene, g.material[t])) ++translucent[g.material[t]];
   }
   for (const auto& [material, count] : left)
     notes.push_back(fmt::format("material '{}' ({}) is not baked: its appearance depends on the viewpoint",
+                                scene.materials()[material].name, plural(count, "triangle")));
+  for (const auto& [material, count] : translucent)
+    notes.push_back(fmt::format("material '{}' ({}) is baked without the light that comes through it",
                                 scene.materials()[material].name, plural(count, "triangle")));
   return out;
 }
@@ -259,6 +273,15 @@ std::vector<BakeFace> with_sides(const std::shared_ptr<const Scene>& scene, cons
 
 }  // namespace
 
+std::uint64_t texel_table_bytes(std::uint64_t texels, std::uint64_t memory_bytes) {
+  const std::uint64_t tables = texels * kTexelTableBytes;
+  if (tables >= memory_bytes)
+    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
+                            static_cast<double>(tables) / 1e6, static_cast<double>(memory_bytes) / 1e6),
+                "Give a larger --memory, or a smaller --atlas.");
+  return tables;
+}
+
 bool is_bakeable(const Scene& scene, std::uint32_t material) {
   const Material& m = scene.materials()[material];
   const float alpha = std::max(m.roughness_u.value, m.roughness_v.value);
@@ -307,6 +330,8 @@ BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_
     layout.charts.push_back(std::move(chart));
   }
   layout.atlas = pack(layout.charts, request);
+  const auto side = static_cast<std::uint64_t>(layout.atlas.side);
+  texel_table_bytes(side * side * static_cast<std::uint64_t>(layout.atlas.count), request.memory_bytes);
   if (layout.atlas.shrunk > 0)
     layout.notes.push_back(fmt::format("{} larger than an atlas, with fewer texels per metre: give a larger --atlas",
                                        plural(layout.atlas.shrunk, "chart")));

@@ -1,5 +1,6 @@
 // The baked surfaces of a scene, and the positions of their texels.
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,12 @@ struct BakeLayout {
   std::vector<std::string> notes;  ///< surfaces that are not baked or have new charts, with reasons; one line each
 };
 
+/// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.
+inline constexpr std::uint64_t kTexelTableBytes = 57 + sizeof(RGB);
+
+/// The bytes of the tables of so many texels. Throws Error where memory is too small for them.
+std::uint64_t texel_table_bytes(std::uint64_t texels, std::uint64_t memory_bytes);
+
 /// Whether light on a material looks the same from everywhere, so that a texture can show it: no glass, no mirror.
 bool is_bakeable(const Scene& scene, std::uint32_t material);
 
@@ -27,7 +34,7 @@ bool is_inside_solid(const Scene& scene, const Tracer& tracer, Vec3 position);
 
 /// Chooses the faces to bake and lays them out: all but those of glass, mirrors, and lamps whose own light is all that
 /// shows. Where light arrives on the backs of a surface that is seen from both sides, its backs are baked, too. Throws
-/// Error if nothing is left, or if an atlas is too small.
+/// Error if nothing is left, if an atlas is too small, or if the tables of all texels exceed the memory.
 BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
                    const AtlasRequest& request);
 

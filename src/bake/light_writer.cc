@@ -15,6 +15,19 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kStrength = "KHR_materials_emissive_strength";
+constexpr const char* kUnlit = "KHR_materials_unlit";
+constexpr const char* kGlossiness = "KHR_materials_pbrSpecularGlossiness";
+
+/// Makes the diffuse colour of KHR_materials_pbrSpecularGlossiness, which has the alpha, the base colour. It takes the
+/// place of another one, which is for viewers without that extension.
+void diffuse_to_base(json& material) {
+  const json& extensions = material["extensions"];
+  const auto found = extensions.find(kGlossiness);
+  if (found == extensions.end() || !found->is_object()) return;
+  json pbr = {{"baseColorFactor", found->value("diffuseFactor", json({1, 1, 1, 1}))}, {"metallicFactor", 0}};
+  if (const auto texture = found->find("diffuseTexture"); texture != found->end()) pbr["baseColorTexture"] = *texture;
+  material["pbrMetallicRoughness"] = pbr;
+}
 
 /// Removes all reflection.
 void make_black(json& material) {
@@ -82,8 +95,18 @@ Vec3 LightWriter::color_at(Vec2 uv, int layer) const {
 }
 
 void LightWriter::scale_glow(json& material) const {
+  if (gain_ == 1) return;
+  // What is unlit shows its base colour, which ends at 1, and emits nothing else.
+  if (material.contains("extensions") && material["extensions"].contains(kUnlit)) {
+    json& pbr = material["pbrMetallicRoughness"];
+    if (!pbr.is_object()) pbr = json::object();
+    json& color = pbr["baseColorFactor"];
+    if (!color.is_array()) color = {1, 1, 1, 1};
+    for (std::size_t c = 0; c < 3; ++c) color.at(c) = std::clamp(color.at(c).get<float>() * gain_, 0.0f, 1.0f);
+    return;
+  }
   const json glow = material.value("emissiveFactor", json({0, 0, 0}));
-  if (glow == json({0, 0, 0}) || gain_ == 1) return;
+  if (glow == json({0, 0, 0})) return;
   json& strength = material["extensions"][kStrength]["emissiveStrength"];
   strength = (strength.is_number() ? strength.get<float>() : 1.0f) * gain_;
 }
@@ -101,6 +124,7 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     if (!material.contains("extras") || material["extras"].is_object())
       material["extras"]["lightmap"] = {{"texture", texture["index"]}, {"texCoord", uv_set}, {"intensity", scale}};
   } else {
+    diffuse_to_base(material);
     for (auto i = extensions.begin(); i != extensions.end();)
       i = i.key().starts_with("KHR_materials_") ? extensions.erase(i) : std::next(i);
     for (const char* key : {"emissiveFactor", "emissiveTexture", "normalTexture", "occlusionTexture"})
@@ -108,13 +132,13 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     if (material.contains("pbrMetallicRoughness")) material["pbrMetallicRoughness"].erase("metallicRoughnessTexture");
   }
   if (format_ == BakeFormat::vertex) {
-    extensions["KHR_materials_unlit"] = json::object();
+    extensions[kUnlit] = json::object();
     return;
   }
   const json texture = {{"index", textures_[atlas]}, {"texCoord", uv_set}};
   // Alpha needs the base colour's texture for itself.
   if (format_ == BakeFormat::unlit && !has_alpha(material)) {
-    extensions["KHR_materials_unlit"] = json::object();
+    extensions[kUnlit] = json::object();
     material["pbrMetallicRoughness"]["baseColorFactor"] = {scale, scale, scale, 1};
     material["pbrMetallicRoughness"]["baseColorTexture"] = texture;
   } else if (format_ != BakeFormat::lightmap) {

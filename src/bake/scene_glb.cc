@@ -197,7 +197,7 @@ class SceneWriter {
     if (found != materials_.end()) return found->second;
     const auto [object, source, emission, layer, one_sided] = key;
     const Material& m = scene_.materials()[source];
-    json out = layer >= 0 ? baked(triangle, layer) : emission != kNone ? lamp(emission) : plain(triangle);
+    json out = layer >= 0 ? baked(triangle, layer) : emission != kNone ? lamp(m, emission) : plain(triangle);
     if (!m.name.empty()) out["name"] = m.name;
     if (!one_sided) out["doubleSided"] = true;
     return materials_[own] = file_.add("materials", std::move(out));
@@ -210,15 +210,17 @@ class SceneWriter {
         {"extensions", {{kSpecular, {{"specularFactor", 0}}}}}};
   }
 
-  json lamp(std::uint32_t emission) {
-    if (!is_unlit()) {
-      json out = black();
+  json lamp(const Material& m, std::uint32_t emission) {
+    json out;
+    if (is_unlit()) {
+      const Picture& shown = glow(emission);
+      out = unlit(shown.factor);
+      if (!shown.texture.is_null()) out["pbrMetallicRoughness"]["baseColorTexture"] = shown.texture;
+    } else {
+      out = black();
       add_glow(emission, out);
-      return out;
     }
-    const Picture& shown = glow(emission);
-    json out = unlit(shown.factor);
-    if (!shown.texture.is_null()) out["pbrMetallicRoughness"]["baseColorTexture"] = shown.texture;
+    if (has_even_alpha(m)) add_alpha(m, out);
     return out;
   }
 
@@ -287,15 +289,25 @@ class SceneWriter {
     json out = {{"pbrMetallicRoughness", pbr}};
     if (!extensions.empty()) out["extensions"] = extensions;
     if (textured) add_source_texture(m, out);
+    if (has_even_alpha(m)) add_alpha(m, out);
     return out;
   }
 
-  /// Adds the texture of the base colour and alpha, where there is one.
+  /// Adds the texture of the base colour and alpha, where there is one. Materials share it, so it has no factors.
   void add_source_texture(const Material& m, json& out) {
-    const Picture& base = picture({RGB(1.0f), base_input(m).texture}, m.alpha, kNone, m.name);
+    const FloatInput alpha{1.0f, m.alpha.texture, m.alpha.channel};
+    const Picture& base = picture({RGB(1.0f), base_input(m).texture}, alpha, kNone, m.name);
     if (base.texture.is_null()) return;
     out["pbrMetallicRoughness"]["baseColorTexture"] = base.texture;
-    if (m.alpha.texture == kNone) return;
+    if (m.alpha.texture != kNone) add_alpha(m, out);
+  }
+
+  /// Whether a surface is as transparent everywhere, by no texture.
+  static bool has_even_alpha(const Material& m) { return m.alpha.texture == kNone && m.alpha.value < 1; }
+
+  /// Makes a material transparent, by the factor of its alpha.
+  static void add_alpha(const Material& m, json& out) {
+    out["pbrMetallicRoughness"]["baseColorFactor"][3] = std::clamp(m.alpha.value, 0.0f, 1.0f);
     out["alphaMode"] = m.alpha_cutoff >= 0 ? "MASK" : "BLEND";
     if (m.alpha_cutoff >= 0) out["alphaCutoff"] = m.alpha_cutoff;
   }

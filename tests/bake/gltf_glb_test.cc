@@ -155,7 +155,7 @@ class BakedGltf : public GltfTest {
     std::size_t triangles = 0;  ///< of the source
   };
 
-  /// Writes the file with even light as lit.glb.
+  /// Writes the file with even light on each side as lit.glb.
   Outcome bake(const std::string& source, BakeFormat format = BakeFormat::emissive, AtlasRequest request = {128, 0}) {
     ImportOptions options;
     options.light_uvs = true;
@@ -165,7 +165,9 @@ class BakedGltf : public GltfTest {
     scene_notes = scene->notes();
     Outcome out{lay_out(scene, tracer, request), {}, scene->geometry().triangle_count()};
     out.grid = texel_points(*scene, *tracer, out.layout);
-    const std::vector<RGB> light(out.layout.texels.face.size(), RGB(0.5f));
+    std::vector<RGB> light;
+    for (const std::uint32_t face : out.layout.texels.face)
+      light.emplace_back(face != kNone && out.layout.faces[face].back ? back_light : front_light);
     BakeNotes notes;
     notes.gltf = options.gltf_parts;
     write("lit.glb", glb_of_scene(*scene, out.layout, encode_light(out.layout, light, {1}), format, notes));
@@ -197,7 +199,8 @@ class BakedGltf : public GltfTest {
                        notes));
   }
 
-  std::vector<std::string> scene_notes;  ///< of the last bake
+  std::vector<std::string> scene_notes;         ///< of the last bake
+  float front_light = 0.5f, back_light = 0.5f;  ///< that bake() writes
 
   /// Expects that a point of each triangle of lit.glb, not in its middle, reads the texel of that place.
   void expect_light_in_place(const Outcome& baked, std::size_t dark_triangles) {
@@ -302,6 +305,18 @@ TEST_F(BakedGltf, PutsLightWhereItBelongs) {
   EXPECT_EQ(after.whole["accessors"][floor[1]["indices"].get<std::size_t>()]["count"], 6);
 }
 
+TEST_F(BakedGltf, KeepsFlatTrianglesWithTheFrontWhereBacksAreBrighter) {
+  // So the back's layer comes first.
+  front_light = 0.01f;
+  back_light = 0.9f;
+  expect_light_in_place(bake(write_gltf(animated_file())), 1);
+  const Parsed after(path("lit.glb"));
+  const json& floor = after.whole["meshes"][1]["primitives"];
+  ASSERT_EQ(floor.size(), 2u);
+  EXPECT_EQ(after.whole["accessors"][floor[0]["indices"].get<std::size_t>()]["count"], 6);
+  EXPECT_EQ(after.whole["accessors"][floor[1]["indices"].get<std::size_t>()]["count"], 9) << "with its flat triangle";
+}
+
 TEST_F(BakedGltf, GivesEachPlaceOfAMeshItsLight) {
   GltfFile file;
   json sphere = sphere_primitive(file);
@@ -312,6 +327,7 @@ TEST_F(BakedGltf, GivesEachPlaceOfAMeshItsLight) {
                         {{"mesh", mesh}, {"translation", {6, 0, 0}}, {"scale", {0.5, 0.5, 0.5}}},
                         {{"mesh", mesh},
                          {"name", "many"},
+                         {"weights", {0.5}},
                          {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}}}}};
   file.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
   file.json["scenes"] = {{{"nodes", {0, 1, 2, 3}}}};
@@ -324,7 +340,10 @@ TEST_F(BakedGltf, GivesEachPlaceOfAMeshItsLight) {
     const Parsed after(path("lit.glb"));
     EXPECT_EQ(after.whole["meshes"].size(), 2u + 4u);
     EXPECT_FALSE(after.whole["nodes"][3].contains("mesh"));
+    EXPECT_FALSE(after.whole["nodes"][3].contains("weights")) << "of no mesh";
     EXPECT_EQ(after.whole["nodes"][3]["children"].size(), 2u);
+    for (const json& child : after.whole["nodes"][3]["children"])
+      EXPECT_EQ(after.whole["nodes"][child.get<std::size_t>()]["weights"], json::array({0.5}));
     const json& used = after.whole["extensionsUsed"];
     EXPECT_EQ(std::count(used.begin(), used.end(), "EXT_mesh_gpu_instancing"), 0);
   }
@@ -397,6 +416,8 @@ TEST_F(BakedGltf, BringsLampsAndLightsToItsExposure) {
   GltfFile file;
   file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {floor_primitive(file)}}})}});
   add_lamp(file);
+  file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorFactor", {0.125, 0.5, 0, 0.5}}}},
+                           {"extensions", {{"KHR_materials_unlit", json::object()}}}});
   file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 683}}};
   file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   const std::string source = write_gltf(file);
@@ -411,6 +432,7 @@ TEST_F(BakedGltf, BringsLampsAndLightsToItsExposure) {
     write("lit.glb", glb_of_scene(*scene, layout, even, BakeFormat::lightmap, notes));
     const json lit = Parsed(path("lit.glb")).whole;
     EXPECT_EQ(lit["materials"][0]["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"], 4);
+    EXPECT_EQ(lit["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"], json({0.5, 1, 0, 0.5})) << "unlit";
     // Direct light in the lightmap must not be there twice.
     EXPECT_EQ(lit["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"], indirect_only ? 4 : 0);
   }
@@ -539,6 +561,39 @@ TEST_F(BakedGltf, LeavesOutWhatItReplaces) {
   ASSERT_EQ(whole.whole["images"].size(), 5u);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(whole.whole["images"][i], a["images"][i]);
   EXPECT_GT(std::filesystem::file_size(path("lit.glb")), size + 2 * 64 * 64 * 3);
+}
+
+TEST_F(BakedGltf, KeepsTheAlphaOfDiffuseColours) {
+  GltfFile file;
+  file.json["images"] = {{{"bufferView", file.add_view(noisy_png(1))}, {"mimeType", "image/png"}}};
+  file.json["textures"] = {{{"source", 0}}};
+  json floor = floor_primitive(file);
+  floor["attributes"]["TEXCOORD_0"] = file.add_accessor<float>({0, 0, 0, 1, 1, 0, 1, 1}, 5126, "VEC2", 4);
+  floor["material"] = file.add("materials", {{"alphaMode", "BLEND"},
+                                             {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}},
+                                             {"extensions",
+                                              {{"KHR_materials_pbrSpecularGlossiness",
+                                                {{"diffuseFactor", {0.5, 0.25, 0.125, 0.75}},
+                                                 {"diffuseTexture", {{"index", 0}}},
+                                                 {"glossinessFactor", 0}}}}}});
+  file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {floor}}})}});
+  add_lamp(file);
+  for (const BakeFormat format : {BakeFormat::emissive, BakeFormat::vertex}) {
+    const std::string source = write_gltf(file);
+    bake(source, format);
+    const Parsed after(path("lit.glb"));
+    const json& lit = after.whole;
+    const json& primitive = lit["meshes"][0]["primitives"][0];
+    const json& material = lit["materials"][primitive["material"].get<std::size_t>()];
+    EXPECT_FALSE(material["extensions"].contains("KHR_materials_pbrSpecularGlossiness"));
+    const json& pbr = material["pbrMetallicRoughness"];
+    const bool dark = format == BakeFormat::emissive;
+    EXPECT_EQ(pbr["baseColorFactor"][0], dark ? 0 : 0.5);
+    EXPECT_EQ(pbr["baseColorFactor"][3], 0.75);
+    EXPECT_EQ(pbr["metallicFactor"], 0);
+    ASSERT_TRUE(pbr.contains("baseColorTexture"));
+    EXPECT_EQ(image_bytes(after, pbr["baseColorTexture"]["index"]), image_bytes(Parsed(source), 0));
+  }
 }
 
 TEST_F(BakedGltf, RefusesAFileThatChangedMeanwhile) {

@@ -21,6 +21,7 @@
 #include "bake/scene_glb.h"
 #include "bake_testing.h"
 #include "builtin/builtin.h"
+#include "core/error.h"
 #include "core/parallel.h"
 #include "image/tone_map.h"
 #include "import/import.h"
@@ -254,6 +255,39 @@ TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
   EXPECT_NE(layout.notes[0].find("'pane' (2 triangles) is not baked: its appearance"), std::string::npos)
       << layout.notes[0];
   EXPECT_NE(layout.notes[1].find("'mirror'"), std::string::npos);
+}
+
+TEST(BakeLayout, TellsThatLightThroughSurfacesIsNotBaked) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(3);
+  d.materials[1].name = "paper";
+  d.materials[1].transmittance.value = RGB(0.25f);
+  d.materials[2].name = "leaf";
+  d.materials[2].kind = MaterialKind::metallic_roughness;
+  d.materials[2].roughness_u.value = d.materials[2].roughness_v.value = 1;
+  d.materials[2].diffuse_transmission.value = 0.5f;
+  d.materials[2].transmittance.value = RGB(1.0f);
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
+  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
+  const Stage stage(std::move(d));
+  EXPECT_THAT(lay_out(stage.scene, stage.tracer, {128, 0}).notes,
+              testing::ElementsAre("material 'paper' (2 triangles) is baked without the light that comes through it",
+                                   "material 'leaf' (2 triangles) is baked without the light that comes through it"));
+}
+
+TEST(BakeLayout, RefusesMoreTexelsThanMemoryHolds) {
+  const Stage rooms(two_rooms());
+  const auto memory_for = [&](std::uint64_t memory) {
+    return lay_out(rooms.scene, rooms.tracer, {128, 0, memory}).texels.face.size();
+  };
+  const std::uint64_t needed = 128 * 128 * kTexelTableBytes;
+  EXPECT_EQ(memory_for(needed + 1), 128u * 128u);
+  try {
+    memory_for(needed);
+    ADD_FAILURE() << "laid out";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("for the places of texels exceed the memory budget"));
+  }
 }
 
 /// A room with a panel that glows: material 1, at x = 1.
@@ -537,6 +571,38 @@ TEST(BakedVertices, LieInTheCoordinatesOfTheFile) {
   EXPECT_EQ(read.geometry.bounds().min, d.geometry.bounds().min);
   EXPECT_EQ(read.geometry.bounds().max, d.geometry.bounds().max);
   EXPECT_EQ(read.cameras[0].to_world.translation, d.cameras[0].to_world.translation);
+}
+
+TEST(BakedMaterials, AreAsTransparentAsTheirSources) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(4);
+  d.materials[1].name = "veil";
+  d.materials[1].alpha.value = 0.5f;
+  d.materials[2].name = "net";
+  d.materials[2].alpha.value = 0.75f;
+  d.materials[2].alpha_cutoff = 0.25f;
+  d.materials[3].name = "shade";
+  d.materials[3].alpha.value = 0.5f;
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
+  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
+  add_quad(d, {1, 0.5f, 1.5f}, {0, 1, 0}, {0.5f, 0, 0}, 3, add_emission(d, RGB(20.0f)));
+  const BakeStage rooms(std::move(d), {64, 0});
+  const EncodedLight even =
+      encode_light(rooms.layout, std::vector<RGB>(rooms.layout.texels.face.size(), RGB(0.5f)), {1});
+  for (const BakeFormat format : {BakeFormat::emissive, BakeFormat::unlit, BakeFormat::lightmap, BakeFormat::vertex}) {
+    const SceneDescription read = scene_of_glb(glb_of_scene(*rooms.stage.scene, rooms.layout, even, format, {}));
+    std::size_t veils = 0, nets = 0, shades = 0;
+    for (const Material& m : read.materials) {
+      veils += m.name == "veil";
+      nets += m.name == "net";
+      shades += m.name == "shade";
+      EXPECT_EQ(m.alpha.value, m.name == "veil" || m.name == "shade" ? 0.5f : m.name == "net" ? 0.75f : 1.0f) << m.name;
+      EXPECT_EQ(m.alpha_cutoff, m.name == "net" ? 0.25f : -1.0f) << m.name;
+    }
+    EXPECT_GT(veils, 0u);
+    EXPECT_GT(nets, 0u);
+    EXPECT_GT(shades, 0u);
+  }
 }
 
 /// The mean picture of a view of the scene, and of its bake as read from the file.
