@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "image/image_files.h"
@@ -76,6 +77,22 @@ TEST_F(ImageIo, ExrSaysWhereAPartLiesAndHowItWasSeen) {
   const Image read = read_image(path("a.exr"));
   EXPECT_EQ(read.place, image.place);
   EXPECT_EQ(read.channel("CryptoObject00.R")[0], 1e-30f);
+}
+
+TEST_F(ImageIo, OtherPrimariesAreWarnedOf) {
+  write_exr(path("a.exr"), make_image());
+  std::string bytes = read_bytes("a.exr");
+  const std::size_t attribute = bytes.find(std::string("chromaticities\0chromaticities\0", 30));
+  ASSERT_NE(attribute, std::string::npos);
+  constexpr float kRedX = 0.708f;  // Rec. 2020
+  std::memcpy(bytes.data() + attribute + 30 + 4, &kRedX, sizeof kRedX);
+  write_bytes("b.exr", bytes);
+  testing::internal::CaptureStderr();
+  read_image(path("a.exr"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::Not(HasSubstr("primaries")));
+  testing::internal::CaptureStderr();
+  read_image(path("b.exr"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("b.exr: its primaries are not those of Rec. 709"));
 }
 
 TEST_F(ImageIo, PartsAndLayersAreCutOut) {

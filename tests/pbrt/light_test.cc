@@ -117,6 +117,12 @@ TEST(PbrtLight, Version3ScalesByColourAndReadsAbsoluteSpectra) {
   EXPECT_NEAR(luminance(scene.lights[1].intensity), 9, 1e-2);
 }
 
+TEST(PbrtLight, Version3BlackBodiesAreRelativeToTheirPeak) {
+  const SceneDescription scene = load_text("WorldBegin LightSource \"point\" \"blackbody I\" [2700 10] WorldEnd");
+  // Planck's law by Wyman's formula of the eye's sensitivity, as in spectrum_test.cc.
+  EXPECT_NEAR(luminance(scene.lights[0].intensity), 2.767, 0.05);
+}
+
 /// Writes a picture of floats, rows from top to bottom.
 void write_sky(const TemporaryFolder& folder, int width, int height, const std::vector<RGB>& pixels) {
   Image image(width, height);
@@ -228,6 +234,16 @@ TEST(PbrtLight, AreaLightsOfInstancesAreLeftOutAsInPbrt) {
                                            kTriangle + "ObjectEnd ObjectInstance \"o\"");
   EXPECT_EQ(scene.geometry.emission.at(0), kNone);
   EXPECT_TRUE(has_note(scene, "not supported, as in pbrt: an area light in an object instance"));
+}
+
+TEST(PbrtLight, AreaLightsOfAlphaZeroAreLeftOutAndNoted) {
+  const char* note = "not supported, left out with its light: area light of a shape with an alpha of 0";
+  const std::string lamp = "WorldBegin AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" ";
+  const SceneDescription scene = load_text(lamp + "0");
+  EXPECT_EQ(scene.geometry.triangle_count(), 0u);
+  EXPECT_TRUE(has_note(scene, note));
+  EXPECT_FALSE(has_note(load_text(lamp + ".5"), note));
+  EXPECT_FALSE(has_note(load_text("WorldBegin Shape \"disk\" \"float alpha\" 0"), note));
 }
 
 TEST(PbrtLight, UnsupportedKindsAreNoted) {

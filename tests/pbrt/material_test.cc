@@ -168,6 +168,16 @@ TEST(PbrtMaterial, Textures) {
   expect_near(evaluate(scene.textures, m.reflectance, {0.3f, 0.1f}), {0.6f, 0.7f, 0.8f});
 }
 
+TEST(PbrtMaterial, ColourTexturesAreScaledByFloatTexturesOrColours) {
+  for (const char* factor :
+       {"\"float\" \"constant\" \"float value\" .5", "\"spectrum\" \"constant\" \"rgb value\" [.5 .5 .5]"}) {
+    const Material m = material(std::string("Texture \"f\" ") + factor +
+                                " Texture \"k\" \"spectrum\" \"scale\" \"rgb tex\" [.2 .4 .6] \"texture scale\" \"f\" "
+                                "Material \"diffuse\" \"texture reflectance\" \"k\"");
+    expect_near(m.reflectance.value, {0.1f, 0.2f, 0.3f});
+  }
+}
+
 TEST(PbrtMaterial, ConstantTexturesNeedNoNode) {
   const SceneDescription scene =
       load_text(std::string("WorldBegin Texture \"k\" \"spectrum\" \"constant\" \"rgb value\" [.1 .2 .3]\n"
@@ -293,6 +303,55 @@ TEST(PbrtMaterial, Version3Names) {
           "Texture \"k\" \"color\" \"constant\" \"color value\" [.1 .2 .3] Material \"matte\" \"texture Kd\" \"k\"")
           .reflectance.value,
       {0.1f, 0.2f, 0.3f});
+}
+
+TEST(PbrtMaterial, Version3MixesByTheMeanOfAColourTexture) {
+  const std::string mix =
+      "MakeNamedMaterial \"a\" \"string type\" \"matte\" Material \"mix\" \"string namedmaterial1\" \"a\" "
+      "\"string namedmaterial2\" \"a\" \"texture amount\" \"t\"";
+  const Material m = material("Texture \"t\" \"color\" \"constant\" \"color value\" [.1 .2 .6] " + mix);
+  EXPECT_NEAR(m.mix_amount.value, 0.3f, 1e-6f);
+  EXPECT_FLOAT_EQ(material("Texture \"t\" \"float\" \"constant\" \"float value\" .4 " + mix).mix_amount.value, 0.4f);
+  EXPECT_NE(material("Texture \"t\" \"color\" \"checkerboard\" " + mix).mix_amount.texture, kNone);
+}
+
+TEST(PbrtMaterial, SigmaMayBeATexture) {
+  const std::string matte = " Material \"matte\" \"texture sigma\" \"s\"";
+  const auto noted = [&](const std::string& value) {
+    return has_note(load_text("WorldBegin Texture \"s\" \"float\" \"constant\" \"float value\" " + value + matte),
+                    "not supported, read as 0: sigma of a diffuse material");
+  };
+  EXPECT_TRUE(noted("20"));
+  EXPECT_FALSE(noted("0"));
+}
+
+TEST(PbrtMaterial, OpacityOfUberIsItsAlpha) {
+  const std::string grey = "Material \"uber\" \"rgb opacity\" [.1 .2 .6] ";
+  EXPECT_NEAR(material(grey).alpha.value, 0.3f, 1e-6f);
+  const SceneDescription both = load_text("WorldBegin " + grey + "Shape \"disk\" \"float alpha\" .5");
+  EXPECT_NEAR(both.materials.at(both.geometry.material.at(0)).alpha.value, 0.15f, 1e-6f);
+  const std::string board =
+      "WorldBegin Texture \"t\" \"color\" \"checkerboard\" Material \"uber\" \"texture opacity\" \"t\" ";
+  const SceneDescription mask = load_text(board + kTriangle);
+  EXPECT_NE(mask.materials.at(mask.geometry.material.at(0)).alpha.texture, kNone);
+  // The mesh has no coordinates of its own.
+  EXPECT_EQ(mask.geometry.uvs.at(mask.geometry.triangles.at(0)[1]).x, 1);
+  const SceneDescription twice = load_text(
+      "WorldBegin Texture \"a\" \"float\" \"checkerboard\" \"float tex1\" .5 \"float tex2\" .5 Texture \"t\" \"color\" "
+      "\"checkerboard\" \"rgb tex1\" [.4 .4 .4] \"rgb tex2\" [.4 .4 .4] Material \"uber\" \"texture opacity\" \"t\" "
+      "Shape \"disk\" \"texture alpha\" \"a\"");
+  const FloatInput alpha = twice.materials.at(twice.geometry.material.at(0)).alpha;
+  EXPECT_NEAR(evaluate(twice.textures, alpha, {0.3f, 0.3f}), 0.2f, 1e-6f);
+}
+
+TEST(PbrtMaterial, Version3Coats) {
+  expect_near(material("Material \"substrate\"").reflectance.value, RGB(0.5f));
+  expect_near(material("Material \"uber\"").reflectance.value, RGB(0.25f));
+  EXPECT_FLOAT_EQ(material("Material \"uber\" \"float index\" 1.3").ior, 1.3f);
+  EXPECT_FLOAT_EQ(material("Material \"uber\" \"float index\" 1.3 \"float eta\" 1.4").ior, 1.4f);
+  const char* note = "not supported, read as 0: Kr and Kt of an uber material";
+  EXPECT_TRUE(has_note(load_text("WorldBegin Material \"uber\" \"rgb Kt\" [.5 .5 .5]"), note));
+  EXPECT_FALSE(has_note(load_text("WorldBegin Material \"uber\" \"rgb Kt\" [0 0 0]"), note));
 }
 
 TEST(PbrtMaterial, UnsupportedKindsAreReplacedAndNoted) {

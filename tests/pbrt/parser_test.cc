@@ -33,6 +33,18 @@ Parsed parse(std::string_view text, PbrtDiagnostics& diagnostics) {
   return out;
 }
 
+TEST(PbrtParser, NumbersCountUntilTheirDirectiveIsTaken) {
+  PbrtDiagnostics diagnostics;
+  constexpr std::uint64_t kLimit = 1 << 20;
+  MemoryBudget budget(kLimit);
+  std::vector<std::uint64_t> available;
+  parse_pbrt_text("Shape \"sphere\" \"float radius\" [1 2 3 4]\nAttributeBegin", "f.pbrt", diagnostics, budget,
+                  [&](PbrtDirective&) { available.push_back(budget.available()); });
+  ASSERT_EQ(available.size(), 2u);
+  EXPECT_LE(available[0], kLimit - 4 * sizeof(double));
+  EXPECT_EQ(available[1], kLimit);
+}
+
 TEST(PbrtParser, EveryDirective) {
   const std::string text = R"(
 Accelerator "bvh" "integer maxnodeprims" 4

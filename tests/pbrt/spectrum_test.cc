@@ -98,6 +98,23 @@ TEST(Spectrum, BlackBodiesAgreeWithPlanckUnderFittedMatchingFunctions) {
   }
 }
 
+TEST(Spectrum, BlackBodiesOfVersion3AreRelativeToTheirPeak) {
+  for (const double kelvin : {2000.0, 2700.0, 5221.0, 6500.0, 10000.0}) {
+    SCOPED_TRACE(kelvin);
+    const auto planck = [&](double wavelength) {
+      return std::pow(wavelength, -5) / std::expm1(1.438776877e7 / (wavelength * kelvin));
+    };
+    double power = 0, white = 0;
+    for (double wavelength = 380; wavelength <= 780; ++wavelength) {
+      power += planck(wavelength) / planck(2.897771955e6 / kelvin) * fitted_matching(wavelength)[1];
+      white += fitted_matching(wavelength)[1];
+    }
+    EXPECT_NEAR(luminance(blackbody_rgb_of_peak(kelvin)), power / white, 0.02 * power / white);
+  }
+  EXPECT_TRUE(is_finite(blackbody_rgb_of_peak(1)));
+  EXPECT_TRUE(is_finite(blackbody_rgb_of_peak(1e7)));
+}
+
 TEST(Spectrum, PairsAgreeWithFittedMatchingFunctions) {
   const SampledSpectrum spectra[] = {
       {{380, 480, 560, 780}, {1, 3, 0.5, 2}}, {{380, 590, 610, 780}, {0.1, 0.2, 3, 3}}, {{380, 500, 780}, {4, 1, 0.5}}};

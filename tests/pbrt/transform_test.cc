@@ -184,6 +184,9 @@ TEST(PbrtFilm, SizeCropAndSensor) {
   EXPECT_EQ(scene.film.crop[1], 0.5f);
   EXPECT_FLOAT_EQ(scene.film.scale, 0.5f);
   EXPECT_EQ(load_text("Film \"rgb\"").film.scale, 1);
+  // Not of pbrt-v3's.
+  EXPECT_EQ(
+      load_text("Film \"image\" Camera \"perspective\" \"float shutterclose\" .25 WorldBegin WorldEnd").film.scale, 1);
   EXPECT_NE(error_of("Film \"rgb\" \"integer xresolution\" 0").find("a picture of 0 x 720"), std::string::npos);
   EXPECT_NE(error_of("Film \"rgb\" \"float cropwindow\" [1 0 0 1]").find("cropwindow"), std::string::npos);
 }

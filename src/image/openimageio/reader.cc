@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -61,6 +62,18 @@ TransferFunction transfer_function(const OIIO::ImageSpec& spec) {
   return {};
 }
 
+/// Whether a file of colours has the attribute of EXR files that tells its primaries and white, and they are not those
+/// of Rec. 709.
+bool has_other_primaries(const OIIO::ImageSpec& spec) {
+  constexpr float kRec709[8] = {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f};
+  constexpr float kRounding = 0.002f;
+  float given[8] = {};
+  if (spec.nchannels < 3 || !spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), given))
+    return false;
+  return !std::equal(std::begin(given), std::end(given), std::begin(kRec709),
+                     [](float a, float b) { return std::abs(a - b) <= kRounding; });
+}
+
 ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   ImageFileHeader header;
   header.width = spec.width;
@@ -75,6 +88,7 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   header.alpha_channel = spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
   header.type = sample_type(spec);
   header.transfer = transfer_function(spec);
+  header.other_primaries = has_other_primaries(spec);
   header.channel_names = spec.channelnames;
   for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
     if (attribute.type() == OIIO::TypeDesc::STRING) header.metadata[attribute.name().string()] = attribute.get_string();

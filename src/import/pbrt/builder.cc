@@ -268,7 +268,8 @@ void PbrtBuilder::State::camera(PbrtDirective& d) {
   coordinate_systems["camera"] = to_world;
   Camera camera = make_camera(d.strings[0], d.parameters, to_world);
   if (!context.scene.cameras.empty()) camera.name += fmt::format("{}", context.scene.cameras.size() + 1);
-  exposure_seconds = exposure_time(d.parameters);
+  // Pictures of pbrt-v3 do not depend on the shutter.
+  exposure_seconds = context.v3 ? 1.0f : exposure_time(d.parameters);
   context.scene.cameras.push_back(camera);
 }
 
@@ -345,6 +346,9 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
     note(d, "not supported, as in pbrt: an area light in an object instance");
   } else {
     shape.light = now.light;
+  }
+  if (shape.light && alpha.texture == kNone && alpha.value == 0) {
+    note(d, "not supported, left out with its light: area light of a shape with an alpha of 0");
   }
   auto mesh = make_shape(context, shape.kind, d.parameters, shape.light != nullptr);
   d.parameters.note_unused(fmt::format("shape {}", in_quotes(shape.kind)));

@@ -45,7 +45,7 @@ bool has_count(const PbrtParameters& parameters, const PbrtParameter& parameter,
   return false;
 }
 
-/// The colour of a black body, from its temperature and, in pbrt-v3, a factor.
+/// The colour of a black body, from its temperature and, in pbrt-v3, its largest radiance per wavelength.
 std::optional<RGB> read_blackbody(const PbrtParameters& parameters, const PbrtParameter& parameter) {
   const std::size_t count = parameter.numbers.size();
   if (count != 2 && !has_count(parameters, parameter, 1)) return std::nullopt;
@@ -54,7 +54,7 @@ std::optional<RGB> read_blackbody(const PbrtParameters& parameters, const PbrtPa
     parameters.error(parameter, fmt::format("a black body of {} K", kelvin), "Give a temperature in kelvin, as 6500.");
     return std::nullopt;
   }
-  return blackbody_rgb(kelvin) * (count == 2 ? static_cast<float>(parameter.numbers[1]) : 1.0f);
+  return count == 2 ? blackbody_rgb_of_peak(kelvin) * static_cast<float>(parameter.numbers[1]) : blackbody_rgb(kelvin);
 }
 
 std::optional<RGB> read_spectral_color(PbrtContext& context, const PbrtParameters& parameters,

@@ -25,6 +25,8 @@ struct PbrtTexture {
   std::uint32_t node = kNone;
 };
 
+using PbrtTextures = std::map<std::string, PbrtTexture, std::less<>>;  ///< by name
+
 /// Opens an image file as a texture. Never returns null.
 using PbrtImageLoader =
     std::function<std::shared_ptr<const TextureImage>(const std::string& path, const TextureOptions& options)>;
@@ -43,7 +45,7 @@ struct PbrtContext {
   std::size_t subdivided_triangles = 0;  ///< total of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
   PbrtImageLoader load_needed_image;  ///< throws Error if the file cannot be read
-  std::map<std::string, PbrtTexture, std::less<>> float_textures, spectrum_textures;
+  PbrtTextures float_textures, spectrum_textures;
 
   /// Full path of a file named in a parameter.
   std::string resolve(const std::string& name, const PbrtPlace& place) const {

@@ -4,11 +4,21 @@
 
 #include <utility>
 
+#include "import/texture_nodes.h"
+
 namespace glowworm {
 
 namespace {
 
 bool is_absent(const Material& material) { return material.alpha.value == 0 && material.alpha.texture == kNone; }
+
+/// The product of two alphas.
+FloatInput product(std::vector<TextureNode>& textures, const FloatInput& a, const FloatInput& b) {
+  FloatInput out = a.texture == kNone ? b : a;
+  out.value = a.value * b.value;
+  if (a.texture != kNone && b.texture != kNone) out.texture = add_product_node(textures, a.texture, b.texture);
+  return out;
+}
 
 }  // namespace
 
@@ -79,7 +89,7 @@ bool PbrtMaterialTable::may_be_textured(std::uint32_t index) const {
     if (input->texture != kNone) return true;
   }
   for (const FloatInput* input :
-       {&material.roughness_u, &material.roughness_v, &material.coat_roughness, &material.bump}) {
+       {&material.roughness_u, &material.roughness_v, &material.coat_roughness, &material.bump, &material.alpha}) {
     if (input->texture != kNone) return true;
   }
   return false;
@@ -156,7 +166,7 @@ void PbrtMaterialTable::finish() {
   }
   for (const Variant& variant : variants_) {
     Material material = context_.scene.materials[variant.base];
-    if (!is_absent(material)) material.alpha = variant.alpha;
+    if (!is_absent(material)) material.alpha = product(context_.scene.textures, material.alpha, variant.alpha);
     context_.scene.materials[variant.index] = std::move(material);
   }
   check_mixes();

@@ -65,8 +65,8 @@ class MaterialBuilder {
         Entry{"metal", &MaterialBuilder::metal},
         Entry{"mirror", &MaterialBuilder::mirror},
         Entry{"plastic", &MaterialBuilder::plastic},
-        Entry{"uber", &MaterialBuilder::plastic},
-        Entry{"substrate", &MaterialBuilder::plastic},
+        Entry{"uber", &MaterialBuilder::uber},
+        Entry{"substrate", &MaterialBuilder::substrate},
         Entry{"translucent", &MaterialBuilder::translucent},
     };
     for (const Entry& entry : kRecipes) {
@@ -98,7 +98,8 @@ class MaterialBuilder {
   void diffuse() {
     material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
     // Standard deviation of pbrt-v3's Oren-Nayar model.
-    if (parameters_.has("sigma") && parameters_.real("sigma", 0) != 0) {
+    const FloatInput sigma = float_input(context_, parameters_, "sigma", 0);
+    if (sigma.texture != kNone || sigma.value != 0) {
       parameters_.note("not supported, read as 0: sigma of a diffuse material");
     }
   }
@@ -223,13 +224,18 @@ class MaterialBuilder {
     material_.kind = MaterialKind::mix;
     material_.mix_a = by_name_(names[0], parameters_.place());
     material_.mix_b = by_name_(names[1], parameters_.place());
-    const PbrtParameter* amount = parameters_.find("amount");
-    if (amount && (amount->type == PbrtType::rgb || amount->type == PbrtType::spectrum)) {
-      material_.mix_amount.value =
-          mean(color_or(context_, parameters_, "amount", PbrtColorUse::reflectance, RGB(0.5f)));
-    } else {
-      material_.mix_amount = float_input(context_, parameters_, "amount", 0.5f);
-    }
+    material_.mix_amount = mean_input("amount", 0.5f);
+  }
+
+  /// A number, or the mean of a colour. A texture may be of floats or, as in pbrt-v3, of colours.
+  FloatInput mean_input(const char* name, float otherwise) {
+    const PbrtParameter* parameter = parameters_.find(name);
+    const bool is_color = parameter && (parameter->type == PbrtType::rgb || parameter->type == PbrtType::spectrum);
+    const bool is_color_texture = names_texture_in(context_.spectrum_textures, parameter) &&
+                                  (context_.v3 || !names_texture_in(context_.float_textures, parameter));
+    if (!is_color && !is_color_texture) return float_input(context_, parameters_, name, otherwise);
+    const ColorInput color = color_input(context_, parameters_, name, RGB(otherwise));
+    return {mean(color.value), color.texture};
   }
 
   // Materials of pbrt-v3.
@@ -258,13 +264,26 @@ class MaterialBuilder {
     material_.reflectance = color_input(context_, parameters_, "Kr", RGB(0.9f));
   }
 
-  void plastic() {
+  void coated(float diffuse_otherwise) {
     material_.kind = MaterialKind::coated_diffuse;
-    material_.reflectance = color_input(context_, parameters_, "Kd", RGB(0.25f));
-    material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
+    material_.reflectance = color_input(context_, parameters_, "Kd", RGB(diffuse_otherwise));
+    material_.ior = read_index_of_refraction(context_, parameters_, parameters_.has("eta") ? "eta" : "index", 1.5f);
     roughness("", 0.1f, material_.roughness_u, material_.roughness_v);
-    ignore({"Ks", "Kr", "Kt", "opacity", "index"});
+    ignore({"Ks", "index"});
     parameters_.note("taken as coateddiffuse: a plastic, uber or substrate material of pbrt-v3");
+  }
+
+  void plastic() { coated(0.25f); }
+  void substrate() { coated(0.5f); }
+
+  void uber() {
+    coated(0.25f);
+    material_.alpha = mean_input("opacity", 1);
+    for (const char* name : {"Kr", "Kt"}) {
+      const ColorInput color = color_input(context_, parameters_, name, RGB(0.0f));
+      if (color.texture == kNone && is_black(color.value)) continue;
+      parameters_.note("not supported, read as 0: Kr and Kt of an uber material");
+    }
   }
 
   void translucent() {

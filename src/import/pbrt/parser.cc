@@ -98,11 +98,7 @@ constexpr std::size_t kMaxParameters = 1000;  // per directive; keeps the search
 class Parser {
  public:
   Parser(const std::string& main_file, PbrtDiagnostics& diagnostics, MemoryBudget& budget, const PbrtSink& sink)
-      : main_file_(main_file),
-        diagnostics_(diagnostics),
-        budget_(budget),
-        sink_(sink),
-        parameters_(budget, "parameters", 0) {}
+      : main_file_(main_file), diagnostics_(diagnostics), budget_(budget), sink_(sink) {}
 
   void parse(std::string_view text, const std::string& path);
 
@@ -110,9 +106,10 @@ class Parser {
   void directive(PbrtTokenizer& tokens, const std::string& path);
   void include(const PbrtDirective& directive, const std::string& path);
   void read_numbers(PbrtTokenizer& tokens, const Signature& signature, PbrtDirective& directive);
-  void read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive);
+  /// @param memory of all numbers
+  void read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive, Reservation& memory);
   /// @param held memory of the directive's other parameters, bytes
-  PbrtParameter read_parameter(PbrtTokenizer& tokens, std::size_t held);
+  PbrtParameter read_parameter(PbrtTokenizer& tokens, std::size_t held, Reservation& memory);
   void read_value(const PbrtToken& token, PbrtParameter& parameter);
   void check_values(const PbrtParameter& parameter);
   [[noreturn]] void fail(const PbrtPlace& place, const std::string& message, const std::string& remedy) {
@@ -124,7 +121,6 @@ class Parser {
   PbrtDiagnostics& diagnostics_;
   MemoryBudget& budget_;
   const PbrtSink& sink_;
-  Reservation parameters_;               // memory of the numbers of one directive, whichever has most
   std::vector<std::string> open_files_;  // canonical paths, the main file first
   std::size_t includes_ = 0;
 };
@@ -161,6 +157,7 @@ void Parser::directive(PbrtTokenizer& tokens, const std::string& path) {
   const Signature* signature = find_signature(name.text);
   if (!signature) fail(name.place, "unknown directive " + in_quotes(name.text), spelling_remedy(name.text));
 
+  Reservation memory(budget_, "parameters", 0);
   PbrtDirective directive;
   directive.name = signature->name;
   directive.place = name.place;
@@ -181,7 +178,7 @@ void Parser::directive(PbrtTokenizer& tokens, const std::string& path) {
     directive.strings.emplace_back(tokens.next().text);
   }
   if (signature->numbers > 0) read_numbers(tokens, *signature, directive);
-  if (signature->parameters) read_parameters(tokens, directive);
+  if (signature->parameters) read_parameters(tokens, directive, memory);
   if (signature->name == "Include" || signature->name == "Import") {
     include(directive, path);
   } else if (!diagnostics_.full()) {
@@ -240,10 +237,10 @@ void Parser::read_numbers(PbrtTokenizer& tokens, const Signature& signature, Pbr
   tokens.next();
 }
 
-void Parser::read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive) {
+void Parser::read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive, Reservation& memory) {
   std::size_t held = 0;
   while (tokens.peek().kind == PbrtTokenKind::string) {
-    PbrtParameter parameter = read_parameter(tokens, held);
+    PbrtParameter parameter = read_parameter(tokens, held, memory);
     held += parameter.numbers.capacity() * sizeof(double);
     check_values(parameter);
     if (directive.parameters.all().size() >= kMaxParameters) {
@@ -259,7 +256,7 @@ void Parser::read_parameters(PbrtTokenizer& tokens, PbrtDirective& directive) {
   }
 }
 
-PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens, std::size_t held) {
+PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens, std::size_t held, Reservation& memory) {
   const PbrtToken declaration = tokens.next();
   PbrtParameter parameter;
   parameter.place = declaration.place;
@@ -300,7 +297,7 @@ PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens, std::size_t held) {
       }
     }
     read_value(tokens.next(), parameter);
-    parameters_.cover(held + parameter.numbers.capacity() * sizeof(double));
+    memory.cover(held + parameter.numbers.capacity() * sizeof(double));
   }
   tokens.next();
   return parameter;

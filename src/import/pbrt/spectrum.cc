@@ -16,6 +16,8 @@ namespace {
 
 using Triple = std::array<double, 3>;
 
+constexpr double kSecondRadiation = 1.438776877e7;  // h c / k, nm K (CODATA 2018)
+
 double matching_wavelength(int i) { return kMatchingFirst + kMatchingStep * i; }
 
 /// Sum over the visible wavelengths of value(i) times the matching functions.
@@ -79,7 +81,6 @@ RGB rgb_from_xyz(double x, double y, double z) {
 }
 
 RGB blackbody_rgb(double kelvin) {
-  constexpr double kSecondRadiation = 1.438776877e7;  // h c / k, nm K (CODATA 2018)
   SampledSpectrum spectrum;
   for (int i = 0; i < kMatchingCount; ++i) {
     const double wavelength = matching_wavelength(i);
@@ -91,6 +92,19 @@ RGB blackbody_rgb(double kelvin) {
     spectrum.values.push_back(std::exp(-exponent) / small * std::pow(kLongest / wavelength, 5));
   }
   return illuminant_rgb(spectrum);
+}
+
+RGB blackbody_rgb_of_peak(double kelvin) {
+  constexpr double kWien = 2.897771955e6;  // peak wavelength times temperature, nm K (CODATA 2018)
+  const double peak = kWien / kelvin;
+  SampledSpectrum spectrum;
+  for (int i = 0; i < kMatchingCount; ++i) {
+    const double wavelength = matching_wavelength(i);
+    spectrum.wavelengths.push_back(wavelength);
+    spectrum.values.push_back(std::pow(peak / wavelength, 5) * std::expm1(kSecondRadiation / kWien) /
+                              std::expm1(kSecondRadiation / (wavelength * kelvin)));
+  }
+  return emission_rgb(spectrum);
 }
 
 RGB illuminant_rgb(const SampledSpectrum& spectrum) {

@@ -22,6 +22,8 @@ RGB rgb_from_xyz(double x, double y, double z);
 
 /// Colour of a black body, scaled to luminance 1 (Planck's law). @param kelvin > 0
 RGB blackbody_rgb(double kelvin);
+/// Colour of a black body, scaled as in pbrt-v3: its spectrum is 1 at its peak, visible or not. @param kelvin > 0
+RGB blackbody_rgb_of_peak(double kelvin);
 
 /// Colour of a light's spectrum, scaled to luminance 1 as in pbrt-v4; black for a dark spectrum.
 RGB illuminant_rgb(const SampledSpectrum& spectrum);

@@ -52,7 +52,9 @@ class TextureBuilder {
   PbrtTexture scale() {
     const bool old_names = parameters_.has("tex1") || parameters_.has("tex2");
     const PbrtTexture a = operand(context_, parameters_, old_names ? "tex1" : "tex", is_float_, 1);
-    const PbrtTexture b = operand(context_, parameters_, old_names ? "tex2" : "scale", is_float_, 1);
+    // The "scale" of a texture of colours is a texture of floats.
+    const bool float_factor = !old_names && names_texture_in(context_.float_textures, parameters_.find("scale"));
+    const PbrtTexture b = operand(context_, parameters_, old_names ? "tex2" : "scale", is_float_ || float_factor, 1);
     if (a.node == kNone || b.node == kNone) {
       return {a.value * b.value, a.node == kNone ? b.node : a.node};
     }
@@ -174,6 +176,11 @@ const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& para
 }
 
 }  // namespace
+
+bool names_texture_in(const PbrtTextures& table, const PbrtParameter* parameter) {
+  return parameter && parameter->type == PbrtType::texture && parameter->strings.size() == 1 &&
+         table.contains(parameter->strings[0]);
+}
 
 TextureOptions default_image_options(const std::string& file) {
   TextureOptions options;

@@ -20,6 +20,9 @@ ColorInput color_input(PbrtContext& context, const PbrtParameters& parameters, s
 /// A number parameter, which may be a texture; `otherwise` if it is not given.
 FloatInput float_input(PbrtContext& context, const PbrtParameters& parameters, std::string_view name, float otherwise);
 
+/// Whether a parameter, which may be null, is the name of a texture of a table.
+bool names_texture_in(const PbrtTextures& table, const PbrtParameter* parameter);
+
 /// The default encoding of an image file, as in pbrt: sRGB, but linear for floating-point formats.
 TextureOptions default_image_options(const std::string& file);
 
