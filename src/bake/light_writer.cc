@@ -14,8 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kStrength = "KHR_materials_emissive_strength";
-constexpr const char* kUnlit = "KHR_materials_unlit";
 constexpr const char* kGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
 /// Makes the diffuse colour of KHR_materials_pbrSpecularGlossiness, which has the alpha, the base colour. It takes the
@@ -107,7 +105,7 @@ void LightWriter::scale_glow(json& material) const {
   }
   const json glow = material.value("emissiveFactor", json({0, 0, 0}));
   if (glow == json({0, 0, 0})) return;
-  json& strength = material["extensions"][kStrength]["emissiveStrength"];
+  json& strength = material["extensions"][kEmissiveStrength]["emissiveStrength"];
   strength = (strength.is_number() ? strength.get<float>() : 1.0f) * gain_;
 }
 
@@ -143,7 +141,7 @@ void LightWriter::light_material(json& material, int layer, int uv_set) const {
     material["pbrMetallicRoughness"]["baseColorTexture"] = texture;
   } else if (format_ != BakeFormat::lightmap) {
     make_black(material);
-    extensions[kStrength] = {{"emissiveStrength", scale}};
+    extensions[kEmissiveStrength] = {{"emissiveStrength", scale}};
     material["emissiveFactor"] = {1, 1, 1};
     material["emissiveTexture"] = texture;
   }

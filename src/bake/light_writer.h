@@ -10,6 +10,10 @@
 
 namespace glowworm {
 
+// Extensions of glTF's materials.
+inline constexpr const char* kEmissiveStrength = "KHR_materials_emissive_strength";
+inline constexpr const char* kUnlit = "KHR_materials_unlit";
+
 /// Whether alpha makes parts of a glTF material transparent.
 bool has_alpha(const nlohmann::json& material);
 

@@ -24,9 +24,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kStrengthExtension = "KHR_materials_emissive_strength";
 constexpr const char* kSpecular = "KHR_materials_specular";
-constexpr const char* kUnlit = "KHR_materials_unlit";
 
 json triple(RGB c) { return {c.r, c.g, c.b}; }
 
@@ -231,7 +229,7 @@ class SceneWriter {
     if (!(most > 0)) return;
     material["emissiveFactor"] = triple(shown.factor / most);
     if (!shown.texture.is_null()) material["emissiveTexture"] = shown.texture;
-    material["extensions"][kStrengthExtension] = {{"emissiveStrength", most}};
+    material["extensions"][kEmissiveStrength] = {{"emissiveStrength", most}};
   }
 
   /// Emitted radiance in the units of the file.
