@@ -115,13 +115,13 @@ BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
 
 Lobes lobes(const Bsdf& bsdf) {
   if (is_lambertian(bsdf)) return max_component(bsdf.diffuse) > 0 ? kDiffuseReflection : Lobes{0};
-  // For a slanted direction, every component is included.
+  // For a slanted direction, every other component is included.
   Lobes all = 0;
   for (const float z : {0.6f, -0.6f}) {
     const Components components = all_components(view_of(bsdf, {0.8f, 0, z}, kAllLobes));
     for (int i = 0; i < components.count; ++i) all |= components.list[i].lobe;
   }
-  // But a smooth coat with a normal of its own, which is seen from some directions only.
+  // A smooth coat with a normal of its own is visible from some directions only.
   if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.coat > 0)
     all |= lobe_of_alpha(bsdf.coat_alpha, bsdf.coat_alpha);
   return all;

@@ -172,7 +172,7 @@ class ChunkGatherer {
     const ShadedSurface surface = shaded(point, bsdf);
     const float broad = luminance(surface.albedo(wo, kBroad)), sharp = luminance(surface.albedo(wo, kSharp));
     const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
-    // A secondary ray has the numbers of neither its first part, which chose by one, nor of later bounces.
+    // A secondary ray exists only for some numbers of the ray before it, so it needs another one.
     const bool is_second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
     const std::uint32_t choice = kSplitStream + rays_.bounces[i] + (is_second ? kMaxSharpGatherBounces + 1 : 0);
     const float u = gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, choice);

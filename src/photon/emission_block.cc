@@ -1,7 +1,5 @@
 #include "photon/emission_block.h"
 
-#include <algorithm>
-
 #include "core/warp.h"
 #include "scene/environment.h"
 

@@ -9,6 +9,7 @@
 #include "bake/chart.h"
 #include "bake/texels.h"
 #include "builtin/mesh_builder.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 
@@ -69,6 +70,33 @@ inline Geometry ramp_mesh() {
   geometry.material.assign(geometry.triangles.size(), 0);
   geometry.emission.assign(geometry.triangles.size(), kNone);
   return geometry;
+}
+
+/// Two rooms of 2 x 2 x 2 m that share a floor and a ceiling, with a wall of 0.2 m between them; a lamp in one.
+inline SceneDescription two_rooms() {
+  SceneDescription d;
+  d.name = "two rooms";
+  d.materials.resize(1);
+  MeshBuilder builder(d.geometry);
+  builder.set_material(0);
+  builder.room({0, 0, 0}, {4.2f, 2, 2});
+  builder.box({2, 0, 0}, {2.2f, 2, 2});
+  add_quad(d, {0.5f, 1.9f, 0.5f}, {1, 0, 0}, {0, 0, 1}, 0, add_emission(d, RGB(5.0f)));
+  return d;
+}
+
+/// A room with a panel that glows: material 1, at x = 1.
+inline SceneDescription room_with_panel(RGB emission, bool textured) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(2);
+  d.materials[1].reflectance.value = {0.5f, 0.25f, 0};
+  const std::uint32_t glow = add_emission(d, emission);
+  if (textured) {
+    d.emissions[glow].radiance.texture = static_cast<std::uint32_t>(d.textures.size());
+    d.textures.emplace_back();
+  }
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1, glow);
+  return d;
 }
 
 }  // namespace glowworm

@@ -168,19 +168,6 @@ TEST(BakedLight, GuidesGatherRaysToTheLight) {
   EXPECT_LT(error(true), 0.93 * error(false));
 }
 
-/// Two rooms of 2 x 2 x 2 m that share a floor and a ceiling, with a wall of 0.2 m between them; a lamp in one.
-SceneDescription two_rooms() {
-  SceneDescription d;
-  d.name = "two rooms";
-  d.materials.resize(1);
-  MeshBuilder builder(d.geometry);
-  builder.set_material(0);
-  builder.room({0, 0, 0}, {4.2f, 2, 2});
-  builder.box({2, 0, 0}, {2.2f, 2, 2});
-  add_quad(d, {0.5f, 1.9f, 0.5f}, {1, 0, 0}, {0, 0, 1}, 0, add_emission(d, RGB(5.0f)));
-  return d;
-}
-
 TEST(BakedLight, StaysInItsRoom) {
   const BakeStage rooms(two_rooms(), {96, 0});
   const std::vector<RGB> light = rooms.light(by_gathering(16, 16), TexelLight::irradiance);
@@ -216,94 +203,6 @@ TEST(BakedLight, StaysInItsRoom) {
   EXPECT_LT(brightest, 1e-4 * mean / lit) << brightest;
 }
 
-TEST(BakeLayout, BakesTheSidesThatLightCanReach) {
-  // The outside of a closed room and the inside of a solid get no texels.
-  const Stage rooms(two_rooms());
-  const BakeLayout layout = lay_out(rooms.scene, rooms.tracer, {64, 0});
-  for (const BakeFace& face : layout.faces) EXPECT_FALSE(face.back);
-  // Nor does the inside of a box without a bottom.
-  for (const BakeFace& face : BakeStage(builtin_scene("cornell"), {64, 0}).layout.faces) EXPECT_FALSE(face.back);
-  // A sheet in the middle of a room has two sides.
-  SceneDescription d = two_rooms();
-  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0});
-  const std::size_t triangles = d.geometry.triangle_count();
-  const Stage sheet(std::move(d));
-  std::size_t backs = 0;
-  for (const BakeFace& face : lay_out(sheet.scene, sheet.tracer, {64, 0}).faces) {
-    backs += face.back;
-    EXPECT_TRUE(!face.back || face.triangle >= triangles - 2);
-  }
-  EXPECT_EQ(backs, 2u);
-}
-
-TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
-  SceneDescription d = two_rooms();
-  d.materials.resize(3);
-  d.materials[1].name = "pane";
-  d.materials[1].kind = MaterialKind::dielectric;
-  d.materials[2].name = "mirror";
-  d.materials[2].kind = MaterialKind::conductor;
-  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
-  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
-  const Stage stage(std::move(d));
-  const BakeLayout layout = lay_out(stage.scene, stage.tracer, {64, 0});
-  for (const BakeFace& face : layout.faces) {
-    EXPECT_EQ(stage.scene->geometry().material[face.triangle], 0u);
-    EXPECT_EQ(stage.scene->geometry().emission[face.triangle], kNone);
-  }
-  ASSERT_EQ(layout.notes.size(), 2u);
-  EXPECT_NE(layout.notes[0].find("'pane' (2 triangles) is not baked: its appearance"), std::string::npos)
-      << layout.notes[0];
-  EXPECT_NE(layout.notes[1].find("'mirror'"), std::string::npos);
-}
-
-TEST(BakeLayout, TellsThatLightThroughSurfacesIsNotBaked) {
-  SceneDescription d = two_rooms();
-  d.materials.resize(3);
-  d.materials[1].name = "paper";
-  d.materials[1].transmittance.value = RGB(0.25f);
-  d.materials[2].name = "leaf";
-  d.materials[2].kind = MaterialKind::metallic_roughness;
-  d.materials[2].roughness_u.value = d.materials[2].roughness_v.value = 1;
-  d.materials[2].diffuse_transmission.value = 0.5f;
-  d.materials[2].transmittance.value = RGB(1.0f);
-  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
-  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
-  const Stage stage(std::move(d));
-  EXPECT_THAT(lay_out(stage.scene, stage.tracer, {128, 0}).notes,
-              testing::ElementsAre("material 'paper' (2 triangles) is baked without the light that comes through it",
-                                   "material 'leaf' (2 triangles) is baked without the light that comes through it"));
-}
-
-TEST(BakeLayout, RefusesMoreTexelsThanMemoryHolds) {
-  const Stage rooms(two_rooms());
-  const auto memory_for = [&](std::uint64_t memory) {
-    return lay_out(rooms.scene, rooms.tracer, {128, 0, memory}).texels.face.size();
-  };
-  const std::uint64_t needed = 128 * 128 * kTexelTableBytes;
-  EXPECT_EQ(memory_for(needed + 1), 128u * 128u);
-  try {
-    memory_for(needed);
-    ADD_FAILURE() << "laid out";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("for the places of texels exceed the memory budget"));
-  }
-}
-
-/// A room with a panel that glows: material 1, at x = 1.
-SceneDescription room_with_panel(RGB emission, bool textured) {
-  SceneDescription d = two_rooms();
-  d.materials.resize(2);
-  d.materials[1].reflectance.value = {0.5f, 0.25f, 0};
-  const std::uint32_t glow = add_emission(d, emission);
-  if (textured) {
-    d.emissions[glow].radiance.texture = static_cast<std::uint32_t>(d.textures.size());
-    d.textures.emplace_back();
-  }
-  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1, glow);
-  return d;
-}
-
 TEST(BakedLight, HasWhatSurfacesEmit) {
   const RGB faint{0.02f, 0.03f, 0.01f};
   const BakeStage room(room_with_panel(faint, false), {64, 0});
@@ -323,18 +222,6 @@ TEST(BakedLight, HasWhatSurfacesEmit) {
       EXPECT_NEAR(RGB({0.5f, 0.25f, 0})[c] * tint[i][c] * kInversePi, expected[c], 1e-3f * expected[c]);
   }
   EXPECT_GT(texels, 20u);
-}
-
-TEST(BakeLayout, BakesWhatGlowsInPlacesOrLittle) {
-  const auto bakes_panel = [](RGB emission, bool textured) {
-    const Stage stage(room_with_panel(emission, textured));
-    const BakeLayout layout = lay_out(stage.scene, stage.tracer, {64, 0});
-    return std::any_of(layout.faces.begin(), layout.faces.end(),
-                       [&](const BakeFace& face) { return stage.scene->geometry().material[face.triangle] == 1; });
-  };
-  EXPECT_TRUE(bakes_panel(RGB(0.1f), false));
-  EXPECT_FALSE(bakes_panel(RGB(20.0f), false)) << "a lamp";
-  EXPECT_TRUE(bakes_panel(RGB(20.0f), true)) << "its texture may be black in most places";
 }
 
 TEST(BakedLight, ShowsMetalThatATexturePolishes) {

@@ -72,8 +72,7 @@ std::uint32_t PbrtMaterialTable::by_name(const std::string& name, const PbrtPlac
 std::uint32_t PbrtMaterialTable::with_alpha(std::uint32_t material, const FloatInput& alpha) {
   if (alpha.texture == kNone && alpha.value >= 1) return material;
   for (const Variant& variant : variants_) {
-    if (variant.base == material && variant.alpha.texture == alpha.texture && variant.alpha.value == alpha.value &&
-        variant.alpha.channel == alpha.channel) {
+    if (variant.base == material && variant.alpha.texture == alpha.texture && variant.alpha.value == alpha.value) {
       return variant.index;
     }
   }

@@ -1,0 +1,103 @@
+// The surfaces that a bake lays out, and what it says of the others.
+#include "bake/layout.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bake_testing.h"
+#include "builtin/builtin.h"
+#include "core/error.h"
+#include "render/render_testing.h"
+
+namespace glowworm {
+namespace {
+
+TEST(BakeLayout, BakesTheSidesThatLightCanReach) {
+  // The outside of a closed room and the inside of a solid get no texels.
+  const Stage rooms(two_rooms());
+  const BakeLayout layout = lay_out(rooms.scene, rooms.tracer, {64, 0});
+  for (const BakeFace& face : layout.faces) EXPECT_FALSE(face.back);
+  // Nor does the inside of a box without a bottom.
+  const Stage cornell(builtin_scene("cornell"));
+  for (const BakeFace& face : lay_out(cornell.scene, cornell.tracer, {64, 0}).faces) EXPECT_FALSE(face.back);
+  // A sheet in the middle of a room has two sides.
+  SceneDescription d = two_rooms();
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0});
+  const std::size_t triangles = d.geometry.triangle_count();
+  const Stage sheet(std::move(d));
+  std::size_t backs = 0;
+  for (const BakeFace& face : lay_out(sheet.scene, sheet.tracer, {64, 0}).faces) {
+    backs += face.back;
+    EXPECT_TRUE(!face.back || face.triangle >= triangles - 2);
+  }
+  EXPECT_EQ(backs, 2u);
+}
+
+TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(3);
+  d.materials[1].name = "pane";
+  d.materials[1].kind = MaterialKind::dielectric;
+  d.materials[2].name = "mirror";
+  d.materials[2].kind = MaterialKind::conductor;
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
+  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
+  const Stage stage(std::move(d));
+  const BakeLayout layout = lay_out(stage.scene, stage.tracer, {64, 0});
+  for (const BakeFace& face : layout.faces) {
+    EXPECT_EQ(stage.scene->geometry().material[face.triangle], 0u);
+    EXPECT_EQ(stage.scene->geometry().emission[face.triangle], kNone);
+  }
+  ASSERT_EQ(layout.notes.size(), 2u);
+  EXPECT_NE(layout.notes[0].find("'pane' (2 triangles) is not baked: its appearance"), std::string::npos)
+      << layout.notes[0];
+  EXPECT_NE(layout.notes[1].find("'mirror'"), std::string::npos);
+}
+
+TEST(BakeLayout, TellsThatLightThroughSurfacesIsNotBaked) {
+  SceneDescription d = two_rooms();
+  d.materials.resize(3);
+  d.materials[1].name = "paper";
+  d.materials[1].transmittance.value = RGB(0.25f);
+  d.materials[2].name = "leaf";
+  d.materials[2].kind = MaterialKind::metallic_roughness;
+  d.materials[2].roughness_u.value = d.materials[2].roughness_v.value = 1;
+  d.materials[2].diffuse_transmission.value = 0.5f;
+  d.materials[2].transmittance.value = RGB(1.0f);
+  add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
+  add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
+  const Stage stage(std::move(d));
+  EXPECT_THAT(lay_out(stage.scene, stage.tracer, {128, 0}).notes,
+              testing::ElementsAre("material 'paper' (2 triangles) is baked without the light that comes through it",
+                                   "material 'leaf' (2 triangles) is baked without the light that comes through it"));
+}
+
+TEST(BakeLayout, RefusesMoreTexelsThanMemoryHolds) {
+  const Stage rooms(two_rooms());
+  const auto memory_for = [&](std::uint64_t memory) {
+    return lay_out(rooms.scene, rooms.tracer, {128, 0, memory}).texels.face.size();
+  };
+  const std::uint64_t needed = 128 * 128 * kTexelTableBytes;
+  EXPECT_EQ(memory_for(needed + 1), 128u * 128u);
+  try {
+    memory_for(needed);
+    ADD_FAILURE() << "laid out";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("for the places of texels exceed the memory budget"));
+  }
+}
+
+TEST(BakeLayout, BakesWhatGlowsInPlacesOrLittle) {
+  const auto bakes_panel = [](RGB emission, bool textured) {
+    const Stage stage(room_with_panel(emission, textured));
+    const BakeLayout layout = lay_out(stage.scene, stage.tracer, {64, 0});
+    return std::any_of(layout.faces.begin(), layout.faces.end(),
+                       [&](const BakeFace& face) { return stage.scene->geometry().material[face.triangle] == 1; });
+  };
+  EXPECT_TRUE(bakes_panel(RGB(0.1f), false));
+  EXPECT_FALSE(bakes_panel(RGB(20.0f), false)) << "a lamp";
+  EXPECT_TRUE(bakes_panel(RGB(20.0f), true)) << "its texture may be black in most places";
+}
+
+}  // namespace
+}  // namespace glowworm
