@@ -350,7 +350,7 @@ class BlockTracer {
     const Vec2 u_light = sampler.next2();
     const Vec2 u{sampler.next1(), u_light.y};
     const LightSample sample = sample_light(tracer_.scene(), point.position, {0, 0, 0}, u_light.x, u);
-    const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, kSharp, {1, 1});
+    const UnoccludedLight light = reflected_light(tracer_.scene(), sample, point, bsdf, wo, kSharp, {1, 1});
     if (!is_black(light.radiance))
       radiance_.add(radiance_.direct, path.slot,
                     path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);

@@ -32,10 +32,20 @@ Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
   // A point light has no side to offset to.
   return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance};
 }
+
+/// Share of a light sample that the volume between the light and the point leaves.
+RGB remaining(const Scene& scene, const LightSample& light, const SurfacePoint& point) {
+  if (point.triangle == kNone || !std::isfinite(light.distance)) return RGB(1.0f);
+  const std::vector<std::uint32_t>& lamps = scene.emissive_triangles();
+  const RGB arrived =
+      light.source < lamps.size() ? absorption(scene, lamps[light.source], -light.direction) : RGB(0.0f);
+  return transmittance(absorption(scene, point.triangle, light.direction), arrived, light.distance);
+}
 }  // namespace
 
-UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                Lobes lobes, LightSampleCounts counts, const GatherDensity* density) {
+UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const SurfacePoint& point,
+                                const Bsdf& bsdf, Vec3 wo, Lobes lobes, LightSampleCounts counts,
+                                const GatherDensity* density) {
   UnoccludedLight out;
   if (!(light.pdf > 0) || is_black(light.radiance)) return out;
   const ShadedSurface surface = shaded(point, bsdf);
@@ -46,7 +56,7 @@ UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& po
     weight =
         balance_heuristic(counts.light, light.pdf, counts.directions,
                           density ? density->weighing_pdf(light.direction) : surface.pdf(wo, light.direction, lobes));
-  out.radiance = scattered * light.radiance * (weight / light.pdf);
+  out.radiance = scattered * light.radiance * (weight / light.pdf) * remaining(scene, light, point);
   out.source = light.source;
   out.shadow_ray = shadow_ray(point, face_forward(point.geometric_normal, light.direction), light);
   return out;
@@ -83,7 +93,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         const LightSample sample = sample_light(scene, point.position, {0, 0, 0}, lights, u_light[n], {u_x[n], u_y[n]});
         const UnoccludedLight l =
-            reflected_light(sample, point, points.bsdf[i], points.wo[i], kBroad, counts, &density);
+            reflected_light(scene, sample, point, points.bsdf[i], points.wo[i], kBroad, counts, &density);
         if (is_black(l.radiance)) continue;
         rays.push_back(l.shadow_ray);
         light.push_back(points.throughput[i] * l.radiance / static_cast<float>(light_samples));

@@ -31,10 +31,11 @@ struct LightSampleCounts {
 };
 
 /// What a point reflects of a light sample for it: f_r of the given lobes, times cosine, times light, divided by pdf,
-/// weighted against samples of directions.
+/// weighted against samples of directions, and weakened by an absorbing volume that the point knows of.
 /// @param density of the gather rays of the point; null: directions are samples of the BSDF
-UnoccludedLight reflected_light(const LightSample& light, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                                Lobes lobes, LightSampleCounts counts = {}, const GatherDensity* density = nullptr);
+UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const SurfacePoint& point,
+                                const Bsdf& bsdf, Vec3 wo, Lobes lobes, LightSampleCounts counts = {},
+                                const GatherDensity* density = nullptr);
 
 /// The default number of light samples of a gather point for a number of gather rays.
 std::uint32_t default_light_samples(std::uint32_t gather_rays);

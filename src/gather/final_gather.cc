@@ -258,7 +258,7 @@ class ChunkGatherer {
                     points_.sample[p]);
     const Vec2 u_light = sampler.next2();
     const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
-    const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, kBroad, kSecondaryCounts);
+    const UnoccludedLight light = reflected_light(scene_, sample, point, bsdf, wo, kBroad, kSecondaryCounts);
     if (!settings_.photons_alone && !is_black(light.radiance)) {
       ++shadow_rays;
       radiance_.add(radiance_.indirect, points_.slot[p],

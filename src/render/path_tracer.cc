@@ -116,7 +116,7 @@ class Path {
     const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, pair.x, {sampler_.next1(), pair.y});
     for (const Lobes which : {kBroad, kSharp}) {
       if (!(lobes(bsdf) & which)) continue;
-      const UnoccludedLight light = reflected_light(sample, point, bsdf, wo, which);
+      const UnoccludedLight light = reflected_light(scene_, sample, point, bsdf, wo, which);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
       const RGB passed = tracer_.transmittance(light.shadow_ray);

@@ -106,7 +106,9 @@ float light_importance(const LightBounds& lights, Vec3 position) {
   // With a margin, because a light that rounding makes black would never be chosen.
   const Angle off =
       Angle::of_cosine(cos_axis).minus(Angle::of_cosine(lights.cos_normals)).minus(subtended).minus(kMargin);
-  return off.cosine < lights.cos_emission ? 0.0f : over_squares(lights.intensity * off.cosine);
+  if (off.cosine < lights.cos_emission) return 0;
+  // Light that is emitted to angles beyond 90 degrees does not follow Lambert's cosine.
+  return over_squares(lights.cos_emission < 0 ? lights.intensity : lights.intensity * off.cosine);
 }
 
 class LightTree::Builder {

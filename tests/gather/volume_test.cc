@@ -14,13 +14,14 @@ namespace {
 
 const RGB kAbsorption{0.5f, 1.5f, 0};
 
-/// A closed box from z = low to high, four metres wide, of glass that hardly refracts.
-void add_volume(SceneDescription& d, float low, float high) {
+/// A closed box from z = low to high, four metres wide, of glass that hardly refracts if its index is 1.0001.
+void add_volume(SceneDescription& d, float low, float high, float ior = 1.0001f, float roughness = 0) {
   Material glass;
   glass.kind = MaterialKind::metallic_roughness;
   glass.reflectance.value = RGB(1.0f);
   glass.transmission.value = 1;
-  glass.ior = 1.0001f;
+  glass.ior = ior;
+  glass.roughness_u.value = glass.roughness_v.value = roughness;
   glass.absorption = kAbsorption;
   d.materials.push_back(glass);
   const auto m = static_cast<std::uint32_t>(d.materials.size() - 1);
@@ -86,6 +87,46 @@ TEST(Volume, WeakensPhotons) {
   for (int c = 0; c < 3; ++c) {
     const double in = b.emitted[c] + b.scattered[c];
     EXPECT_NEAR(in, b.arrived[c] + b.escaped[c] + b.cut[c], 1e-6 * in) << "what a volume takes has arrived there";
+  }
+}
+
+// Rough glass samples the light of a lamp within it, which no ray can meet if it is a point.
+TEST(Volume, WeakensSamplesOfLampsWithinRoughGlass) {
+  const Vec3 lamp{0.1f, 0.2f, 0.4f};
+  constexpr float kTop = 1.25f;
+  for (const bool is_point : {true, false}) {
+    SceneDescription d;
+    d.materials.emplace_back();
+    add_volume(d, 0, kTop, 1.5f, 0.5f);
+    if (is_point) {
+      d.lights.emplace_back().position = lamp;
+      d.lights.back().intensity = RGB(1.0f);
+    } else {
+      add_quad(d, lamp - Vec3{0.1f, 0.1f, 0}, {0.2f, 0, 0}, {0, 0.2f, 0}, 0, add_emission(d, RGB(1.0f)));
+    }
+    d.cameras.push_back(look_at({0.1f, 0.2f, 5}, lamp, {0, 1, 0}, 0.1f));
+    const Scene scene(std::move(d));
+    const Tracer tracer(scene);
+    const CameraTask task{0, 0, 1, 1, 0, 256};
+    Statistics statistics;
+    SlotRadiance by_photons, by_paths;
+    FirstHit first_hit;
+    CameraPassSettings settings;
+    settings.width = settings.height = 1;
+    camera_pass(tracer, scene.camera(""), task, settings, by_photons, first_hit, statistics);
+    RenderSettings paths;
+    paths.width = paths.height = 1;
+    trace_paths(tracer, scene.camera(""), task, paths, by_paths, first_hit, statistics);
+    for (const SlotRadiance* radiance : {&by_photons, &by_paths}) {
+      RGB sum(0.0f);
+      for (const auto* layer : {&radiance->emitted, &radiance->direct, &radiance->caustic})
+        for (const RGB& seen : *layer) sum += seen;
+      EXPECT_GT(sum.b, 0.1f);
+      // No way from the lamp out of the glass is shorter; most are hardly longer.
+      const float shortest = std::exp(-kAbsorption.r * (kTop - lamp.z));
+      EXPECT_LE(sum.r, shortest * sum.b);
+      EXPECT_GT(sum.r, 0.8f * shortest * sum.b);
+    }
   }
 }
 

@@ -31,7 +31,8 @@ std::vector<LightBounds> random_lights(std::uint32_t count, std::uint32_t seed) 
     b.box.grow(at + random_point(s, 0.2f));
     b.axis = normalize(random_point(s, 1) + Vec3{1e-3f, 0, 0});
     b.cos_normals = s.next1() < 0.2f ? -1.0f : 1.0f;
-    b.cos_emission = s.next1() < 0.3f ? 0.9f : 0.0f;
+    const float emission = s.next1();
+    b.cos_emission = emission < 0.3f ? 0.9f : emission < 0.5f ? -0.6f : 0.0f;  // narrow and wide spots, and triangles
     b.two_sided = s.next1() < 0.3f;
     b.intensity = s.next1() < 0.1f ? 0.0f : std::exp(6 * s.next1());
   }
