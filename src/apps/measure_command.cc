@@ -115,7 +115,7 @@ void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& trace
     if (around[i] != kNone)
       inside.push_back(i);
     else
-      free.add(sensors.position[i], sensors.normal[i]);
+      free.add(sensors.position[i], sensors.normal[i], sensors.weight[i]);
   }
   if (inside.empty()) return;
   const std::string& object = tracer.scene().geometry().objects[around[inside.front()]].name;

@@ -94,9 +94,12 @@ std::vector<float> levels_of(const Measurement& m) {
 std::string key_figures(const Measurement& m) {
   const std::vector<float> levels = levels_of(m);
   const auto [least, most] = std::minmax_element(levels.begin(), levels.end());
-  double sum = 0;
-  for (const float level : levels) sum += level;
-  const double mean = sum / static_cast<double>(levels.size());
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    sum += double{m.sensors.weight[i]} * levels[i];
+    weights += m.sensors.weight[i];
+  }
+  const double mean = sum / weights;
   const float error = *std::max_element(m.relative_error.begin(), m.relative_error.end());
   const auto place = [&](auto at) {
     const Vec3 p = m.sensors.position[static_cast<std::size_t>(at - levels.begin())];

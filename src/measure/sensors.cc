@@ -194,13 +194,14 @@ Sensors surface_sensors(const std::string& text, const Scene& scene) {
   Sensors out;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
     const std::uint32_t object = g.object_of(t);
-    if (object == kNone || g.objects[object].name != name || !(g.doubled_area(t) > 0)) continue;
+    if (object == kNone || g.objects[object].name != name || !(g.doubled_area(t) > 0) || scene.repeats(t)) continue;
     const auto& [a, b, c] = g.triangles[t];
     const Vec3 corner = g.positions[a], u = g.positions[b] - corner, v = g.positions[c] - corner;
     const double longest = std::max({length(u), length(v), length(v - u)});
     const double parts = std::max(std::ceil(longest / spacing), 1.0);
     check_number(static_cast<double>(out.size()) + parts * parts, text);
     const int n = static_cast<int>(parts);
+    const float area = g.area(t) / (static_cast<float>(n) * static_cast<float>(n));
     // Centres of gravity of n * n triangles alike, of which those beyond the diagonal of their square are turned.
     for (int y = 0; y < n; ++y)
       for (int x = 0; x + y < n; ++x)
@@ -208,7 +209,7 @@ Sensors surface_sensors(const std::string& text, const Scene& scene) {
           if (third < 0.5f || x + y + 1 < n)
             out.add(corner + u * ((static_cast<float>(x) + third) / static_cast<float>(n)) +
                         v * ((static_cast<float>(y) + third) / static_cast<float>(n)),
-                    g.normal(t));
+                    g.normal(t), area);
   }
   if (out.size() == 0) throw Error(fmt::format("the object \"{}\" has no surface", name));
   return out;

@@ -14,11 +14,13 @@ namespace glowworm {
 struct Sensors {
   std::vector<Vec3> position;  ///< metres, as the scene's tables have them (Scene::inside())
   std::vector<Vec3> normal;    ///< unit
+  std::vector<float> weight;   ///< in means over sensors: m^2 of the surface around each, or 1
 
   std::size_t size() const { return position.size(); }
-  void add(Vec3 place, Vec3 direction) {
+  void add(Vec3 place, Vec3 direction, float its_weight = 1) {
     position.push_back(place);
     normal.push_back(direction);
+    weight.push_back(its_weight);
   }
 };
 

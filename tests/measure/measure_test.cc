@@ -8,6 +8,7 @@
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "measure/measurement.h"
+#include "measure/plan.h"
 #include "render/job.h"
 #include "scene/scene_parts.h"
 
@@ -168,6 +169,28 @@ TEST(Sensors, GuideTheirRaysToTheLight) {
   EXPECT_NEAR(mean[0], mean[1], 3 * std::sqrt(variance[0] + variance[1]));
   EXPECT_LT(variance[0], 0.8 * variance[1]);
   printf("variance %g of %g over %zu sensors\n", variance[0], variance[1], sensors.size());
+}
+
+// A narrow strip of long triangles has many sensors on little area. One of its triangles is there twice.
+TEST(MeasurementFiles, MeansAreThoseOfTheArea) {
+  SceneDescription d;
+  d.name = "table";
+  d.materials.emplace_back();
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 0.01f, 0});
+  add_quad(d, {0, 0.01f, 0}, {1, 0, 0}, {0, 0.99f, 0});
+  d.geometry.triangles.push_back(d.geometry.triangles[0]);
+  d.geometry.material.push_back(0);
+  d.geometry.emission.push_back(kNone);
+  d.geometry.objects = {{0, "table"}};
+  const Scene scene(std::move(d));
+  Measurement m;
+  m.sensors = surface_sensors("table,0.1", scene);
+  for (const Vec3 p : m.sensors.position)
+    m.irradiance.push_back(RGB((scene.outside(p).y < 0.01f ? 1000.0f : 200.0f) / kLuminousEfficacy));
+  m.relative_error.resize(m.sensors.size());
+  const std::string page = measurement_page(m, "about", {});
+  EXPECT_THAT(page, HasSubstr("mean illuminance</td><td>208 lx"));
+  EXPECT_THAT(page, HasSubstr("minimum / mean</td><td>0.962"));
 }
 
 TEST(MeasurementFiles, HoldTheColumnsOfTheHeader) {
