@@ -120,7 +120,7 @@ TEST(ShadedSurface, SamplesLeaveOnTheirSideWithTheDensityOfPdf) {
   }
 }
 
-TEST(ShadedSurface, SamplesScatterWhatEvaluateSays) {
+TEST(SlowShadedSurface, SamplesScatterWhatEvaluateSays) {
   for (const float degrees : kAngles) {
     const Leaning leaning(degrees);
     for (const BsdfCase& c : bsdf_cases()) {
@@ -166,7 +166,7 @@ TEST(ShadedSurface, LosesNothing) {
 }
 
 /// Light that arrives and is asked for comes to the same, whichever end it is followed from.
-TEST(ShadedSurface, PhotonsScatterLikeCameraPaths) {
+TEST(SlowShadedSurface, PhotonsScatterLikeCameraPaths) {
   for (const float degrees : kAngles) {
     const Leaning leaning(degrees);
     for (const BsdfCase& c : bsdf_cases()) {

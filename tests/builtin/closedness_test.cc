@@ -88,7 +88,7 @@ TEST(FurnaceSphere, IsAClosedFlatShadedSphereThatEmitsEverywhere) {
   EXPECT_EQ(escapes.gone + escapes.back, 0);
 }
 
-TEST(Ajar, BothRoomsAndTheDoorwayAreOneClosedShell) {
+TEST(SlowAjar, BothRoomsAndTheDoorwayAreOneClosedShell) {
   const SceneDescription scene = builtin_scene("ajar");
   // The doorway's faces share the door's paint with the leaf and the trim, so the rays below ask the whole scene.
   for (const Vec3 from :
@@ -99,7 +99,7 @@ TEST(Ajar, BothRoomsAndTheDoorwayAreOneClosedShell) {
   }
 }
 
-TEST(Ajar, TheLampLightsLittleOfTheRoomDirectly) {
+TEST(SlowAjar, TheLampLightsLittleOfTheRoomDirectly) {
   const SceneDescription scene = builtin_scene("ajar");
   const Vec3 lamp{0, 2.65f, -3.5f};
   int lit = 0;
@@ -114,7 +114,7 @@ TEST(Ajar, TheLampLightsLittleOfTheRoomDirectly) {
   EXPECT_LT(lit, count / 20);
 }
 
-TEST(Ajar, ACameraPathThroughTheGapExists) {
+TEST(SlowAjar, ACameraPathThroughTheGapExists) {
   // From the corridor, just behind the gap, the room's far wall is seen: the door is open.
   const SceneDescription scene = builtin_scene("ajar");
   const Vec3 from{1.15f, 1.2f, -2.9f};
@@ -196,7 +196,7 @@ TEST(SlowAtrium, GalleriesAreRoofedAndWalledAndShowNoBacks) {
   }
 }
 
-TEST(Atrium, SunReachesTheCourtAndOneColonnade) {
+TEST(SlowAtrium, SunReachesTheCourtAndOneColonnade) {
   const SceneDescription scene = builtin_scene("atrium");
   const Vec3 to_sun = -scene.lights[0].direction;
   int floor = 0, colonnade = 0, shaded = 0;

@@ -34,7 +34,7 @@ double mean_count(const PhotonBatch& photons, const std::vector<float>& radii) {
   return sum / number;
 }
 
-TEST(Radius, HoldsAboutKPhotonsOnAFloor) {
+TEST(SlowRadius, HoldsAboutKPhotonsOnAFloor) {
   const PhotonBatch photons = floor_photons(20000);
   for (const std::uint32_t k : {20u, 50u, 100u}) {
     const std::vector<float> radii = per_photon_radii(photons, k);

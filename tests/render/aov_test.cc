@@ -113,7 +113,7 @@ TEST(Layers, RadiusIsThatOfThePhotonsAndNothingOfPaths) {
   }
 }
 
-TEST(Layers, BiasIsWhatWideRadiiAddOrTakeAway) {
+TEST(SlowLayers, BiasIsWhatWideRadiiAddOrTakeAway) {
   // A point light a metre above a floor: the path tracer has no noise.
   const Stage stage(lit_floor(LightCase::point));
   RenderSettings settings = by_photons(32, 4, 1, 0);

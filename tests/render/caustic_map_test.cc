@@ -62,7 +62,7 @@ Spread spread(const Stage& stage, std::uint64_t more_paths) {
   return out;
 }
 
-TEST(CausticMap, PathsTowardsCausticsLowerTheirNoiseAndKeepTheirLight) {
+TEST(SlowCausticMap, PathsTowardsCausticsLowerTheirNoiseAndKeepTheirLight) {
   const Stage stage(builtin_scene("glass-sphere"));
   const Spread one_pass = spread(stage, 0), more = spread(stage, 200'000);
   const double error = std::sqrt(one_pass.variance + more.variance);

@@ -156,7 +156,7 @@ TEST(SlowSecondaryGather, ReducesTheErrorInCorners) {
 
 /// A glossy floor whose pixels reflect a spot of a lit wall that is smaller than the photons' discs. With a secondary
 /// gather, their noise is not that of a few photons, and their mean is that of paths.
-TEST(SecondaryGather, TakesPhotonNoiseFromGlossyReflections) {
+TEST(SlowSecondaryGather, TakesPhotonNoiseFromGlossyReflections) {
   SceneDescription d;
   d.materials.resize(2);
   d.materials[1].kind = MaterialKind::conductor;
@@ -179,7 +179,7 @@ TEST(SecondaryGather, TakesPhotonNoiseFromGlossyReflections) {
 
 /// A corner of three half-metallic mirrors of which a lamp lights one: what a secondary ray meets is chosen
 /// independently of what the ray before it met.
-TEST(SecondaryGather, ChoosesLobesIndependently) {
+TEST(SlowSecondaryGather, ChoosesLobesIndependently) {
   SceneDescription d;
   Material half_metal;
   half_metal.kind = MaterialKind::metallic_roughness;

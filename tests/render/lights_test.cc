@@ -167,7 +167,7 @@ void expect_same_means(const SceneDescription& a, const SceneDescription& b) {
     EXPECT_NEAR(found[i].luminance() / expected[i].luminance(), 1, 0.02) << "integrator " << i;
 }
 
-TEST(LampWithAlpha, ShinesWhereItIs) {
+TEST(SlowLampWithAlpha, ShinesWhereItIs) {
   const auto lit_by_a_card = [](float width, float radiance) {
     SceneDescription d = floor_description();
     d.materials.emplace_back().reflectance.value = RGB(0.0f);

@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Materials, Panes, testing::ValuesIn(pane_cases()),
                          [](const auto& info) { return info.param.name; });
 
 /// A leaf of glTF between a lamp and a floor: all light of the floor comes through the leaf.
-TEST(TransmittingSheet, PassesPhotonsToBothIntegrators) {
+TEST(SlowTransmittingSheet, PassesPhotonsToBothIntegrators) {
   SceneDescription d = floor_description();
   Material leaf;
   leaf.kind = MaterialKind::metallic_roughness;

@@ -63,7 +63,7 @@ TEST(PhotonNoise, IsTheSpreadOfMapsWithOtherPhotons) {
   EXPECT_NEAR(std::sqrt(predicted / spread), 1, 0.2);
 }
 
-TEST(PhotonNoise, FallsWithTheirNumber) {
+TEST(SlowPhotonNoise, FallsWithTheirNumber) {
   const Stage stage(builtin_scene("ajar"));
   const auto variance = [&](std::uint64_t photons) {
     RenderSettings settings = by_photons(64, 2, 16, photons, "blocked");
@@ -93,7 +93,7 @@ RenderSettings ends_by_noise(int side, double target) {
   return settings;
 }
 
-TEST(PhotonNoise, RendersThatEndByNoiseTakeMorePhotons) {
+TEST(SlowPhotonNoise, RendersThatEndByNoiseTakeMorePhotons) {
   const Stage stage(builtin_scene("ajar"));
   constexpr double kTarget = 0.05;
   constexpr std::uint32_t kRenders = 6;

@@ -108,7 +108,7 @@ TEST(PointGrid, SpreadsSamplesOverCellsAmidTheirSurface) {
   EXPECT_TRUE(is_point(kSide + 1)) << "a grid of points";
 }
 
-TEST(PointGrid, GetsCausticsApartFromSurfaces) {
+TEST(SlowPointGrid, GetsCausticsApartFromSurfaces) {
   const Stage stage(builtin_scene("glass-sphere"));
   const Box3 room = stage.scene->bounds();
   // Below the sphere, above the floor.

@@ -34,7 +34,7 @@ void expect_light_of_paths(SceneDescription d) {
   }
 }
 
-TEST(VariedSurfaces, MixesOfBroadAndSharpMaterials) {
+TEST(SlowVariedSurfaces, MixesOfBroadAndSharpMaterials) {
   SceneDescription d = lit_from_the_floor();
   Material mirror;
   mirror.kind = MaterialKind::conductor;
@@ -65,7 +65,7 @@ SceneDescription checkered() {
 
 TEST(VariedSurfaces, BlackTexels) { expect_light_of_paths(checkered()); }
 
-TEST(VariedSurfaces, BlackTexelsUnderACoat) {
+TEST(SlowVariedSurfaces, BlackTexelsUnderACoat) {
   SceneDescription d = checkered();
   d.materials[0].kind = MaterialKind::coated_diffuse;
   d.materials[0].roughness_u.value = d.materials[0].roughness_v.value = 0;
