@@ -114,17 +114,19 @@ std::size_t DensityIndex::photon_count() const { return implementation_->count; 
 
 std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<const Vec3> normal) const {
   check_positions(position, "point");
+  if (!normal.empty()) check_length(normal.size(), position.size(), "normals");
+  const std::size_t count = position.size();
+  std::vector<Rgb> out(count);
+  // Of no photons it is not known whether they have normals.
+  if (photon_count() == 0) return out;
   if (!normal.empty()) {
-    check_length(normal.size(), position.size(), "normals");
     if (!implementation_->normals)
       throw Error("points with normals are asked of photons without", "Give the photons normals, or leave both out.");
   } else if (implementation_->normals && !position.empty()) {
     throw Error("points without normals are asked of photons that have them", "Give normals to both or to neither.");
   }
-  const std::size_t count = position.size();
   const auto* places = reinterpret_cast<const glowworm::Vec3*>(position.data());
   const auto* normals = reinterpret_cast<const glowworm::Vec3*>(normal.data());
-  std::vector<Rgb> out(count);
   std::unique_ptr<QueryPoints> points = implementation_->take_points();
   Statistics statistics;
   for (std::size_t first = 0; first < count; first += kPointsAtOnce) {

@@ -481,6 +481,16 @@ TEST(Api, PhotonsCarryThePowerThatArrives) {
   EXPECT_NEAR(index.sum(at, normal)[0].g, 3, 0.6);
 }
 
+TEST(Api, NoPhotonsSumToZeroWithAndWithoutNormals) {
+  const std::vector<gw::Vec3> at{{0, 0, 0}, {1, 0, 0}}, normal{{0, 0, 1}, {0, 0, 1}};
+  const gw::DensityIndex index({}, 0.1f);
+  for (const std::vector<gw::Rgb>& sums : {index.sum(at), index.sum(at, normal)}) {
+    ASSERT_EQ(sums.size(), 2u);
+    EXPECT_EQ(sums[1].g, 0);
+  }
+  EXPECT_THAT(error_of([&] { index.sum(at, {normal.data(), 1}); }), HasSubstr("normals"));
+}
+
 TEST(Api, AsManyCausticPhotonsAreStoredAsAskedFor) {
   gw::PhotonOptions options;
   options.photons = 2000;
