@@ -39,13 +39,14 @@ void SessionWorker::open(const std::string& path) {
 
 std::uint64_t SessionWorker::post(const ViewState& state, bool interacting) {
   const std::lock_guard lock(mutex_);
+  ++number_;
+  if (scene_) return number_;  // The caller does not know the new scene yet.
   state_ = state;
   interacting_ = interacting;
-  failed_ = false;
   posted_ = Clock::now();
   interrupt_.request();
   changed_.notify_all();
-  return ++number_;
+  return number_;
 }
 
 void SessionWorker::pause(bool paused) {
@@ -77,7 +78,7 @@ bool SessionWorker::loading() const {
 }
 
 bool SessionWorker::has_work() const {
-  return ending_ || wanted_scene_ || (session_ && state_ && !paused_ && !failed_);
+  return ending_ || wanted_scene_ || (session_ && state_ && !paused_ && failed_ != number_);
 }
 
 void SessionWorker::run() {
@@ -106,7 +107,7 @@ void SessionWorker::run() {
       const std::lock_guard lock(mutex_);
       if (path) loading_ = wanted_scene_.has_value();
       // The same state would fail again.
-      if (!failure.empty() && !path) failed_ = true;
+      if (!failure.empty() && !path) failed_ = rendered_;
       if (!failure.empty()) error_ = failure;
     }
     wake_();
@@ -125,7 +126,6 @@ void SessionWorker::load_scene(const std::string& path) {
   const std::lock_guard lock(mutex_);
   state_.reset();
   frame_.reset();
-  failed_ = false;
   scene_ = std::move(loaded);
 }
 
@@ -139,7 +139,7 @@ void SessionWorker::render() {
     if (!state_ || paused_) return;
     state = *state_;
     interacting = interacting_;
-    out.number = number_;
+    out.number = rendered_ = number_;
     posted = posted_;
     interrupt_.clear();
   }

@@ -39,7 +39,7 @@ class SessionWorker {
   SessionWorker(const SessionWorker&) = delete;
   SessionWorker& operator=(const SessionWorker&) = delete;
 
-  /// Opens a scene; if that fails, the old one stays. States posted before it is loaded are dropped.
+  /// Opens a scene; if that fails, the old one stays. States posted before take_scene() has returned it are dropped.
   void open(const std::string& path);
   /// Shows a state from now on; abandons the frame of a view at rest under way. Returns the state's number.
   std::uint64_t post(const ViewState& state, bool interacting);
@@ -68,10 +68,11 @@ class SessionWorker {
   std::condition_variable changed_;
   Interrupt interrupt_;
   Interrupt loading_interrupt_;  ///< of the scene being loaded, when it is no longer needed
-  bool ending_ = false, paused_ = false, loading_ = false, failed_ = false, interacting_ = false;
+  bool ending_ = false, paused_ = false, loading_ = false, interacting_ = false;
   std::optional<std::string> wanted_scene_;
   std::optional<ViewState> state_;  // newest
-  std::uint64_t number_ = 0;
+  // Numbers of states, from 1 on: the newest, the one last rendered, and the one that failed last.
+  std::uint64_t number_ = 0, rendered_ = 0, failed_ = 0;
   std::chrono::steady_clock::time_point posted_;
   std::optional<WorkerFrame> frame_;
   std::optional<LoadedScene> scene_;

@@ -239,6 +239,42 @@ TEST_F(WorkerTest, ReportsAnInvalidStateOnce) {
   EXPECT_GT(frame_of(worker_.post(state, false)).frame.samples, 0u);
 }
 
+TEST_F(WorkerTest, ShowsAStateThatIsPostedWhileAnotherFails) {
+  SessionSettings little_memory = settings();
+  little_memory.frames_per_second = 0.001;  // as many pixels as the state has
+  little_memory.memory_bytes = std::uint64_t{64} << 20;
+  SessionWorker worker(
+      little_memory, [](const std::string& name) { return test_scene(name); }, [] {});
+  worker.open("cornell");
+  const auto scene = wait_for([&] { return worker.take_scene(); });
+  ASSERT_TRUE(scene.has_value());
+  ViewState good = scene->state, bad = good;
+  good.width = good.height = 8;
+  good.photons = 1000;
+  bad.width = bad.height = 8000;
+  bad.photons = 100'000;  // takes time before the memory for the pixels is missing
+  worker.post(bad, true);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const std::uint64_t number = worker.post(good, true);
+  EXPECT_TRUE(wait_for([&] { return worker.take_error(); }).has_value());
+  const auto frame = wait_for([&] { return worker.take_frame(); });
+  ASSERT_TRUE(frame.has_value());
+  EXPECT_EQ(frame->number, number);
+}
+
+TEST_F(WorkerTest, DoesNotShowAStateOfTheOldSceneInTheNewOne) {
+  const ViewState state = open("cornell");
+  worker_.open("ring");
+  EXPECT_TRUE(wait_for([&] { return !worker_.loading(); }));
+  worker_.post(state, false);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_FALSE(worker_.take_error().has_value());
+  EXPECT_FALSE(worker_.take_frame().has_value());
+  const auto scene = worker_.take_scene();
+  ASSERT_TRUE(scene.has_value());
+  EXPECT_GT(frame_of(worker_.post(scene->state, true)).frame.samples, 0u);
+}
+
 TEST_F(WorkerTest, RendersNothingWhilePaused) {
   const ViewState state = open("cornell");
   frame_of(worker_.post(state, false));
