@@ -161,7 +161,7 @@ Script parse_script(const std::string& text, const std::string& name) {
   json root;
   try {
     root = json::parse(text);
-  } catch (const json::parse_error& error) {
+  } catch (const json::exception& error) {
     throw Error(FilePlace{name}, error.what(), "A script is a JSON object; docs/guide.md has an example.");
   }
   const Entry entry(root, name, {"frames", "fps", "size", "moves"});

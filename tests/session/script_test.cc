@@ -84,6 +84,7 @@ TEST(ScriptErrors, NameThePlaceAndTheChoices) {
     return std::string("no error");
   };
   EXPECT_THAT(message("{"), HasSubstr("moves.json"));
+  EXPECT_THAT(message(R"({"fps": 1e400})"), HasSubstr("moves.json"));
   EXPECT_THAT(message("[]"), HasSubstr("moves.json is not an object"));
   EXPECT_THAT(message(R"({"move": []})"), testing::AllOf(HasSubstr("\"move\""), HasSubstr("moves")));
   EXPECT_THAT(message(R"({"moves": [{}, {"orbit": [1]}]})"), HasSubstr("moves.json: move 2 \"orbit\""));
