@@ -227,7 +227,7 @@ const PhotonMaps& Session::resting_maps(const ViewState& state) {
   if (!refined_guide_) refined_guide_ = make_guide(state);
   PhotonMapSettings wanted = map_settings(state, state.photons, false);
   wanted.guide = *refined_guide_;
-  wanted.pass = pass;
+  wanted.pass = pass + 1;  // photons of passes 0 and 1 are in the first maps: 1 has their additional caustic photons
   wanted.radius_scale = progressive_radius_scale(pass);
   wanted.more_caustic_paths = 0;
   wanted.kept = false;
