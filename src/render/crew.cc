@@ -223,12 +223,12 @@ void Crew::take_message(const Message& message, const Work& work) {
       failures_.push_back(fmt::format("rank {}: {}", message.from, in.rest()));
       [[fallthrough]];
     default:
-      lose(message.from, work);
+      gone_.insert(message.from);
+      take_tasks_back(message.from, work);
   }
 }
 
-void Crew::lose(int rank, const Work& work) {
-  gone_.insert(rank);
+void Crew::take_tasks_back(int rank, const Work& work) {
   std::erase(waiting_, rank);
   for (const CameraTask& task : tasks_[rank]) work.give_back(task);
   tasks_.erase(rank);
@@ -270,7 +270,8 @@ void Crew::serve(const Work& work) {
       tasks_[rank].push_back(*task);
       if (ranks_->send(rank, out.take(), kSendSeconds)) continue;
       failures_.push_back(name_of(*ranks_, rank) + " does not answer");
-      lose(rank, work);
+      late_.insert(rank);  // it may answer again
+      take_tasks_back(rank, work);
     }
   }
 }

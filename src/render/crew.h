@@ -37,7 +37,7 @@ class Crew {
     std::function<std::optional<CameraTask>()> take;  ///< the next task, if there is one now
     /// Takes the film of a task, for unpack_film().
     std::function<void(const CameraTask&, std::span<const std::byte>)> put;
-    std::function<void(const CameraTask&)> give_back;  ///< takes a task back whose rank is lost
+    std::function<void(const CameraTask&)> give_back;  ///< takes a task back whose rank does not compute it
     std::function<bool()> ended;                       ///< true: serve() returns
   };
 
@@ -63,7 +63,7 @@ class Crew {
   /// Notes that a rank has answered; `put` has had its result.
   void take_message(const Message& message, const Work& work);
   void check_key(int rank, const std::string& text) const;
-  void lose(int rank, const Work& work);
+  void take_tasks_back(int rank, const Work& work);
   void warn_of_late();
 
   std::shared_ptr<Ranks> ranks_;

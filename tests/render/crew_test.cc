@@ -267,7 +267,7 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   EXPECT_TRUE(first->snapshot().save() == stage.render(settings).save());
 }
 
-constexpr std::byte kAsk{3}, kBye{8};
+constexpr std::byte kAsk{3}, kTask{4}, kStop{7}, kBye{8};
 /// Turns of Crew::serve() without messages that take longer than 0.02 s.
 constexpr int kLateTurns = 50;
 
@@ -347,6 +347,44 @@ TEST(SharedRender, OthersAreNotLateBecauseRank0WasStopped) {
   other.send(0, {kBye}, 1);
   EXPECT_TRUE(crew.dismiss(2));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+/// Rank 0, whose first message no other rank takes.
+struct RefusedRanks : ThreadRanks {
+  using ThreadRanks::ThreadRanks;
+  bool send(int to, std::vector<std::byte> bytes, double seconds) override {
+    return refused++ > 0 && ThreadRanks::send(to, std::move(bytes), seconds);
+  }
+  int refused = 0;
+};
+
+TEST(SharedRender, ARankThatTookNoTaskIsToldToEndIfItAnswersLater) {
+  for (const bool answers : {true, false}) {
+    const auto mail = std::make_shared<Mail>(2);
+    ThreadRanks other(mail, 1);
+    other.send(0, {kAsk}, 1);
+    Crew crew(std::make_shared<RefusedRanks>(mail, 0));
+    testing::internal::CaptureStderr();
+    std::vector<CameraTask> tasks = {{0, 0, 16, 16}};
+    crew.serve({[&]() -> std::optional<CameraTask> {
+                  if (tasks.empty()) return std::nullopt;
+                  return std::exchange(tasks, {}).front();
+                },
+                [](const CameraTask&, std::span<const std::byte>) {},
+                [&](const CameraTask& task) { tasks.push_back(task); },
+                [&, turns = 0]() mutable {
+                  if (++turns == 3 && answers) other.send(0, {kAsk}, 1);
+                  return turns == 6;
+                }});
+    EXPECT_EQ(tasks.empty(), answers) << "it has the task, or others have it";
+    if (answers) other.send(0, {kBye}, 1);
+    EXPECT_EQ(crew.dismiss(2), answers);
+    std::vector<std::byte> kinds;
+    while (const std::optional<Message> message = other.receive(0)) kinds.push_back(message->bytes.front());
+    EXPECT_EQ(kinds, answers ? std::vector({kTask, kStop}) : std::vector({kStop}));
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), answers ? "rank 1 on node answers again\n" : "");
+    EXPECT_THAT(crew.failures(), testing::ElementsAre("rank 1 on node does not answer"));
+  }
 }
 
 TEST(Watch, CallsIfItIsNotDestroyedInTime) {
