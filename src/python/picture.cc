@@ -63,7 +63,7 @@ std::shared_ptr<Picture> picture_of(const py::dict& layers) {
   auto out = std::make_shared<Picture>();
   for (const auto& [key, value] : layers) {
     const auto name = key.cast<std::string>();
-    const Floats array = floats(value, name.c_str());
+    const Floats array = floats(value, name.c_str(), Check::later);  // nothing seen: an infinite depth
     if (array.ndim() != 2 && array.ndim() != 3)
       throw py::value_error("layer '" + name + "' has " + std::to_string(array.ndim()) +
                             " axes; expected (height, width) or (height, width, channels)");

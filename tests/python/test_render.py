@@ -116,6 +116,8 @@ def test_renders_from_a_camera_of_its_own(square):
     picture = glowworm.render(square, **TINY, camera=camera, aov="depth")
     np.testing.assert_allclose(picture["depth"], 5)
     assert glowworm.render(square, **TINY, camera=square.cameras[0], aov="depth")["depth"][4, 4] < 3
+    unnamed = glowworm.Camera((0, 0, 5), (0, 0, 0), orthographic_size=1, name="")
+    np.testing.assert_allclose(glowworm.render(square, **TINY, camera=unnamed, aov="depth")["depth"], 5)
 
 
 def test_statistics_are_a_dict(square):
@@ -216,6 +218,15 @@ def test_a_render_goes_on_in_the_background(square):
     assert render.statistics()["ending"] == "cancelled"
 
 
+def test_waits_no_longer_than_it_says(square):
+    render = glowworm.Render(square, **{key: value for key, value in ENDLESS.items() if key != "progress"})
+    start = time.monotonic()
+    assert not render.wait(0.5, progress=lambda share: time.sleep(0.5))
+    assert time.monotonic() - start < 3, "the time that progress takes counts"
+    render.cancel()
+    render.wait()
+
+
 def test_every_wait_raises_the_error_of_the_render(square):
     # The photons take three times the memory.
     render = glowworm.Render(square, size=(4, 4), samples=1, photons=1_000_000, memory="64M")
@@ -294,6 +305,19 @@ def test_pictures_without_an_image_are_shown_as_they_are():
     assert picture._repr_png_() is None
     with pytest.raises(glowworm.Error, match="'image'"):
         picture.png()
+
+
+def test_pixels_may_be_infinite_or_not_a_number(tmp_path):
+    depth = np.array([[1.0, np.inf]], dtype=np.float32)
+    path = str(tmp_path / "depth.exr")
+    glowworm.Picture({"depth": depth}).write(path)
+    np.testing.assert_array_equal(glowworm.Picture.read(path)["depth"], depth)
+    reference = np.full((2, 3, 3), 2.0)
+    image = reference.copy()
+    image[1, 2, 0] = np.nan
+    measures = glowworm.compare(image, reference)
+    assert measures["pixels_not_finite"] == 1
+    assert measures["mse"] == 0
 
 
 def test_compare_measures_the_difference(square, tmp_path):

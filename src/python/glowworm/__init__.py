@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import sys
+import time
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 from ._glowworm import (
@@ -130,14 +132,12 @@ class Render:
         render is cancelled and the exception is raised.
         """
         try:
-            left = seconds
-            while not self._render.wait_for(_INTERVAL if left is None else min(left, _INTERVAL)):
+            end = math.inf if seconds is None else time.monotonic() + seconds
+            while not self._render.wait_for(max(0, min(end - time.monotonic(), _INTERVAL))):
                 if progress is not None:
                     progress(self._render.progress())
-                if left is not None:
-                    left -= _INTERVAL
-                    if left <= 0:
-                        return False
+                if time.monotonic() >= end:
+                    return False
         except BaseException:
             self._render.cancel()
             self._render.wait()
@@ -174,7 +174,7 @@ class Render:
 
 def _with_camera(scene: Scene, camera: Camera) -> Tuple[Scene, str]:
     """The scene with one more camera, and that one's name in it."""
-    name = camera.name
+    name = camera.name or "camera"  # no name would be the scene's first camera
     while name in scene.cameras:
         name += "'"
     named = Camera(
