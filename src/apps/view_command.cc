@@ -63,6 +63,14 @@ std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::st
   return open_scene(path, {loading_budget(memory_bytes)}, changes, files);
 }
 
+std::vector<std::string> scene_options(const ViewOptions& o, const std::string& path) {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i + 1 < o.changes.given.size(); i += 2)
+    if (path == o.scene || o.changes.given[i] != "--look-at")
+      words.insert(words.end(), {o.changes.given[i], o.changes.given[i + 1]});
+  return words;
+}
+
 ViewState first_state(const ViewOptions& o, const Script& script, const Scene& scene, ViewState state) {
   const RenderSettings& s = o.table.settings;
   read_command_line([&] { state.camera = scene.camera(s.camera); });

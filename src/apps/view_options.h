@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/open_scene.h"
 #include "apps/table_options.h"
@@ -24,10 +25,13 @@ struct ViewOptions {
   bool no_reuse = false;
 };
 
-/// Opens a scene with the scene options. Those of the camera do not apply to scenes dropped later.
+/// Opens a scene with the scene options. --look-at does not apply to scenes dropped later.
 /// @param memory_bytes memory that loading may take
 std::shared_ptr<const Scene> open_view_scene(const ViewOptions& options, const std::string& path,
                                              std::uint64_t memory_bytes, OutputFiles* files = nullptr);
+
+/// The scene options that open_view_scene() opens a scene with, in a form to repeat on another command line.
+std::vector<std::string> scene_options(const ViewOptions& options, const std::string& path);
 
 /// The initial state of a session: `state` (Session::initial_state()), changed by the options. Throws Error if an
 /// option names something that does not exist.

@@ -179,7 +179,7 @@ void draw_files(ViewModel& model) {
   if (ImGui::Button("save image (.exr .png)")) model.save(model.save_path);
   if (ImGui::Button("copy render command"))
     ImGui::SetClipboardText(render_command_text(model.scene->path, *model.scene->scene, model.scene->lights,
-                                                model.state, model.options.changes.given)
+                                                model.state, scene_options(model.options, model.scene->path))
                                 .c_str());
   hint("Copy the glowworm render command of this view to the clipboard");
 }
