@@ -141,6 +141,18 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
   return sensors;
 }
 
+/// Tells of a glTF file's candela and lux, which become watts by another efficacy than the sensors' lux.
+void tell_of_candela(const MeasureOptions& o, const Scene& scene) {
+  const std::string ending = lower_ending(o.scene);
+  const bool is_gltf = ending == ".gltf" || ending == ".glb";
+  const auto is_photometric = [](const Light& light) { return light.kind != LightKind::luminaire; };
+  if (o.sky_patches > 0 || !is_gltf || std::none_of(scene.lights().begin(), scene.lights().end(), is_photometric))
+    return;
+  inform(
+      "note: candela and lux of lights in the file were divided by 683 lm/W, as in Blender; sensors multiply by 179 "
+      "lm/W, so that these lights measure 0.262 times what the file says");
+}
+
 /// Writes the results of a job to all files.
 void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& job, const Tracer& tracer,
                    OutputFiles& files) {
@@ -181,6 +193,7 @@ int run_measure(MeasureOptions& o) {
   std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
   tell_notes(*scene, o.scene);
+  tell_of_candela(o, *scene);
   if (o.sky_patches > 0) scene = std::make_shared<const Scene>(scene_under_patches(*scene, SkyPatches(o.sky_patches)));
   const auto loaded = std::chrono::steady_clock::now();
   const auto tracer = std::make_shared<const Tracer>(*scene);

@@ -67,6 +67,30 @@ TEST_F(MeasureTest, StopsAtTheErrorAskedFor) {
   EXPECT_GT(statistics.at("time_s").at("total"), statistics.at("time_s").at("load"));
 }
 
+TEST_F(MeasureTest, TellsOfTheCandelaOfAGltfFile) {
+  // A black triangle below a light of 1000 cd.
+  write("a.gltf",
+        R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "extensionsUsed": ["KHR_lights_punctual"],
+    "nodes": [{"mesh": 0}, {"translation": [0, 1, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 1000}]}},
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0}}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, -1, 0], "max": [1, 0, 1]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgL8AAIA/"}]})");
+  write("a.pts", "0 0 0  0 1 0\n");
+  const auto measure = [&](const char* scene, std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", scene, "--points", "a.pts", "--samples", "2", "--photons", "1000"});
+    return run(more);
+  };
+  const Outcome outcome = measure("a.gltf", {"-o", "-"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("0.262 times"));
+  EXPECT_NEAR(last_row(outcome.out)[10], 262, 1);
+  EXPECT_THAT(measure("a.pbrt", {"-o", "-", "--light", "lamp.ies@0,3,0"}).err,
+              testing::Not(testing::HasSubstr("candela")));
+}
+
 TEST_F(MeasureTest, LightsBySkies) {
   const Outcome outcome = run({"measure", "a.pbrt", "--points", "a.pts", "--sky", "cie:12,50,135,20000", "--samples",
                                "64", "--gather", "256", "--photons", "1000", "-o", "-"});
