@@ -55,24 +55,22 @@ void check_geometry(const SceneDescription& d) {
 }
 
 void check_textures(const std::vector<TextureNode>& textures) {
-  std::vector<double> cost(textures.size(), 1);
-  std::vector<int> depth(textures.size(), 1);
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const TextureNode& node = textures[i];
     if (node.kind == TextureKind::image && !node.image)
       throw Error(fmt::format("texture {} has no image", i), kImporterRemedy);
-    for (const std::uint32_t child : {node.child_a, node.child_b, node.child_amount}) {
-      if (child == kNone) continue;
-      if (child >= i)
+    for (const std::uint32_t child : {node.child_a, node.child_b, node.child_amount})
+      if (child != kNone && child >= i)
         throw Error(fmt::format("texture {} refers to texture {}, which does not stand before it", i, child),
                     "Textures must not refer to themselves.");
-      cost[i] += cost[child];
-      depth[i] = std::max(depth[i], depth[child] + 1);
-    }
-    if (cost[i] > kMaximalTextureCost || depth[i] > kMaximalTextureDepth)
-      throw Error(fmt::format("texture {} is nested too deeply: {} levels, {} nodes", i, depth[i], cost[i]),
-                  "Combine its parts into an image.");
   }
+  std::vector<TextureCost> costs;
+  measure_textures(textures, costs);
+  for (std::size_t i = 0; i < costs.size(); ++i)
+    if (!costs[i].is_allowed())
+      throw Error(
+          fmt::format("texture {} is nested too deeply: {} levels, {} nodes", i, costs[i].levels, costs[i].nodes),
+          "Combine its parts into an image.");
 }
 
 void check_texture_index(const SceneDescription& d, std::uint32_t texture, const std::string& owner) {
@@ -124,6 +122,20 @@ void check_brightness(RGB value, const std::string& what) {
 }
 
 }  // namespace
+
+bool TextureCost::is_allowed() const { return nodes <= kMaximalTextureCost && levels <= kMaximalTextureDepth; }
+
+void measure_textures(const std::vector<TextureNode>& textures, std::vector<TextureCost>& costs) {
+  for (std::size_t i = costs.size(); i < textures.size(); ++i) {
+    TextureCost cost;
+    for (const std::uint32_t child : {textures[i].child_a, textures[i].child_b, textures[i].child_amount}) {
+      if (child == kNone) continue;
+      cost.nodes += costs[child].nodes;
+      cost.levels = std::max(cost.levels, costs[child].levels + 1);
+    }
+    costs.push_back(cost);
+  }
+}
 
 bool is_within_bounds(Vec3 p) {
   // NaN compares as false.

@@ -1,5 +1,7 @@
 // Conditions on a scene's description, checked once so that later code can rely on them.
 #pragma once
+#include <vector>
+
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -10,6 +12,17 @@ namespace glowworm {
 inline constexpr float kMaxCoordinate = 1e12f, kMinSceneSize = 1e-9f;
 /// Maximum radiance, intensity or irradiance of a light, so that sums over lights and samples stay finite.
 inline constexpr float kMaxLight = 1e30f;
+
+/// The work of one lookup of a texture node.
+struct TextureCost {
+  double nodes = 1;  ///< number of nodes evaluated
+  int levels = 1;    ///< longest chain of nodes
+  /// Whether scenes may hold the node. Lookups of others could hang or overflow the stack.
+  bool is_allowed() const;
+};
+/// Measures the nodes after those that `costs` covers already, and appends their costs. Children stand before their
+/// parents.
+void measure_textures(const std::vector<TextureNode>& textures, std::vector<TextureCost>& costs);
 
 /// Whether a point is finite and within kMaxCoordinate.
 bool is_within_bounds(Vec3 p);

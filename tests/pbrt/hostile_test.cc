@@ -196,6 +196,28 @@ TEST(PbrtHostile, ListsOfNumbersAreWithinTheBudget) {
   EXPECT_THAT(error_of(text, within(std::uint64_t{3} << 20)), testing::HasSubstr("of parameters (held: "));
 }
 
+/// A texture on top of `levels` others, and a material whose roughness is its mean.
+std::string nested_textures(int levels, const std::string& kind, const char* other_operand) {
+  std::string text = "WorldBegin Texture \"t0\" \"float\" \"checkerboard\"\n";
+  for (int i = 1; i <= levels; ++i) {
+    const std::string below = "\"t" + std::to_string(i - 1) + "\"";
+    text += "Texture \"t" + std::to_string(i) + "\" \"float\" \"" + kind + "\" \"texture tex1\" " + below + " " +
+            (other_operand ? other_operand + below : "") + "\n";
+  }
+  return text + "Material \"coateddiffuse\" \"texture roughness\" \"t" + std::to_string(levels) + "\"\n" + kTriangle;
+}
+
+TEST(PbrtHostile, NestedTexturesAreBoundedInCostAndDepth) {
+  const TemporaryFolder folder;
+  // 2^40 evaluations, and a recursion of 100,000 calls, if nothing stopped them.
+  EXPECT_TRUE(fails_within(folder.write("cost.pbrt", nested_textures(40, "scale", "\"texture tex2\" ")),
+                           "cost.pbrt:12:1: texture \"t11\" is nested too deeply: 13 levels, 8191 nodes", 256));
+  EXPECT_TRUE(fails_within(folder.write("depth.pbrt", nested_textures(100'000, "mix", nullptr)),
+                           "depth.pbrt:256:1: texture \"t255\" is nested too deeply: 257 levels", 512));
+  EXPECT_EQ(error_of(nested_textures(10, "scale", "\"texture tex2\" ")), "");
+  EXPECT_EQ(error_of(nested_textures(200, "mix", nullptr)), "");
+}
+
 TEST(PbrtHostile, LongNamesAreCutInMessages) {
   const std::string error = error_of("Material \"" + std::string(1 << 20, 'x') + "\"");
   EXPECT_LT(error.size(), 500u);

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/memory_budget.h"
 #include "core/rgb.h"
@@ -13,6 +14,7 @@
 #include "import/pbrt/file.h"
 #include "import/pbrt/parameters.h"
 #include "scene/scene.h"
+#include "scene/scene_checks.h"
 
 namespace glowworm {
 
@@ -44,7 +46,8 @@ struct PbrtContext {
   std::unique_ptr<Reservation> sky;      ///< memory of scene.environment's pixels
   std::size_t subdivided_triangles = 0;  ///< total of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
-  PbrtImageLoader load_needed_image;  ///< throws Error if the file cannot be read
+  PbrtImageLoader load_needed_image;       ///< throws Error if the file cannot be read
+  std::vector<TextureCost> texture_costs;  ///< of the first nodes of scene.textures
   PbrtTextures float_textures, spectrum_textures;
 
   /// Full path of a file named in a parameter.

@@ -154,6 +154,19 @@ class TextureBuilder {
   bool is_float_;
 };
 
+/// Reports an error if a new texture is nested so deeply that lookups could hang, and makes it a constant.
+void check_nesting(PbrtContext& context, const std::string& name, const PbrtParameters& parameters,
+                   PbrtTexture& texture) {
+  measure_textures(context.scene.textures, context.texture_costs);
+  if (texture.node == kNone) return;
+  const TextureCost cost = context.texture_costs[texture.node];
+  if (cost.is_allowed()) return;
+  parameters.error(
+      fmt::format("texture {} is nested too deeply: {} levels, {} nodes", in_quotes(name), cost.levels, cost.nodes),
+      "Combine its parts into an image.");
+  texture.node = kNone;
+}
+
 /// The texture that a parameter names. If there is none, reports an error and returns null.
 const PbrtTexture* find_texture(PbrtContext& context, const PbrtParameters& parameters, const PbrtParameter& parameter,
                                 bool is_float) {
@@ -202,7 +215,8 @@ void define_texture(PbrtContext& context, const std::string& name, const std::st
     parameters.error(fmt::format("a texture of type {}", in_quotes(value_type)), "Expected float or spectrum.");
     return;
   }
-  const PbrtTexture texture = TextureBuilder(context, parameters, is_float).build(kind);
+  PbrtTexture texture = TextureBuilder(context, parameters, is_float).build(kind);
+  check_nesting(context, name, parameters, texture);
   auto& table = is_float ? context.float_textures : context.spectrum_textures;
   if (!table.insert_or_assign(name, texture).second) {
     parameters.note(fmt::format("defined again, later uses take the new one: texture {}", in_quotes(name)));
