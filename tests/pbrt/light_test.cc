@@ -214,6 +214,24 @@ TEST(PbrtLight, PowerIsOfEachTriangleButOfAWholeSphere) {
   EXPECT_NEAR(sphere.emissions[0].radiance.value.g * M_PI * 4 * M_PI, 1, 1e-5);
 }
 
+TEST(PbrtLight, PowerIsOfEachFaceOfAPlyMesh) {
+  const TemporaryFolder folder;
+  folder.write("m.ply",
+               "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+               "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+               "0 0 0 2 0 0 2 2 0 0 2 0 5 1 0 4 0 1 2 3 3 1 4 2\n");
+  const SceneDescription scene = load_pbrt(folder.write("s.pbrt",
+                                                        "WorldBegin AreaLightSource \"diffuse\" \"float power\" 100 "
+                                                        "Shape \"plymesh\" \"string filename\" \"m.ply\""));
+  ASSERT_EQ(scene.geometry.triangle_count(), 3u);
+  EXPECT_EQ(scene.emissions.size(), 2u);
+  double power = 0;
+  for (std::uint32_t t = 0; t < 3; ++t) {
+    power += scene.emissions.at(scene.geometry.emission.at(t)).radiance.value.g * M_PI * scene.geometry.area(t);
+  }
+  EXPECT_NEAR(power, 200, 1e-3);
+}
+
 TEST(PbrtLight, EmissionIsSharedWhereItIsTheSame) {
   const SceneDescription scene = load_text(std::string("WorldBegin AreaLightSource \"diffuse\"\n") + kTriangle +
                                            kTriangle + "AttributeBegin AttributeEnd\n" + kTriangle);

@@ -167,6 +167,21 @@ TEST(Ply, QuadsAreCutAlongTheShorterDiagonal) {
   EXPECT_EQ(mesh.triangles[1], (std::array<std::uint32_t, 3>{1, 2, 3}));
 }
 
+TEST(Ply, ConcaveQuadsAreCutAtTheirReflexCorner) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const char* face : {"4 0 1 2 3", "4 1 2 3 0", "4 2 3 0 1", "4 3 2 1 0"}) {
+    const PlyMesh mesh = parse(header + "0 10 0 -1 0 0 0 1 0 1 0 0 " + face, "f.ply");
+    EXPECT_FLOAT_EQ(static_cast<float>(pbrt_testing::total_area(mesh)), 9) << face;
+  }
+}
+
+TEST(Ply, TrianglesKnowTheirFaces) {
+  const PlyMesh mesh = parse(kAscii, "f.ply");
+  EXPECT_EQ(mesh.face_of, (std::vector<std::uint32_t>{0, 0, 1}));
+}
+
 TEST(Ply, MistakesNameFileAndLine) {
   const std::string head = "ply\nformat ascii 1.0\n";
   const std::string vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "import/mesh_tools.h"
@@ -135,12 +136,13 @@ class ShapeBuilder {
     }
     PbrtMesh mesh;
     try {
-      mesh.geometry = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
+      PlyMesh file_mesh = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
+      mesh.patch = std::move(file_mesh.face_of);
+      mesh.geometry = std::move(file_mesh);
     } catch (const Error& error) {
       parameters_.error(*file, fmt::format("cannot read {}: {}", in_quotes(name), error.what()), "");
       return std::nullopt;
     }
-    one_patch_a_triangle(mesh);
     return mesh;
   }
 

@@ -164,9 +164,13 @@ void read_vertices(ValueReader& reader, const PlyElement& element, const std::st
 
 void add_quad(const std::uint32_t corner[4], PlyMesh& mesh) {
   ++mesh.quads;
-  const Vec3 across = mesh.positions[corner[2]] - mesh.positions[corner[0]];
-  const Vec3 other = mesh.positions[corner[3]] - mesh.positions[corner[1]];
-  if (length_squared(across) <= length_squared(other)) {
+  Vec3 p[4];
+  for (int i = 0; i < 4; ++i) p[i] = mesh.positions[corner[i]];
+  const Vec3 across = p[2] - p[0], other = p[3] - p[1], normal = cross(across, other);
+  // Only the diagonal through a reflex corner is inside.
+  const auto is_reflex = [&](int i) { return dot(cross(p[i] - p[(i + 3) % 4], p[(i + 1) % 4] - p[i]), normal) < 0; };
+  const bool by_first = is_reflex(0) || is_reflex(2), by_second = is_reflex(1) || is_reflex(3);
+  if (by_first != by_second ? by_first : length_squared(across) <= length_squared(other)) {
     mesh.triangles.push_back({corner[0], corner[1], corner[2]});
     mesh.triangles.push_back({corner[0], corner[2], corner[3]});
   } else {
@@ -203,6 +207,8 @@ class FaceReader {
       if (corners_.size() == 3) mesh_.triangles.push_back({corners_[0], corners_[1], corners_[2]});
       if (corners_.size() == 4) add_quad(corners_.data(), mesh_);
       if (corners_.size() > 4) add_larger_face(corners_, mesh_);
+      const std::uint32_t face = mesh_.face_of.empty() ? 0 : mesh_.face_of.back() + 1;
+      mesh_.face_of.resize(mesh_.triangles.size(), face);
     }
   }
 
@@ -243,7 +249,8 @@ class FaceReader {
   void cover() {
     held_.cover((mesh_.positions.capacity() + mesh_.normals.capacity()) * sizeof(Vec3) +
                 mesh_.uvs.capacity() * sizeof(Vec2) + mesh_.triangles.capacity() * sizeof mesh_.triangles[0] +
-                corners_.capacity() * kCornerBytes + uvs_.capacity() * sizeof(float));
+                mesh_.face_of.capacity() * sizeof(std::uint32_t) + corners_.capacity() * kCornerBytes +
+                uvs_.capacity() * sizeof(float));
   }
 
   ValueReader& reader_;

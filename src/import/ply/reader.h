@@ -1,21 +1,25 @@
 // Meshes from PLY files.
 #pragma once
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/memory_budget.h"
 #include "scene/geometry.h"
 
 namespace glowworm {
 
-/// The mesh of a PLY file: vertices and triangles. Quadrilaterals are split along their shorter diagonal, larger faces
-/// by cut_polygon(). There is one normal and one texture vertex per vertex, or none. Faces with texture coordinates at
-/// their corners have vertices of their own, after those of the file, which they leave unused.
+/// The mesh of a PLY file: vertices and triangles. Quadrilaterals are split along their shorter diagonal, or at a
+/// reflex corner; larger faces by cut_polygon(). There is one normal and one texture vertex per vertex, or none. Faces
+/// with texture coordinates at their corners have vertices of their own, after those of the file, which they leave
+/// unused.
 struct PlyMesh : Geometry {
-  std::size_t quads = 0;         ///< number of faces with four corners
-  std::size_t larger_faces = 0;  ///< number of faces with more corners
-  bool has_colors = false;       ///< vertices have colours, which are not supported
-  std::string texture;           ///< image name from a comment "TextureFile", or empty
+  std::size_t quads = 0;               ///< number of faces with four corners
+  std::size_t larger_faces = 0;        ///< number of faces with more corners
+  std::vector<std::uint32_t> face_of;  ///< for each triangle, the number of its face, from 0
+  bool has_colors = false;             ///< vertices have colours, which are not supported
+  std::string texture;                 ///< image name from a comment "TextureFile", or empty
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, gzipped or not. Vertices have x, y, z and optionally nx, ny,
