@@ -135,6 +135,20 @@ TEST(Ply, Gzipped) {
   expect_quad_and_triangle(read(folder.write("b.ply", gzip(binary(true)))));
 }
 
+TEST(Ply, GzippedInSeveralMembers) {
+  const TemporaryFolder folder;
+  const std::string whole = kAscii, first = gzip(whole.substr(0, 100)), second = gzip(whole.substr(100));
+  expect_quad_and_triangle(read(folder.write("a.ply.gz", first + second)));
+  expect_quad_and_triangle(read(folder.write("b.ply.gz", first + gzip("") + second + std::string(512, '\0'))));
+  const std::string cut = folder.write("c.ply.gz", first + second.substr(0, second.size() / 2));
+  EXPECT_THAT([&] { read(cut); }, testing::ThrowsMessage<Error>(testing::HasSubstr("gzip data is truncated")));
+  // Members without content take little time, however many they are.
+  const std::string empty = gzip("");
+  std::string many;
+  for (int i = 0; i < 100'000; ++i) many += empty;
+  expect_quad_and_triangle(read(folder.write("d.ply.gz", first + many + second)));
+}
+
 TEST(Ply, InAScene) {
   const TemporaryFolder folder;
   folder.write("models/quad.ply.gz", gzip(kAscii));

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string_view>
 #include <system_error>
-#include <utility>
 
 #include "core/error.h"
 #include "core/input_file.h"
@@ -25,6 +25,8 @@ struct Inflater {
   }
 };
 
+constexpr std::string_view kGzipMagic = "\x1f\x8b";
+
 std::string inflate_gzip(const std::string& path, const std::string& packed, Reservation& held) {
   constexpr std::size_t kPiece = std::size_t{1} << 20;
   Inflater inflater;
@@ -32,33 +34,38 @@ std::string inflate_gzip(const std::string& path, const std::string& packed, Res
   z_stream& stream = inflater.stream;
   const std::uint64_t max_bytes = std::max(kSmallInflatedBytes, kMaxInflation * packed.size());
   std::string out;
-  std::size_t consumed = 0, reserved = 0;
+  std::size_t consumed = 0, filled = 0;
   int result = Z_OK;
   while (result != Z_STREAM_END) {
-    const std::size_t filled = out.size();
     if (filled >= max_bytes) {
       throw Error({path},
                   "inflates to more than " + std::to_string(max_bytes >> 20) + " MiB, " +
                       std::to_string(kMaxInflation) + " times its size",
                   "If the file is genuine, inflate it with gunzip.");
     }
-    const std::size_t room = std::min<std::uint64_t>(std::max(kPiece, filled / 2), max_bytes - filled);
-    const std::size_t piece_out = std::min<std::size_t>(room, 1u << 30);
+    if (filled == out.size()) {
+      const std::size_t room = std::min<std::uint64_t>(std::max(kPiece, filled / 2), max_bytes - filled);
+      held.grow(room);
+      out.resize(filled + room);
+    }
+    const std::size_t piece_out = std::min<std::size_t>(out.size() - filled, 1u << 30);
     const std::size_t piece_in = std::min<std::size_t>(packed.size() - consumed, 1u << 30);
-    if (filled + piece_out > reserved) held.grow(filled + piece_out - std::exchange(reserved, filled + piece_out));
-    out.resize(filled + piece_out);
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + consumed));
     stream.avail_in = static_cast<uInt>(piece_in);
     stream.next_out = reinterpret_cast<Bytef*>(out.data() + filled);
     stream.avail_out = static_cast<uInt>(piece_out);
     result = inflate(&stream, Z_NO_FLUSH);
     consumed += piece_in - stream.avail_in;
-    out.resize(filled + piece_out - stream.avail_out);
-    const bool progress = out.size() > filled || stream.avail_in < piece_in;
+    filled += piece_out - stream.avail_out;
+    const bool progress = stream.avail_out < piece_out || stream.avail_in < piece_in;
     if ((result != Z_OK && result != Z_STREAM_END) || !progress) {
       throw Error({path}, "is damaged: its gzip data is truncated or invalid", "Get the file again.");
     }
+    // A file may be several members one after another (RFC 1952, section 2.2). Padding after them is ignored.
+    const bool another = std::string_view(packed).substr(consumed).starts_with(kGzipMagic);
+    if (result == Z_STREAM_END && another) result = inflateReset(&stream);
   }
+  out.resize(filled);
   return out;
 }
 
@@ -84,7 +91,7 @@ std::filesystem::path follow_link_files(const std::filesystem::path& path) {
 
 std::string read_pbrt_file(const std::string& path, Reservation& held) {
   std::string bytes = read_input_file(path, held);
-  if (bytes.starts_with("\x1f\x8b")) return inflate_gzip(path, bytes, held);
+  if (bytes.starts_with(kGzipMagic)) return inflate_gzip(path, bytes, held);
   return bytes;
 }
 
