@@ -77,6 +77,33 @@ TEST_F(ObjTest, DiffuseAndEmissiveColours) {
   EXPECT_FALSE(d.emissions[0].two_sided);
 }
 
+TEST_F(ObjTest, EmissiveMapsNeedNoColour) {
+  write("light.tga", tga_row({{0, 0, 255, 255}}));
+  const auto radiance = [&](const std::string& mtl) {
+    const auto d = with_material(mtl);
+    return d.emissions.empty() ? RGB(0.0f) : evaluate(d.textures, d.emissions[0].radiance, {0.5f, 0.5f});
+  };
+  EXPECT_EQ(radiance("map_Ke light.tga\n"), RGB(1, 0, 0));
+  for (const char* mtl : {"Ke 2 2 2\nmap_Ke light.tga\n", "map_Ke light.tga\nKe 2 2 2\n"}) {
+    EXPECT_EQ(radiance(mtl), RGB(2, 0, 0)) << mtl;
+  }
+  EXPECT_EQ(radiance("Ke 0 0 0\nmap_Ke light.tga\n"), RGB(0.0f));
+  EXPECT_EQ(radiance("map_Ke light.tga\nnewmtl n\nmap_Ke light.tga\nKe 3 3 3\nnewmtl m\nmap_Ke light.tga\n"),
+            RGB(1, 0, 0));
+}
+
+TEST_F(ObjTest, WhatTheExtensionOfMtlAddsIsNoted) {
+  write("leaf.tga", tga_row({{0, 0, 255, 255}}));
+  const auto d = with_material(
+      "Kd 1 1 1\nPc 0.5\nPcr 0\nPs 1\naniso 0\nanisor 0.25\nmap_Pc c.png\nmap_Pcr c.png\nmap_Ps c.png\n"
+      "map_Kd -imfchan r leaf.tga\n");
+  for (const char* name : {"Pc", "Ps", "anisor", "map_Pc", "map_Pcr", "map_Ps"}) {
+    EXPECT_THAT(d.notes, HasNote("MTL '" + std::string(name) + "' is not supported, left out"));
+  }
+  EXPECT_THAT(d.notes, HasNote("MTL texture option '-imfchan' is not supported"));
+  EXPECT_EQ(d.notes.size(), 7u) << testing::PrintToString(d.notes);
+}
+
 TEST_F(ObjTest, IlluminationModelsBecomeMirrorGlassAndGloss) {
   const Material mirror = material_of(with_material("Kd 0.01 0.01 0.01\nKs 0.95 0.9 0.85\nNs 1000\nillum 5\n"));
   EXPECT_EQ(mirror.kind, MaterialKind::conductor);

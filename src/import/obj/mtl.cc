@@ -25,6 +25,7 @@ class MtlParser {
       const std::string_view key = next_word(rest);
       if (key == "newmtl") {
         materials_.emplace_back().name = trimmed(rest);
+        has_emission_ = false;
       } else if (!key.empty() && !materials_.empty()) {  // lines before the first material are ignored
         visit(key, rest, materials_.back());
       }
@@ -41,6 +42,7 @@ class MtlParser {
       color(key, rest, m.specular);
     } else if (known == "ke") {
       color(key, rest, m.emissive);
+      has_emission_ = true;
     } else if (known == "tf") {
       color(key, rest, m.filter);
     } else if (known == "ns") {
@@ -62,26 +64,34 @@ class MtlParser {
       number(key, rest, m.roughness.emplace(1.0f));
     } else if (known == "pm") {
       number(key, rest, m.metallic.emplace(0.0f));
+    } else if (known == "pc" || known == "pcr" || known == "ps" || known == "aniso" || known == "anisor") {
+      float amount = 0;
+      number(key, rest, amount);
+      if (amount != 0) not_supported(key);
     } else {
       visit_map(key, known, rest, m);
     }
   }
 
   void visit_map(std::string_view key, std::string_view known, std::string_view rest, PhongMaterial& m) {
-    static constexpr std::string_view kUnsupported[] = {"map_bump", "bump",   "disp",   "map_disp", "decal", "refl",
-                                                        "map_ks",   "map_ns", "map_pr", "map_pm",   "map_tr"};
+    static constexpr std::string_view kUnsupported[] = {"map_bump", "bump",   "disp",    "map_disp", "decal",
+                                                        "refl",     "map_ks", "map_ns",  "map_pr",   "map_pm",
+                                                        "map_tr",   "map_pc", "map_pcr", "map_ps"};
     if (known == "map_kd") {
       texture(rest, m.diffuse_map);
     } else if (known == "map_d") {
       texture(rest, m.opacity_map);
     } else if (known == "map_ke" || known == "map_emissive") {
       texture(rest, m.emissive_map);
+      if (!has_emission_) m.emissive = RGB(1.0f);
     } else if (known == "norm" || known == "map_kn") {
       texture(rest, m.normal_map);
     } else if (std::find(std::begin(kUnsupported), std::end(kUnsupported), known) != std::end(kUnsupported)) {
-      notes_.add(fmt::format("MTL '{}' is not supported, left out", key));
+      not_supported(key);
     }
   }
+
+  void not_supported(std::string_view key) { notes_.add(fmt::format("MTL '{}' is not supported, left out", key)); }
 
   /// Parses a number. If it is invalid, keeps the old value and adds a note.
   void number(std::string_view key, std::string_view rest, float& value) {
@@ -111,6 +121,7 @@ class MtlParser {
         skip_numbers(after, option == "-mm" ? 2 : 3);
       } else {
         const std::string_view value = next_word(after);
+        if (option == "-imfchan") notes_.add("MTL texture option '-imfchan' is not supported, left out");
         if (option == "-clamp" && value == "on") out.wrap_u = out.wrap_v = TextureWrap::clamp;
       }
     }
@@ -123,6 +134,7 @@ class MtlParser {
 
   NoteCounter& notes_;
   std::vector<PhongMaterial> materials_;
+  bool has_emission_ = false;  ///< the last material has a Ke
 };
 
 }  // namespace
