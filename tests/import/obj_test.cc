@@ -67,6 +67,32 @@ TEST_F(ObjTest, SmoothingGroupsGiveSmoothNormalsOverFlatEdgesOnly) {
   }
 }
 
+TEST_F(ObjTest, SmoothingGroupsGoOnOverMaterialsAndGroups) {
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 2 0 0.2\ns 1\nusemtl a\nf 1 2 3\n";
+  const auto shared_normals = [&](const std::string& between) {
+    const auto d = load_scene(write("a.obj", vertices + between + "f 2 4 3\n"));
+    EXPECT_EQ(d.geometry.triangle_count(), 2u);
+    std::vector<Vec3> normals;
+    for (const auto& triangle : d.geometry.triangles)
+      for (const std::uint32_t i : triangle)
+        if (d.geometry.positions[i] == Vec3{1, 1, 0}) normals.push_back(d.geometry.normals[i]);
+    EXPECT_EQ(normals.size(), 2u);
+    return normals;
+  };
+  for (const char* between : {"", "usemtl b\n", "g other\n", "g other\nusemtl b\n"}) {
+    const auto normals = shared_normals(between);
+    EXPECT_EQ(normals[0], normals[1]) << between;
+    EXPECT_LT(normals[0].x, -0.05f) << between;
+  }
+  // An object is smoothed alone.
+  const auto normals = shared_normals("o other\n");
+  EXPECT_EQ(normals[0].x, 0);
+  const auto d = load_scene(write("b.obj", vertices + "g other\nusemtl b\nf 2 4 3\n"));
+  EXPECT_NE(d.geometry.material[0], d.geometry.material[1]);
+  EXPECT_EQ(d.geometry.objects.back().name, "other");
+  EXPECT_EQ(d.geometry.objects.back().first_triangle, 1u);
+}
+
 TEST_F(ObjTest, DiffuseAndEmissiveColours) {
   const auto d = with_material("Kd 0.1 0.2 0.3\nKe 17 12 4\n");
   EXPECT_EQ(material_of(d).kind, MaterialKind::diffuse);
@@ -250,6 +276,7 @@ TEST_F(ObjTest, LargePolygonsAndManyMaterialsTakeLittleTime) {
   EXPECT_EQ(d.geometry.triangle_count(), 100'000u);
   EXPECT_EQ(d.materials.size(), 50'000u);
   EXPECT_LT(d.notes.size(), 20u);
+  EXPECT_EQ(load_scene(write("smooth.obj", "s 1\n" + many)).geometry.triangle_count(), 100'000u);
   for (int i = 0; i < 50'000; ++i) {
     const double angle = 2 * M_PI * i / 50'000;
     fan += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <set>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -37,6 +38,7 @@ class ObjParser {
       : file_(file),
         files_(files),
         notes_(notes),
+        budget_(budget),
         lists_(budget, "meshes", 0),
         faces_held_(budget, "meshes", 0),
         triangles_(budget, "triangles", 0) {}
@@ -50,7 +52,8 @@ class ObjParser {
       visit(lines.line());
       lists_.cover((positions_.capacity() + normals_.capacity()) * sizeof(Vec3) + uvs_.capacity() * sizeof(Vec2));
     }
-    end_mesh();
+    end_part();
+    end_object();
     if (faces_ == 0) {
       throw Error({file_}, "has no faces", "Is it an OBJ file? Export triangles or polygons, not curves or points.");
     }
@@ -63,6 +66,12 @@ class ObjParser {
   /// One corner of a face: indices into the file's lists; kNone if absent.
   struct Corner {
     std::uint32_t index[3] = {kNone, kNone, kNone};  ///< vertex, texture vertex, normal
+  };
+
+  struct Part {
+    std::size_t end = 0;  ///< number of triangles of mesh_ up to here
+    std::string name;
+    std::uint32_t material = 0;
   };
 
   void visit(std::string_view rest) {
@@ -83,7 +92,8 @@ class ObjParser {
     } else if (key == "usemtl") {
       use_material(trimmed(rest));
     } else if (key == "o" || key == "g") {
-      end_mesh();
+      end_part();
+      if (key == "o") end_object();
       object_ = std::string(trimmed(rest));
     } else if (key == "mtllib") {
       visit_library(std::string(trimmed(rest)));
@@ -197,23 +207,55 @@ class ObjParser {
 
   void use_material(std::string_view name) {
     const std::uint32_t index = material_index(name);
-    if (index != material_) end_mesh();
+    if (index != material_) end_part();
     material_ = index;
   }
 
-  /// Adds the triangles since the last object or material to the scene. They keep the file's material indices until all
-  /// materials are known.
-  void end_mesh() {
-    if (mesh_.triangles.empty()) return;
+  /// Ends the part of an object that has one material and one name. Smoothing goes on over the parts of an object.
+  void end_part() {
+    if (mesh_.triangles.size() > (parts_.empty() ? 0 : parts_.back().end)) {
+      parts_.push_back({mesh_.triangles.size(), object_, material_});
+    }
+    if (smooth_triangles_.empty()) end_object();
+  }
+
+  /// Adds the triangles since the last object to the scene. They keep the file's material indices until all materials
+  /// are known.
+  void end_object() {
     if (!smooth_triangles_.empty()) smooth_normals(mesh_, smooth_triangles_);
     smoothed_ = smoothed_ || !smooth_triangles_.empty();
-    merge_identical_vertices(mesh_);
-    notes_.add("triangle wound against its normals, reversed", wind_by_normals(mesh_));
-    triangles_.grow(scene_bytes(mesh_));
-    if (!object_.empty()) description_.geometry.begin_object(object_);
-    append_counted(description_.geometry, mesh_, file_, material_, kNone, notes_);
+    std::size_t first = 0;
+    for (const Part& part : parts_) {
+      const Reservation held(budget_, "meshes", parts_.size() > 1 ? (part.end - first) * kMeshBytes : 0);
+      add_part(part, parts_.size() > 1 ? part_of_mesh(first, part.end) : std::move(mesh_));
+      first = part.end;
+    }
     mesh_ = {};
+    parts_.clear();
     smooth_triangles_.clear();
+  }
+
+  /// A copy of triangles of mesh_. Each has three vertices of its own, in order.
+  Geometry part_of_mesh(std::size_t first, std::size_t end) const {
+    const auto slice = [&](const auto& values) {
+      using Values = std::decay_t<decltype(values)>;
+      const auto begin = values.begin();
+      return Values(begin + static_cast<std::ptrdiff_t>(3 * first), begin + static_cast<std::ptrdiff_t>(3 * end));
+    };
+    Geometry out;
+    out.positions = slice(mesh_.positions);
+    out.normals = slice(mesh_.normals);
+    out.uvs = slice(mesh_.uvs);
+    out.triangles.assign(mesh_.triangles.begin(), mesh_.triangles.begin() + static_cast<std::ptrdiff_t>(end - first));
+    return out;
+  }
+
+  void add_part(const Part& part, Geometry mesh) {
+    merge_identical_vertices(mesh);
+    notes_.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
+    triangles_.grow(scene_bytes(mesh));
+    if (!part.name.empty()) description_.geometry.begin_object(part.name);
+    append_counted(description_.geometry, mesh, file_, part.material, kNone, notes_);
   }
 
   void visit_library(const std::string& name) {
@@ -273,6 +315,7 @@ class ObjParser {
   const std::string& file_;
   const ObjFiles& files_;
   NoteCounter& notes_;
+  MemoryBudget& budget_;
   Reservation lists_, faces_held_, triangles_;  ///< for the file's lists, mesh_, and the scene's triangles
   SceneDescription description_;
   int line_ = 0;
@@ -286,7 +329,8 @@ class ObjParser {
   std::unordered_map<std::string, std::uint32_t> indices_;  ///< materials by name
   std::set<std::string> libraries_;
   std::uint32_t material_ = 0;
-  Geometry mesh_;                                  ///< since the last object or material; no vertices are shared yet
+  Geometry mesh_;                                  ///< since the last object; no vertices are shared yet
+  std::vector<Part> parts_;                        ///< of mesh_
   std::vector<std::uint32_t> smooth_triangles_;    ///< triangles of mesh_
   std::vector<Corner> corners_;                    ///< of one face
   std::vector<Vec3> places_;                       ///< positions of these corners
