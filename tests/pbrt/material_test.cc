@@ -238,6 +238,17 @@ TEST(PbrtMaterial, FloatTexturesOfImagesWithAlphaShowIt) {
   EXPECT_NEAR(alpha("", "Texture \"t\" \"float\" \"checkerboard\"" + tex1), 0.2f, 1e-5f);
 }
 
+TEST(PbrtMaterial, FloatTexturesOfVersion3ShowColoursOfImages) {
+  const TemporaryFolder folder;
+  folder.write("a.tga", pbrt_testing::tga_row(1, std::string_view("\xff\xff\xff\x33", 4)));  // alpha 0.2
+  const SceneDescription scene = load_pbrt(
+      folder.write("s.pbrt",
+                   "WorldBegin Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a.tga\" \"float scale\" .5\n"
+                   "Shape \"disk\" \"texture alpha\" \"t\" WorldEnd"));
+  EXPECT_NEAR(evaluate(scene.textures, scene.materials.at(scene.geometry.material.at(0)).alpha, {0.25f, 0.25f}), 0.5f,
+              1e-5f);
+}
+
 TEST(PbrtMaterial, AMissingImageIsMagentaAndNoted) {
   const SceneDescription scene =
       load_text(std::string("WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"gone.png\"\n"

@@ -98,8 +98,8 @@ class TextureBuilder {
     TextureNode& node = context_.scene.textures[id];
     node.value = RGB(parameters_.real("scale", 1));
     node.invert = parameters_.boolean("invert", false);
-    // As in pbrt-v4.
-    node.from_alpha = is_float_ && node.image->has_alpha();
+    // pbrt-v3 reads no alpha.
+    node.from_alpha = is_float_ && !context_.v3 && node.image->has_alpha();
     set_mapping(node);
     return {RGB(1.0f), id};
   }
