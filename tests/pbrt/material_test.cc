@@ -316,6 +316,34 @@ TEST(PbrtMaterial, Version3Names) {
       {0.1f, 0.2f, 0.3f});
 }
 
+TEST(PbrtMaterial, NamesOfVersion3EndWithTheirBlock) {
+  const auto named = [](const std::string& name, const std::string& value) {
+    return "MakeNamedMaterial \"" + name + "\" \"string type\" \"matte\" \"rgb Kd\" [" + value + "]\n";
+  };
+  const auto texture = [](const std::string& value) {
+    return "Texture \"t\" \"color\" \"constant\" \"rgb value\" [" + value + "]\n";
+  };
+  const std::string red = "1 0 0", green = "0 1 0", blue = "0 0 1";
+  const std::string outer = "WorldBegin\n" + named("m", red) + texture(red);
+  const std::string inner = named("m", blue) + "TransformBegin\n" + named("m", green) + texture(green) +
+                            "TransformEnd\n" + named("only", green) + "NamedMaterial \"m\"\n" + kTriangle;
+  const std::string after = std::string("NamedMaterial \"m\"\n") + kTriangle +
+                            "Material \"matte\" \"texture Kd\" \"t\"\n" + kTriangle + "NamedMaterial \"only\"\n" +
+                            kTriangle;
+  const auto color = [](const SceneDescription& scene, std::size_t triangle) {
+    return scene.materials.at(scene.geometry.material.at(triangle)).reflectance.value;
+  };
+  const SceneDescription v3 = load_text(outer + "AttributeBegin\n" + inner + "AttributeEnd\n" + after + "WorldEnd\n");
+  for (const std::size_t triangle : {0, 3}) expect_near(color(v3, triangle), {0, 1, 0});
+  for (const std::size_t triangle : {1, 2}) expect_near(color(v3, triangle), {1, 0, 0});
+  const SceneDescription object =
+      load_text(outer + "ObjectBegin \"o\"\n" + inner + "ObjectEnd\n" + after + "WorldEnd\n");
+  for (const std::size_t triangle : {0, 1}) expect_near(color(object, triangle), {1, 0, 0});
+  // In pbrt-v4, names last until the end of the file.
+  const SceneDescription v4 = load_text(outer + "AttributeBegin\n" + inner + "AttributeEnd\n" + after);
+  for (std::size_t triangle = 0; triangle < 2; ++triangle) expect_near(color(v4, triangle), {0, 1, 0});
+}
+
 TEST(PbrtMaterial, Version3MixesByTheMeanOfAColourTexture) {
   const std::string mix =
       "MakeNamedMaterial \"a\" \"string type\" \"matte\" Material \"mix\" \"string namedmaterial1\" \"a\" "

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -58,6 +59,7 @@ struct Attributes {
 
 struct Saved {
   Attributes attributes;
+  std::size_t redefinitions = 0;  ///< number of State::redefinitions before the block
   std::string_view opened_by;
   PbrtPlace place;
 };
@@ -75,6 +77,7 @@ struct PbrtBuilder::State {
   PbrtMaterialTable materials;
   Attributes now;
   std::vector<Saved> stack;
+  std::vector<std::function<void()>> redefinitions;  ///< of names within open blocks: restore the older value
   std::size_t ignored_nesting = 0;
   std::map<std::string, Transform, std::less<>> coordinate_systems;
   std::map<std::string, std::vector<PbrtShape>, std::less<>> objects;
@@ -113,12 +116,17 @@ struct PbrtBuilder::State {
   }
   void begin(PbrtDirective& d) {
     if (stack.size() < kMaxNesting) {
-      stack.push_back({now, d.name, d.place});
+      stack.push_back({now, redefinitions.size(), d.name, d.place});
     } else if (ignored_nesting++ == 0) {
       error(d, fmt::format("{} is nested more than {} deep", d.name, kMaxNesting), "Close open blocks.");
     }
   }
   void end(PbrtDirective& d);
+  /// Call it before a name gets a new value. In pbrt-v3, the older one is back after the block.
+  /// @param restore sets the older value; null if there is none
+  void redefine(std::function<void()> restore) {
+    if (context.v3 && !stack.empty() && restore) redefinitions.push_back(std::move(restore));
+  }
   void color_space(PbrtDirective& d);
   void transform(PbrtDirective& d);
   void active_transform(PbrtDirective& d);
@@ -213,6 +221,7 @@ void PbrtBuilder::State::end(PbrtDirective& d) {
     now.start_active = saved.start_active;
   } else {
     now = std::move(saved);
+    for (; redefinitions.size() > stack.back().redefinitions; redefinitions.pop_back()) redefinitions.back()();
   }
   if (stem == "Object") open_object = nullptr;
   stack.pop_back();
@@ -290,6 +299,10 @@ void PbrtBuilder::State::medium(PbrtDirective& d) {
 
 void PbrtBuilder::State::texture(PbrtDirective& d) {
   add_defaults("texture", d);
+  auto& table = d.strings[1] == "float" ? context.float_textures : context.spectrum_textures;
+  if (const auto older = table.find(d.strings[0]); older != table.end()) {
+    redefine([&table, name = older->first, value = older->second] { table[name] = value; });
+  }
   define_texture(context, d.strings[0], d.strings[1], d.strings[2], d.parameters);
   d.parameters.note_unused(fmt::format("texture {}", in_quotes(d.strings[2])));
 }
@@ -307,6 +320,7 @@ void PbrtBuilder::State::make_named_material(PbrtDirective& d) {
     error(d, fmt::format("the material {} has no type", in_quotes(d.strings[0])), "Give \"string type\".");
     return;
   }
+  redefine(materials.restorer(d.strings[0]));
   materials.define(d.strings[0], kind, d.parameters);
 }
 

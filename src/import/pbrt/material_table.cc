@@ -60,6 +60,12 @@ void PbrtMaterialTable::define(const std::string& name, const std::string& kind,
   known_[entry.index] = true;
 }
 
+std::function<void()> PbrtMaterialTable::restorer(const std::string& name) {
+  const auto entry = names_.find(name);
+  if (entry == names_.end() || !entry->second.defined) return nullptr;
+  return [this, name, older = entry->second] { names_[name] = older; };
+}
+
 std::uint32_t PbrtMaterialTable::by_name(const std::string& name, const PbrtPlace& place) {
   Name& entry = names_[name];
   if (!entry.defined && !entry.first_use.file) {

@@ -1,5 +1,6 @@
 // The materials of a pbrt scene by index and name.
 #pragma once
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ class PbrtMaterialTable {
   std::uint32_t add(const std::string& kind, const PbrtParameters& parameters);
   /// Defines a named material. If the name is already defined, adds a note; later uses get the new material.
   void define(const std::string& name, const std::string& kind, const PbrtParameters& parameters);
+  /// Gives a named material its present definition again; null if it has none.
+  std::function<void()> restorer(const std::string& name);
   /// Index of a named material, even if it is defined later.
   std::uint32_t by_name(const std::string& name, const PbrtPlace& place);
   /// A copy of a material with a shape's alpha; the same index if alpha is 1.
