@@ -115,6 +115,21 @@ TEST_F(GltfMaterialTest, Extensions) {
   EXPECT_FALSE(with_material({{"extensions", solid}}).materials[0].thin);
 }
 
+TEST_F(GltfMaterialTest, AttenuationWithoutTransmissionIsNoted) {
+  const auto notes = [&](const json& volume, const json& other) {
+    json extensions = other;
+    extensions["KHR_materials_volume"] = volume;
+    return with_material({{"extensions", extensions}}).notes;
+  };
+  const json diffuse = {{"KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 1}}}};
+  const json clear = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+  const json tinted = {{"thicknessFactor", 1}, {"attenuationDistance", 1}, {"attenuationColor", {0.5, 1, 1}}};
+  EXPECT_THAT(notes(tinted, diffuse), HasNote("attenuation of light that passes diffusely is not supported, left out"));
+  EXPECT_TRUE(notes(tinted, clear).empty());
+  EXPECT_TRUE(notes(tinted, json::object()).empty());
+  EXPECT_TRUE(notes({{"thicknessFactor", 1}}, diffuse).empty());
+}
+
 TEST_F(GltfMaterialTest, UnlitSurfacesEmitTheirColour) {
   const auto d = with_material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.4, 0.6, 1}}}},
                                 {"extensions", {{"KHR_materials_unlit", json::object()}}}});

@@ -261,6 +261,9 @@ void GltfMaterials::set_volume(const tinygltf::Material& source, Material& mater
     const RGB color = clamp(color_member(*volume, "attenuationColor", RGB(1.0f)), 1e-6f, 1);
     if (!material.thin && material.transmission.value > 0 && distance > 0)
       material.absorption = RGB(-std::log(color.r), -std::log(color.g), -std::log(color.b)) / distance;
+    const bool tinted = distance > 0 && color != RGB(1.0f);
+    if (tinted && material.transmission.value == 0 && material.diffuse_transmission.value > 0)
+      notes_.add("attenuation of light that passes diffusely is not supported, left out");
   }
   if (const auto* dispersion = find("KHR_materials_dispersion"))
     material.dispersion = std::max(0.0f, number_member(*dispersion, "dispersion", 0));
