@@ -9,6 +9,8 @@
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/interrupt.h"
+#include "core/parallel.h"
 #include "pbrt/pbrt_testing.h"
 
 namespace glowworm {
@@ -237,6 +239,16 @@ TEST(PbrtParser, IncludesFilesWithPlacesOfTheirOwn) {
   diagnostics.throw_if_errors();
   EXPECT_EQ(seen, (std::vector<std::string>{"Identity@a.pbrt:1", "Translate@b.pbrt:2",
                                             "ReverseOrientation@main-relative.pbrt:1", "WorldBegin@main.pbrt:2"}));
+}
+
+TEST(PbrtParser, IncludesWithoutDirectivesCanBeCancelled) {
+  const TemporaryFolder folder;
+  folder.write("a.pbrt", "# only a comment");
+  const std::string main = folder.write("main.pbrt", "Include \"a.pbrt\"");
+  Interrupt interrupt;
+  interrupt.request();
+  const CancellationScope scope(interrupt);
+  EXPECT_THROW(load_pbrt(main), Cancelled);
 }
 
 TEST(PbrtParser, ImportIsIsolated) {

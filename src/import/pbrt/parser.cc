@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/text.h"
 #include "import/pbrt/file.h"
 #include "import/pbrt/tokens.h"
@@ -187,6 +188,7 @@ void Parser::directive(PbrtTokenizer& tokens, const std::string& path) {
 }
 
 void Parser::include(const PbrtDirective& directive, const std::string& path) {
+  check_cancelled();  // files of comments alone give no directives
   const std::string& name = directive.strings[0];
   const std::string file = resolve_pbrt_path(name, main_file_, path);
   if (std::find(open_files_.begin(), open_files_.end(), canonical(file)) != open_files_.end()) {
