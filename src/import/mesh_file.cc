@@ -49,6 +49,8 @@ SceneDescription load_ply(const std::string& path, const ImportOptions& options)
   PlyMesh source = read_ply(path, *options.budget);
   NoteCounter notes;
   if (source.has_colors) notes.add("mesh with colours at its vertices, not used");
+  if (source.textures > 1)
+    notes.add("mesh with several textures: only the last texture is used, '" + source.texture + "'");
   source.normals.resize(source.positions.size());
   source.uvs.resize(source.positions.size());
   PhongMaterial material;

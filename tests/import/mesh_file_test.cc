@@ -106,6 +106,18 @@ TEST_F(MeshFileTest, PlyWithTextureCoordinatesAtCorners) {
               HasSubstr("a face has vertex 5, but there are 4 vertices"));
 }
 
+TEST_F(MeshFileTest, PlyWithSeveralTexturesIsNoted) {
+  write("a.tga", tga_row({{0, 0, 255, 255}}));
+  write("b.tga", tga_row({{255, 0, 0, 255}}));
+  const auto d =
+      load_scene(write("a.ply",
+                       "ply\nformat ascii 1.0\ncomment TextureFile a.tga\ncomment TextureFile b.tga\nelement vertex 3\n"
+                       "property float x\nproperty float y\nproperty float z\nelement face 1\n"
+                       "property list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n"));
+  EXPECT_EQ(evaluate(d.textures, d.materials.at(0).reflectance, {0.5f, 0.5f}), RGB(0, 0, 1));
+  EXPECT_THAT(d.notes, HasNote("only the last texture is used, 'b.tga'"));
+}
+
 TEST_F(MeshFileTest, BadPlyIsRefused) {
   EXPECT_THAT(message_of(write("a.ply", "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n0\n")),
               HasSubstr("a.ply"));

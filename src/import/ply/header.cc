@@ -49,7 +49,10 @@ class HeaderReader {
       std::string_view line = next_line();
       const std::string_view keyword = take_word(line);
       if (keyword == "end_header") break;
-      if (keyword == "comment" && take_word(line) == "TextureFile") header.texture = trimmed(line);
+      if (keyword == "comment" && take_word(line) == "TextureFile") {
+        header.texture = trimmed(line);
+        ++header.textures;
+      }
       if (keyword.empty() || keyword == "comment" || keyword == "obj_info") continue;
       if (keyword == "format") {
         header.format = format(take_word(line));

@@ -33,7 +33,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyFormat format = PlyFormat::ascii;
   std::vector<PlyElement> elements;
-  std::string texture;         ///< image name from a comment "TextureFile", or empty
+  std::string texture;         ///< image name from the last comment "TextureFile", or empty
+  int textures = 0;            ///< number of these comments
   std::size_t data_begin = 0;  ///< offset of the first byte after the header
 };
 

@@ -278,6 +278,7 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget&
   Reservation held(budget, "meshes", 0);
   PlyMesh mesh;
   mesh.texture = header.texture;
+  mesh.textures = header.textures;
   bool has_vertices = false, has_faces = false;
   std::size_t vertices = 0;
   for (const PlyElement& element : header.elements) {

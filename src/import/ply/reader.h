@@ -19,7 +19,8 @@ struct PlyMesh : Geometry {
   std::size_t larger_faces = 0;        ///< number of faces with more corners
   std::vector<std::uint32_t> face_of;  ///< for each triangle, the number of its face, from 0
   bool has_colors = false;             ///< vertices have colours, which are not supported
-  std::string texture;                 ///< image name from a comment "TextureFile", or empty
+  std::string texture;                 ///< image name from the last comment "TextureFile", or empty
+  int textures = 0;                    ///< number of these comments
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, gzipped or not. Vertices have x, y, z and optionally nx, ny,
