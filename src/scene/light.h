@@ -25,18 +25,25 @@ struct Emission {
 
 enum class LightKind : std::uint8_t { point, spot, directional, luminaire };
 
+/// How a spot's intensity falls between its cones, where t runs with the cosine from 0 at the outer one to 1.
+enum class SpotFalloff : std::uint8_t {
+  smoothstep,  ///< t^2 (3 - 2 t), as in pbrt-v4
+  quadratic,   ///< t^2, as in KHR_lights_punctual
+  quartic,     ///< t^4, as in pbrt-v3
+};
+
 /// A light without extent.
 struct Light {
   std::string name;
   LightKind kind = LightKind::point;
-  RGB intensity{1.0f};        ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2;
-                              ///< luminaire: W sr^-1 for a value of 1 in its table
-  Vec3 position{0, 0, 0};     ///< all but directional: metres
-  Vec3 direction{0, 0, -1};   ///< spot, directional: the direction in which light travels, unit; luminaire: its aim
-  float cos_inner = 1;        ///< spot: full intensity within this angle of the direction,
-  float cos_outer = 0;        ///< zero outside this angle; in between, according to `gltf_falloff`
-  bool gltf_falloff = false;  ///< spot between the cones: true: KHR_lights_punctual's quadratic; false: smoothstep
-  Vec3 right{1, 0, 0};        ///< luminaire: where its table has x (IntensityTable), unit, across `direction`
+  RGB intensity{1.0f};       ///< point, spot: W sr^-1; directional: irradiance on a surface facing it, W m^-2;
+                             ///< luminaire: W sr^-1 for a value of 1 in its table
+  Vec3 position{0, 0, 0};    ///< all but directional: metres
+  Vec3 direction{0, 0, -1};  ///< spot, directional: the direction in which light travels, unit; luminaire: its aim
+  float cos_inner = 1;       ///< spot: full intensity within this angle of the direction,
+  float cos_outer = 0;       ///< zero outside this angle; in between, according to `falloff`
+  SpotFalloff falloff = SpotFalloff::smoothstep;
+  Vec3 right{1, 0, 0};  ///< luminaire: where its table has x (IntensityTable), unit, across `direction`
   std::shared_ptr<const IntensityTable> table;  ///< luminaire: never null
 };
 

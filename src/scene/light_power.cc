@@ -133,7 +133,15 @@ float spot_falloff(const Light& light, float cos_theta) {
   if (cos_theta >= light.cos_inner) return 1;
   if (cos_theta <= light.cos_outer) return 0;
   const float t = (cos_theta - light.cos_outer) / (light.cos_inner - light.cos_outer);
-  return light.gltf_falloff ? t * t : t * t * (3 - 2 * t);
+  switch (light.falloff) {
+    case SpotFalloff::smoothstep:
+      return t * t * (3 - 2 * t);
+    case SpotFalloff::quadratic:
+      return t * t;
+    case SpotFalloff::quartic:
+      return (t * t) * (t * t);
+  }
+  return 0;
 }
 
 }  // namespace glowworm

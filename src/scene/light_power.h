@@ -14,14 +14,15 @@ std::vector<RGB> triangle_powers(const Geometry& geometry, const SceneDescriptio
 /// Flux of a light, W. For a directional light, the flux through a disc of the scene's radius (metres).
 RGB light_power(const Light& light, float scene_radius);
 
-/// Share (0 to 1) of a spot's intensity at an angle with cosine cos_theta to its direction: Khronos'
-/// KHR_lights_punctual, "Inner and Outer Cone Angles", or smoothstep in the cosine as in pbrt-v4.
+/// Share (0 to 1) of a spot's intensity at an angle with cosine cos_theta to its direction.
 float spot_falloff(const Light& light, float cos_theta);
 
 /// Intensity of a luminaire in a direction (unit, world space, away from it), as a factor on Light::intensity.
 float table_intensity(const Light& luminaire, Vec3 direction);
 
 /// Mean of spot_falloff() over the cosines between the two cones.
-inline float mean_spot_falloff(const Light& light) { return light.gltf_falloff ? 1.0f / 3 : 0.5f; }
+inline float mean_spot_falloff(const Light& light) {
+  return light.falloff == SpotFalloff::smoothstep ? 0.5f : light.falloff == SpotFalloff::quadratic ? 1.0f / 3 : 0.2f;
+}
 
 }  // namespace glowworm

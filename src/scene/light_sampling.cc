@@ -136,9 +136,12 @@ EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
     cosine = 1 - core * (u.x / core_share);
   } else {
     const float inside = (u.x - core_share) / (1 - core_share);
-    // Quadratic: inverted exactly. Smoothstep t^2 (3 - 2t): sampled with density 2t.
-    const float t = light.gltf_falloff ? std::cbrt(inside) : std::sqrt(inside);
-    if (!light.gltf_falloff) weight = t * (3 - 2 * t);
+    // Powers of t: inverted exactly. Smoothstep t^2 (3 - 2t): sampled with density 2t.
+    const bool smooth = light.falloff == SpotFalloff::smoothstep;
+    const float t = smooth                                    ? std::sqrt(inside)
+                    : light.falloff == SpotFalloff::quadratic ? std::cbrt(inside)
+                                                              : std::pow(inside, 0.2f);
+    if (smooth) weight = t * (3 - 2 * t);
     cosine = light.cos_outer + (light.cos_inner - light.cos_outer) * t;
   }
   const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine)), phi = 2 * kPi * u.y;

@@ -93,7 +93,7 @@ void add(ContentHash& hash, const Light& l) {
   hash.add(l.direction);
   hash.add(l.cos_inner);
   hash.add(l.cos_outer);
-  hash.add(l.gltf_falloff);
+  hash.add(l.falloff);
   hash.add(l.right);
   hash.add(l.table ? l.table->hash() : 0);
 }

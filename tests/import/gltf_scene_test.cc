@@ -98,7 +98,7 @@ TEST_F(GltfSceneTest, LightsBecomeRadiometric) {
   EXPECT_FLOAT_EQ(d.lights[1].intensity.g, 10);
   expect_near(d.lights[1].direction, {0, 1, 0});
   EXPECT_EQ(d.lights[2].kind, LightKind::spot);
-  EXPECT_TRUE(d.lights[2].gltf_falloff);
+  EXPECT_EQ(d.lights[2].falloff, SpotFalloff::quadratic);
   EXPECT_FLOAT_EQ(d.lights[2].intensity.r, 0.1f);
   EXPECT_FLOAT_EQ(d.lights[2].cos_inner, std::cos(0.2f));
   EXPECT_FLOAT_EQ(d.lights[2].cos_outer, std::cos(0.4f));

@@ -7,6 +7,7 @@
 #include "pbrt/pbrt_testing.h"
 #include "scene/environment.h"
 #include "scene/light_groups.h"
+#include "scene/light_power.h"
 
 namespace glowworm {
 namespace {
@@ -61,7 +62,7 @@ TEST(PbrtLight, Spot) {
   expect_near(l.direction, {0, 1, 0});
   EXPECT_NEAR(l.cos_outer, 0.5f, 1e-6);
   EXPECT_NEAR(l.cos_inner, std::sqrt(0.5f), 1e-6);
-  EXPECT_FALSE(l.gltf_falloff);
+  EXPECT_EQ(l.falloff, SpotFalloff::smoothstep);
   expect_near(l.intensity, RGB(5.0f));
   const Light standard = light("LightSource \"spot\"");
   EXPECT_NEAR(standard.cos_outer, std::cos(30 * M_PI / 180), 1e-6);
@@ -80,6 +81,12 @@ TEST(PbrtLight, SpotPowerIsTheIntegralOfItsFalloff) {
     integral += t * t * (3 - 2 * t) * 2 * M_PI * (1 - l.cos_outer) / kSteps;
   }
   EXPECT_NEAR(l.intensity.g * integral, 10, 1e-3);
+}
+
+TEST(PbrtLight, SpotsOfVersion3FallByTheFourthPower) {
+  const Light l = light("LightSource \"spot\" \"float conedeltaangle\" 10\nWorldEnd");
+  EXPECT_EQ(l.falloff, SpotFalloff::quartic);
+  EXPECT_NEAR(spot_falloff(l, (l.cos_inner + l.cos_outer) / 2), 1.0f / 16, 1e-4f);
 }
 
 TEST(PbrtLight, Distant) {

@@ -136,7 +136,7 @@ TEST(PhotonTracer, SeedsAndPassesHaveDifferentPhotons) {
 TEST(PhotonTracer, EndsIfNothingCanBeStored) {
   // The light shines away from all there is.
   SceneDescription d = floor_description();
-  Light light = spot_light(false);
+  Light light = spot_light(SpotFalloff::smoothstep);
   light.direction = {0, 0, 1};
   d.lights.push_back(light);
   const Scene scene(std::move(d));

@@ -64,11 +64,12 @@ void add_panels(const Scene& scene, Vec3 x, Sum& sum) {
   }
 }
 
-/// Full within the inner cone, none outside the outer one; between them smoothstep of the cosine, or the square of a
-/// linear ramp in it (KHR_lights_punctual).
+/// Full within the inner cone, none outside the outer one; between them smoothstep of the cosine, or the square
+/// (KHR_lights_punctual) or fourth power (pbrt-v3) of a linear ramp in it.
 double falloff(const Light& light, double cosine) {
   const double t = std::clamp((cosine - light.cos_outer) / (light.cos_inner - light.cos_outer), 0.0, 1.0);
-  return light.gltf_falloff ? t * t : t * t * (3 - 2 * t);
+  if (light.falloff == SpotFalloff::smoothstep) return t * t * (3 - 2 * t);
+  return std::pow(t, light.falloff == SpotFalloff::quadratic ? 2 : 4);
 }
 
 void add_lights(const Scene& scene, Vec3 x, Sum& sum) {
@@ -143,9 +144,9 @@ TEST_P(SlowLitFloor, ByTheDensityOfPhotons) {
   expect_known(settings, 0.7f);
 }
 
-const auto kLights =
-    testing::Values(LightCase::panel, LightCase::textured, LightCase::point, LightCase::spot, LightCase::gltf_spot,
-                    LightCase::sun, LightCase::sky, LightCase::lat_long, LightCase::equal_area);
+const auto kLights = testing::Values(LightCase::panel, LightCase::textured, LightCase::point, LightCase::spot,
+                                     LightCase::gltf_spot, LightCase::quartic_spot, LightCase::sun, LightCase::sky,
+                                     LightCase::lat_long, LightCase::equal_area);
 std::string lights_name(const testing::TestParamInfo<LightCase>& info) { return light_case_name(info.param); }
 INSTANTIATE_TEST_SUITE_P(Lights, LitFloor, kLights, lights_name);
 // "Slow" has to come first in the full name, where programs leave slow tests out by it.

@@ -34,7 +34,7 @@ class EmissionTest : public ::testing::TestWithParam<LightCase> {};
 /// Power in closed form, where it has one.
 RGB expected_power(LightCase light, const Scene& scene) {
   const float disc = kPi * scene.radius() * scene.radius();
-  const Light spot = spot_light(false);
+  const Light spot = spot_light(SpotFalloff::smoothstep);
   const float core = 1 - spot.cos_inner, edge = spot.cos_inner - spot.cos_outer;
   switch (light) {
     case LightCase::panel:
@@ -49,6 +49,8 @@ RGB expected_power(LightCase light, const Scene& scene) {
       return spot.intensity * (2 * kPi * (core + edge / 2));
     case LightCase::gltf_spot:
       return spot.intensity * (2 * kPi * (core + edge / 3));
+    case LightCase::quartic_spot:
+      return spot.intensity * (2 * kPi * (core + edge / 5));
     case LightCase::sun:
       return RGB(4, 3, 2) * disc;
     case LightCase::sky:
@@ -139,14 +141,15 @@ TEST(EmissionDirections, PointIsUniform) {
   expect_directions(LightCase::point, [](Vec3) { return kUniformSpherePdf; });
 }
 TEST(EmissionDirections, SpotFollowsItsFalloffUpToItsWeight) {
-  for (const bool gltf : {false, true}) {
-    const Light spot = spot_light(gltf);
-    const float edge = (spot.cos_inner - spot.cos_outer) * (gltf ? 1.0f / 3 : 0.5f);
+  for (const auto& [light, falloff] : kSpotCases) {
+    const Light spot = spot_light(falloff);
+    const int power = falloff == SpotFalloff::smoothstep ? 1 : falloff == SpotFalloff::quadratic ? 2 : 4;
+    const float edge = (spot.cos_inner - spot.cos_outer) / static_cast<float>(power + 1);
     const float whole = 2 * kPi * (1 - spot.cos_inner + edge);
-    expect_directions(gltf ? LightCase::gltf_spot : LightCase::spot, [&](Vec3 w) {
+    expect_directions(light, [&](Vec3 w) {
       const float t = (dot(w, spot.direction) - spot.cos_outer) / (spot.cos_inner - spot.cos_outer);
       if (t <= 0) return 0.0f;
-      return (t >= 1 ? 1.0f : gltf ? t * t : t) / whole;
+      return (t >= 1 ? 1.0f : std::pow(t, static_cast<float>(power))) / whole;
     });
   }
 }

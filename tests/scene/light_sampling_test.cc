@@ -88,9 +88,9 @@ TEST_P(LightSampling, SamplesAgreeWithTheDensityFunctions) {
     ++compared;
   }
   const bool has_area = GetParam() != LightCase::point && GetParam() != LightCase::spot &&
-                        GetParam() != LightCase::gltf_spot && GetParam() != LightCase::sun &&
-                        GetParam() != LightCase::luminaire && GetParam() != LightCase::luminaire_up &&
-                        GetParam() != LightCase::luminaire_right;
+                        GetParam() != LightCase::gltf_spot && GetParam() != LightCase::quartic_spot &&
+                        GetParam() != LightCase::sun && GetParam() != LightCase::luminaire &&
+                        GetParam() != LightCase::luminaire_up && GetParam() != LightCase::luminaire_right;
   EXPECT_EQ(compared > 100, has_area);
 }
 
@@ -180,15 +180,18 @@ TEST(Irradiance, OfASunIsItsIrradianceTimesTheCosine) {
 }
 
 TEST(Irradiance, OfASpotFadesBetweenItsCones) {
-  for (const bool gltf : {false, true}) {
-    const Light spot = spot_light(gltf);
-    const Scene scene(lit_floor(gltf ? LightCase::gltf_spot : LightCase::spot));
+  for (const auto& [light, falloff] : kSpotCases) {
+    const Light spot = spot_light(falloff);
+    const Scene scene(lit_floor(light));
     const Vec3 across = Frame::from_normal(spot.direction).s;
     for (const float angle : {0.0f, 0.2f, 0.5f, 0.6f, 0.8f}) {
       const Vec3 direction = spot.direction * std::cos(angle) + across * std::sin(angle);
       const LightSample s = light_sample(scene, spot.position + direction * 2, -direction, 1);
       const float t = (std::cos(angle) - spot.cos_outer) / (spot.cos_inner - spot.cos_outer);
-      const float fade = angle < 0.3f ? 1 : angle > 0.7f ? 0 : gltf ? t * t : 3 * t * t - 2 * t * t * t;
+      const float between = falloff == SpotFalloff::smoothstep  ? 3 * t * t - 2 * t * t * t
+                            : falloff == SpotFalloff::quadratic ? t * t
+                                                                : t * t * t * t;
+      const float fade = angle < 0.3f ? 1 : angle > 0.7f ? 0 : between;
       EXPECT_NEAR(s.radiance.r, 30 * fade / 4, 2e-5f);
       EXPECT_EQ(s.pdf > 0, fade > 0);
     }

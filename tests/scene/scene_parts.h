@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "scene/scene.h"
 
@@ -79,7 +80,7 @@ inline void add_panel(SceneDescription& d, float height, std::uint32_t emission)
   add_quad(d, {-0.25f, -0.5f, height}, {0, 2, 0}, {1, 0, 0}, 0, emission);
 }
 
-inline Light spot_light(bool gltf_falloff) {
+inline Light spot_light(SpotFalloff falloff) {
   Light light;
   light.kind = LightKind::spot;
   light.intensity = RGB(30, 20, 10);
@@ -87,7 +88,7 @@ inline Light spot_light(bool gltf_falloff) {
   light.direction = normalize({0.2f, 0.3f, -1});
   light.cos_inner = std::cos(0.3f);
   light.cos_outer = std::cos(0.7f);
-  light.gltf_falloff = gltf_falloff;
+  light.falloff = falloff;
   return light;
 }
 
@@ -147,6 +148,7 @@ enum class LightCase {
   point,
   spot,
   gltf_spot,
+  quartic_spot,
   sun,
   luminaire,
   luminaire_up,
@@ -159,9 +161,9 @@ enum class LightCase {
 };
 
 inline const char* light_case_name(LightCase c) {
-  static constexpr const char* names[] = {"panel",     "two_sided", "textured",   "point",        "spot",
-                                          "gltf_spot", "sun",       "luminaire",  "luminaire_up", "luminaire_right",
-                                          "sky",       "lat_long",  "equal_area", "all"};
+  static constexpr const char* names[] = {"panel",           "two_sided",    "textured", "point",      "spot",
+                                          "gltf_spot",       "quartic_spot", "sun",      "luminaire",  "luminaire_up",
+                                          "luminaire_right", "sky",          "lat_long", "equal_area", "all"};
   return names[static_cast<int>(c)];
 }
 
@@ -170,6 +172,11 @@ inline std::vector<LightCase> light_cases() {
   for (int i = 0; i < static_cast<int>(LightCase::count_); ++i) cases.push_back(static_cast<LightCase>(i));
   return cases;
 }
+
+/// The spots among them, with their falloff.
+inline constexpr std::pair<LightCase, SpotFalloff> kSpotCases[] = {{LightCase::spot, SpotFalloff::smoothstep},
+                                                                   {LightCase::gltf_spot, SpotFalloff::quadratic},
+                                                                   {LightCase::quartic_spot, SpotFalloff::quartic}};
 
 /// The floor under the light of a case.
 inline SceneDescription lit_floor(LightCase light) {
@@ -183,8 +190,9 @@ inline SceneDescription lit_floor(LightCase light) {
     add_panel(d, 1.75f, add_emission(d, RGB(6.0f), false, static_cast<std::uint32_t>(d.textures.size() - 1)));
   }
   if (light == LightCase::point || all) d.lights.push_back(point_light());
-  if (light == LightCase::spot || all) d.lights.push_back(spot_light(false));
-  if (light == LightCase::gltf_spot) d.lights.push_back(spot_light(true));
+  if (light == LightCase::spot || all) d.lights.push_back(spot_light(SpotFalloff::smoothstep));
+  if (light == LightCase::gltf_spot) d.lights.push_back(spot_light(SpotFalloff::quadratic));
+  if (light == LightCase::quartic_spot) d.lights.push_back(spot_light(SpotFalloff::quartic));
   if (light == LightCase::sun || all) d.lights.push_back(sun_light());
   if (light == LightCase::luminaire || all) d.lights.push_back(luminaire(TablePole::forward));
   if (light == LightCase::luminaire_up) d.lights.push_back(luminaire(TablePole::up));

@@ -283,7 +283,7 @@ class GltfBuilder {
       light.kind = LightKind::spot;
       light.cos_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));
       light.cos_outer = std::min(static_cast<float>(std::cos(source.spot.outerConeAngle)), light.cos_inner);
-      light.gltf_falloff = true;
+      light.falloff = SpotFalloff::quadratic;
     } else if (source.type == "directional") {
       light.kind = LightKind::directional;
     } else if (source.type != "point") {

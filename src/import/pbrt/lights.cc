@@ -125,8 +125,9 @@ class LightBuilder {
     }
     light.cos_outer = std::cos(cone * kPi / 180);
     light.cos_inner = std::cos(std::max(cone - delta, 0.0f) * kPi / 180);
-    // SpotLight::Create of pbrt-v4.
-    const float steradians = 2 * kPi * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 2);
+    if (context_.v3) light.falloff = SpotFalloff::quartic;
+    const float steradians =
+        2 * kPi * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) * mean_spot_falloff(light));
     light.intensity = intensity(steradians);
     const Vec3 from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
     light.position = to_world_.point(from);
