@@ -64,7 +64,7 @@ void check_materials(const SceneDescription& scene) {
 
 }  // namespace
 
-void check_description(const SceneDescription& scene) {
+void expect_consistent(const SceneDescription& scene) {
   check_geometry(scene);
   check_materials(scene);
 }
@@ -88,7 +88,7 @@ void parse_scene(std::string_view text) {
   } catch (const Error&) {
     return;
   }
-  check_description(context.scene);
+  expect_consistent(context.scene);
 }
 
 void parse_mesh(std::string_view bytes) {
@@ -111,7 +111,7 @@ void parse_obj_and_mtl(std::string_view text) {
   files.texture = [](const PhongTexture&, const TextureOptions&) { return std::make_shared<GreyImage>(); };
   NoteCounter notes;
   try {
-    check_description(parse_obj(text, "fuzz.obj", files, notes, budget));
+    expect_consistent(parse_obj(text, "fuzz.obj", files, notes, budget));
   } catch (const Error&) {
   }
 }
@@ -130,7 +130,7 @@ void parse_hand_over(std::string_view bytes) {
   ImportOptions options;
   options.budget = loading_budget(kBudget);
   try {
-    check_description(build_assimp_scene(bytes, "fuzz.dae", options));
+    expect_consistent(build_assimp_scene(bytes, "fuzz.dae", options));
   } catch (const Error&) {
   }
 }

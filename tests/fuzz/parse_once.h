@@ -36,7 +36,7 @@ void parse_hand_over(std::string_view bytes);
 void parse_texture(std::string_view bytes);
 
 /// Aborts where a description contradicts itself.
-void check_description(const SceneDescription& scene);
+void expect_consistent(const SceneDescription& scene);
 
 /// Reads `text` as the samples of a spectrum and converts them to colours.
 void parse_spectrum(std::string_view text);
