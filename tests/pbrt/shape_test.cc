@@ -135,6 +135,40 @@ TEST(PbrtShape, TexturedMeshWithoutCoordinatesGetsPbrts) {
   EXPECT_EQ(mesh.uvs[5].y, 1);
 }
 
+TEST(PbrtShape, QuadsWithoutCoordinatesGetThoseOfPbrtsPatches) {
+  const pbrt_testing::TemporaryFolder folder;
+  // A triangle, two quads cut along either diagonal, and a pentagon.
+  folder.write("m.ply",
+               "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\n"
+               "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+               "0 0 0 2 0 0 3 1 0 1 1 0 0 0 1 2 0 1 1 1 1 -1 1 1 0.5 3 1\n"
+               "3 0 1 2 4 0 1 2 3 4 4 5 6 7 5 4 5 6 8 7\n");
+  const auto load = [&](const char* end) {
+    return load_pbrt(folder.write("s.pbrt", std::string("WorldBegin Texture \"t\" \"spectrum\" \"checkerboard\"\n"
+                                                        "Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+                                                        "Shape \"plymesh\" \"string filename\" \"m.ply\"\n") +
+                                                end))
+        .geometry;
+  };
+  const Geometry mesh = load("");
+  ASSERT_EQ(mesh.triangle_count(), 8u);
+  const Vec2 corner[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  const auto expect_corners = [&](const Geometry& of, std::uint32_t t, std::array<int, 3> expected) {
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_EQ(of.uvs[of.triangles[t][i]].x, corner[expected[i]].x) << t << " " << i;
+      EXPECT_EQ(of.uvs[of.triangles[t][i]].y, corner[expected[i]].y) << t << " " << i;
+    }
+  };
+  expect_corners(mesh, 0, {0, 1, 2});
+  expect_corners(mesh, 1, {0, 1, 3});
+  expect_corners(mesh, 2, {1, 2, 3});
+  expect_corners(mesh, 3, {0, 1, 2});
+  expect_corners(mesh, 4, {0, 2, 3});
+  for (std::uint32_t t = 5; t < 8; ++t) expect_corners(mesh, t, {0, 1, 2});
+  const Geometry old = load("WorldEnd");
+  for (std::uint32_t t = 0; t < 8; ++t) expect_corners(old, t, {0, 1, 2});
+}
+
 TEST(PbrtShape, BilinearMeshes) {
   // p00 p10 p01 p11; the normal is that of du x dv.
   const Geometry flat = shape("Shape \"bilinearmesh\" \"point3 P\" [0 0 0 2 0 0 0 3 0 2 3 0]");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <utility>
+#include <vector>
 
 namespace glowworm {
 
@@ -25,19 +26,31 @@ void wind_outwards(Geometry& mesh, bool swap_all) {
   }
 }
 
-/// Adds pbrt's default texture coordinates to triangles.
-void add_default_uvs(Geometry& mesh) {
-  constexpr Vec2 kCorner[3] = {{0, 0}, {1, 0}, {1, 1}};
+/// Adds pbrt's default texture coordinates.
+/// @param patch of each triangle: two of one patch are a quad; empty: each is a triangle
+void add_default_uvs(Geometry& mesh, const std::vector<std::uint32_t>& patch) {
+  constexpr Vec2 kCorner[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  constexpr int kTriangle[3] = {0, 1, 2}, kSecondHalf[3] = {0, 2, 3};
+  constexpr int kOtherFirstHalf[3] = {0, 1, 3}, kOtherSecondHalf[3] = {1, 2, 3};
+  const auto share = [&](std::size_t a, std::size_t b) {
+    return a < patch.size() && b < patch.size() && patch[a] == patch[b];
+  };
   Geometry out;
   const std::size_t count = mesh.triangles.size() * 3;
   out.positions.reserve(count);
   out.uvs.reserve(count);
-  for (const auto& corners : mesh.triangles) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& corners = mesh.triangles[t];
+    const bool first_half = share(t, t + 1) && !share(t, t + 2) && !share(t, t - 1);
+    const bool second_half = share(t, t - 1) && !share(t, t - 2) && !share(t, t + 1);
+    const int* which = kTriangle;
+    if (first_half && corners[0] != mesh.triangles[t + 1][0]) which = kOtherFirstHalf;
+    if (second_half) which = corners[0] == mesh.triangles[t - 1][0] ? kSecondHalf : kOtherSecondHalf;
     const auto first = static_cast<std::uint32_t>(out.positions.size());
     for (int i = 0; i < 3; ++i) {
       out.positions.push_back(mesh.positions[corners[i]]);
       if (!mesh.normals.empty()) out.normals.push_back(mesh.normals[corners[i]]);
-      out.uvs.push_back(kCorner[i]);
+      out.uvs.push_back(kCorner[which[i]]);
     }
     out.triangles.push_back({first, first + 1, first + 2});
   }
@@ -67,7 +80,7 @@ std::vector<std::uint32_t> emissions_of(PbrtContext& context, const PbrtShape& s
 Geometry to_world_space(const PbrtShape& shape, const Transform& to_world) {
   const Transform total = to_world * shape.to_outer;
   Geometry mesh = shape.mesh.geometry;
-  if (mesh.uvs.empty() && shape.textured) add_default_uvs(mesh);
+  if (mesh.uvs.empty() && shape.textured) add_default_uvs(mesh, shape.mesh.patch);
   for (Vec3& p : mesh.positions) p = total.point(p);
   for (Vec3& n : mesh.normals) n = shape.reverse ? -total.normal(n) : total.normal(n);
   wind_outwards(mesh, shape.reverse != (total.determinant() < 0));

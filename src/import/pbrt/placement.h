@@ -23,7 +23,8 @@ struct PbrtShape {
 
 /// The shape's mesh in world space. As in pbrt, the outside is the side of the shape's normals or, without normals, the
 /// side given by the winding in its own space. Mirroring transforms do not turn the shape inside out;
-/// ReverseOrientation does. Triangles without texture coordinates get (0,0), (1,0), (1,1) if the material is textured.
+/// ReverseOrientation does. If the material is textured, triangles without texture coordinates get (0,0), (1,0), (1,1),
+/// and quads also (0,1).
 /// @param to_world applied after shape.to_outer
 Geometry to_world_space(const PbrtShape& shape, const Transform& to_world);
 

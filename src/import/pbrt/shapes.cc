@@ -143,6 +143,7 @@ class ShapeBuilder {
       parameters_.error(*file, fmt::format("cannot read {}: {}", in_quotes(name), error.what()), "");
       return std::nullopt;
     }
+    if (context_.v3) one_patch_a_triangle(mesh);  // pbrt-v3 has no quads
     return mesh;
   }
 
