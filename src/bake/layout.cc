@@ -55,7 +55,7 @@ struct OpenSides {
 };
 
 /// Looks around from a few dozen places of connected triangles. The inside of a solid meets only backs; the outside of
-/// a room meets nothing.
+/// a room meets nothing, but lights without a surface may be there.
 OpenSides open_sides(const Scene& scene, const Tracer& tracer, const std::vector<std::uint32_t>& triangles) {
   constexpr std::size_t kMaxPlaces = 32;
   constexpr float kSolid = 0.98f, kSomething = 0.02f;
@@ -72,15 +72,12 @@ OpenSides open_sides(const Scene& scene, const Tracer& tracer, const std::vector
       sum[side].backs += seen.backs / static_cast<float>(places);
     }
   }
-  const bool lit_from_afar =
-      scene.environment() || std::any_of(scene.lights().begin(), scene.lights().end(),
-                                         [](const Light& light) { return light.kind == LightKind::directional; });
-  const auto open = [&](const Surroundings& s) {
-    const bool solid = s.met >= kSolid && s.backs >= kSolid * s.met;
-    return !solid && (lit_from_afar || s.met > kSomething);
-  };
-  const OpenSides out{open(sum[0]), open(sum[1])};
-  if (out.front || out.back) return out;
+  const bool lit_by_no_surface = scene.environment() || !scene.lights().empty();
+  const auto solid = [](const Surroundings& s) { return s.met >= kSolid && s.backs >= kSolid * s.met; };
+  const auto open = [&](const Surroundings& s) { return !solid(s) && (lit_by_no_surface || s.met > kSomething); };
+  if (const OpenSides out{open(sum[0]), open(sum[1])}; out.front || out.back) return out;
+  // Lit by lamps too small for the rays, if at all.
+  if (const OpenSides out{!solid(sum[0]), !solid(sum[1])}; out.front || out.back) return out;
   return {sum[0].met >= sum[1].met, sum[0].met < sum[1].met};
 }
 

@@ -33,6 +33,32 @@ TEST(BakeLayout, BakesTheSidesThatLightCanReach) {
   EXPECT_EQ(backs, 2u);
 }
 
+/// The sides of a mesh that are baked: bit 0 the fronts, bit 1 the backs. The scene's lamp lies below.
+int baked_sides(SceneDescription d, bool as_point) {
+  if (as_point)
+    d.lights.emplace_back().position = {0, -3, 0};
+  else
+    add_quad(d, {-0.01f, -3, -0.01f}, {0, 0, 0.02f}, {0.02f, 0, 0}, 0, add_emission(d, RGB(5e4f)));
+  const Stage stage(std::move(d));
+  int sides = 0;
+  for (const BakeFace& face : lay_out(stage.scene, stage.tracer, {64, 0}).faces) sides |= face.back ? 2 : 1;
+  return sides;
+}
+
+TEST(BakeLayout, BakesTheSideOfALoneSurfaceThatASmallLampLights) {
+  for (const bool as_point : {true, false}) {
+    SceneDescription sheet;
+    sheet.materials.resize(1);
+    SceneDescription box = sheet, turned = sheet;
+    add_quad(sheet, {-1, 0, -1}, {0, 0, 2}, {2, 0, 0});
+    add_quad(turned, {-1, 0, -1}, {2, 0, 0}, {0, 0, 2});
+    MeshBuilder(box.geometry).box({-1, -1, -1}, {1, 1, 1});
+    EXPECT_EQ(baked_sides(sheet, as_point), 2) << "its front is up, and dark";
+    EXPECT_EQ(baked_sides(turned, as_point), 1);
+    EXPECT_EQ(baked_sides(box, as_point), 1) << "not the inside";
+  }
+}
+
 TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
   SceneDescription d = two_rooms();
   d.materials.resize(3);
