@@ -262,7 +262,7 @@ std::vector<BakeFace> with_sides(const std::shared_ptr<const Scene>& scene, cons
   for (std::size_t i = 0; i < fronts.size(); ++i) {
     const std::uint32_t t = fronts[i].triangle;
     const OpenSides open = one_sided(t) ? OpenSides{} : groups.at(number[i]).open;
-    if (open.front) out.push_back({t, false});
+    if (open.front || g.emission[t] != kNone) out.push_back({t, false});
     if (open.back) out.push_back({t, true});
   }
   return out;

@@ -109,7 +109,9 @@ class SceneWriter {
         const BakeFace face = layout_.faces[layout_.charts[c].faces[i]];
         const std::uint32_t t = face.triangle;
         const bool one_sided = sides[t] == 3 || is_one_sided(t);
-        out[{g.object_of(t), g.material[t], g.emission[t], light_.layer_of(c), one_sided}].push_back({face, c, i});
+        const bool glows = g.emission[t] != kNone && (!face.back || scene_.emissions()[g.emission[t]].two_sided);
+        const std::uint32_t emission = glows ? g.emission[t] : kNone;
+        out[{g.object_of(t), g.material[t], emission, light_.layer_of(c), one_sided}].push_back({face, c, i});
       }
     for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
       if (sides[t] != 0) continue;
@@ -195,7 +197,7 @@ class SceneWriter {
     if (found != materials_.end()) return found->second;
     const auto [object, source, emission, layer, one_sided] = key;
     const Material& m = scene_.materials()[source];
-    json out = layer >= 0 ? baked(triangle, layer) : emission != kNone ? lamp(m, emission) : plain(triangle);
+    json out = layer >= 0 ? baked(triangle, layer, emission) : emission != kNone ? lamp(m, emission) : plain(triangle);
     if (!m.name.empty()) out["name"] = m.name;
     if (!one_sided) out["doubleSided"] = true;
     return materials_[own] = file_.add("materials", std::move(out));
@@ -244,11 +246,10 @@ class SceneWriter {
             {"extensions", {{kUnlit, json::object()}}}};
   }
 
-  json baked(std::uint32_t triangle, int layer) {
+  json baked(std::uint32_t triangle, int layer, std::uint32_t emission) {
     const bool shows_base = format_ == BakeFormat::lightmap || format_ == BakeFormat::vertex;
     json out = plain(triangle, shows_base || material_of(triangle).alpha.texture != kNone);
     light_.light_material(out, layer, 1);
-    const std::uint32_t emission = scene_.geometry().emission[triangle];
     if (format_ == BakeFormat::lightmap && emission != kNone) add_glow(emission, out);
     return out;
   }

@@ -59,6 +59,16 @@ TEST(BakeLayout, BakesTheSideOfALoneSurfaceThatASmallLampLights) {
   }
 }
 
+TEST(BakeLayout, KeepsTheFrontsOfWhatGlowsInTheDark) {
+  SceneDescription d;
+  d.materials.resize(1);
+  const std::uint32_t glow = add_emission(d, RGB(0.1f));
+  d.emissions[glow].radiance.texture = 0;
+  d.textures.emplace_back();
+  add_quad(d, {-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 0, glow);
+  EXPECT_EQ(baked_sides(std::move(d), true), 3) << "the light is behind";
+}
+
 TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
   SceneDescription d = two_rooms();
   d.materials.resize(3);
