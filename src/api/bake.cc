@@ -64,7 +64,7 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   points = nullptr;
   if (baked.passes == 0) throw Error("the bake ended before every texel had light", "Give it more time.");
   const std::vector<RGB> light =
-      light_of_texels(*inner.scene, layout, std::move(baked.irradiance), quantity_of(format));
+      light_of_texels(*inner.scene, layout, std::move(baked.irradiance), shown_light(format, inner.gltf_parts.get()));
   const float exposure = options.exposure
                              ? *options.exposure
                              : automatic_exposure(*inner.scene, *inner.tracer, layout, light, quantity_of(format));

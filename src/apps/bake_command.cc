@@ -183,7 +183,8 @@ void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& trac
                     const BakePlaces& places, OutputFiles& files) {
   const BakeLayout& layout = places.layout;
   const BakeFormat format = format_of(o.format);
-  const std::vector<RGB> light = light_of_texels(scene, layout, std::move(irradiance), quantity_of(format));
+  const std::vector<RGB> light =
+      light_of_texels(scene, layout, std::move(irradiance), shown_light(format, places.gltf.get()));
   const float exposure =
       o.exposure ? *o.exposure : automatic_exposure(scene, tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, range_of(scene, layout, format, exposure));

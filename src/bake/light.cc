@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "bake/fill.h"
+#include "bake/source_texture.h"
 #include "core/parallel.h"
 #include "image/tone_map.h"
 #include "render/filtered.h"
@@ -22,7 +23,7 @@ RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
 namespace {
 
 /// The light of a place of a surface, from its irradiance in W m^-2.
-RGB light_of_place(const Scene& scene, BakeFace face, Vec2 barycentric, RGB irradiance, TexelLight what) {
+RGB light_of_place(const Scene& scene, BakeFace face, Vec2 barycentric, RGB irradiance, const ShownLight& shown) {
   constexpr float kMinAlbedo = 0.01f;
   const RGB reflectance = baked_albedo(scene, face.triangle, barycentric);
   RGB emitted;
@@ -30,26 +31,29 @@ RGB light_of_place(const Scene& scene, BakeFace face, Vec2 barycentric, RGB irra
     const SurfacePoint point = surface_point(scene, face.triangle, barycentric);
     emitted = emitted_radiance(scene, point, face.back ? -point.geometric_normal : point.geometric_normal);
   }
-  if (what == TexelLight::radiance) return reflectance * irradiance * kInversePi + emitted;
-  for (int c = 0; c < 3; ++c) irradiance[c] += kPi * emitted[c] / std::max(reflectance[c], kMinAlbedo);
+  if (shown.what == TexelLight::radiance) return reflectance * irradiance * kInversePi + emitted;
+  const RGB base = base_color(scene, face.triangle, barycentric, shown.keeps_source);
+  const RGB lacking = (reflectance - base) * irradiance + kPi * emitted;
+  for (int c = 0; c < 3; ++c) irradiance[c] += lacking[c] / std::max(base[c], kMinAlbedo);
   return irradiance;
 }
 
 /// The mean over the square of a texel, at two by two places where its face goes on that far.
-RGB light_of_texel(const Scene& scene, const BakeLayout& layout, std::size_t texel, RGB irradiance, TexelLight what) {
+RGB light_of_texel(const Scene& scene, const BakeLayout& layout, std::size_t texel, RGB irradiance,
+                   const ShownLight& shown) {
   const TexelMap& map = layout.texels;
   const BakeFace face = layout.faces[map.face[texel]];
   const Vec2 here = map.barycentric[texel];
   const std::size_t below = texel + static_cast<std::size_t>(map.width);
   const bool has_right = texel + 1 < map.face.size() && map.face[texel + 1] == map.face[texel];
   const bool has_below = below < map.face.size() && map.face[below] == map.face[texel];
-  if (!has_right || !has_below) return light_of_place(scene, face, here, irradiance, what);
+  if (!has_right || !has_below) return light_of_place(scene, face, here, irradiance, shown);
   const Vec2 across = (map.barycentric[texel + 1] - here) * 0.25f, down = (map.barycentric[below] - here) * 0.25f;
   RGB sum;
   for (int i = 0; i < 4; ++i) {
     Vec2 at = here + across * (i % 2 ? 1.0f : -1.0f) + down * (i / 2 ? 1.0f : -1.0f);
     if (at.x < 0 || at.y < 0 || at.x + at.y > 1) at = here;
-    sum += light_of_place(scene, face, at, irradiance, what);
+    sum += light_of_place(scene, face, at, irradiance, shown);
   }
   return sum / 4;
 }
@@ -147,13 +151,13 @@ void TexelIrradiance::take(const Film& film, const PointGrid& grid, const Render
 }
 
 std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, TexelIrradiance irradiance,
-                                 TexelLight what) {
+                                 ShownLight shown) {
   std::vector<RGB> light = std::move(irradiance.value);
   fill_gaps(layout.texels, std::move(irradiance.known), light);
-  if (what != TexelLight::irradiance)
+  if (shown.what != TexelLight::irradiance)
     parallel_for(0, light.size(), 4096, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i)
-        if (layout.texels.face[i] != kNone) light[i] = light_of_texel(scene, layout, i, light[i], what);
+        if (layout.texels.face[i] != kNone) light[i] = light_of_texel(scene, layout, i, light[i], shown);
     });
   std::vector<std::uint8_t> covered(light.size(), 0);
   for (std::size_t i = 0; i < light.size(); ++i) covered[i] = layout.texels.face[i] != kNone;

@@ -17,7 +17,14 @@ namespace glowworm {
 enum class TexelLight {
   irradiance,  ///< W m^-2
   radiance,    ///< of a diffuse surface: albedo times irradiance over pi, and what it emits, W sr^-1 m^-2
-  tint         ///< what the base colour is multiplied by to show that: radiance times pi over albedo, W m^-2
+  tint         ///< what the base colour of the file is multiplied by to show that: radiance times pi over it, W m^-2
+};
+
+/// A quantity, and the kind of file that shows it.
+struct ShownLight {
+  TexelLight what = TexelLight::radiance;
+  bool keeps_source = false;  ///< the file is a glTF file with light (base_color())
+  ShownLight(TexelLight quantity, bool is_gltf = false) : what(quantity), keeps_source(is_gltf) {}
 };
 
 /// Irradiance of texels as Jobs compute it, one entry for each of layout.texels.
@@ -33,7 +40,7 @@ struct TexelIrradiance {
 
 /// Light of all texels, one for each texel of layout.texels: gaps filled and seams closed.
 std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, TexelIrradiance irradiance,
-                                 TexelLight what);
+                                 ShownLight shown);
 
 /// Share of the light that a surface reflects, seen along its normal. Baked textures show all reflection as diffuse;
 /// without its sharp lobes, polished metal would be black.

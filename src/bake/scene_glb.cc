@@ -60,12 +60,6 @@ struct OutputFace {
   std::uint32_t chart = kNone, place = 0;  ///< its chart and its index there; kNone: not baked
 };
 
-/// What glTF's base colour stands for: light that passes glass, and that others reflect.
-const ColorInput& base_input(const Material& m) {
-  const bool is_glass = m.kind == MaterialKind::dielectric || m.kind == MaterialKind::thin_dielectric;
-  return is_glass ? m.transmittance : m.reflectance;
-}
-
 /// Key of a primitive: object, material, emission, layer of light (-1: not baked), one side.
 using PrimitiveKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, int, bool>;
 
@@ -257,10 +251,7 @@ class SceneWriter {
   /// A material that was not baked, or whose base colour is kept.
   json plain(std::uint32_t triangle, bool textured = true) {
     const Material& m = material_of(triangle);
-    RGB c = clamp(base_input(m).value, 0, 1);
-    // As in the light of texels: by the index of the metal, and less what rough metal loses between its facets.
-    const bool is_metal = m.kind == MaterialKind::conductor || m.kind == MaterialKind::coated_conductor;
-    if (is_metal && m.reflectance.texture == kNone) c = baked_albedo(scene_, triangle, {1 / 3.0f, 1 / 3.0f});
+    const RGB c = base_factor(scene_, triangle);
     const float roughness = std::sqrt(std::clamp(std::max(m.roughness_u.value, m.roughness_v.value), 0.0f, 1.0f));
     json pbr = {{"baseColorFactor", {c.r, c.g, c.b, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}};
     json extensions = json::object();
@@ -383,6 +374,14 @@ TexelLight quantity_of(BakeFormat format) {
   return format == BakeFormat::lightmap ? TexelLight::irradiance : TexelLight::radiance;
 }
 
+namespace {
+
+bool is_gltf(const GltfParts* origin) { return origin && !origin->path.empty(); }
+
+}  // namespace
+
+ShownLight shown_light(BakeFormat format, const GltfParts* gltf) { return {quantity_of(format), is_gltf(gltf)}; }
+
 LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat format, float exposure) {
   LightRange out;
   out.white = (quantity_of(format) == TexelLight::radiance ? 1 : kPi) / std::exp2(exposure);
@@ -397,7 +396,7 @@ LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat for
 
 std::string glb_of_scene(const Scene& scene, const BakeLayout& layout, const EncodedLight& light, BakeFormat format,
                          const BakeNotes& notes) {
-  if (notes.gltf && !notes.gltf->path.empty()) return glb_of_gltf(layout, light, format, notes);
+  if (is_gltf(notes.gltf.get())) return glb_of_gltf(layout, light, format, notes);
   return SceneWriter(scene, layout, light, format, notes).write();
 }
 

@@ -25,6 +25,9 @@ BakeFormat format_of(std::string_view name);
 /// The quantity that textures of a format hold.
 TexelLight quantity_of(BakeFormat format);
 
+/// That quantity in the file of a scene of this origin, or null, as BakeNotes::gltf.
+ShownLight shown_light(BakeFormat format, const GltfParts* gltf);
+
 /// What codes of a format should hold. Unlit colours and those of vertices end at 1.
 /// @param exposure stops
 /// @param scene and layout: must outlive the result

@@ -270,6 +270,33 @@ TEST_F(BakeCommand, MergesPartsToTheSameFile) {
 }
 
 TEST_F(BakeCommand, WritesTexturesWithAMultiplierBesideTheFile) {
+TEST_F(BakeCommand, KeepsCheckerboards) {
+  write("room.pbrt", R"(
+WorldBegin
+Texture "board" "spectrum" "checkerboard" "rgb tex1" [0.8 0.4 0.2] "rgb tex2" [0.2 0.2 0.4]
+  "float uscale" 4 "float vscale" 8 "float udelta" 0.5
+Material "diffuse" "texture reflectance" "board"
+Shape "trianglemesh" "point3 P" [0 0 5  1 0 5  1 1 5  0 1 5] "point2 uv" [0 0  1 0  1 1  0 1]
+  "integer indices" [0 1 2  0 2 3]
+)");
+  for (const char* format : {"lightmap", "vertex"}) {
+    const BakedGlb file = bake("room.pbrt", format);
+    const nlohmann::json& material = file.json.at("materials").at(0);
+    const nlohmann::json& place = material.at("pbrMetallicRoughness").at("baseColorTexture").at("extensions");
+    // A picture of two by two cells; its rows run downwards, so that 8 rows of cells have no offset.
+    const nlohmann::json expected = {{"offset", {0.25, -3}}, {"scale", {2, 4}}};
+    EXPECT_EQ(place.at("KHR_texture_transform"), expected);
+    const std::vector<RGB> board = shown_texels(file, material);
+    const auto side = static_cast<std::size_t>(std::sqrt(board.size()));
+    ASSERT_EQ(side * side, board.size());
+    for (std::size_t i = 0; i < board.size(); ++i) {
+      const bool even = (i % side < side / 2) == (i / side >= side / 2);
+      const RGB cell = even ? RGB{0.8f, 0.4f, 0.2f} : RGB{0.2f, 0.2f, 0.4f};
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(board[i][c], cell[c], 0.01f) << i;
+    }
+  }
+}
+
   const Outcome outcome = run(words({"--texture", "rgbm", "-o", "lit.glb", "--atlas-picture", "light.exr"}));
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(read(path("lit.0.rgbm.png")).substr(1, 3), "PNG");

@@ -192,7 +192,8 @@ class BakedGltf : public GltfTest {
                                 run.job.wait();
                                 return std::exception_ptr();
                               });
-    const std::vector<RGB> light = light_of_texels(*scene, layout, std::move(baked.irradiance), quantity_of(format));
+    const std::vector<RGB> light =
+        light_of_texels(*scene, layout, std::move(baked.irradiance), shown_light(format, options.gltf_parts.get()));
     const BakeNotes notes{exposure, "", {}, options.gltf_parts};
     write("lit.glb",
           glb_of_scene(*scene, layout, encode_light(layout, light, range_of(*scene, layout, format, exposure)), format,
@@ -507,6 +508,23 @@ TEST_F(BakedGltf, ScalesLightAndGlowByTheExposure) {
         EXPECT_NEAR(material["emissiveFactor"][c].get<float>() * strength.get<float>(),
                     glow[static_cast<int>(c)] * gain, 1e-4f);
     }
+}
+
+TEST_F(BakedGltf, MultipliesColoursOfVerticesByLight) {
+  constexpr float kIrradiance = 2, kExposure = -2;
+  GltfFile file = sunlit_floor();
+  const std::vector<float> halves(12, 0.5f);
+  file.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = file.add_accessor(halves, 5126, "VEC3", 4);
+  bake_light(write_gltf(file), BakeFormat::vertex, kExposure);
+  const Parsed lit(path("lit.glb"));
+  const RGB albedo{0.5f, 0.25f, 0.1f}, glow{0.3f, 0.2f, 0.1f};
+  const json& colors = lit.whole["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"];
+  const std::vector<float> values = read_floats(lit.document, colors.get<int>(), 3);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const int c = static_cast<int>(i % 3);
+    const float shown = (albedo[c] / 2 * kIrradiance * kInversePi + glow[c]) * std::exp2(kExposure);
+    EXPECT_NEAR(albedo[c] * values[i], shown, 0.02f * shown);
+  }
 }
 
 TEST_F(BakedGltf, LeavesOutWhatItReplaces) {

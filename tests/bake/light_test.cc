@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -398,6 +399,82 @@ TEST(BakedLight, KeepsTheColoursOfDarkPlacesBesideBrightOnes) {
   }
 }
 
+/// The JSON of a GLB file.
+nlohmann::json json_of(const std::string& glb) {
+  std::uint32_t size = 0;
+  std::memcpy(&size, glb.data() + 12, sizeof size);
+  return nlohmann::json::parse(glb.substr(20, size));
+}
+
+/// A room with surfaces of materials that reflect more or less than their base colours, by names.
+SceneDescription room_of_materials() {
+  SceneDescription d = two_rooms();
+  Material plastic, coat, metal, tinted, mix;
+  plastic.name = "plastic";
+  plastic.kind = MaterialKind::metallic_roughness;
+  coat.name = "coat";
+  coat.kind = MaterialKind::coated_diffuse;
+  metal.name = "metal";
+  metal.kind = MaterialKind::coated_conductor;
+  for (Material* m : {&plastic, &coat, &metal}) m->roughness_u.value = m->roughness_v.value = 0.5f;
+  tinted.name = "tinted";
+  tinted.reflectance = {RGB(1.0f), static_cast<std::uint32_t>(d.textures.size())};
+  d.textures.emplace_back().kind = TextureKind::vertex_color;
+  mix.name = "mix";
+  mix.kind = MaterialKind::mix;
+  mix.mix_a = mix.mix_b = 0;
+  for (const Material& m : {plastic, coat, metal, tinted, mix}) {
+    const auto number = static_cast<std::uint32_t>(d.materials.size());
+    d.materials.push_back(m);
+    add_quad(d, {1.2f, 0.3f * static_cast<float>(number), 1}, {0, 0, 0.5f}, {0.2f, 0, 0}, number);
+  }
+  d.materials[0].reflectance.value = {0.8f, 0.4f, 0.2f};
+  d.geometry.colors.assign(d.geometry.positions.size(), {{0.25f, 0.75f, 0.5f}, 1});
+  return d;
+}
+
+TEST(BakedVertices, ShowTheRadianceOfEveryMaterial) {
+  const BakeStage room(room_of_materials(), {64, 0});
+  const Scene& scene = *room.stage.scene;
+  const std::vector<RGB> radiance = room.light(by_gathering(1, 4), TexelLight::radiance);
+  const std::vector<RGB> tint = room.light(by_gathering(1, 4), TexelLight::tint);
+  std::map<std::string, RGB> base;
+  const nlohmann::json file =
+      json_of(glb_of_scene(scene, room.layout, encode_light(room.layout, tint, {1}), BakeFormat::vertex, {}));
+  for (const auto& m : file.at("materials")) {
+    const auto c = m.at("pbrMetallicRoughness").at("baseColorFactor").get<std::vector<float>>();
+    if (m.contains("name")) base[m.at("name")] = {c.at(0), c.at(1), c.at(2)};
+  }
+  std::map<std::string, std::size_t> texels;
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    const std::uint32_t f = room.layout.texels.face[i];
+    if (f == kNone) continue;
+    const std::string& name = scene.materials()[scene.geometry().material[room.layout.faces[f].triangle]].name;
+    if (name.empty()) continue;
+    ++texels[name];
+    const RGB shown = base.at(name) * tint[i] * kInversePi;
+    for (int c = 0; c < 3; ++c) ASSERT_NEAR(shown[c], radiance[i][c], 1e-3f * radiance[i][c] + 1e-6f) << name;
+  }
+  EXPECT_EQ(texels.size(), 5u);
+}
+
+TEST(BakedMaterials, GlowOnTheSideThatEmits) {
+  const BakeStage room(room_with_panel({0.02f, 0.03f, 0.01f}, true), {64, 0});
+  std::size_t sides = 0;
+  for (const BakeFace& face : room.layout.faces) sides += room.stage.scene->geometry().material[face.triangle] == 1;
+  ASSERT_EQ(sides, 4u) << "two triangles from both sides";
+  const EncodedLight even = encode_light(room.layout, std::vector<RGB>(room.layout.texels.face.size(), RGB(0.5f)), {1});
+  std::size_t glowing = 0, panels = 0;
+  const nlohmann::json file = json_of(glb_of_scene(*room.stage.scene, room.layout, even, BakeFormat::lightmap, {}));
+  for (const auto& m : file.at("materials")) {
+    if (m.at("pbrMetallicRoughness").at("baseColorFactor").at(1) != 0.25f) continue;
+    ++panels;
+    glowing += m.contains("emissiveFactor");
+  }
+  EXPECT_EQ(panels, 2u);
+  EXPECT_EQ(glowing, 1u);
+}
+
 TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
   const BakeStage cornell(builtin_scene("cornell"), {256, 0});
   const auto level = [](Vec3 p) { return 0.2f + 0.3f * p.x + 0.2f * p.y; };
@@ -411,7 +488,7 @@ TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
                                        BakeFormat::vertex, {});
   std::uint32_t json_size = 0;
   std::memcpy(&json_size, glb.data() + 12, sizeof json_size);
-  const auto json = nlohmann::json::parse(glb.substr(20, json_size));
+  const nlohmann::json json = json_of(glb);
   const auto vectors = [&](const nlohmann::json& accessor) {
     const nlohmann::json& a = json.at("accessors").at(accessor.get<std::size_t>());
     std::vector<Vec3> out(a.at("count").get<std::size_t>());
