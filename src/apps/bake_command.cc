@@ -188,8 +188,8 @@ void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& trac
   const float exposure =
       o.exposure ? *o.exposure : automatic_exposure(scene, tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, range_of(scene, layout, format, exposure));
-  const BakeNotes notes{exposure, o.command_line, write_texture_files(o, layout.atlas, light, files), places.gltf,
-                        o.settings.indirect_only};
+  const BakeNotes notes{exposure,    o.command_line,           write_texture_files(o, layout.atlas, light, files),
+                        places.gltf, o.settings.indirect_only, o.changes.changes.metres_per_unit};
   const bool written =
       files.write(o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format, notes)); });
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });

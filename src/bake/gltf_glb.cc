@@ -395,7 +395,8 @@ class GltfWriter {
     }
   }
 
-  /// Multiplies lamps and lights by the exposure. Lights whose light is in a lightmap get intensity 0.
+  /// Multiplies lamps and lights by the exposure, and gives lights at a place what suits the distances of the file.
+  /// Lights whose light is in a lightmap get intensity 0.
   void scale_lights() {
     for (std::size_t m = 0; m < materials_.size(); ++m) {
       json& material = file_.json["materials"][m];
@@ -403,9 +404,11 @@ class GltfWriter {
     }
     if (!file_.json.contains("extensions") || !file_.json["extensions"].contains(kLights)) return;
     const bool is_baked = format_ == BakeFormat::lightmap && !notes_.indirect_only;
-    const float factor = is_baked ? 0 : light_.gain() / kLumensPerWatt;
-    for (json& light : file_.json["extensions"][kLights]["lights"])
-      light["intensity"] = light.value("intensity", 1.0f) * factor;
+    const float factor = is_baked ? 0 : light_.gain() / kLumensPerWatt, scale = notes_.metres_per_unit;
+    for (json& light : file_.json["extensions"][kLights]["lights"]) {
+      const bool has_place = light.value("type", "") != "directional";
+      light["intensity"] = light.value("intensity", 1.0f) * factor / (has_place ? scale * scale : 1);
+    }
   }
 
   /// Removes an extension that no object has any more from the lists of the file.

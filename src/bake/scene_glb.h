@@ -46,6 +46,7 @@ struct BakeNotes {
   /// Origin of the scene's triangles: a glTF file that the bake changes. Null, or without a path: the file is new.
   std::shared_ptr<const GltfParts> gltf = nullptr;
   bool indirect_only = false;  ///< direct light is left to the viewer
+  float metres_per_unit = 1;   ///< of that glTF file in the scene; the bake's file keeps the units
 };
 
 /// The file. A scene that comes from a glTF file is that file with light: each baked mesh gets texture coordinates for

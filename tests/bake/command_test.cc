@@ -5,6 +5,7 @@
 
 #include "apps/program.h"
 #include "image/image.h"
+#include "import/gltf_file.h"
 #include "import/import.h"
 
 namespace glowworm {
@@ -269,7 +270,24 @@ TEST_F(BakeCommand, MergesPartsToTheSameFile) {
   EXPECT_TRUE(refused(of_samples({"--noise", "1%", "-o", "a.part"}), {"--samples"}, 2));
 }
 
-TEST_F(BakeCommand, WritesTexturesWithAMultiplierBesideTheFile) {
+TEST_F(BakeCommand, GivesLightsTheIntensityForTheUnitsOfTheFile) {
+  GltfFile file;
+  file.add_shown_triangle(nlohmann::json::object());
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 683}},
+                                                              {{"type", "directional"}, {"intensity", 683}}};
+  for (const int light : {0, 1})
+    file.add("nodes", {{"translation", {0, 0, 2}}, {"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+  write("a.bin", file.bytes);
+  write("a.gltf", file.text("a.bin"));
+  const Outcome outcome = run({"bake", "a.gltf", "--scale", "0.5", "--format", "lightmap", "--light", "indirect",
+                               "--exposure", "0", "--atlas", "64", "--samples", "1", "--photons", "5k", "-o", "a.glb"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const nlohmann::json lights =
+      BakedGlb(read(path("a.glb"))).json.at("extensions").at("KHR_lights_punctual").at("lights");
+  EXPECT_NEAR(lights.at(0).at("intensity").get<float>(), 4, 1e-5f);
+  EXPECT_NEAR(lights.at(1).at("intensity").get<float>(), 1, 1e-5f);
+}
+
 TEST_F(BakeCommand, KeepsCheckerboards) {
   write("room.pbrt", R"(
 WorldBegin
@@ -297,6 +315,7 @@ Shape "trianglemesh" "point3 P" [0 0 5  1 0 5  1 1 5  0 1 5] "point2 uv" [0 0  1
   }
 }
 
+TEST_F(BakeCommand, WritesTexturesWithAMultiplierBesideTheFile) {
   const Outcome outcome = run(words({"--texture", "rgbm", "-o", "lit.glb", "--atlas-picture", "light.exr"}));
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(read(path("lit.0.rgbm.png")).substr(1, 3), "PNG");
