@@ -149,7 +149,7 @@ std::string probes_json(const ProbeGrid& probes, const std::vector<RGB>& irradia
     for (const RGB& c : lights[p]) coefficients.push_back({c.r, c.g, c.b});
     list.push_back(probes.is_inside[p] ? json() : coefficients);
   }
-  return out.dump() + "\n";
+  return out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace glowworm

@@ -77,6 +77,15 @@ TEST(BakeProbes, LieInTheCoordinatesOfTheFile) {
   EXPECT_EQ(there.is_inside, here.is_inside);
 }
 
+TEST(BakeProbes, AreWrittenWhateverTheNameOfTheirScene) {
+  ProbeGrid one;
+  one.position = {{0, 0, 0}};
+  one.is_inside = {0};
+  const std::vector<RGB> dark(kProbeDirections);
+  const nlohmann::json file = nlohmann::json::parse(probes_json(one, dark, "glowworm bake b\xfcro.pbrt"));
+  EXPECT_EQ(file["command"], "glowworm bake b\xef\xbf\xbdro.pbrt") << "no UTF-8";
+}
+
 TEST(BakeProbes, RefuseTooManyProbes) {
   const Stage stage(box_in_the_open());
   EXPECT_THROW(make_probes(*stage.scene, *stage.tracer, 1e-4f), Error);
