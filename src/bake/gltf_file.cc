@@ -54,6 +54,8 @@ std::string_view media_type(std::string_view bytes) {
   if (bytes.starts_with("\xff\xd8\xff")) return "image/jpeg";
   if (bytes.starts_with("RIFF") && bytes.substr(std::min<std::size_t>(8, bytes.size())).starts_with("WEBP"))
     return "image/webp";
+  if (bytes.substr(std::min<std::size_t>(4, bytes.size())).starts_with("ftypavif")) return "image/avif";
+  if (bytes.starts_with("DDS ")) return "image/vnd-ms.dds";
   return bytes.starts_with("\xabKTX 20\xbb") ? "image/ktx2" : "";
 }
 

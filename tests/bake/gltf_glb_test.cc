@@ -527,6 +527,22 @@ TEST_F(BakedGltf, MultipliesColoursOfVerticesByLight) {
   }
 }
 
+TEST_F(BakedGltf, TakesImagesOfOtherFormatsIntoTheFile) {
+  GltfFile file = sunlit_floor();
+  const std::string avif(
+      "\0\0\0\x1c"
+      "ftypavif, the rest is not read",
+      34);
+  write("a.avif", avif);
+  write("b.dds", "DDS , the rest is not read");
+  file.json["images"] = {{{"uri", "a.avif"}}, {{"uri", "b.dds"}}};
+  bake(write_gltf(file));
+  const json images = Parsed(path("lit.glb")).whole["images"];
+  EXPECT_EQ(images.at(0).value("mimeType", ""), "image/avif");
+  EXPECT_EQ(images.at(1).value("mimeType", ""), "image/vnd-ms.dds");
+  for (const json& image : {images[0], images[1]}) EXPECT_TRUE(image.contains("bufferView") && !image.contains("uri"));
+}
+
 TEST_F(BakedGltf, LeavesOutWhatItReplaces) {
   GltfFile file = animated_file();
   for (json* object : {&file.json, &file.json["nodes"][1], &file.json["materials"][0]}) object->erase("extensions");
