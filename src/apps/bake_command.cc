@@ -55,6 +55,25 @@ struct BakeOptions {
   bool is_part() const { return lower_ending(output) == ".part"; }
 };
 
+/// Refuses options of textures for probes, and those of probes for textures.
+void check_places(const BakeOptions& o) {
+  if (o.is_probes() && !(o.spacing > 0))
+    throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
+  if (!o.is_probes() && o.spacing > 0)
+    throw CommandLineError("--spacing is for probes", "Give --format probes, or leave it out.");
+  const std::pair<const char*, bool> of_textures[] = {{"--atlas-picture", !o.atlas_picture.empty()},
+                                                      {"--exposure", o.exposure.has_value()},
+                                                      {"--atlas", o.side > 0},
+                                                      {"--texels-per-metre", o.texels_per_metre > 0}};
+  for (const auto& [name, is_given] : of_textures)
+    if (o.is_probes() && is_given)
+      throw CommandLineError(fmt::format("--format probes has no textures for {}", name), "Leave it out.");
+  if (o.texture != "png" && o.format == "vertex")
+    throw CommandLineError("--format vertex has no textures", "Leave --texture out.");
+  if (o.texture == "rgbm" && o.is_probes())
+    throw CommandLineError("--format probes has no RGBM picture", "Give --texture exr, or leave it out.");
+}
+
 void resolve_options(BakeOptions& o) {
   o.settings = o.table.settings;
   if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
@@ -74,12 +93,7 @@ void resolve_options(BakeOptions& o) {
     throw CommandLineError("--atlas-picture needs the light of all parts", "Give it with --from.");
   if (!o.from.empty() && (o.is_part() || !o.resume.empty() || !o.settings.part.is_all()))
     throw CommandLineError("--from computes no light", "Leave out --part, --resume and -o with a part.");
-  if (o.is_probes() && !(o.spacing > 0))
-    throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
-  if (o.texture != "png" && o.format == "vertex")
-    throw CommandLineError("--format vertex has no textures", "Leave --texture out.");
-  if (o.texture == "rgbm" && o.is_probes())
-    throw CommandLineError("--format probes has no RGBM picture", "Give --texture exr, or leave it out.");
+  check_places(o);
   if (o.is_probes()) o.settings.filter = Filtering::off;
   o.settings.separate_layers = filters(o.settings);
   keep_heap_small(o.settings.memory_bytes);
@@ -365,6 +379,7 @@ Everything else in a glTF file stays as it is: animations, skins, extensions,
 names, extras. A mesh that several nodes share is copied for each node, and
 meshes compressed by Draco are written without compression. Lamps and lights
 are multiplied by the exposure; lights that a lightmap holds get intensity 0.
+Those of probes are irradiance in W m^-2 without a factor.
 A texel of an RGBM file shows rgbm * (R, G, B)/255 * M/255, linear, with M the
 alpha and rgbm the number in the extras.
 

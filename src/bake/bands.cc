@@ -46,7 +46,7 @@ BakeBand band_of(const Checkpoint& checkpoint, const PointGrid& grid, bool filte
 }  // namespace
 
 RenderSettings bake_settings(RenderSettings settings, const PointGrid& points) {
-  settings.memory_bytes -= texel_table_bytes(points.normal.size(), settings.memory_bytes);
+  settings.memory_bytes -= texel_table_bytes(points.normal.size(), settings.memory_bytes, !points.on_surfaces);
   settings.separate_layers = filters(settings);
   return settings;
 }
@@ -136,7 +136,7 @@ Baked points_of_part(const std::string& path, const Scene& scene, const PointGri
     if (option->shows) option->parse(own, option->print(settings));
   const RenderKey key = key_of_whole(render_key(scene, own, &points));
   check_same_whole({"this bake", key}, {path, part.key}, true);
-  MemoryBudget budget(bake_settings(settings, points).memory_bytes, "Give a larger --memory, or a smaller --atlas.");
+  MemoryBudget budget(bake_settings(settings, points).memory_bytes, memory_remedy(!points.on_surfaces));
   const Reservation memory(budget, "film", merge_bytes(part) + kFilterBytes * own.bounds.pixel_count());
   Film film = film_for(part);
   add_part(path, part, film);

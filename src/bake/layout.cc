@@ -270,12 +270,18 @@ std::vector<BakeFace> with_sides(const std::shared_ptr<const Scene>& scene, cons
 
 }  // namespace
 
-std::uint64_t texel_table_bytes(std::uint64_t texels, std::uint64_t memory_bytes) {
-  const std::uint64_t tables = texels * kTexelTableBytes;
+std::string memory_remedy(bool of_probes) {
+  return fmt::format("Give a larger --memory, or a {}.",
+                     of_probes ? "larger --spacing" : "smaller --atlas or --texels-per-metre");
+}
+
+std::uint64_t texel_table_bytes(std::uint64_t points, std::uint64_t memory_bytes, bool of_probes) {
+  const std::uint64_t tables = points * kTexelTableBytes;
   if (tables >= memory_bytes)
-    throw Error(fmt::format("{:.0f} MB for the places of texels exceed the memory budget of {:.0f} MB",
-                            static_cast<double>(tables) / 1e6, static_cast<double>(memory_bytes) / 1e6),
-                "Give a larger --memory, or a smaller --atlas.");
+    throw Error(fmt::format("{:.0f} MB for the places of {} exceed the memory budget of {:.0f} MB",
+                            static_cast<double>(tables) / 1e6, of_probes ? "probes" : "texels",
+                            static_cast<double>(memory_bytes) / 1e6),
+                memory_remedy(of_probes));
   return tables;
 }
 

@@ -23,8 +23,11 @@ struct BakeLayout {
 /// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.
 inline constexpr std::uint64_t kTexelTableBytes = 57 + sizeof(RGB);
 
-/// The bytes of the tables of so many texels. Throws Error where memory is too small for them.
-std::uint64_t texel_table_bytes(std::uint64_t texels, std::uint64_t memory_bytes);
+/// What to do where memory is too small for a bake. @param of_probes not of texels
+std::string memory_remedy(bool of_probes);
+
+/// The bytes of the tables of so many texels, or points of probes. Throws Error where memory is too small for them.
+std::uint64_t texel_table_bytes(std::uint64_t points, std::uint64_t memory_bytes, bool of_probes = false);
 
 /// Whether light on a material looks the same from everywhere, so that a texture can show it: no glass, no mirror.
 bool is_bakeable(const Scene& scene, std::uint32_t material);

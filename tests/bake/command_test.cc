@@ -90,8 +90,8 @@ TEST_F(BakeCommand, WritesAFileInEveryFormat) {
     EXPECT_EQ(read(path("light.png")).substr(1, 3), "PNG");
     EXPECT_EQ(run({"info", "lit.glb"}).status, 0);
   }
-  const Outcome probes =
-      run(words({"--format", "probes", "--spacing", "0.2", "--texture", "exr", "-o", "probes.json"}));
+  const Outcome probes = run({"bake", "builtin:cornell", "--format", "probes", "--spacing", "0.2", "--texture", "exr",
+                              "--samples", "1", "--photons", "5k", "-o", "probes.json"});
   EXPECT_EQ(probes.status, 0) << probes.err;
   const nlohmann::json grid = read_json("probes.json");
   ASSERT_EQ(grid["probes"].size(), 8u);
@@ -270,6 +270,12 @@ TEST_F(BakeCommand, MergesPartsToTheSameFile) {
   EXPECT_TRUE(refused(of_samples({"--noise", "1%", "-o", "a.part"}), {"--samples"}, 2));
 }
 
+TEST_F(BakeCommand, SaysHowProbesNeedLessMemory) {
+  EXPECT_TRUE(refused(run({"bake", "builtin:cornell", "--format", "probes", "--spacing", "0.01", "--memory", "64M",
+                           "-o", "probes.json"}),
+                      {"places of probes", "larger --spacing"}));
+}
+
 TEST_F(BakeCommand, GivesLightsTheIntensityForTheUnitsOfTheFile) {
   GltfFile file;
   file.add_shown_triangle(nlohmann::json::object());
@@ -342,6 +348,14 @@ TEST_F(BakeCommand, SaysWhatIsWrongWithACommandLine) {
   refuses({"-o", "lit.glb", "--atlas", "1"}, "not a whole number from 16");
   refuses({"-o", "lit.glb", "--texels-per-metre", "-1"}, "--texels-per-metre '-1'");
   refuses({"-o", "probes.json", "--format", "probes"}, "Give --spacing");
+  refuses({"-o", "lit.glb", "--spacing", "0.5"}, "--spacing is for probes");
+  refuses({"-o", "probes.json", "--format", "probes", "--spacing", "1"}, "no textures for --atlas");
+  for (const std::vector<std::string>& of_textures : std::vector<std::vector<std::string>>{
+           {"--exposure", "1"}, {"--texels-per-metre", "10"}, {"--atlas-picture", "light.exr"}}) {
+    std::vector<std::string> line{"bake", "builtin:cornell", "--format", "probes", "--spacing", "1", "-o", "a.json"};
+    line.insert(line.end(), of_textures.begin(), of_textures.end());
+    EXPECT_TRUE(refused(run(line), {"no textures for " + of_textures[0]}, 2));
+  }
   refuses({"-o", "lit.glb", "--atlas-picture", "lit.glb"}, "lit.glb");
   EXPECT_TRUE(names().empty());
 }
