@@ -15,7 +15,7 @@ struct BakeOptions {
   /// and AOVs of a picture are not used.
   RenderOptions render;
   std::string format = "emissive";  ///< "emissive", "unlit", "lightmap" or "vertex", as `glowworm bake --format`
-  std::string light = "all";        ///< "all", or "indirect", which leaves direct light to the viewer
+  std::string light = "all";        ///< "all", or "indirect": the viewer adds direct light to a lightmap
   int atlas = 0;                    ///< side of an atlas in texels, from 16 to 16384
   double texels_per_metre = 0;      ///< in as many atlases as that takes
   std::optional<float> exposure;    ///< stops, by which values are multiplied as 2^exposure; none: by the scene

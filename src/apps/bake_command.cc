@@ -320,6 +320,9 @@ int run_bake(BakeOptions& o) {
   BakePlaces places = find_places(o, scene, tracer);
   places.gltf = import_options.gltf_parts;
   for (const std::string& note : places.layout.notes) inform("note: " + note);
+  if (o.settings.indirect_only && !o.is_probes() && o.format != "lightmap")
+    inform(fmt::format("note: viewers add no light to --format {}: give lightmap or probes for indirect light alone",
+                       o.format));
   if (o.is_part()) return bake_part(o, scene, tracer, places, files);
   for (const std::string& name : texture_files(o, places.layout.atlas)) {
     files.add("--texture", name);
@@ -353,7 +356,8 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
              "8 bits and a multiplier, as OUTPUT.0.rgbm.png")
       ->check(refuse_ktx2)
       ->group("Textures");
-  add_choice(c, "--light", o.light, {"all", "indirect"}, "Light to bake: indirect leaves direct light to the viewer")
+  add_choice(c, "--light", o.light, {"all", "indirect"},
+             "Light to bake: indirect leaves direct light to the viewer, which adds it to a lightmap or probes only")
       ->group("Textures");
   add_number(c, "--texels-per-metre", o.texels_per_metre, 1e-6, 1e9,
              "Density of texels, in as many atlases as that takes; by default what one atlas holds")
@@ -375,11 +379,11 @@ The light of a texel is computed as that of a pixel, with samples over its area.
 Light is baked on surfaces whose look does not depend on the place of the viewer;
 lamps, glass and mirrors are left as they are. The file's values are
 radiance in W sr^-1 m^-2 (lightmap: irradiance in W m^-2) times 2^exposure.
+Those of probes are irradiance in W m^-2 without a factor.
 Everything else in a glTF file stays as it is: animations, skins, extensions,
 names, extras. A mesh that several nodes share is copied for each node, and
 meshes compressed by Draco are written without compression. Lamps and lights
 are multiplied by the exposure; lights that a lightmap holds get intensity 0.
-Those of probes are irradiance in W m^-2 without a factor.
 A texel of an RGBM file shows rgbm * (R, G, B)/255 * M/255, linear, with M the
 alpha and rgbm the number in the extras.
 

@@ -270,6 +270,19 @@ TEST_F(BakeCommand, MergesPartsToTheSameFile) {
   EXPECT_TRUE(refused(of_samples({"--noise", "1%", "-o", "a.part"}), {"--samples"}, 2));
 }
 
+TEST_F(BakeCommand, TellsThatViewersAddNoLightToMostFormats) {
+  for (const std::string format : {"emissive", "unlit", "vertex", "lightmap"}) {
+    const Outcome outcome = run(words({"--format", format, "--light", "indirect", "-o", "lit.glb"}));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const auto note = HasSubstr("viewers add no light to --format " + format + ": give lightmap or probes");
+    if (format == "lightmap") {
+      EXPECT_THAT(outcome.err, Not(HasSubstr("viewers add no light")));
+    } else {
+      EXPECT_THAT(outcome.err, note);
+    }
+  }
+}
+
 TEST_F(BakeCommand, SaysHowProbesNeedLessMemory) {
   EXPECT_TRUE(refused(run({"bake", "builtin:cornell", "--format", "probes", "--spacing", "0.01", "--memory", "64M",
                            "-o", "probes.json"}),
