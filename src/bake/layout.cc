@@ -27,8 +27,9 @@ struct Surroundings {
 constexpr std::uint32_t kRays = 16;
 
 /// Looks around from a point by some of kRays rays. The same rays for the same number.
+/// @param roofs triangles whose backs do not count as such; empty: none
 Surroundings look_around(const Scene& scene, const Tracer& tracer, Vec3 position, Vec3 normal, std::uint32_t number,
-                         std::uint32_t rays = kRays) {
+                         std::uint32_t rays = kRays, std::span<const std::uint8_t> roofs = {}) {
   const Frame frame = Frame::from_normal(normal);
   Surroundings out;
   for (std::uint32_t i = 0; i < rays; ++i) {
@@ -39,7 +40,9 @@ Surroundings look_around(const Scene& scene, const Tracer& tracer, Vec3 position
     const Hit hit = tracer.intersect({position, 0, direction, std::numeric_limits<float>::infinity()});
     if (hit.triangle == kNone) continue;
     out.met += 1.0f / static_cast<float>(rays);
-    out.backs += dot(scene.geometry().normal(hit.triangle), direction) > 0 ? 1.0f / static_cast<float>(rays) : 0;
+    const bool is_roof = !roofs.empty() && roofs[hit.triangle];
+    const bool is_back = !is_roof && dot(scene.geometry().normal(hit.triangle), direction) > 0;
+    out.backs += is_back ? 1.0f / static_cast<float>(rays) : 0;
   }
   return out;
 }
@@ -52,6 +55,7 @@ Vec3 ray_origin(const SurfacePoint& point, Vec3 normal) {
 /// Whether the two sides of some faces may be seen and lit.
 struct OpenSides {
   bool front = true, back = false;
+  float behind = 0;  ///< share of the back's surroundings that are surfaces
 };
 
 /// Looks around from a few dozen places of connected triangles. The inside of a solid meets only backs; the outside of
@@ -75,9 +79,10 @@ OpenSides open_sides(const Scene& scene, const Tracer& tracer, const std::vector
   const bool lit_by_no_surface = scene.environment() || !scene.lights().empty();
   const auto solid = [](const Surroundings& s) { return s.met >= kSolid && s.backs >= kSolid * s.met; };
   const auto open = [&](const Surroundings& s) { return !solid(s) && (lit_by_no_surface || s.met > kSomething); };
-  if (const OpenSides out{open(sum[0]), open(sum[1])}; out.front || out.back) return out;
+  const float behind = sum[1].met;
+  if (const OpenSides out{open(sum[0]), open(sum[1]), behind}; out.front || out.back) return out;
   // Lit by lamps too small for the rays, if at all.
-  if (const OpenSides out{!solid(sum[0]), !solid(sum[1])}; out.front || out.back) return out;
+  if (const OpenSides out{!solid(sum[0]), !solid(sum[1]), behind}; out.front || out.back) return out;
   return {sum[0].met >= sum[1].met, sum[0].met < sum[1].met};
 }
 
@@ -242,26 +247,30 @@ void close_dark_sides(const std::shared_ptr<const Scene>& scene, const std::shar
   for (auto& [number, group] : groups) {
     if (!group.open.front || !group.open.back) continue;
     const bool back = light[i] > least, front = light[i + both.size()] > least;
-    group.open = {front || !back, back};
+    group.open.front = front || !back;
+    group.open.back = back;
     ++i;
   }
 }
 
 /// Replaces fronts by backs, or adds these, where light can only be there.
+/// @param roofs gets BakeLayout::roofs
 std::vector<BakeFace> with_sides(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
-                                 std::span<const BakeFace> fronts) {
+                                 std::span<const BakeFace> fronts, std::vector<std::uint8_t>& roofs) {
+  constexpr float kCovers = 0.5f;
   const Geometry& g = scene->geometry();
   const auto one_sided = [&](std::uint32_t t) { return scene->materials()[g.material[t]].single_sided; };
   const std::vector<std::uint32_t> number = groups_of(g, fronts);
   std::map<std::uint32_t, Group> groups;
-  for (std::size_t i = 0; i < fronts.size(); ++i)
-    if (!one_sided(fronts[i].triangle)) groups[number[i]].triangles.push_back(fronts[i].triangle);
+  for (std::size_t i = 0; i < fronts.size(); ++i) groups[number[i]].triangles.push_back(fronts[i].triangle);
   for (auto& [first, group] : groups) group.open = open_sides(*scene, *tracer, group.triangles);
   close_dark_sides(scene, tracer, groups);
   std::vector<BakeFace> out;
   for (std::size_t i = 0; i < fronts.size(); ++i) {
     const std::uint32_t t = fronts[i].triangle;
-    const OpenSides open = one_sided(t) ? OpenSides{} : groups.at(number[i]).open;
+    const OpenSides& own = groups.at(number[i]).open;
+    roofs[t] = own.back && own.behind > kCovers;
+    const OpenSides open = one_sided(t) ? OpenSides{} : own;
     if (open.front || g.emission[t] != kNone) out.push_back({t, false});
     if (open.back) out.push_back({t, true});
   }
@@ -320,7 +329,9 @@ BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_
                    const AtlasRequest& request) {
   const Geometry& g = scene->geometry();
   BakeLayout layout;
-  layout.faces = with_sides(scene, tracer, baked_fronts(*scene, find_lamps(scene, tracer), layout.notes));
+  layout.roofs.resize(g.triangle_count(), 0);
+  const std::vector<BakeFace> fronts = baked_fronts(*scene, find_lamps(scene, tracer), layout.notes);
+  layout.faces = with_sides(scene, tracer, fronts, layout.roofs);
   if (layout.faces.empty())
     throw Error("the scene has no surface to bake", "Lamps, glass and mirrors are left as they are.");
   OwnCharts own = own_charts(g, layout.faces);
@@ -365,8 +376,8 @@ PointGrid texel_points(const Scene& scene, const Tracer& tracer, const BakeLayou
       const auto number = static_cast<std::uint32_t>(i);
       const Vec3 origin = ray_origin(point, side);
       // Nearly all points are in the open, which four rays tell.
-      inside[i] = look_around(scene, tracer, origin, side, number, 4).backs > 0 &&
-                  look_around(scene, tracer, origin, side, number).backs > kInside;
+      inside[i] = look_around(scene, tracer, origin, side, number, 4, layout.roofs).backs > 0 &&
+                  look_around(scene, tracer, origin, side, number, kRays, layout.roofs).backs > kInside;
     }
   });
   // Where most of a chart meets backs, the backs are what its room shows.

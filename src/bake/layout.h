@@ -17,7 +17,8 @@ struct BakeLayout {
   std::vector<Chart> charts;
   Atlas atlas;
   TexelMap texels;
-  std::vector<std::string> notes;  ///< surfaces that are not baked or have new charts, with reasons; one line each
+  std::vector<std::uint8_t> roofs;  ///< for each triangle, whether its back is lit and faces other surfaces
+  std::vector<std::string> notes;   ///< surfaces that are not baked or have new charts, with reasons; one line each
 };
 
 /// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.

@@ -69,6 +69,61 @@ TEST(BakeLayout, KeepsTheFrontsOfWhatGlowsInTheDark) {
   EXPECT_EQ(baked_sides(std::move(d), true), 3) << "the light is behind";
 }
 
+TEST(BakeLayout, KeepsTheFloorBelowARoofOfOneSheet) {
+  for (const bool single_sided : {true, false}) {
+    SceneDescription d;
+    d.materials.resize(2);
+    d.materials[1].single_sided = single_sided;
+    d.environment.emplace();
+    add_quad(d, {-15, 0, -15}, {0, 0, 30}, {30, 0, 0});
+    add_quad(d, {-3, 2.5f, -3}, {0, 0, 6}, {6, 0, 0}, 1);
+    const Stage stage(std::move(d));
+    const BakeLayout layout = lay_out(stage.scene, stage.tracer, {128, 0});
+    const PointGrid grid = texel_points(*stage.scene, *stage.tracer, layout);
+    std::size_t texels = 0, points = 0;
+    for (std::size_t i = 0; i < layout.texels.face.size(); ++i) {
+      const std::uint32_t f = layout.texels.face[i];
+      if (f == kNone || layout.faces[f].back || layout.faces[f].triangle > 1) continue;
+      ++texels;
+      points += grid.has(i);
+    }
+    EXPECT_GT(texels, 1000u);
+    EXPECT_EQ(points, texels);
+  }
+}
+
+TEST(BakeLayout, LeavesOutThePlacesBelowABoxWithoutABottom) {
+  SceneDescription d;
+  d.materials.resize(1);
+  d.materials[0].single_sided = true;
+  d.environment.emplace();
+  add_quad(d, {-4, 0, -4}, {0, 0, 8}, {8, 0, 0});
+  Geometry box;
+  MeshBuilder(box).box({-2, 0, -2}, {2, 2, 2});
+  for (const auto& corners : box.triangles) {
+    const Vec3 center = (box.positions[corners[0]] + box.positions[corners[1]] + box.positions[corners[2]]) / 3;
+    if (center.y < 0.01f) continue;
+    Geometry side;
+    for (const std::uint32_t v : corners) side.positions.push_back(box.positions[v]);
+    side.uvs.resize(3);
+    side.triangles = {{0, 1, 2}};
+    append_mesh(d.geometry, side, "box", 0, kNone);
+  }
+  const Stage stage(std::move(d));
+  const BakeLayout layout = lay_out(stage.scene, stage.tracer, {128, 0});
+  const PointGrid grid = texel_points(*stage.scene, *stage.tracer, layout);
+  std::size_t within = 0;
+  for (std::size_t i = 0; i < layout.texels.face.size(); ++i) {
+    const std::uint32_t f = layout.texels.face[i];
+    if (f == kNone || layout.faces[f].triangle > 1) continue;
+    const Vec3 p = surface_point(*stage.scene, layout.faces[f].triangle, layout.texels.barycentric[i]).position;
+    if (std::max(std::abs(p.x), std::abs(p.z)) > 1.9f) continue;
+    ++within;
+    EXPECT_FALSE(grid.has(i)) << p.x << " " << p.z;
+  }
+  EXPECT_GT(within, 100u);
+}
+
 TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
   SceneDescription d = two_rooms();
   d.materials.resize(3);
