@@ -321,8 +321,9 @@ int run_bake(BakeOptions& o) {
   places.gltf = import_options.gltf_parts;
   for (const std::string& note : places.layout.notes) inform("note: " + note);
   if (o.settings.indirect_only && !o.is_probes() && o.format != "lightmap")
-    inform(fmt::format("note: viewers add no light to --format {}: give lightmap or probes for indirect light alone",
-                       o.format));
+    inform(fmt::format(
+        "note: viewers add no direct light to --format {}; for indirect light alone, give --format lightmap or probes",
+        o.format));
   if (o.is_part()) return bake_part(o, scene, tracer, places, files);
   for (const std::string& name : texture_files(o, places.layout.atlas)) {
     files.add("--texture", name);

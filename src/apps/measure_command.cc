@@ -141,7 +141,8 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
   return sensors;
 }
 
-/// Tells of a glTF file's candela and lux, which become watts by another efficacy than the sensors' lux.
+/// Prints a note if lights of a glTF file are in candela or lux, which become watts by another efficacy than sensors
+/// use.
 void tell_of_candela(const MeasureOptions& o, const Scene& scene) {
   const std::string ending = lower_ending(o.scene);
   const bool is_gltf = ending == ".gltf" || ending == ".glb";

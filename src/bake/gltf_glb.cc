@@ -395,8 +395,8 @@ class GltfWriter {
     }
   }
 
-  /// Multiplies lamps and lights by the exposure, and gives lights at a place what suits the distances of the file.
-  /// Lights whose light is in a lightmap get intensity 0.
+  /// Multiplies lamps and lights by the exposure. Divides lights with a position by the square of the scale, because
+  /// the file keeps its units. Lights whose light is in a lightmap get intensity 0.
   void scale_lights() {
     for (std::size_t m = 0; m < materials_.size(); ++m) {
       json& material = file_.json["materials"][m];
@@ -406,8 +406,8 @@ class GltfWriter {
     const bool is_baked = format_ == BakeFormat::lightmap && !notes_.indirect_only;
     const float factor = is_baked ? 0 : light_.gain() / kLumensPerWatt, scale = notes_.metres_per_unit;
     for (json& light : file_.json["extensions"][kLights]["lights"]) {
-      const bool has_place = light.value("type", "") != "directional";
-      light["intensity"] = light.value("intensity", 1.0f) * factor / (has_place ? scale * scale : 1);
+      const bool has_position = light.value("type", "") != "directional";
+      light["intensity"] = light.value("intensity", 1.0f) * factor / (has_position ? scale * scale : 1);
     }
   }
 

@@ -24,7 +24,7 @@ struct BakeLayout {
 /// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.
 inline constexpr std::uint64_t kTexelTableBytes = 57 + sizeof(RGB);
 
-/// What to do where memory is too small for a bake. @param of_probes not of texels
+/// What to do if memory is too small for a bake. @param of_probes of probes instead of texels
 std::string memory_remedy(bool of_probes);
 
 /// The bytes of the tables of so many texels, or points of probes. Throws Error where memory is too small for them.

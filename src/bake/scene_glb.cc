@@ -60,6 +60,8 @@ struct OutputFace {
   std::uint32_t chart = kNone, place = 0;  ///< its chart and its index there; kNone: not baked
 };
 
+bool is_gltf(const GltfParts* origin) { return origin && !origin->path.empty(); }
+
 /// Key of a primitive: object, material, emission, layer of light (-1: not baked), one side.
 using PrimitiveKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, int, bool>;
 
@@ -373,12 +375,6 @@ TexelLight quantity_of(BakeFormat format) {
   if (format == BakeFormat::vertex) return TexelLight::tint;
   return format == BakeFormat::lightmap ? TexelLight::irradiance : TexelLight::radiance;
 }
-
-namespace {
-
-bool is_gltf(const GltfParts* origin) { return origin && !origin->path.empty(); }
-
-}  // namespace
 
 ShownLight shown_light(BakeFormat format, const GltfParts* gltf) { return {quantity_of(format), is_gltf(gltf)}; }
 

@@ -117,7 +117,7 @@ std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<con
   if (!normal.empty()) check_length(normal.size(), position.size(), "normals");
   const std::size_t count = position.size();
   std::vector<Rgb> out(count);
-  // Of no photons it is not known whether they have normals.
+  // An index without photons does not know whether they have normals.
   if (photon_count() == 0) return out;
   if (!normal.empty()) {
     if (!implementation_->normals)

@@ -17,10 +17,10 @@ struct Sensors {
   std::vector<float> weight;   ///< in means over sensors: m^2 of the surface around each, or 1
 
   std::size_t size() const { return position.size(); }
-  void add(Vec3 place, Vec3 direction, float its_weight = 1) {
+  void add(Vec3 place, Vec3 direction, float sensor_weight = 1) {
     position.push_back(place);
     normal.push_back(direction);
-    weight.push_back(its_weight);
+    weight.push_back(sensor_weight);
   }
 };
 

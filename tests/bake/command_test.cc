@@ -274,9 +274,9 @@ TEST_F(BakeCommand, TellsThatViewersAddNoLightToMostFormats) {
   for (const std::string format : {"emissive", "unlit", "vertex", "lightmap"}) {
     const Outcome outcome = run(words({"--format", format, "--light", "indirect", "-o", "lit.glb"}));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const auto note = HasSubstr("viewers add no light to --format " + format + ": give lightmap or probes");
+    const auto note = HasSubstr("viewers add no direct light to --format " + format + "; for indirect light alone");
     if (format == "lightmap") {
-      EXPECT_THAT(outcome.err, Not(HasSubstr("viewers add no light")));
+      EXPECT_THAT(outcome.err, Not(HasSubstr("viewers add no direct light")));
     } else {
       EXPECT_THAT(outcome.err, note);
     }
