@@ -331,9 +331,9 @@ def bake(
     """Writes a scene with its light in textures as a GLB file, as `glowworm bake` does.
 
     format: "emissive", "unlit", "lightmap" or "vertex". light: "all", or "indirect": the viewer adds direct light
-    to a lightmap. atlas: side of an atlas in texels; texels_per_metre: their density; 0 leaves both to Glowworm. exposure:
-    stops, by which values are multiplied as 2^exposure; None maps their mean to grey. The other keywords are those of
-    render(); samples are those of each texel.
+    to a lightmap. atlas: side of an atlas in texels; texels_per_metre: their density; 0 leaves both to Glowworm.
+    exposure: stops, by which values are multiplied as 2^exposure; None maps their mean to grey. The other keywords are
+    those of render(); samples are those of each texel.
     """
     options = dict(locals())
     for name in ("scene", "path", "format", "light", "atlas", "texels_per_metre", "exposure", "progress"):
