@@ -48,6 +48,7 @@ Geometry read_stl(const std::string& path, MemoryBudget& budget) {
 SceneDescription load_ply(const std::string& path, const ImportOptions& options) {
   PlyMesh source = read_ply(path, *options.budget);
   NoteCounter notes;
+  notes.add("face of fewer than three corners, left out", source.smaller_faces);
   if (source.has_colors) notes.add("mesh with colours at its vertices, not used");
   if (source.textures > 1)
     notes.add("mesh with several textures: only the last texture is used, '" + source.texture + "'");

@@ -35,6 +35,26 @@ PhongMaterial bounded(PhongMaterial p) {
   return p;
 }
 
+/// An image whose colours have another range (MTL's -mm).
+class RangedImage final : public TextureImage {
+ public:
+  RangedImage(std::shared_ptr<const TextureImage> image, float base, float gain)
+      : image_(std::move(image)), base_(base), gain_(gain) {}
+  RGB color(Vec2 uv) const override {
+    const RGB c = image_->color(uv);
+    const auto ranged = [&](float x) { return std::max(0.0f, base_ + gain_ * x); };
+    return {ranged(c.r), ranged(c.g), ranged(c.b)};
+  }
+  float alpha(Vec2 uv) const override { return image_->alpha(uv); }
+  bool has_alpha() const override { return image_->has_alpha(); }
+  int width() const override { return image_->width(); }
+  int height() const override { return image_->height(); }
+
+ private:
+  std::shared_ptr<const TextureImage> image_;
+  float base_, gain_;
+};
+
 /// The image of a texture; null if the material has none.
 std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, TextureEncoding encoding,
                                              const PhongContext& context) {
@@ -47,8 +67,15 @@ std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, Textur
   return context.load(texture, options);
 }
 
-std::uint32_t node_of(std::shared_ptr<const TextureImage> image, const PhongContext& context) {
-  return image ? add_image_node(context.description.textures, std::move(image)) : kNone;
+std::uint32_t node_of(std::shared_ptr<const TextureImage> image, const PhongTexture& texture,
+                      const PhongContext& context) {
+  if (!image) return kNone;
+  if (texture.base != 0 || texture.gain != 1)
+    image = std::make_shared<RangedImage>(std::move(image), texture.base, texture.gain);
+  const std::uint32_t id = add_image_node(context.description.textures, std::move(image));
+  context.description.textures[id].uv_scale = texture.scale;
+  context.description.textures[id].uv_offset = texture.offset;
+  return id;
 }
 
 float alpha_of_exponent(float exponent) { return std::min(1.0f, std::sqrt(2 / (exponent + 2))); }
@@ -114,7 +141,7 @@ void set_alpha(Material& material, const PhongMaterial& p, const std::shared_ptr
   material.alpha.value = p.opacity;
   if (auto opacity = image_of(p.opacity_map, TextureEncoding::linear, context)) {
     material.alpha.channel = opacity->has_alpha() ? Channel::alpha : Channel::mean;
-    material.alpha.texture = node_of(std::move(opacity), context);
+    material.alpha.texture = node_of(std::move(opacity), p.opacity_map, context);
   } else if (diffuse && diffuse->has_alpha()) {
     material.alpha.channel = Channel::alpha;
     material.alpha.texture = material.reflectance.texture;
@@ -126,7 +153,8 @@ std::uint32_t add_emission(const PhongMaterial& p, const Material& material, con
   Emission emission;
   emission.name = material.name;
   emission.radiance.value = p.emissive;
-  emission.radiance.texture = node_of(image_of(p.emissive_map, TextureEncoding::automatic, context), context);
+  emission.radiance.texture =
+      node_of(image_of(p.emissive_map, TextureEncoding::automatic, context), p.emissive_map, context);
   context.description.emissions.push_back(std::move(emission));
   return static_cast<std::uint32_t>(context.description.emissions.size() - 1);
 }
@@ -139,11 +167,12 @@ std::uint32_t add_phong_material(const PhongMaterial& source, const PhongContext
   material.name = p.name;
   material.reflectance.value = clamp(p.diffuse, 0, 1);
   const auto diffuse = image_of(p.diffuse_map, TextureEncoding::automatic, context);
-  material.reflectance.texture = node_of(diffuse, context);
+  material.reflectance.texture = node_of(diffuse, p.diffuse_map, context);
   set_alpha(material, p, diffuse, context);
   set_surface(material, p);
   set_factors(material, p, context);
-  material.normal_map.texture = node_of(image_of(p.normal_map, TextureEncoding::linear, context), context);
+  material.normal_map.texture =
+      node_of(image_of(p.normal_map, TextureEncoding::linear, context), p.normal_map, context);
   const std::uint32_t emission = add_emission(p, material, context);
   context.description.materials.push_back(std::move(material));
   return emission;

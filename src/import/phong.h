@@ -19,6 +19,8 @@ struct PhongTexture {
   std::uint32_t embedded = kNone;  ///< index of the embedded texture, if it is one
   TextureWrap wrap_u = TextureWrap::repeat, wrap_v = TextureWrap::repeat;
   bool by_second_uvs = false;
+  Vec2 scale{1, 1}, offset{0, 0};  ///< it is looked up at scale * uv + offset
+  float base = 0, gain = 1;        ///< its colours are base + gain * colour
 };
 
 /// A material as given in a file. Defaults are those of MTL.

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <span>
 
 #include "core/error.h"
+#include "core/lines.h"
 #include "core/names.h"
 #include "core/parallel.h"
 #include "core/text.h"
@@ -28,12 +28,10 @@ std::size_t read_numbers(std::string_view line, std::array<float, 6>& values) {
   while (true) {
     while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
     if (line.empty()) return count;
-    float value = 0;
-    const auto [end, error] = std::from_chars(line.data() + line.starts_with('+'), line.data() + line.size(), value);
-    if (error != std::errc() || !std::isfinite(value)) return 0;
-    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+    double value = 0;
+    if (!take_number(line, value) || !std::isfinite(static_cast<float>(value))) return 0;
     if (!line.empty() && !is_blank(line.front())) return 0;
-    if (count < values.size()) values[count] = value;
+    if (count < values.size()) values[count] = static_cast<float>(value);
     ++count;
   }
 }
@@ -130,10 +128,9 @@ std::uint32_t object_around(Vec3 place, std::span<const Vec3> directions, const 
 Sensors parse_points(std::string_view text, const std::string& path) {
   Sensors out;
   int number = 0;
+  text = without_byte_order_mark(text);
   while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
+    std::string_view line = take_line(text);
     ++number;
     while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
     if (line.empty() || line.front() == '#') continue;

@@ -247,5 +247,14 @@ TEST_F(GltfBadTest, TexturesThatCannotBeReadAreMagenta) {
   EXPECT_THAT(d.notes, HasNote("no such texture"));
 }
 
+TEST_F(GltfTest, FilesThatRequireAnUnknownExtensionAreRefused) {
+  GltfFile file;
+  file.add_shown_triangle(nlohmann::json::object());
+  file.json["extensionsUsed"] = {"MADE_UP_extension"};
+  EXPECT_THAT(load(file).notes, HasNote("extension MADE_UP_extension is not supported"));
+  file.json["extensionsRequired"] = {"KHR_texture_transform", "MADE_UP_extension"};
+  EXPECT_THAT(refusal(file), testing::HasSubstr("requires the extension MADE_UP_extension"));
+}
+
 }  // namespace
 }  // namespace glowworm

@@ -349,5 +349,20 @@ TEST_F(GltfSceneTest, NotesNameWhatIsLeftOut) {
   EXPECT_THAT(d.notes, HasNote("animation"));
 }
 
+TEST_F(GltfTest, HiddenNodesAndTheirChildrenAreNotShown) {
+  GltfFile file;
+  const int mesh = file.add_triangle();
+  const auto visibility = [](bool visible) { return nlohmann::json{{"KHR_node_visibility", {{"visible", visible}}}}; };
+  file.add("nodes", {{"mesh", mesh}, {"extensions", visibility(true)}});
+  file.add("nodes", {{"children", {2}}, {"extensions", visibility(false)}, {"translation", {5, 0, 0}}});
+  file.add("nodes", {{"mesh", mesh}, {"extensions", visibility(true)}});
+  file.json["extensionsUsed"] = file.json["extensionsRequired"] = {"KHR_node_visibility"};
+  file.add("scenes", {{"nodes", {0, 1}}});
+  const auto d = load(file);
+  ASSERT_EQ(d.geometry.triangle_count(), 1u);
+  EXPECT_LT(d.geometry.bounds().max.x, 2);
+  EXPECT_THAT(d.notes, HasNote("hidden mesh, left out"));
+}
+
 }  // namespace
 }  // namespace glowworm

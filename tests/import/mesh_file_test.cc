@@ -1,4 +1,7 @@
 // PLY and STL files as scenes.
+#include <algorithm>
+#include <cctype>
+
 #include "test_files.h"
 
 namespace glowworm {
@@ -31,6 +34,15 @@ TEST_F(MeshFileTest, AsciiStl) {
   EXPECT_EQ(d.geometry.positions.size(), 3u);
   EXPECT_EQ(d.geometry.normals[0], (Vec3{0, 0, 0}));
   EXPECT_EQ(d.materials.at(0).kind, MaterialKind::diffuse);
+}
+
+TEST_F(MeshFileTest, AsciiStlInCapitalsOrWithAMarkOrOtherLineEnds) {
+  const std::string text = std::string("solid a\n") + kFacet + "endsolid a\n";
+  std::string upper = text, cr = text;
+  for (char& c : upper) c = static_cast<char>(std::toupper(c));
+  std::replace(cr.begin(), cr.end(), '\n', '\r');
+  for (const std::string& file : {upper, cr, "\xef\xbb\xbf" + text})
+    EXPECT_EQ(load_scene(write("a.stl", file)).geometry.triangle_count(), 1u) << file;
 }
 
 TEST_F(MeshFileTest, BinaryStlThatBeginsWithSolid) {
@@ -104,6 +116,48 @@ TEST_F(MeshFileTest, PlyWithTextureCoordinatesAtCorners) {
   // Faces may not name the vertices that were added for others.
   EXPECT_THAT(message_of(write("b.ply", ply(indices + uvs, "3 0 1 2 " + red + "3 0 1 5 " + red + "3 0 2 3 0"))),
               HasSubstr("a face has vertex 5, but there are 4 vertices"));
+}
+
+constexpr const char* kPlyVertices =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+
+TEST_F(MeshFileTest, PlyTriangleStripsFaceOneWay) {
+  const auto d = load_scene(write("a.ply", kPlyVertices + std::string("element tristrips 2\n"
+                                                                      "property list int int vertex_indices\n"
+                                                                      "end_header\n0 0 0 1 0 0 0 1 0 1 1 0\n"
+                                                                      "8 0 1 2 3 -1 0 1 3 3 0 1 2")));
+  ASSERT_EQ(d.geometry.triangle_count(), 4u);
+  for (std::uint32_t t = 0; t < 4; ++t) EXPECT_EQ(d.geometry.normal(t), (Vec3{0, 0, 1})) << t;
+  EXPECT_THAT(message_of(write("b.ply", kPlyVertices + std::string("element tristrips 1\n"
+                                                                   "property list int int vertex_indices\n"
+                                                                   "end_header\n0 0 0 1 0 0 0 1 0 1 1 0\n"
+                                                                   "3 0 1 4"))),
+              HasSubstr("a face has vertex 4"));
+}
+
+TEST_F(MeshFileTest, PlyOfOtherProgramsAndSystems) {
+  write("t.tga", tga_row({{0, 0, 255, 255}, {255, 0, 0, 255}}));  // red, blue
+  std::string text =
+      "ply\nformat ascii 1.0\ncomment TextureFile t.tga\nelement vertex 4\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float tx\nproperty float ty\nelement face 3\n"
+      "property list uchar int vertex_indices\nend_header\n"
+      "0 0 0 .75 .5\n1 0 0 .75 .5\n0 1 0 .75 .5\n1.#QNAN -1.#IND 1e999 0 0\n3 0 1 2\n2 0 1\n3 0 1 3\n";
+  std::string cr = text;
+  std::replace(cr.begin(), cr.end(), '\n', '\r');
+  for (const std::string& file : {text, cr, "\xef\xbb\xbf" + text}) {
+    const auto d = load_scene(write("a.ply", file));
+    ASSERT_EQ(d.geometry.triangle_count(), 1u);
+    EXPECT_EQ(evaluate(d.textures, d.materials.at(0).reflectance, texture_point(d.geometry, 0, {0.3f, 0.3f})),
+              RGB(0, 0, 1));
+    EXPECT_THAT(d.notes, HasNote("face of fewer than three corners, left out"));
+    EXPECT_THAT(d.notes, HasNote("not finite, left out"));
+  }
+  // Binary data behind a header that ends in a carriage return may begin with a line feed.
+  std::string binary =
+      "ply\rformat binary_little_endian 1.0\relement vertex 3\rproperty uchar x\rproperty uchar y\r"
+      "property uchar z\relement face 1\rproperty list uchar uchar vertex_indices\rend_header\r";
+  binary += std::string("\n\0\0\1\0\0\0\1\0", 9) + std::string("\3\0\1\2", 4);
+  EXPECT_EQ(load_scene(write("b.ply", binary)).geometry.positions.at(0).x, 10);
 }
 
 TEST_F(MeshFileTest, PlyWithSeveralTexturesIsNoted) {

@@ -1,4 +1,5 @@
 // OBJ files with their materials.
+#include <algorithm>
 #include <cmath>
 
 #include "test_files.h"
@@ -166,6 +167,82 @@ TEST_F(ObjTest, OpacityByNumberAndTransparency) {
   EXPECT_FLOAT_EQ(material_of(with_material("Kd 1 1 1\nTr 0.25\n")).alpha.value, 0.75f);
 }
 
+TEST_F(ObjTest, TransparencyOfOneIsOpaqueButForGlass) {
+  const auto opacity = [&](const std::string& mtl) {
+    return material_of(with_material("Kd 1 1 1\n" + mtl)).alpha.value;
+  };
+  for (const char* mtl : {"d 1\nTr 1\n", "Tr 1\nd 1\n", "Tr 1\n", "Tr 1\nillum 2\n", "d 1\nTr 0\n", "Tr 0\n"})
+    EXPECT_EQ(opacity(mtl), 1) << mtl;
+  EXPECT_EQ(opacity("Tr 1\nd 0.25\n"), 0.25f) << "of the two, d counts";
+  EXPECT_EQ(opacity("illum 4\nTr 1\n"), 0);
+  EXPECT_EQ(opacity("Tr 1\nillum 9\n"), 0);
+  EXPECT_EQ(opacity("Tr 1\nnewmtl n\nd 0.5\n"), 1) << "each material alone";
+  EXPECT_THAT(with_material("Tr 1\n").notes, HasNote("'Tr' of 1"));
+}
+
+/// What editors and programs of other systems add and leave out.
+TEST_F(ObjTest, MarksLineEndsAndQuotesOfOtherSystems) {
+  const std::string mark = "\xef\xbb\xbf";
+  write("marked.mtl", mark + "newmtl m\nKd 0.1 0.2 0.3\n");
+  write("cr.mtl", "newmtl m\rKd 0.1 0.2 0.3");
+  write("my lib.mtl", "newmtl \"m\"\r\nKd 0.1 0.2 0.3\r\n");
+  const auto check = [&](const std::string& text) {
+    const auto d = load_scene(write("a.obj", text));
+    EXPECT_EQ(d.geometry.triangle_count(), 1u);
+    EXPECT_EQ(material_of(d).reflectance.value, RGB(0.1f, 0.2f, 0.3f)) << text;
+    EXPECT_TRUE(d.notes.empty()) << testing::PrintToString(d.notes);
+  };
+  const std::string rest = std::string(kTriangle) + "usemtl m\nf 1 2 3";
+  std::string in_cr = "# made by hand\nmtllib cr.mtl\n" + rest;
+  std::replace(in_cr.begin(), in_cr.end(), '\n', '\r');
+  check(mark + "mtllib marked.mtl\n" + rest);
+  check(in_cr);
+  check("mtllib \"my lib.mtl\"\n" + rest);
+  check("mtllib my lib.mtl\n" + std::string(kTriangle) + "usemtl \"m\"\nf 1 2 3");
+  check("mtllib \"my lib.mtl\" \"cr.mtl\"\n" + rest);
+  check(mark + rest + "\nmtllib cr.mtl");
+}
+
+TEST_F(ObjTest, FacesOfTwoCornersAndNumbersThatAreNotFiniteAreLeftOut) {
+  const auto d = load_scene(write("a.obj", std::string(kTriangle) +
+                                               "v 1.#QNAN -1.#IND 1.#INF\nvt -1.#IND00 +1\nvn 1.#QNAN0 0 1\nf 1 2\n"
+                                               "f 1/1/1 2/1/1 3/1/1\nf 1 2 4\n"));
+  EXPECT_EQ(d.geometry.triangle_count(), 1u);
+  EXPECT_THAT(d.notes, HasNote("face of fewer than three corners, left out"));
+  EXPECT_THAT(d.notes, HasNote("not finite, left out"));
+}
+
+TEST_F(ObjTest, TexturesWithoutAColourAreTakenWhole) {
+  write("t.tga", tga_row({{0, 0, 255, 255}}));
+  const auto color = [&](const std::string& mtl) {
+    const auto d = with_material(mtl);
+    return evaluate(d.textures, material_of(d).reflectance, {0.5f, 0.5f});
+  };
+  EXPECT_EQ(color("map_Kd t.tga\n"), RGB(1, 0, 0));
+  EXPECT_EQ(color("map_Kd t.tga\nKd 0.5 0.5 0.5\n"), RGB(0.5f, 0, 0));
+  EXPECT_EQ(color(""), RGB(0.6f));
+}
+
+TEST_F(ObjTest, OptionsOfTexturesBeforeAndAfterTheName) {
+  write("two tone.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 255}}));  // red, green
+  const auto color = [&](const std::string& map, float u) {
+    const auto d = with_material("Kd 1 1 1\nmap_Kd " + map + "\n");
+    EXPECT_TRUE(d.notes.empty()) << map << testing::PrintToString(d.notes);
+    return evaluate(d.textures, material_of(d).reflectance, {u, 0.5f});
+  };
+  for (const char* map : {"-s 2 1 1 two tone.tga", "two tone.tga -s 2 1 1", "-s 2 \"two tone.tga\"",
+                          "\"two tone.tga\" -s 2 2", "-bm 1 two tone.tga -blendu on -s 2 2 2"}) {
+    EXPECT_EQ(color(map, 0.125f), RGB(1, 0, 0)) << map;
+    EXPECT_EQ(color(map, 0.375f), RGB(0, 1, 0)) << map;
+    EXPECT_EQ(color(map, 0.625f), RGB(1, 0, 0)) << map;
+  }
+  EXPECT_EQ(color("-o 0.5 0 0 two tone.tga", 0.25f), RGB(0, 1, 0));
+  EXPECT_EQ(color("-s 0.5 -o 0.5 two tone.tga", 0.5f), RGB(0, 1, 0)) << "scaled first";
+  EXPECT_EQ(color("two tone.tga -mm 0.25 0.5", 0.25f), RGB(0.75f, 0.25f, 0.25f));
+  EXPECT_EQ(color("-clamp on two tone.tga -mm -2 1", 0.25f), RGB(0, 0, 0));
+  EXPECT_EQ(color("two tone.tga -clamp on", 1.25f), RGB(0, 1, 0));
+}
+
 TEST_F(ObjTest, TexturesWithAlphaForAnyCapitalsAndSlashes) {
   write("Maps/Leaf.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
   const auto d = with_material("Kd 1 1 1\nmap_Kd maps\\leaf.TGA\n");
@@ -242,8 +319,8 @@ TEST_F(ObjTest, OneLineMayNameSeveralLibrariesOrOneWithBlanks) {
 
 TEST_F(ObjTest, TextureOptionsAndNamesWithSpaces) {
   write("my leaf#1.tga", tga_row({{0, 0, 255, 255}, {0, 255, 0, 0}}));
-  const auto d = with_material("map_Kd -o 0.5 0.5 -clamp on my leaf#1.tga\n");
-  EXPECT_THAT(d.notes, HasNote("texture option '-o'"));
+  const auto d = with_material("Kd 0.6\nmap_Kd -t 0.5 0.5 -clamp on my leaf#1.tga\n");
+  EXPECT_THAT(d.notes, HasNote("texture option '-t'"));
   EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
   EXPECT_NEAR(evaluate(d.textures, material_of(d).reflectance, {-3.0f, 0.5f}).r, 0.6f, 1e-5);
 }
@@ -300,7 +377,7 @@ TEST_F(ObjTest, BadFilesAreRefusedWithTheirLine) {
   EXPECT_THAT(refused(v + "f 1/1 2/1 3/1\n"), HasSubstr("bad.obj:4: texture vertex index 1 is out of range"));
   EXPECT_THAT(refused(v + "f 1//1 2//1 3//1\n"), HasSubstr("bad.obj:4: normal index 1 is out of range"));
   EXPECT_THAT(refused(v + "f 1 x 3\n"), HasSubstr("bad.obj:4: 'x' is not an index"));
-  EXPECT_THAT(refused(v + "f 1 2\n"), HasSubstr("bad.obj:4: face with 2 corners"));
+  EXPECT_THAT(refused(v + "f 1 2\n"), HasSubstr("has no faces"));
   EXPECT_THAT(refused("v 0 zero 0\n" + v + "f 1 2 3\n"), HasSubstr("bad.obj:1: 'zero' is not a number"));
   EXPECT_THAT(refused("v 0 0\n" + v + "f 1 2 3\n"), HasSubstr("bad.obj:1: vertex with 2 coordinates"));
   EXPECT_THAT(refused(v), HasSubstr("has no faces"));

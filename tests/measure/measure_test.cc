@@ -34,6 +34,7 @@ TEST(Sensors, ReadsPointsAsRadianceHasThem) {
   EXPECT_EQ(s.position[1], (Vec3{-1.5f, 0, 2}));
   EXPECT_EQ(s.normal[1], (Vec3{0, 0, -1}));
   EXPECT_NEAR(s.normal[2].y, std::sqrt(0.5f), 1e-6f);
+  EXPECT_EQ(parse_points("\xef\xbb\xbf# desks\r1 2 3 0 2 0\r4 5 6 0 1 1", "a.pts").size(), 2u);
 }
 
 TEST(Sensors, RefusesPointsWithReasons) {

@@ -59,7 +59,7 @@ TEST(PbrtTokens, NumbersInAllSpellings) {
 }
 
 TEST(PbrtTokens, WordsOfOtherFormatsAreNoNumbers) {
-  for (const char* text : {"1e400", "-inf", "+nan", "1.2.3", "0x10", "--1", "-", "."}) {
+  for (const char* text : {"1e400", "-inf", "+nan", "1.2.3", "0x10", "--1", "-", ".", "1.#QNAN", "1#2"}) {
     EXPECT_NE(scan(text).error.find("is not a number"), std::string::npos) << text;
   }
 }
@@ -92,6 +92,15 @@ TEST(PbrtTokens, ByteOrderMarkAndCarriageReturnsAreBlank) {
   EXPECT_EQ(tokens[0].place.column, 1);
   EXPECT_EQ(tokens[1].text, "Identity");
   EXPECT_EQ(tokens[1].place.line, 2);
+}
+
+TEST(PbrtTokens, LinesMayEndInCarriageReturnsAlone) {
+  const auto [tokens, error] = scan("# a comment\rWorldBegin # another\rIdentity");
+  EXPECT_EQ(error, "");
+  ASSERT_EQ(tokens.size(), 2u);
+  EXPECT_EQ(tokens[0].text, "WorldBegin");
+  EXPECT_EQ(tokens[0].place.line, 2);
+  EXPECT_EQ(tokens[1].place.line, 3);
 }
 
 TEST(PbrtTokens, PeekTakesNothing) {

@@ -147,6 +147,18 @@ std::unique_ptr<tinygltf::Model> map_json(const json& root, const std::string& p
   return model;
 }
 
+/// Throws Error if the file cannot be shown without an extension that is not supported (glTF 2.0, section 3.12).
+void check_required_extensions(const json& root, const std::string& path) {
+  const auto required = root.find("extensionsRequired");
+  if (required == root.end() || !required->is_array()) return;
+  for (const json& name : *required) {
+    if (!name.is_string() || is_supported_extension(name.get_ref<const std::string&>())) continue;
+    throw Error({path},
+                fmt::format("requires the extension {}, which is not supported", name.get_ref<const std::string&>()),
+                "Export it without this extension.");
+  }
+}
+
 void take_images(json& root, GltfDocument& document) {
   const auto images = root.find("images");
   if (images == root.end()) return;
@@ -210,6 +222,7 @@ GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::s
   Reservation trees(*options.budget, "JSON", 0);
   json root = parse_json(chunks.json, document, trees);
   check_gltf_json(root, path);
+  check_required_extensions(root, path);
   if (whole) *whole = root;
   if (const auto buffers = root.find("buffers"); buffers != root.end()) {
     for (std::size_t i = 0; i < buffers->size(); ++i) {
@@ -246,6 +259,7 @@ bool is_supported_extension(std::string_view name) {
                                                     "KHR_materials_volume",
                                                     "KHR_mesh_quantization",
                                                     "KHR_meshopt_compression",
+                                                    "KHR_node_visibility",
                                                     "KHR_texture_transform"};
   return std::find(std::begin(kSupported), std::end(kSupported), name) != std::end(kSupported);
 }

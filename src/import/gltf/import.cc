@@ -66,8 +66,8 @@ class GltfBuilder {
     material_info_.push_back(materials_.add(tinygltf::Material()));
     description_.materials.back().name = "glTF default";
     // Skinned meshes need the transforms of all joints, so they follow after all nodes are placed.
-    for (const int root : root_nodes()) place(root, Transform{}, 0);
-    for (const int node : placed_) add_node(node);
+    for (const int root : root_nodes()) place(root, Transform{}, true, 0);
+    for (const PlacedNode& node : placed_) add_node(node.index, node.visible);
     note_extensions();
     // glTF viewers add lights unless the file has some. Emission lights a scene only if that is plausible, as in a room
     // with a glowing lamp.
@@ -80,6 +80,11 @@ class GltfBuilder {
   }
 
  private:
+  struct PlacedNode {
+    int index = 0;
+    bool visible = true;
+  };
+
   std::vector<int> root_nodes() {
     if (!model_.scenes.empty()) {
       notes_.add("scene besides the one shown, left out", model_.scenes.size() - 1);
@@ -96,7 +101,8 @@ class GltfBuilder {
     return roots;
   }
 
-  void place(int index, const Transform& parent, int depth) {
+  /// @param visible whether the nodes above are (KHR_node_visibility)
+  void place(int index, const Transform& parent, bool visible, int depth) {
     if (depth > kDeepestNode || !visited_.insert(index).second) {
       throw Error({document_.path}, fmt::format("nodes[{}] is a child of two nodes, of itself, or too deep", index),
                   kDamagedGltf);
@@ -107,15 +113,19 @@ class GltfBuilder {
       return;
     }
     pose_.place(index, to_world);
-    placed_.push_back(index);
-    for (const int child : model_.nodes[static_cast<std::size_t>(index)].children) place(child, to_world, depth + 1);
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    if (const auto* visibility = find_extension(node.extensions, "KHR_node_visibility"))
+      visible = visible && bool_member(*visibility, "visible", true);
+    placed_.push_back({index, visible});
+    for (const int child : node.children) place(child, to_world, visible, depth + 1);
   }
 
-  void add_node(int index) {
+  void add_node(int index, bool visible) {
     const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
     const Transform& to_world = pose_.to_world(index);
-    if (node.mesh >= 0) add_instances(index, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
+    if (!visible) return notes_.add("hidden mesh, left out (KHR_node_visibility)", node.mesh >= 0);
+    if (node.mesh >= 0) add_instances(index, to_world);
     if (const auto* light = find_extension(node.extensions, "KHR_lights_punctual")) {
       add_light(node, static_cast<int>(number_member(*light, "light", -1)), to_world);
     }
@@ -345,7 +355,7 @@ class GltfBuilder {
   GltfPose pose_;
   bool light_uvs_;
   std::shared_ptr<GltfParts> parts_;  ///< null: not wanted
-  std::vector<int> placed_;           ///< nodes, in the order of the file's tree
+  std::vector<PlacedNode> placed_;    ///< in the order of the file's tree
   std::map<std::pair<int, std::size_t>, Geometry> primitives_;
   std::map<std::size_t, GltfMaterialInfo> tinted_;
   std::set<int> visited_;

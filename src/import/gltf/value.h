@@ -22,6 +22,11 @@ inline float number_member(const tinygltf::Value& object, const char* key, float
   return std::isfinite(value) ? value : otherwise;
 }
 
+/// A member that is true or false; `otherwise` if it is absent or of another type.
+inline bool bool_member(const tinygltf::Value& object, const char* key, bool otherwise) {
+  return object.Has(key) && object.Get(key).IsBool() ? object.Get(key).Get<bool>() : otherwise;
+}
+
 /// Element i of a member that is a list of numbers; `otherwise` if it is absent.
 inline float element_member(const tinygltf::Value& object, const char* key, int i, float otherwise) {
   if (!object.Has(key) || !object.Get(key).IsArray()) return otherwise;

@@ -1,8 +1,6 @@
 #include "import/obj/lines.h"
 
-#include <algorithm>
-#include <charconv>
-#include <cstdlib>
+#include "core/lines.h"
 
 namespace glowworm {
 
@@ -21,13 +19,11 @@ std::string_view without_comment(std::string_view line) {
 
 }  // namespace
 
+LineReader::LineReader(std::string_view text) : rest_(without_byte_order_mark(text)) {}
+
 std::string_view LineReader::take_physical_line() {
   ++number_;
-  const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-  std::string_view line = rest_.substr(0, end);
-  rest_.remove_prefix(std::min(end + 1, rest_.size()));
-  while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  return line;
+  return take_line(rest_);
 }
 
 bool LineReader::next() {
@@ -55,20 +51,36 @@ std::string_view next_word(std::string_view& rest) {
   return word;
 }
 
+std::string_view next_name(std::string_view& rest) {
+  rest = trimmed(rest);
+  const std::size_t quote = rest.starts_with('"') ? rest.find('"', 1) : std::string_view::npos;
+  if (quote == std::string_view::npos) return next_word(rest);
+  const std::string_view name = rest.substr(1, quote - 1);
+  rest.remove_prefix(quote + 1);
+  return name;
+}
+
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
   return text;
 }
 
-std::optional<float> number_of(std::string_view word) {
-  if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
+std::string_view name_of(std::string_view text) {
+  text = trimmed(text);
+  const bool quoted = text.size() > 1 && text.front() == '"' && text.find('"', 1) == text.size() - 1;
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+std::optional<double> number_of(std::string_view word) {
   double number = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
-  // strtod distinguishes overflow from underflow.
-  if (error == std::errc::result_out_of_range) number = std::strtod(std::string(word).c_str(), nullptr);
-  return static_cast<float>(number);
+  if (!take_number(word, number) || !word.empty()) return std::nullopt;
+  return number;
+}
+
+std::optional<float> float_of(std::string_view word) {
+  const std::optional<double> number = number_of(word);
+  return number ? std::optional(static_cast<float>(*number)) : std::nullopt;
 }
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// Lines and words of OBJ and MTL files.
+// Lines and words of OBJ, MTL and ASCII STL files.
 #pragma once
 #include <optional>
 #include <string>
@@ -10,7 +10,7 @@ namespace glowworm {
 /// word that starts with '#' begins a comment, which is skipped.
 class LineReader {
  public:
-  explicit LineReader(std::string_view text) : rest_(text) {}
+  explicit LineReader(std::string_view text);
   /// Moves to the next line. Returns false at the end.
   bool next();
   /// The line, valid until next().
@@ -29,10 +29,18 @@ class LineReader {
 /// Removes the next word from the front of `rest` and returns it. Empty at the end of the line.
 std::string_view next_word(std::string_view& rest);
 
-/// The text without surrounding blanks: names of files and materials may contain spaces.
+/// The same, but a word in double quotes may contain blanks; it is returned without them.
+std::string_view next_name(std::string_view& rest);
+
+/// The text without surrounding blanks.
 std::string_view trimmed(std::string_view text);
 
-/// Parses a number. Infinite if out of range for float; empty if the word is not a number.
-std::optional<float> number_of(std::string_view word);
+/// The text without surrounding blanks and without double quotes around it: names of files and materials may contain
+/// spaces.
+std::string_view name_of(std::string_view text);
+
+/// Parses a number as take_number() does; empty if the word is not one. Beyond float's range, a float is infinite.
+std::optional<double> number_of(std::string_view word);
+std::optional<float> float_of(std::string_view word);
 
 }  // namespace glowworm

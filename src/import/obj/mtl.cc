@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/parallel.h"
 #include "core/text.h"
@@ -12,6 +15,26 @@
 namespace glowworm {
 
 namespace {
+
+/// Options of textures, and how many values at most follow each.
+struct TextureOption {
+  std::string_view name;
+  int values;
+};
+constexpr TextureOption kTextureOptions[] = {{"-s", 3},      {"-o", 3},      {"-t", 3},       {"-mm", 2},
+                                             {"-clamp", 1},  {"-blendu", 1}, {"-blendv", 1},  {"-boost", 1},
+                                             {"-texres", 1}, {"-bm", 1},     {"-imfchan", 1}, {"-cc", 1}};
+
+const TextureOption* option_of(std::string_view word) {
+  const auto found = std::find_if(std::begin(kTextureOptions), std::end(kTextureOptions),
+                                  [&](const TextureOption& option) { return option.name == word; });
+  return found == std::end(kTextureOptions) ? nullptr : found;
+}
+
+/// Whether a word is a value of an option: a number, a switch, or the letter of a channel.
+bool is_value(const TextureOption& option, std::string_view word) {
+  return number_of(word) || word == "on" || word == "off" || (option.name == "-imfchan" && word.size() == 1);
+}
 
 class MtlParser {
  public:
@@ -24,25 +47,53 @@ class MtlParser {
       std::string_view rest = lines.line();
       const std::string_view key = next_word(rest);
       if (key == "newmtl") {
-        materials_.emplace_back().name = trimmed(rest);
-        has_emission_ = false;
+        finish();
+        materials_.emplace_back().name = name_of(rest);
       } else if (!key.empty() && !materials_.empty()) {  // lines before the first material are ignored
         visit(key, rest, materials_.back());
       }
     }
+    finish();
     return std::move(materials_);
   }
 
  private:
+  /// What a material says, beside the values themselves.
+  struct Given {
+    bool diffuse = false, emission = false;
+    std::optional<float> dissolve, transparency;
+  };
+
+  /// Resolves what depends on several lines of the last material, which come in any order.
+  void finish() {
+    const Given given = std::exchange(given_, {});
+    if (materials_.empty()) return;
+    PhongMaterial& m = materials_.back();
+    if (!given.diffuse && !m.diffuse_map.name.empty()) m.diffuse = RGB(1.0f);
+    if (!given.emission && !m.emissive_map.name.empty()) m.emissive = RGB(1.0f);
+    if (given.dissolve) {
+      m.opacity = *given.dissolve;
+    } else if (given.transparency) {
+      // Nobody writes a material that cannot be seen: some programs write 1 for opaque. Glass is clear in any case.
+      const bool opaque = *given.transparency >= 1 && !is_glass_model(m.model);
+      if (opaque) notes_.add("MTL 'Tr' of 1 without 'd': taken as opaque");
+      m.opacity = opaque ? 1 : 1 - *given.transparency;
+    }
+  }
+
+  /// Whether an illumination model lets light through.
+  static bool is_glass_model(int model) { return model == 4 || model == 6 || model == 7 || model == 9; }
+
   void visit(std::string_view key, std::string_view rest, PhongMaterial& m) {
     const std::string known = lower(key);
     if (known == "kd") {
       color(key, rest, m.diffuse);
+      given_.diffuse = true;
     } else if (known == "ks") {
       color(key, rest, m.specular);
     } else if (known == "ke") {
       color(key, rest, m.emissive);
-      has_emission_ = true;
+      given_.emission = true;
     } else if (known == "tf") {
       color(key, rest, m.filter);
     } else if (known == "ns") {
@@ -51,11 +102,9 @@ class MtlParser {
       number(key, rest, m.ior);
     } else if (known == "d") {
       std::string_view after = rest;
-      number(key, next_word(after) == "-halo" ? after : rest, m.opacity);
+      number(key, next_word(after) == "-halo" ? after : rest, given_.dissolve.emplace(1.0f));
     } else if (known == "tr") {
-      float transparency = 1 - m.opacity;
-      number(key, rest, transparency);
-      m.opacity = 1 - transparency;
+      number(key, rest, given_.transparency.emplace(0.0f));
     } else if (known == "illum") {
       float model = static_cast<float>(m.model);
       number(key, rest, model);
@@ -83,7 +132,6 @@ class MtlParser {
       texture(rest, m.opacity_map);
     } else if (known == "map_ke" || known == "map_emissive") {
       texture(rest, m.emissive_map);
-      if (!has_emission_) m.emissive = RGB(1.0f);
     } else if (known == "norm" || known == "map_kn") {
       texture(rest, m.normal_map);
     } else if (std::find(std::begin(kUnsupported), std::end(kUnsupported), known) != std::end(kUnsupported)) {
@@ -95,7 +143,7 @@ class MtlParser {
 
   /// Parses a number. If it is invalid, keeps the old value and adds a note.
   void number(std::string_view key, std::string_view rest, float& value) {
-    const auto found = number_of(next_word(rest));
+    const auto found = float_of(next_word(rest));
     if (found) {
       value = *found;
     } else {
@@ -105,36 +153,66 @@ class MtlParser {
 
   /// A single number sets all three channels.
   void color(std::string_view key, std::string_view rest, RGB& value) {
-    const auto r = number_of(next_word(rest));
+    const auto r = float_of(next_word(rest));
     if (!r) return notes_.add(fmt::format("MTL '{}' without a number, left out", key));
-    const auto g = number_of(next_word(rest)), b = number_of(next_word(rest));
+    const auto g = float_of(next_word(rest)), b = float_of(next_word(rest));
     value = {*r, g.value_or(*r), b.value_or(g.value_or(*r))};
   }
 
+  /// Reads a texture: options, its name, and options again. The name may hold blanks, and need no quotes then.
   void texture(std::string_view rest, PhongTexture& out) {
     out = {};
-    for (std::string_view after = rest; !after.empty(); rest = after) {
-      const std::string_view option = next_word(after);
-      if (option.size() < 2 || option.front() != '-') break;
-      if (option == "-o" || option == "-s" || option == "-t" || option == "-mm") {
-        notes_.add(fmt::format("MTL texture option '{}' is not supported, left out", option));
-        skip_numbers(after, option == "-mm" ? 2 : 3);
-      } else {
-        const std::string_view value = next_word(after);
-        if (option == "-imfchan") notes_.add("MTL texture option '-imfchan' is not supported, left out");
-        if (option == "-clamp" && value == "on") out.wrap_u = out.wrap_v = TextureWrap::clamp;
-      }
+    take_options(rest, out);
+    rest = trimmed(rest);
+    if (rest.starts_with('"')) {
+      out.name = next_name(rest);
+    } else {
+      std::string_view behind = rest;
+      while (!behind.empty() && !begins_with_option(behind)) next_word(behind);
+      out.name = trimmed(rest.substr(0, rest.size() - behind.size()));
+      rest = behind;
     }
-    out.name = trimmed(rest);
+    take_options(rest, out);
   }
 
-  static void skip_numbers(std::string_view& rest, int most) {
-    for (std::string_view after = rest; most > 0 && number_of(next_word(after)); --most) rest = after;
+  static bool begins_with_option(std::string_view text) {
+    const TextureOption* option = option_of(next_word(text));
+    return option && is_value(*option, next_word(text));
+  }
+
+  void take_options(std::string_view& rest, PhongTexture& out) {
+    for (std::string_view after = rest; const TextureOption* option = option_of(next_word(after)); rest = after)
+      take_values(*option, after, out);
+  }
+
+  /// Reads the values behind an option.
+  void take_values(const TextureOption& option, std::string_view& rest, PhongTexture& out) {
+    std::string_view words[3];
+    int count = 0;
+    for (std::string_view after = rest; count < option.values && is_value(option, words[count] = next_word(after));
+         ++count)
+      rest = after;
+    const auto number = [&](int i, float otherwise) {
+      const float found = i < count ? float_of(words[i]).value_or(otherwise) : otherwise;
+      return std::isfinite(found) ? found : otherwise;
+    };
+    if (option.name == "-s") {
+      out.scale = {number(0, 1), number(1, number(0, 1))};
+    } else if (option.name == "-o") {
+      out.offset = {number(0, 0), number(1, 0)};
+    } else if (option.name == "-mm") {
+      out.base = number(0, 0);
+      out.gain = number(1, 1);
+    } else if (option.name == "-clamp") {
+      if (count == 1 && words[0] == "on") out.wrap_u = out.wrap_v = TextureWrap::clamp;
+    } else if (option.name == "-t" || option.name == "-imfchan") {
+      notes_.add(fmt::format("MTL texture option '{}' is not supported, left out", option.name));
+    }
   }
 
   NoteCounter& notes_;
   std::vector<PhongMaterial> materials_;
-  bool has_emission_ = false;  ///< the last material has a Ke
+  Given given_;  ///< by the last material
 };
 
 }  // namespace

@@ -79,10 +79,10 @@ class ObjParser {
     if (key == "v") {
       visit_vertex(rest);
     } else if (key == "vt") {
-      const auto u = number_of(next_word(rest)), v = number_of(next_word(rest));
+      const auto u = float_of(next_word(rest)), v = float_of(next_word(rest));
       uvs_.push_back({u.value_or(0), v.value_or(0)});
     } else if (key == "vn") {
-      const auto x = number_of(next_word(rest)), y = number_of(next_word(rest)), z = number_of(next_word(rest));
+      const auto x = float_of(next_word(rest)), y = float_of(next_word(rest)), z = float_of(next_word(rest));
       normals_.push_back(unit_or_zero({x.value_or(0), y.value_or(0), z.value_or(0)}));
     } else if (key == "f" || key == "fo") {
       visit_face(rest);
@@ -90,13 +90,13 @@ class ObjParser {
       const std::string_view group = next_word(rest);
       smooth_ = group != "off" && group != "0";
     } else if (key == "usemtl") {
-      use_material(trimmed(rest));
+      use_material(name_of(rest));
     } else if (key == "o" || key == "g") {
       end_part();
       if (key == "o") end_object();
-      object_ = std::string(trimmed(rest));
+      object_ = std::string(name_of(rest));
     } else if (key == "mtllib") {
-      visit_library(std::string(trimmed(rest)));
+      visit_library(trimmed(rest));
     } else if (key == "l" || key == "p") {
       notes_.add(key == "l" ? "line element (l), left out" : "point element (p), left out");
     } else if (key == "vp" || key == "curv" || key == "curv2" || key == "surf" || key == "cstype") {
@@ -108,7 +108,7 @@ class ObjParser {
     float value[4] = {0, 0, 0, 1};
     int numbers = 0;
     for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
-      const auto number = number_of(word);
+      const auto number = float_of(word);
       if (!number) throw Error({file_, line_}, fmt::format("'{}' is not a number", word), "Expected: v x y z");
       if (numbers < 4) value[numbers] = *number;
       ++numbers;
@@ -126,9 +126,7 @@ class ObjParser {
     for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
       corners_.push_back(corner_of(word));
     }
-    if (corners_.size() < 3) {
-      throw Error({file_, line_}, fmt::format("face with {} corners", corners_.size()), "A face needs three or more.");
-    }
+    if (corners_.size() < 3) return notes_.add("face of fewer than three corners, left out");
     ++faces_;
     add_face();
   }
@@ -258,13 +256,14 @@ class ObjParser {
     append_counted(description_.geometry, mesh, file_, part.material, kNone, notes_);
   }
 
-  void visit_library(const std::string& name) {
+  /// @param line the names of libraries, or one name, which may contain blanks
+  void visit_library(std::string_view line) {
+    const std::string name(name_of(line));
     if (!libraries_.insert(name).second) return;
     const std::optional<std::string> text = files_.library(name);
     if (!text) {
       std::vector<std::string> names;
-      std::string_view rest = name;
-      for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
+      for (std::string_view word = next_name(line); !word.empty(); word = next_name(line)) names.emplace_back(word);
       // Of several libraries, the first one that defines a material counts.
       if (names.size() > 1) {
         std::for_each(names.rbegin(), names.rend(), [this](const std::string& one) { visit_library(one); });

@@ -16,9 +16,9 @@ namespace glowworm {
 
 /// Reads an OBJ file (Wavefront, "Advanced Visualizer Manual", appendix B1) and its material libraries. Smoothing
 /// groups whose faces have no normals become smooth across edges of less than 60 degrees, within one object,
-/// whatever its materials and groups. Notes count unsupported features, material libraries that cannot be read, and
-/// undefined materials. Throws Error with file, line and remedy for a face index out of range, a face with fewer than
-/// three corners, or an invalid vertex.
+/// whatever its materials and groups. Notes count unsupported features, faces with fewer than three corners, material
+/// libraries that cannot be read, and undefined materials. Throws Error with file, line and remedy for a face index out
+/// of range or an invalid vertex.
 SceneDescription load_obj(const std::string& path, const ImportOptions& options);
 
 /// Access to other files for parse_obj().

@@ -137,6 +137,7 @@ class ShapeBuilder {
     PbrtMesh mesh;
     try {
       PlyMesh file_mesh = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
+      if (file_mesh.smaller_faces > 0) parameters_.note("left out: faces of fewer than three corners");
       mesh.patch = std::move(file_mesh.face_of);
       mesh.geometry = std::move(file_mesh);
     } catch (const Error& error) {

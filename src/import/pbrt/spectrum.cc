@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <span>
 
 #include "core/error.h"
+#include "core/lines.h"
 #include "import/pbrt/spectrum_tables.h"
 
 namespace glowworm {
@@ -209,23 +209,18 @@ std::optional<RGB> named_illuminant(std::string_view name) {
 
 SampledSpectrum parse_spd(std::string_view text, const std::string& file) {
   std::vector<double> numbers;
-  int line = 1, last_line = 1;
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const char c = text[at];
-    if (c == '\n') ++line;
-    if (c == ' ' || c == '\t' || c == '\r' || c == '\n') {
-      ++at;
-    } else if (c == '#') {
-      at = std::min(text.find('\n', at), text.size());
-    } else {
+  int last_line = 1;
+  text = without_byte_order_mark(text);
+  for (int number = 1; !text.empty(); ++number) {
+    std::string_view line = take_line(text);
+    for (;;) {
+      line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+      if (line.empty() || line.front() == '#') break;
       double value = 0;
-      const auto [end, error] = std::from_chars(text.data() + at, text.data() + text.size(), value);
-      if (error != std::errc() || !std::isfinite(value)) {
-        throw Error({file, line, 0}, "expected a number", "An .spd file holds pairs of wavelength (nm) and value.");
+      if (!take_number(line, value) || !std::isfinite(value)) {
+        throw Error({file, number, 0}, "expected a number", "An .spd file holds pairs of wavelength (nm) and value.");
       }
-      at = static_cast<std::size_t>(end - text.data());
-      last_line = line;
+      last_line = number;
       numbers.push_back(value);
     }
   }

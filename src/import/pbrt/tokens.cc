@@ -3,12 +3,15 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/lines.h"
+
 namespace glowworm {
 
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
-bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
+bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']'; }
 bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.'; }
 
 /// Parses all of `text` as a finite number. Underflow gives 0; overflow fails.
@@ -26,8 +29,8 @@ bool parse_number(std::string_view text, double& value) {
 }  // namespace
 
 PbrtTokenizer::PbrtTokenizer(std::string_view text, const std::string* file, PbrtDiagnostics& diagnostics)
-    : text_(text), file_(file), diagnostics_(diagnostics) {
-  if (text_.starts_with("\xef\xbb\xbf")) at_ = line_start_ = 3;  // byte order mark, written by some editors
+    : text_(text), at_(text.size() - without_byte_order_mark(text).size()), file_(file), diagnostics_(diagnostics) {
+  line_start_ = at_;
 }
 
 PbrtPlace PbrtTokenizer::place() const { return {file_, line_, static_cast<int>(at_ - line_start_) + 1}; }
@@ -36,16 +39,12 @@ void PbrtTokenizer::skip_blanks() {
   for (; at_ < text_.size(); ++at_) {
     const char c = text_[at_];
     if (c == '#') {
-      const std::size_t end = text_.find('\n', at_);
-      if (end == std::string_view::npos) {
-        at_ = text_.size();
-        return;
-      }
-      at_ = end;
+      while (at_ < text_.size() && !is_line_end(text_[at_])) ++at_;
+      if (at_ == text_.size()) return;
     } else if (!is_blank(c)) {
       return;
     }
-    if (text_[at_] == '\n') {
+    if (is_line_end(text_[at_]) && text_.substr(at_, 2) != "\r\n") {
       ++line_;
       line_start_ = at_ + 1;
     }
@@ -55,7 +54,7 @@ void PbrtTokenizer::skip_blanks() {
 bool PbrtTokenizer::scan_string(PbrtToken& token) {
   token.kind = PbrtTokenKind::string;
   const std::size_t first = ++at_;
-  for (; at_ < text_.size() && text_[at_] != '\n'; ++at_) {
+  for (; at_ < text_.size() && !is_line_end(text_[at_]); ++at_) {
     const char c = text_[at_];
     if (c == '"') {
       token.text = text_.substr(first, at_ - first);
@@ -65,7 +64,7 @@ bool PbrtTokenizer::scan_string(PbrtToken& token) {
                          "Remove it; the file may be damaged or not a pbrt scene.");
       return false;
     }
-    if (c == '\\' && at_ + 1 < text_.size() && text_[at_ + 1] != '\n') {
+    if (c == '\\' && at_ + 1 < text_.size() && !is_line_end(text_[at_ + 1])) {
       token.has_escapes = true;
       ++at_;
     }

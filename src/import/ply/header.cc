@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "core/error.h"
+#include "core/lines.h"
 
 namespace glowworm {
 
@@ -39,7 +40,12 @@ std::string_view take_word(std::string_view& line) {
 
 class HeaderReader {
  public:
-  HeaderReader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
+  HeaderReader(std::string_view bytes, const std::string& file)
+      : bytes_(bytes), file_(file), at_(bytes.size() - without_byte_order_mark(bytes).size()) {
+    // All lines end as the first one does: binary data may begin with a line feed.
+    const std::size_t end = bytes.find_first_of("\r\n");
+    if (end != std::string_view::npos && bytes.substr(end, 2) != "\r\n") line_end_ = bytes[end];
+  }
 
   PlyHeader read() {
     PlyHeader header;
@@ -79,7 +85,7 @@ class HeaderReader {
 
   std::string_view next_line() {
     ++line_;
-    const std::size_t end = bytes_.find('\n', at_);
+    const std::size_t end = bytes_.find(line_end_, at_);
     if (end == std::string_view::npos || static_cast<std::size_t>(line_) > kMaxHeaderLines) {
       fail("the PLY header has no end", kDamaged);
     }
@@ -153,7 +159,8 @@ class HeaderReader {
 
   std::string_view bytes_;
   const std::string& file_;
-  std::size_t at_ = 0;
+  std::size_t at_;
+  char line_end_ = '\n';
   int line_ = 0;
 };
 

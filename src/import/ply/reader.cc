@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
+#include "core/lines.h"
 #include "import/pbrt/file.h"
 #include "import/ply/header.h"
 #include "import/polygon.h"
@@ -96,13 +96,11 @@ class ValueReader {
            (bytes_[at_] == ' ' || bytes_[at_] == '\n' || bytes_[at_] == '\r' || bytes_[at_] == '\t')) {
       ++at_;
     }
-    if (at_ < bytes_.size() && bytes_[at_] == '+') ++at_;
     double number = 0;
-    const auto [end, error] = std::from_chars(bytes_.data() + at_, bytes_.data() + bytes_.size(), number);
-    if (error == std::errc::invalid_argument)
-      fail(at_ < bytes_.size() ? "expected a number" : "the file ends inside its data");
-    at_ = static_cast<std::size_t>(end - bytes_.data());
-    return error == std::errc::result_out_of_range ? 0.0 : number;
+    std::string_view rest = bytes_.substr(at_);
+    if (!take_number(rest, number)) fail(at_ < bytes_.size() ? "expected a number" : "the file ends inside its data");
+    at_ = bytes_.size() - rest.size();
+    return number;
   }
 
   std::string_view bytes_;
@@ -114,8 +112,8 @@ class ValueReader {
 /// The meaning of a vertex property: an index into {x, y, z, nx, ny, nz, u, v}, or -1.
 int vertex_role(std::string_view name) {
   constexpr std::pair<std::string_view, int> kRoles[] = {
-      {"x", 0}, {"y", 1}, {"z", 2}, {"nx", 3},        {"ny", 4},        {"nz", 5},        {"u", 6},
-      {"v", 7}, {"s", 6}, {"t", 7}, {"texture_u", 6}, {"texture_v", 7}, {"texture_s", 6}, {"texture_t", 7}};
+      {"x", 0}, {"y", 1}, {"z", 2},  {"nx", 3}, {"ny", 4},        {"nz", 5},        {"u", 6},         {"v", 7},
+      {"s", 6}, {"t", 7}, {"tx", 6}, {"ty", 7}, {"texture_u", 6}, {"texture_v", 7}, {"texture_s", 6}, {"texture_t", 7}};
   for (const auto& [known, role] : kRoles) {
     if (known == name) return role;
   }
@@ -204,29 +202,68 @@ class FaceReader {
       for (const PlyProperty& property : element.properties) read_property(property);
       // MeshLab writes texture coordinates of corners, which differ where charts of the texture meet.
       if (corners_.size() >= 3 && uvs_.size() == 2 * corners_.size()) separate_corners();
+      if (corners_.size() < 3) ++mesh_.smaller_faces;
       if (corners_.size() == 3) mesh_.triangles.push_back({corners_[0], corners_[1], corners_[2]});
       if (corners_.size() == 4) add_quad(corners_.data(), mesh_);
       if (corners_.size() > 4) add_larger_face(corners_, mesh_);
-      const std::uint32_t face = mesh_.face_of.empty() ? 0 : mesh_.face_of.back() + 1;
-      mesh_.face_of.resize(mesh_.triangles.size(), face);
+      end_face();
+    }
+  }
+
+  /// Reads triangle strips: in each list, every vertex after the second ends a triangle with the two before it, and -1
+  /// begins another strip. Every other triangle of a strip is turned over, so that all face the same way.
+  void read_strips(const PlyElement& element) {
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      for (const PlyProperty& property : element.properties) {
+        const std::uint64_t count = property.is_list ? reader_.length(property) : 1;
+        if (!is_indices(property)) {
+          reader_.skip(property.type, count);
+          continue;
+        }
+        corners_.clear();
+        for (std::uint64_t at = 0; at < count; ++at) read_strip_vertex(reader_.value(property.type));
+      }
     }
   }
 
  private:
+  static bool is_indices(const PlyProperty& property) {
+    return property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+  }
+
+  void end_face() {
+    const std::uint32_t face = mesh_.face_of.empty() ? 0 : mesh_.face_of.back() + 1;
+    mesh_.face_of.resize(mesh_.triangles.size(), face);
+  }
+
+  void read_strip_vertex(double value) {
+    if (value == -1) return corners_.clear();
+    add_corner(value);
+    if (corners_.size() < 3) return;
+    const std::uint32_t* last = corners_.data() + corners_.size() - 3;
+    const bool turned = corners_.size() % 2 == 0;
+    mesh_.triangles.push_back({last[turned ? 1 : 0], last[turned ? 0 : 1], last[2]});
+    end_face();
+    cover();
+  }
+
+  void add_corner(double value) {
+    if (!(value >= 0 && value < static_cast<double>(vertices_)))
+      reader_.fail(fmt::format("a face has vertex {}, but there are {} vertices", value, vertices_));
+    corners_.push_back(static_cast<std::uint32_t>(value));
+  }
+
   void read_property(const PlyProperty& property) {
     const std::uint64_t count = property.is_list ? reader_.length(property) : 1;
-    const bool indices = property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+    const bool indices = is_indices(property);
     const bool uvs = property.is_list && property.name == "texcoord" && !mesh_.texture.empty();
     if (!indices && !uvs) return reader_.skip(property.type, count);
     for (std::uint64_t i = 0; i < count; ++i) {
       const double value = reader_.value(property.type);
-      if (uvs) {
+      if (uvs)
         uvs_.push_back(static_cast<float>(value));
-      } else if (value >= 0 && value < static_cast<double>(vertices_)) {
-        corners_.push_back(static_cast<std::uint32_t>(value));
-      } else {
-        reader_.fail(fmt::format("a face has vertex {}, but there are {} vertices", value, vertices_));
-      }
+      else
+        add_corner(value);
       cover();
     }
   }
@@ -286,10 +323,14 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget&
       has_vertices = true;
       read_vertices(reader, element, file, held, mesh);
       vertices = mesh.positions.size();
-    } else if (element.name == "face" && !element.properties.empty()) {
+    } else if ((element.name == "face" || element.name == "tristrips") && !element.properties.empty()) {
       if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh again.");
       has_faces = true;
-      FaceReader(reader, vertices, held, mesh).read(element);
+      FaceReader faces(reader, vertices, held, mesh);
+      if (element.name == "face")
+        faces.read(element);
+      else
+        faces.read_strips(element);
     } else {
       skip_element(reader, element);
     }

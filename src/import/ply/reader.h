@@ -17,6 +17,7 @@ namespace glowworm {
 struct PlyMesh : Geometry {
   std::size_t quads = 0;               ///< number of faces with four corners
   std::size_t larger_faces = 0;        ///< number of faces with more corners
+  std::size_t smaller_faces = 0;       ///< number of faces with fewer than three corners, which are left out
   std::vector<std::uint32_t> face_of;  ///< for each triangle, the number of its face, from 0
   bool has_colors = false;             ///< vertices have colours, which are not supported
   std::string texture;                 ///< image name from the last comment "TextureFile", or empty
@@ -24,9 +25,9 @@ struct PlyMesh : Geometry {
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, gzipped or not. Vertices have x, y, z and optionally nx, ny,
-/// nz and u, v (or s, t; texture_u, texture_v); faces have "vertex_indices" or "vertex_index" and, where the header
-/// names a texture, optionally "texcoord". Other elements and properties are skipped. Memory is proportional to the
-/// file's size, whatever its header declares.
+/// nz and u, v (or s, t; tx, ty; texture_u, texture_v); faces have "vertex_indices" or "vertex_index" and, where the
+/// header names a texture, optionally "texcoord"; or there are triangle strips ("tristrips"). Other elements and
+/// properties are skipped. Memory is proportional to the file's size, whatever its header declares.
 /// @param budget limits memory of file and mesh while reading
 /// Throws Error with file (and line) and remedy, and MemoryError.
 PlyMesh read_ply(const std::string& path, MemoryBudget& budget);

@@ -7,7 +7,9 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/lines.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "import/obj/lines.h"
 
 namespace glowworm {
@@ -69,8 +71,9 @@ class AsciiParser {
       if (line_ % 1024 == 0) check_cancelled();
       std::string_view rest = lines.line();
       for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
-        if (word == "solid" || word == "endsolid") break;  // a name follows
-        visit(word, rest);
+        const std::string known = lower(word);
+        if (known == "solid" || known == "endsolid") break;  // a name follows
+        visit(known, rest);
       }
     }
     if (inside_) fail("the file ends within a facet");
@@ -78,9 +81,9 @@ class AsciiParser {
   }
 
  private:
-  void visit(std::string_view word, std::string_view& rest) {
+  void visit(const std::string& word, std::string_view& rest) {
     if (word == "facet") {
-      if (next_word(rest) != "normal") fail("'facet' without 'normal'");
+      if (lower(next_word(rest)) != "normal") fail("'facet' without 'normal'");
       normal_ = vector(rest);
       inside_ = true;
       count_ = 0;
@@ -101,7 +104,7 @@ class AsciiParser {
   Vec3 vector(std::string_view& rest) const {
     Vec3 out;
     for (int i = 0; i < 3; ++i) {
-      const auto number = number_of(next_word(rest));
+      const auto number = float_of(next_word(rest));
       if (!number) fail("expected three numbers");
       out[i] = *number;
     }
@@ -124,8 +127,8 @@ Geometry parse_stl(std::string_view bytes, const std::string& file, MemoryBudget
   // Binary files may begin with "solid", too.
   const bool has_binary_size =
       bytes.size() >= kHeaderBytes && bytes.size() - kHeaderBytes == kFacetBytes * std::size_t{facet_count(bytes)};
-  if (!has_binary_size && trimmed(bytes.substr(0, 256)).starts_with("solid"))
-    return AsciiParser(file, budget).run(bytes);
+  const std::string_view begin = trimmed(without_byte_order_mark(bytes).substr(0, 256));
+  if (!has_binary_size && lower(begin).starts_with("solid")) return AsciiParser(file, budget).run(bytes);
   return parse_binary(bytes, file, budget);
 }
 
