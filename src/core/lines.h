@@ -12,8 +12,9 @@ std::string_view without_byte_order_mark(std::string_view text);
 std::string_view take_line(std::string_view& text);
 
 /// Removes the number at the beginning of `text` and writes it to `value`. Returns false, and changes nothing, if there
-/// is none. A number may begin with '+'; the locale has no effect. Numbers beyond double are infinite, and numbers below
-/// are 0. Understands what C libraries of Windows write for numbers that are not finite, such as 1.#INF or -1.#QNAN.
+/// is none. A number may begin with '+'; the locale has no effect. Numbers beyond double are infinite, and numbers
+/// below are 0. Understands what C libraries of Windows write for numbers that are not finite, such as 1.#INF or
+/// -1.#QNAN.
 bool take_number(std::string_view& text, double& value);
 
 }  // namespace glowworm

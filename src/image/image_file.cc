@@ -16,6 +16,7 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "image/exr_check.h"
+#include "image/hdr_reader.h"
 #include "image/image_format.h"
 #include "image/image_reader.h"
 #include "image/tone_map.h"
@@ -127,7 +128,8 @@ Input open_input(const std::string& path, bool pixels) {
   const bool exr = input.format->name == std::string_view("EXR");
   if (exr) check_exr_header(path);
   std::string failure;
-  input.reader = open_image_reader(path, input.format->plugin, failure);
+  input.reader =
+      input.format->plugin ? open_image_reader(path, input.format->plugin, failure) : open_hdr(path, failure);
   if (!input.reader) {
     throw Error({path}, fmt::format("cannot be read as {} ({})", input.format->name, first_line(failure)),
                 fmt::format("Use a whole file of one of these formats: {}.", image_format_names()));

@@ -21,7 +21,7 @@ constexpr std::array kFormats = {
     ImageFormat{"PNG", "png", kDeflatePixels, true},
     ImageFormat{"JPEG", "jpeg", kJpegPixels, true},
     ImageFormat{"EXR", "openexr", 64 * 1032 / 2, true},
-    ImageFormat{"HDR", "hdr", 16, true},
+    ImageFormat{"HDR", nullptr, 16, true},
     ImageFormat{"TIFF", "tiff", 0, true},
     ImageFormat{"TGA", "targa", 64, false},
     ImageFormat{"BMP", "bmp", 256, false},

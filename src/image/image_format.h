@@ -11,7 +11,7 @@ namespace glowworm {
 /// A supported format; tests/fuzz fuzzes the reader of each.
 struct ImageFormat {
   const char* name;    ///< name for messages: "PNG"
-  const char* plugin;  ///< name of the reader, in OpenImageIO; "gif" is read by giflib
+  const char* plugin;  ///< name of the reader, in OpenImageIO; "gif" is read by giflib, null by open_hdr()
   /// Maximum number of pixels per byte of a file; a header that claims more is damaged. 0: unlimited, because the
   /// format can omit whole rows or the rest of the picture. TIFF: see tiff_pixels_per_byte().
   double pixels_per_byte;

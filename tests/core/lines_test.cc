@@ -14,7 +14,9 @@ TEST(Lines, EndsOfAllSystems) {
   std::vector<std::string> lines;
   while (!text.empty()) lines.emplace_back(take_line(text));
   EXPECT_EQ(lines, (std::vector<std::string>{"a", "b", "c", "d", "", "e"}));
-  EXPECT_EQ(without_byte_order_mark("\xef\xbb\xbf" "a"), "a");
+  EXPECT_EQ(without_byte_order_mark("\xef\xbb\xbf"
+                                    "a"),
+            "a");
   EXPECT_EQ(without_byte_order_mark("a\xef\xbb\xbf"), "a\xef\xbb\xbf");
 }
 
