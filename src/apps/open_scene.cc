@@ -111,7 +111,8 @@ std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOpt
 
 void tell_notes(const Scene& scene, const std::string& path) {
   for (const std::string& note : scene.notes()) {
-    const bool is_wrong = note.find("' is magenta: ") != std::string::npos;
+    const bool is_wrong = note.starts_with("texture '") && (note.find("' is magenta: ") != std::string::npos ||
+                                                            note.find("' is left out: ") != std::string::npos);
     // Notes of formats with lines name the file themselves.
     const std::string told = note.find(path) == std::string::npos ? fmt::format("{}: {}", path, note) : note;
     is_wrong ? warn(told) : inform("note: " + told);

@@ -73,7 +73,8 @@ void check_input_file(const std::string& path) {
   }
   check_kind(status, path);
   const std::lock_guard lock(recorded().mutex);
-  if (recorded().record) recorded().names.insert(path);
+  // A file in memory has no name that lasts.
+  if (recorded().record && status.st_nlink > 0) recorded().names.insert(path);
 }
 
 namespace {

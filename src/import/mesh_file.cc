@@ -24,8 +24,8 @@ SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const st
   SceneDescription description;
   description.name = full.stem().string();
   TextureCache textures(options, notes);
-  const auto load = [&](const PhongTexture& texture, const TextureOptions& texture_options) {
-    return textures.load_file(find_texture_file(full.parent_path().string(), texture.name), texture_options);
+  const auto load = [&](const PhongTexture& texture, const TextureOptions& texture_options, StandIn stand_in) {
+    return textures.load_file(find_texture_file(full.parent_path().string(), texture.name), texture_options, stand_in);
   };
   const std::uint32_t emission = add_phong_material(material, {load, notes, description});
   notes.add("triangle wound against its normals, reversed", wind_by_normals(mesh));

@@ -56,7 +56,7 @@ class RangedImage final : public TextureImage {
 };
 
 /// The image of a texture; null if the material has none.
-std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, TextureEncoding encoding,
+std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, TextureEncoding encoding, StandIn stand_in,
                                              const PhongContext& context) {
   if (texture.name.empty()) return nullptr;
   if (texture.by_second_uvs) context.notes.add("texture by a second set of texture coordinates: the first is used");
@@ -64,7 +64,7 @@ std::shared_ptr<const TextureImage> image_of(const PhongTexture& texture, Textur
   options.wrap_u = texture.wrap_u;
   options.wrap_v = texture.wrap_v;
   options.encoding = encoding;
-  return context.load(texture, options);
+  return context.load(texture, options, stand_in);
 }
 
 std::uint32_t node_of(std::shared_ptr<const TextureImage> image, const PhongTexture& texture,
@@ -139,7 +139,7 @@ void set_factors(Material& material, const PhongMaterial& p, const PhongContext&
 void set_alpha(Material& material, const PhongMaterial& p, const std::shared_ptr<const TextureImage>& diffuse,
                const PhongContext& context) {
   material.alpha.value = p.opacity;
-  if (auto opacity = image_of(p.opacity_map, TextureEncoding::linear, context)) {
+  if (auto opacity = image_of(p.opacity_map, TextureEncoding::linear, StandIn::one, context)) {
     material.alpha.channel = opacity->has_alpha() ? Channel::alpha : Channel::mean;
     material.alpha.texture = node_of(std::move(opacity), p.opacity_map, context);
   } else if (diffuse && diffuse->has_alpha()) {
@@ -154,7 +154,7 @@ std::uint32_t add_emission(const PhongMaterial& p, const Material& material, con
   emission.name = material.name;
   emission.radiance.value = p.emissive;
   emission.radiance.texture =
-      node_of(image_of(p.emissive_map, TextureEncoding::automatic, context), p.emissive_map, context);
+      node_of(image_of(p.emissive_map, TextureEncoding::automatic, StandIn::none, context), p.emissive_map, context);
   context.description.emissions.push_back(std::move(emission));
   return static_cast<std::uint32_t>(context.description.emissions.size() - 1);
 }
@@ -166,13 +166,13 @@ std::uint32_t add_phong_material(const PhongMaterial& source, const PhongContext
   Material material;
   material.name = p.name;
   material.reflectance.value = clamp(p.diffuse, 0, 1);
-  const auto diffuse = image_of(p.diffuse_map, TextureEncoding::automatic, context);
+  const auto diffuse = image_of(p.diffuse_map, TextureEncoding::automatic, StandIn::magenta, context);
   material.reflectance.texture = node_of(diffuse, p.diffuse_map, context);
   set_alpha(material, p, diffuse, context);
   set_surface(material, p);
   set_factors(material, p, context);
   material.normal_map.texture =
-      node_of(image_of(p.normal_map, TextureEncoding::linear, context), p.normal_map, context);
+      node_of(image_of(p.normal_map, TextureEncoding::linear, StandIn::flat_normal, context), p.normal_map, context);
   const std::uint32_t emission = add_emission(p, material, context);
   context.description.materials.push_back(std::move(material));
   return emission;

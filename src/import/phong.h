@@ -9,6 +9,7 @@
 #include "core/rgb.h"
 #include "image/texture_file.h"
 #include "import/notes.h"
+#include "import/stand_in.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -35,10 +36,13 @@ struct PhongMaterial {
   bool has_metal_maps = false;  ///< has metallic or roughness textures, which are not supported
 };
 
+using PhongTextureLoader =
+    std::function<std::shared_ptr<const TextureImage>(const PhongTexture&, const TextureOptions&, StandIn)>;
+
 /// Shared data for converting the materials of one file.
 struct PhongContext {
   /// Loads the image of a texture that has a name; never returns null.
-  std::function<std::shared_ptr<const TextureImage>(const PhongTexture&, const TextureOptions&)> load;
+  PhongTextureLoader load;
   NoteCounter& notes;
   SceneDescription& description;  ///< receives materials, texture nodes and emissions
 };

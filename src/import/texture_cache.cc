@@ -1,12 +1,10 @@
 #include "import/texture_cache.h"
 
-#include <stdlib.h>  // mkdtemp
 #include <strings.h>
 
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -16,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/log.h"
+#include "core/memory_file.h"
 #include "core/parallel.h"
 
 namespace glowworm {
@@ -37,37 +36,34 @@ class FileImage final : public TextureImage {
 };
 
 /// Replaces an image that cannot be read.
-class MagentaImage final : public TextureImage {
+class PlainImage final : public TextureImage {
  public:
-  RGB color(Vec2) const override { return {1, 0, 1}; }
+  explicit PlainImage(RGB color) : color_(color) {}
+  RGB color(Vec2) const override { return color_; }
   float alpha(Vec2) const override { return 1; }
   bool has_alpha() const override { return false; }
   int width() const override { return 1; }
   int height() const override { return 1; }
-};
-
-/// A folder that exists as long as this object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "glowworm-XXXXXX").string();
-    if (!mkdtemp(name.data())) {
-      throw Error("no temporary folder could be made in " + std::filesystem::temp_directory_path().string(),
-                  "Free space there, or set TMPDIR to another folder.");
-    }
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
 
  private:
-  std::filesystem::path path_;
+  RGB color_;
 };
+
+RGB color_of(StandIn stand_in) {
+  switch (stand_in) {
+    case StandIn::magenta:
+      break;
+    case StandIn::one:
+      return RGB(1.0f);
+    case StandIn::none:
+      return RGB(0.0f);
+    case StandIn::flat_normal:
+      return {0.5f, 0.5f, 1};
+    case StandIn::along_tangent:
+      return {1, 0.5f, 1};
+  }
+  return {1, 0, 1};
+}
 
 /// The first line of an error about `name`, without the leading name, which the caller adds.
 std::string problem_of(const std::string& name, const std::string& message) {
@@ -75,37 +71,40 @@ std::string problem_of(const std::string& name, const std::string& message) {
   return line.starts_with(name + ": ") ? line.substr(name.size() + 2) : line;
 }
 
-/// Passes data in memory to `read` through a temporary file, because the library reads files and limits their memory.
+/// The message about an image that cannot be read.
+std::string message_about(const std::string& name, const std::string& problem, StandIn stand_in) {
+  return "texture '" + name + (stand_in == StandIn::magenta ? "' is magenta: " : "' is left out: ") +
+         problem_of(name, problem);
+}
+
+/// Passes data in memory to `read` as a file, because the library reads files and limits their memory.
 template <typename Read>
-auto by_way_of_a_file(std::span<const std::uint8_t> bytes, const Read& read) {
-  const TemporaryFolder folder;
-  const std::string file = (folder.path() / "image").string();
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw Error("no room to unpack it in " + folder.path().string());
+auto as_a_file(std::span<const std::uint8_t> bytes, MemoryBudget& budget, const Read& read) {
+  const Reservation room(budget, "image files", bytes.size());
+  const MemoryFile file(bytes);
   try {
-    return read(file);
+    return read(file.path());
   } catch (const MemoryError&) {
     throw;
   } catch (const MissingLibrary&) {
     throw;
   } catch (const Error& error) {
-    throw Error(problem_of(file, error.what()));
+    throw Error(problem_of(file.path(), error.what()));
   }
 }
 
-/// A texture that is read on first use. If it cannot be read then, it is magenta, with a warning.
+/// A texture that is read on first use. If it cannot be read then, it is its stand-in, with a warning.
 class LazyImage final : public TextureImage {
  public:
   using Open = std::function<std::shared_ptr<const TextureFile>()>;
-  LazyImage(std::string name, const ImageFileHeader& header, Open open)
+  LazyImage(std::string name, const ImageFileHeader& header, StandIn stand_in, Open open)
       : name_(std::move(name)),
+        stand_in_(stand_in),
         width_(header.width),
         height_(header.height),
         has_alpha_(header.alpha_channel >= 0),
         open_(std::move(open)) {}
-  RGB color(Vec2 uv) const override { return file() ? file_->color(uv) : RGB(1, 0, 1); }
+  RGB color(Vec2 uv) const override { return file() ? file_->color(uv) : color_of(stand_in_); }
   float alpha(Vec2 uv) const override { return file() ? file_->alpha(uv) : 1; }
   bool has_alpha() const override { return has_alpha_; }
   int width() const override { return width_; }
@@ -117,13 +116,14 @@ class LazyImage final : public TextureImage {
       try {
         file_ = open_();
       } catch (const std::exception& error) {
-        warn("texture '" + name_ + "' is magenta: " + problem_of(name_, error.what()));
+        warn(message_about(name_, error.what(), stand_in_));
       }
     });
     return file_.get();
   }
 
   std::string name_;
+  StandIn stand_in_;
   int width_, height_;
   bool has_alpha_;
   Open open_;
@@ -149,54 +149,58 @@ std::filesystem::path entry_whatever_the_capitals(const std::filesystem::path& f
 
 struct TextureCache::State {
   explicit State(const ImportOptions& options, NoteCounter& notes)
-      : library(std::make_shared<TextureLibrary>(options.budget->limit() / 4, options.budget)),
+      : budget(options.budget),
+        library(std::make_shared<TextureLibrary>(options.budget->limit() / 4, options.budget)),
         notes(notes),
         lazy(options.lazy_textures) {}
 
-  std::shared_ptr<const TextureImage> read_file(const std::string& path, const TextureOptions& options) const {
+  std::shared_ptr<const TextureImage> read_file(const std::string& path, const TextureOptions& options,
+                                                StandIn stand_in) const {
     if (!lazy) return std::make_shared<FileImage>(library->open(path, options));
-    return std::make_shared<LazyImage>(path, read_image_header(path),
+    return std::make_shared<LazyImage>(path, read_image_header(path), stand_in,
                                        [kept = library, path, options] { return kept->open(path, options); });
   }
 
   std::shared_ptr<const TextureImage> read_memory(const std::string& name, std::span<const std::uint8_t> bytes,
-                                                  const TextureOptions& options) {
-    const auto open = [kept = library, name, options](std::span<const std::uint8_t> from) {
+                                                  const TextureOptions& options, StandIn stand_in) {
+    const auto open = [kept = library, name, options, room = budget](std::span<const std::uint8_t> from) {
       if (auto known = kept->find(name, options)) return known;
-      return by_way_of_a_file(from, [&](const std::string& file) { return kept->open(file, options, name); });
+      return as_a_file(from, *room, [&](const std::string& file) { return kept->open(file, options, name); });
     };
     if (!lazy) return std::make_shared<FileImage>(open(bytes));
     auto& kept = unread[name];
     if (!kept) kept = std::make_shared<std::vector<std::uint8_t>>(bytes.begin(), bytes.end());
     auto header = headers.find(name);
-    if (header == headers.end()) header = headers.emplace(name, by_way_of_a_file(bytes, read_image_header)).first;
-    return std::make_shared<LazyImage>(name, header->second, [open, from = kept] { return open(*from); });
+    if (header == headers.end()) header = headers.emplace(name, as_a_file(bytes, *budget, read_image_header)).first;
+    return std::make_shared<LazyImage>(name, header->second, stand_in, [open, from = kept] { return open(*from); });
   }
 
+  std::shared_ptr<MemoryBudget> budget;
   std::shared_ptr<TextureLibrary> library;
   NoteCounter& notes;
   bool lazy;
   std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>>
       unread;                                      // files in memory that were not read yet (lazy textures)
   std::map<std::string, ImageFileHeader> headers;  // their headers
-  std::set<std::string> failed;
-  std::shared_ptr<const TextureImage> magenta = std::make_shared<MagentaImage>();
+  std::map<std::string, std::string> failed;       // problems by name
+  std::set<std::string> noted;
 };
 
 TextureCache::TextureCache(const ImportOptions& options, NoteCounter& notes)
     : state_(std::make_unique<State>(options, notes)) {}
 TextureCache::~TextureCache() = default;
 
-std::shared_ptr<const TextureImage> TextureCache::missing(const std::string& name, const std::string& problem) {
-  if (state_->failed.insert(name).second) {
-    state_->notes.add("texture '" + name + "' is magenta: " + problem_of(name, problem));
-  }
-  return state_->magenta;
+std::shared_ptr<const TextureImage> TextureCache::missing(const std::string& name, const std::string& problem,
+                                                          StandIn stand_in) {
+  const std::string note = message_about(name, state_->failed.emplace(name, problem).first->second, stand_in);
+  if (state_->noted.insert(note).second) state_->notes.add(note);
+  return std::make_shared<PlainImage>(color_of(stand_in));
 }
 
 template <typename Read>
-std::shared_ptr<const TextureImage> TextureCache::or_magenta(const std::string& name, const Read& read) {
-  if (state_->failed.contains(name)) return state_->magenta;
+std::shared_ptr<const TextureImage> TextureCache::or_stand_in(const std::string& name, StandIn stand_in,
+                                                              const Read& read) {
+  if (state_->failed.contains(name)) return missing(name, {}, stand_in);
   try {
     return read();
   } catch (const MemoryError&) {
@@ -206,24 +210,25 @@ std::shared_ptr<const TextureImage> TextureCache::or_magenta(const std::string& 
   } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
-    return missing(name, e.what());
+    return missing(name, e.what(), stand_in);
   }
 }
 
-std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& path, const TextureOptions& options) {
+std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string& path, const TextureOptions& options,
+                                                            StandIn stand_in) {
   check_cancelled();
-  return or_magenta(path, [&] { return state_->read_file(path, options); });
+  return or_stand_in(path, stand_in, [&] { return state_->read_file(path, options, stand_in); });
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_needed_file(const std::string& path,
                                                                    const TextureOptions& options) {
-  return state_->read_file(path, options);
+  return state_->read_file(path, options, StandIn::magenta);
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string& name,
                                                               std::span<const std::uint8_t> bytes,
-                                                              const TextureOptions& options) {
-  return or_magenta(name, [&] { return state_->read_memory(name, bytes, options); });
+                                                              const TextureOptions& options, StandIn stand_in) {
+  return or_stand_in(name, stand_in, [&] { return state_->read_memory(name, bytes, options, stand_in); });
 }
 
 std::string find_texture_file(const std::string& folder, const std::string& name) {

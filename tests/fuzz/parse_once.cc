@@ -73,7 +73,7 @@ void parse_scene(std::string_view text) {
   PbrtContext context;
   context.main_file = "/nonexistent/fuzz.pbrt";
   context.budget = std::make_shared<MemoryBudget>(kBudget);
-  context.load_image = [](const std::string&, const TextureOptions&) -> std::shared_ptr<const TextureImage> {
+  context.load_image = [](const std::string&, const TextureOptions&, StandIn) -> std::shared_ptr<const TextureImage> {
     return std::make_shared<GreyImage>();
   };
   context.load_needed_image = context.load_image;
@@ -108,7 +108,7 @@ void parse_obj_and_mtl(std::string_view text) {
   MemoryBudget budget(kBudget);
   ObjFiles files;
   files.library = [&](const std::string&) { return std::string(text); };
-  files.texture = [](const PhongTexture&, const TextureOptions&) { return std::make_shared<GreyImage>(); };
+  files.texture = [](const PhongTexture&, const TextureOptions&, StandIn) { return std::make_shared<GreyImage>(); };
   NoteCounter notes;
   try {
     expect_consistent(parse_obj(text, "fuzz.obj", files, notes, budget));

@@ -247,6 +247,63 @@ TEST_F(GltfBadTest, TexturesThatCannotBeReadAreMagenta) {
   EXPECT_THAT(d.notes, HasNote("no such texture"));
 }
 
+TEST_F(GltfBadTest, MissingDataTexturesChangeNothing) {
+  GltfFile file;
+  file.add("textures", {{"source", 0}});
+  file.add("images", {{"uri", "gone.ktx2"}});
+  const json map = {{"index", 0}};
+  file.add_shown_triangle({{"pbrMetallicRoughness",
+                            {{"baseColorFactor", {0.5, 0.5, 0.5, 1}},
+                             {"metallicFactor", 0.75},
+                             {"roughnessFactor", 0.5},
+                             {"metallicRoughnessTexture", map}}},
+                           {"normalTexture", map},
+                           {"emissiveTexture", map},
+                           {"emissiveFactor", {1, 1, 1}},
+                           {"extensions",
+                            {{"KHR_materials_specular", {{"specularFactor", 0.5}, {"specularTexture", map}}},
+                             {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}, {"anisotropyTexture", map}}},
+                             {"KHR_materials_clearcoat", {{"clearcoatNormalTexture", map}}}}}});
+  const auto d = load(file);
+  const Material& m = d.materials.at(0);
+  const Vec2 at{0.5f, 0.5f};
+  EXPECT_EQ(evaluate(d.textures, m.metallic, at), 0.75f);
+  EXPECT_EQ(evaluate(d.textures, m.roughness_u, at), 0.25f);
+  EXPECT_EQ(evaluate(d.textures, m.specular, at), 0.5f);
+  EXPECT_EQ(evaluate(d.textures, m.anisotropy, at), 0.5f);
+  EXPECT_EQ(evaluate(d.textures, m.anisotropy_direction, at), RGB(1, 0.5f, 1));
+  EXPECT_EQ(evaluate(d.textures, m.normal_map, at), RGB(0.5f, 0.5f, 1));
+  EXPECT_EQ(evaluate(d.textures, m.coat_normal_map, at), RGB(0.5f, 0.5f, 1));
+  EXPECT_EQ(evaluate(d.textures, d.emissions.at(0).radiance, at), RGB(0.0f));
+  EXPECT_THAT(d.notes, HasNote("gone.ktx2' is left out: "));
+  EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
+}
+
+/// Images inside of files need no room on a disk, and leave none of it taken.
+TEST_F(GltfTest, TexturesInsideOfFilesNeedNoTemporaryFolder) {
+  GltfFile file;
+  // A BMP of one red pixel.
+  std::string bmp("BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\x18\0", 30);
+  bmp.resize(54);
+  bmp += std::string("\0\0\xff\0", 4);
+  const int view = file.add_view(std::vector<char>(bmp.begin(), bmp.end()));
+  file.add("textures", {{"source", 0}});
+  file.add("images", {{"bufferView", view}, {"mimeType", "image/bmp"}});
+  file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+  const std::string glb = write("a.glb", file.glb());
+  const char* before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  setenv("TMPDIR", path("nowhere").c_str(), 1);
+  for (const bool lazy : {false, true}) {
+    ImportOptions options;
+    options.lazy_textures = lazy;
+    const auto d = load_scene(glb, options);
+    EXPECT_EQ(evaluate(d.textures, d.materials[0].reflectance, {0.5f, 0.5f}), RGB(1, 0, 0));
+    EXPECT_TRUE(d.notes.empty()) << testing::PrintToString(d.notes);
+  }
+  before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
+}
+
 TEST_F(GltfTest, FilesThatRequireAnUnknownExtensionAreRefused) {
   GltfFile file;
   file.add_shown_triangle(nlohmann::json::object());

@@ -143,11 +143,12 @@ TEST_F(ObjTest, IlluminationModelsBecomeMirrorGlassAndGloss) {
   EXPECT_FLOAT_EQ(metal.roughness_u.value, 0.2f);
   EXPECT_FLOAT_EQ(metal.roughness_v.value, 0.2f);
 
+  // A triangle encloses nothing: a pane, which light passes once.
   const Material glass = material_of(with_material("Kd 0 0 0\nKs 0.3 0.3 0.3\nTf 0.125 0.18 0.5\nNi 1.33\nillum 7\n"));
-  EXPECT_EQ(glass.kind, MaterialKind::dielectric);
+  EXPECT_EQ(glass.kind, MaterialKind::thin_dielectric);
   EXPECT_FLOAT_EQ(glass.ior, 1.33f);
-  EXPECT_FLOAT_EQ(glass.transmittance.value.r, 0.5f);
-  EXPECT_FLOAT_EQ(glass.transmittance.value.g, 0.6f);
+  EXPECT_FLOAT_EQ(glass.transmittance.value.r, 0.25f);
+  EXPECT_FLOAT_EQ(glass.transmittance.value.g, 0.36f);
   EXPECT_FLOAT_EQ(glass.transmittance.value.b, 1.0f);
   EXPECT_EQ(glass.reflectance.value, RGB(1.0f));
 
@@ -160,6 +161,35 @@ TEST_F(ObjTest, IlluminationModelsBecomeMirrorGlassAndGloss) {
   // Model 4 as exporters write it for what is opaque, and highlights that model 1 does not have.
   EXPECT_EQ(material_of(with_material("Kd 0.5 0.5 0.5\nNi 1.5\nillum 4\n")).kind, MaterialKind::diffuse);
   EXPECT_EQ(material_of(with_material("Kd 0.5 0.5 0.5\nKs 1 1 1\nNs 9\nillum 1\n")).kind, MaterialKind::diffuse);
+}
+
+/// A box of 1, with a middle point on its upper front edge that its front face alone has, and a square pane above.
+constexpr const char* kBoxAndPane =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 1 1\n"
+    "v 0 3 0\nv 1 3 0\nv 1 3 1\nv 0 3 1\n";
+
+TEST_F(ObjTest, GlassThatEnclosesNothingIsAPane) {
+  write("m.mtl", "newmtl g\nKd 0 0 0\nTf 0.25 1 1\nNi 1.5\nillum 6\nnewmtl rim\nKd 0 0 0\nNi 1.5\nillum 7\n");
+  const std::string rest = "f 4 3 2 1\nf 1 2 6 5\nusemtl rim\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  const auto kinds = [&](const std::string& front) {
+    const auto d = load_scene(write("a.obj", std::string("mtllib m.mtl\n") + kBoxAndPane + "usemtl g\n" + front + rest +
+                                                 "usemtl g\nf 10 11 12 13\nf 13 12 11 10\n"));
+    std::vector<MaterialKind> out;
+    for (const char* part : {"box", "pane"})
+      for (std::uint32_t t = 0; t < d.geometry.triangle_count(); ++t) {
+        const bool of_pane = d.geometry.positions[d.geometry.triangles[t][0]].y == 3;
+        const Material& m = d.materials.at(d.geometry.material[t]);
+        if (of_pane != (part == std::string("pane"))) continue;
+        if (out.empty() || out.back() != m.kind) out.push_back(m.kind);
+        EXPECT_TRUE(!of_pane || m.transmittance.value == RGB(0.25f, 1, 1)) << m.transmittance.value.r;
+      }
+    return out;
+  };
+  using enum MaterialKind;
+  EXPECT_EQ(kinds("f 5 6 7 8\n"), (std::vector{dielectric, thin_dielectric}));
+  EXPECT_EQ(kinds("f 5 6 7 9 8\n"), (std::vector{dielectric, thin_dielectric})) << "a seam is no hole";
+  EXPECT_EQ(kinds(""), (std::vector{thin_dielectric})) << "a box without its front is open";
+  EXPECT_THAT(load_scene(path("a.obj")).notes, HasNote("taken as a thin pane (14 times)"));
 }
 
 TEST_F(ObjTest, OpacityByNumberAndTransparency) {
@@ -276,6 +306,17 @@ TEST_F(ObjTest, MissingAndBrokenTexturesAreMagentaWithANote) {
   const auto broken = with_material("Kd 1 1 1\nmap_Kd not.png\n");
   EXPECT_EQ(evaluate(broken.textures, material_of(broken).reflectance, {0.5f, 0.5f}), RGB(1, 0, 1));
   EXPECT_THAT(broken.notes, HasNote("not.png' is magenta"));
+}
+
+TEST_F(ObjTest, MissingDataTexturesChangeNothing) {
+  const auto d = with_material("Kd 0.5 0.5 0.5\nKe 3 3 3\nd 0.5\nmap_d gone.png\nmap_Ke gone.png\nnorm gone.png\n");
+  const Material& m = material_of(d);
+  const Vec2 at{0.5f, 0.5f};
+  EXPECT_EQ(evaluate(d.textures, m.alpha, at), 0.5f);
+  EXPECT_EQ(evaluate(d.textures, m.normal_map, at), RGB(0.5f, 0.5f, 1));
+  EXPECT_EQ(evaluate(d.textures, d.emissions.at(0).radiance, at), RGB(0.0f));
+  EXPECT_THAT(d.notes, HasNote("gone.png' is left out: "));
+  EXPECT_THAT(d.notes, testing::Not(HasNote("magenta")));
 }
 
 TEST_F(ObjTest, NotesCountWhatIsLeftOut) {

@@ -249,6 +249,21 @@ TEST(PbrtMaterial, FloatTexturesOfVersion3ShowColoursOfImages) {
               1e-5f);
 }
 
+TEST(PbrtMaterial, MissingDataTexturesChangeNothing) {
+  const auto d = load_text(
+      "WorldBegin Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"gone.png\" \"float scale\" 0.25\n"
+      "AreaLightSource \"diffuse\" \"string filename\" \"gone.png\"\n"
+      "Material \"conductor\" \"texture roughness\" \"t\" \"bool remaproughness\" false \"string normalmap\" "
+      "\"gone.png\"\nShape \"sphere\"\n");
+  const Material& m = d.materials.at(d.geometry.material.at(0));
+  EXPECT_EQ(evaluate(d.textures, m.roughness_u, {0.5f, 0.5f}), 0.25f);
+  EXPECT_EQ(evaluate(d.textures, m.normal_map, {0.5f, 0.5f}), RGB(0.5f, 0.5f, 1));
+  EXPECT_EQ(evaluate(d.textures, d.emissions.at(0).radiance, {0.5f, 0.5f}), RGB(0.0f));
+  std::string notes;
+  for (const std::string& note : d.notes) notes += note;
+  EXPECT_NE(notes.find("gone.png' is left out: "), std::string::npos) << notes;
+}
+
 TEST(PbrtMaterial, AMissingImageIsMagentaAndNoted) {
   const SceneDescription scene =
       load_text(std::string("WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"gone.png\"\n"

@@ -45,9 +45,10 @@ class ForeignBuilder {
     const std::filesystem::path path(path_);
     description_.name = path.stem().string();
     const std::string folder = path.parent_path().string();
-    const PhongContext context{
-        [&](const PhongTexture& texture, const TextureOptions& options) { return image_of(folder, texture, options); },
-        notes_, description_};
+    const PhongContext context{[&](const PhongTexture& texture, const TextureOptions& options, StandIn stand_in) {
+                                 return image_of(folder, texture, options, stand_in);
+                               },
+                               notes_, description_};
     for (const PhongMaterial& material : scene_.materials) {
       emissions_.push_back(add_phong_material(material, context));
     }
@@ -63,11 +64,12 @@ class ForeignBuilder {
 
  private:
   std::shared_ptr<const TextureImage> image_of(const std::string& folder, const PhongTexture& texture,
-                                               const TextureOptions& options) {
-    if (texture.embedded == kNone) return textures_.load_file(find_texture_file(folder, texture.name), options);
+                                               const TextureOptions& options, StandIn stand_in) {
+    if (texture.embedded == kNone)
+      return textures_.load_file(find_texture_file(folder, texture.name), options, stand_in);
     const std::string& bytes = scene_.embedded[texture.embedded];
     return textures_.load_memory(texture.name, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
-                                 options);
+                                 options, stand_in);
   }
 
   void add_mesh(const ForeignMesh& source, const Transform& to_world) {

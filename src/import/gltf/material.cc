@@ -69,9 +69,10 @@ GltfMaterials::TextureReference GltfMaterials::reference(const Info& info) {
 }
 
 // glTF 2.0, section 3.8.3: transfer functions in image files (gAMA, ICC profiles) are ignored.
-std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncoding encoding) {
+std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncoding encoding, StandIn stand_in) {
   const std::string name = fmt::format("textures[{}] of {}", index, document_.path);
-  if (index >= static_cast<int>(document_.model->textures.size())) return textures_.missing(name, "no such texture");
+  if (index >= static_cast<int>(document_.model->textures.size()))
+    return textures_.missing(name, "no such texture", stand_in);
   const tinygltf::Texture& texture = document_.model->textures[static_cast<std::size_t>(index)];
   int source = texture.source;
   for (const char* extension : {"EXT_texture_webp", "MSFT_texture_dds", "KHR_texture_basisu"}) {
@@ -79,7 +80,7 @@ std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncod
     if (other && source < 0) source = static_cast<int>(number_member(*other, "source", -1));
   }
   if (source < 0 || source >= static_cast<int>(document_.images.size())) {
-    return textures_.missing(name, "it names no image");
+    return textures_.missing(name, "it names no image", stand_in);
   }
   TextureOptions options;
   options.encoding = encoding;
@@ -91,16 +92,17 @@ std::shared_ptr<const TextureImage> GltfMaterials::image(int index, TextureEncod
   }
   const GltfImage& image = document_.images[static_cast<std::size_t>(source)];
   const std::string image_name = fmt::format("images[{}] of {}", source, document_.path);
-  if (image.buffer_view >= 0) return textures_.load_memory(image_name, document_.view(image.buffer_view), options);
+  if (image.buffer_view >= 0)
+    return textures_.load_memory(image_name, document_.view(image.buffer_view), options, stand_in);
   if (image.uri.starts_with("data:")) {
-    return textures_.load_memory(image_name, decode_data_uri(image.uri), options);
+    return textures_.load_memory(image_name, decode_data_uri(image.uri), options, stand_in);
   }
-  return textures_.load_file(find_texture_file(document_.folder, decode_uri(image.uri)), options);
+  return textures_.load_file(find_texture_file(document_.folder, decode_uri(image.uri)), options, stand_in);
 }
 
-std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEncoding encoding) {
+std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEncoding encoding, StandIn stand_in) {
   if (reference.texture < 0) return kNone;
-  const std::uint32_t id = add_image_node(description_.textures, image(reference.texture, encoding));
+  const std::uint32_t id = add_image_node(description_.textures, image(reference.texture, encoding, stand_in));
   description_.textures[id].second_uv = use_uv_set(reference.uv_set);
   // glTF: uv' = offset + R (scale uv) with v downwards and R(u, v) = (c u + s v, -s u + c v). Here v points upwards (v
   // -> 1 - v before and after), so the same rotation is counter-clockwise, and the offset changes accordingly.
@@ -139,15 +141,15 @@ void GltfMaterials::set_base(const tinygltf::Material& source, Material& materia
   const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
   material.kind = MaterialKind::metallic_roughness;
   material.reflectance.value = clamp(color_of(pbr.baseColorFactor, RGB(1.0f)), 0, 1);
-  material.reflectance.texture = node(reference(pbr.baseColorTexture), TextureEncoding::srgb);
-  const std::uint32_t texture = node(reference(pbr.metallicRoughnessTexture), TextureEncoding::linear);
+  material.reflectance.texture = node(reference(pbr.baseColorTexture), TextureEncoding::srgb, StandIn::magenta);
+  const std::uint32_t texture = node(reference(pbr.metallicRoughnessTexture), TextureEncoding::linear, StandIn::one);
   material.metallic = {unit_range(pbr.metallicFactor), texture, Channel::blue};
   const float roughness = unit_range(pbr.roughnessFactor);
   material.roughness_u = {roughness * roughness, square(texture), Channel::green};
   material.roughness_v = material.roughness_u;
   if (source.normalTexture.index >= 0) {
     const TextureReference normals = reference(source.normalTexture);
-    material.normal_map = {RGB(1.0f), node(normals, TextureEncoding::linear)};
+    material.normal_map = {RGB(1.0f), node(normals, TextureEncoding::linear, StandIn::flat_normal)};
     material.normal_scale = normals.scale;
   }
   if (source.occlusionTexture.index >= 0) notes_.add("occlusion texture, not used: occlusion is computed");
@@ -174,12 +176,13 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
     material.ior = value == 0 ? 1e4f : std::max(1.0f, value);  // 0 means total reflection
   }
   if (const auto* specular = find("KHR_materials_specular")) {
-    material.specular = {unit_range(number_member(*specular, "specularFactor", 1)),
-                         node(reference(texture_member(*specular, "specularTexture")), TextureEncoding::linear),
-                         Channel::alpha};
+    material.specular = {
+        unit_range(number_member(*specular, "specularFactor", 1)),
+        node(reference(texture_member(*specular, "specularTexture")), TextureEncoding::linear, StandIn::one),
+        Channel::alpha};
     material.specular_color = {
         positive(color_member(*specular, "specularColorFactor", RGB(1.0f))),
-        node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::srgb)};
+        node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::srgb, StandIn::one)};
   }
   set_layers(source, material);
   set_volume(source, material);
@@ -190,8 +193,9 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
 
 void GltfMaterials::set_layers(const tinygltf::Material& source, Material& material) {
   const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
-  const auto texture = [&](const tinygltf::Value& of, const char* key, TextureEncoding encoding) {
-    return node(reference(texture_member(of, key)), encoding);
+  const auto texture = [&](const tinygltf::Value& of, const char* key, TextureEncoding encoding,
+                           StandIn stand_in = StandIn::one) {
+    return node(reference(texture_member(of, key)), encoding, stand_in);
   };
   if (const auto* coat = find("KHR_materials_clearcoat")) {
     material.clearcoat = {unit_range(number_member(*coat, "clearcoatFactor", 0)),
@@ -200,7 +204,8 @@ void GltfMaterials::set_layers(const tinygltf::Material& source, Material& mater
     material.coat_roughness = {roughness * roughness,
                                square(texture(*coat, "clearcoatRoughnessTexture", TextureEncoding::linear)),
                                Channel::green};
-    material.coat_normal_map = {RGB(1.0f), texture(*coat, "clearcoatNormalTexture", TextureEncoding::linear)};
+    material.coat_normal_map = {
+        RGB(1.0f), texture(*coat, "clearcoatNormalTexture", TextureEncoding::linear, StandIn::flat_normal)};
     if (coat->Has("clearcoatNormalTexture"))
       material.coat_normal_scale = number_member(coat->Get("clearcoatNormalTexture"), "scale", 1);
   }
@@ -211,7 +216,8 @@ void GltfMaterials::set_layers(const tinygltf::Material& source, Material& mater
                                 texture(*sheen, "sheenRoughnessTexture", TextureEncoding::linear), Channel::alpha};
   }
   if (const auto* anisotropy = find("KHR_materials_anisotropy")) {
-    const std::uint32_t map = texture(*anisotropy, "anisotropyTexture", TextureEncoding::linear);
+    const std::uint32_t map =
+        texture(*anisotropy, "anisotropyTexture", TextureEncoding::linear, StandIn::along_tangent);
     material.anisotropy = {unit_range(number_member(*anisotropy, "anisotropyStrength", 0)), map, Channel::blue};
     material.anisotropy_rotation = number_member(*anisotropy, "anisotropyRotation", 0);
     material.anisotropy_direction = {RGB(1.0f), map};
@@ -235,7 +241,7 @@ void GltfMaterials::set_layers(const tinygltf::Material& source, Material& mater
   }
   if (const auto* old = find("KHR_materials_pbrSpecularGlossiness")) {
     material.reflectance = {clamp(color_member(*old, "diffuseFactor", RGB(1.0f)), 0, 1),
-                            texture(*old, "diffuseTexture", TextureEncoding::srgb)};
+                            texture(*old, "diffuseTexture", TextureEncoding::srgb, StandIn::magenta)};
     material.metallic = {0, kNone, Channel::blue};
     const std::uint32_t map = texture(*old, "specularGlossinessTexture", TextureEncoding::srgb);
     material.specular_color = {
@@ -252,7 +258,8 @@ void GltfMaterials::set_volume(const tinygltf::Material& source, Material& mater
   if (const auto* transmission = find("KHR_materials_transmission")) {
     material.transmission = {
         unit_range(number_member(*transmission, "transmissionFactor", 0)),
-        node(reference(texture_member(*transmission, "transmissionTexture")), TextureEncoding::linear), Channel::red};
+        node(reference(texture_member(*transmission, "transmissionTexture")), TextureEncoding::linear, StandIn::one),
+        Channel::red};
     material.thin = true;
   }
   if (const auto* volume = find("KHR_materials_volume")) {
@@ -278,7 +285,7 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
     emission.radiance.value *= std::max(0.0f, number_member(*strength, "emissiveStrength", 1));
   }
   if (!is_black(emission.radiance.value)) {
-    emission.radiance.texture = node(reference(source.emissiveTexture), TextureEncoding::srgb);
+    emission.radiance.texture = node(reference(source.emissiveTexture), TextureEncoding::srgb, StandIn::none);
   }
   if (source.extensions.contains("KHR_materials_unlit")) {
     notes_.add("unlit material: it emits its colour");

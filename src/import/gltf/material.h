@@ -47,11 +47,11 @@ class GltfMaterials {
   TextureReference reference(const Info& info);
   template <typename Extensions>
   void read_texture_transform(const Extensions& extensions, TextureReference& reference);
-  std::uint32_t node(const TextureReference& reference, TextureEncoding encoding);
+  std::uint32_t node(const TextureReference& reference, TextureEncoding encoding, StandIn stand_in);
   std::uint32_t product(std::uint32_t a, std::uint32_t b);
   std::uint32_t square(std::uint32_t node);
   std::uint32_t times_vertex_color(std::uint32_t node);
-  std::shared_ptr<const TextureImage> image(int texture, TextureEncoding encoding);
+  std::shared_ptr<const TextureImage> image(int texture, TextureEncoding encoding, StandIn stand_in);
   void set_base(const tinygltf::Material& source, Material& material);
   void set_alpha(const tinygltf::Material& source, Material& material);
   void set_extensions(const tinygltf::Material& source, Material& material);

@@ -21,6 +21,7 @@
 #include "import/obj/lines.h"
 #include "import/obj/mtl.h"
 #include "import/obj/smooth.h"
+#include "import/open_glass.h"
 #include "import/polygon.h"
 #include "import/texture_cache.h"
 
@@ -59,6 +60,7 @@ class ObjParser {
     }
     if (smoothed_) notes_.add("smoothing groups without normals: edges under 60 degrees are made smooth");
     add_materials();
+    make_panes_of_open_glass(description_, notes_);
     return std::move(description_);
   }
 
@@ -359,8 +361,8 @@ SceneDescription load_obj(const std::string& path, const ImportOptions& options)
       return std::nullopt;  // this becomes a note
     }
   };
-  files.texture = [&](const PhongTexture& texture, const TextureOptions& texture_options) {
-    return textures.load_file(find_texture_file(folder, texture.name), texture_options);
+  files.texture = [&](const PhongTexture& texture, const TextureOptions& texture_options, StandIn stand_in) {
+    return textures.load_file(find_texture_file(folder, texture.name), texture_options, stand_in);
   };
   SceneDescription description = parse_obj(read_input_file(path, held), path, files, notes, *options.budget);
   description.name = full.stem().string();

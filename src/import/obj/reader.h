@@ -25,7 +25,7 @@ SceneDescription load_obj(const std::string& path, const ImportOptions& options)
 struct ObjFiles {
   /// The text of a material library; empty if it cannot be read.
   std::function<std::optional<std::string>(const std::string& name)> library;
-  std::function<std::shared_ptr<const TextureImage>(const PhongTexture&, const TextureOptions&)> texture;
+  PhongTextureLoader texture;
 };
 
 /// Reads an OBJ file from memory. @param file for messages

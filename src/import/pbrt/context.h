@@ -13,6 +13,7 @@
 #include "import/pbrt/diagnostics.h"
 #include "import/pbrt/file.h"
 #include "import/pbrt/parameters.h"
+#include "import/stand_in.h"
 #include "scene/scene.h"
 #include "scene/scene_checks.h"
 
@@ -30,8 +31,8 @@ struct PbrtTexture {
 using PbrtTextures = std::map<std::string, PbrtTexture, std::less<>>;  ///< by name
 
 /// Opens an image file as a texture. Never returns null.
-using PbrtImageLoader =
-    std::function<std::shared_ptr<const TextureImage>(const std::string& path, const TextureOptions& options)>;
+using PbrtImageLoader = std::function<std::shared_ptr<const TextureImage>(
+    const std::string& path, const TextureOptions& options, StandIn stand_in)>;
 
 /// The scene under construction, and the names defined in its file.
 struct PbrtContext {
@@ -46,7 +47,7 @@ struct PbrtContext {
   std::unique_ptr<Reservation> sky;      ///< memory of scene.environment's pixels
   std::size_t subdivided_triangles = 0;  ///< total of all loopsubdiv shapes so far
   PbrtImageLoader load_image;
-  PbrtImageLoader load_needed_image;       ///< throws Error if the file cannot be read
+  PbrtImageLoader load_needed_image;       ///< throws Error if the file cannot be read, and uses no stand-in
   std::vector<TextureCost> texture_costs;  ///< of the first nodes of scene.textures
   PbrtTextures float_textures, spectrum_textures;
 

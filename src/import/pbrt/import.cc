@@ -24,10 +24,10 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
   const auto find = [](const std::filesystem::path& file) {
     return find_texture_file(file.parent_path().string(), file.filename().string());
   };
-  context.load_image = [&](const std::string& file, const TextureOptions& texture_options) {
-    return textures.load_file(find(file), texture_options);
+  context.load_image = [&](const std::string& file, const TextureOptions& texture_options, StandIn stand_in) {
+    return textures.load_file(find(file), texture_options, stand_in);
   };
-  context.load_needed_image = [&](const std::string& file, const TextureOptions& texture_options) {
+  context.load_needed_image = [&](const std::string& file, const TextureOptions& texture_options, StandIn) {
     return textures.load_needed_file(find(file), texture_options);
   };
   PbrtBuilder builder(context);

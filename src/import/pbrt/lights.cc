@@ -196,7 +196,7 @@ class LightBuilder {
   /// The image of a light. If it cannot be read, reports an error and returns null: no colour can replace a sky.
   std::shared_ptr<const TextureImage> needed_image(const std::string& path) {
     try {
-      return context_.load_needed_image(path, default_image_options(path));
+      return context_.load_needed_image(path, default_image_options(path), StandIn::magenta);
     } catch (const MemoryError&) {
       throw;
     } catch (const MissingLibrary&) {
@@ -273,7 +273,8 @@ PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, con
   light.power = std::max(parameters.real("power", 0), 0.0f);
   const std::string file = parameters.string("filename", "");
   if (!file.empty()) {
-    light.emission.radiance.texture = add_image_texture(context, parameters, file, default_image_options(file));
+    light.emission.radiance.texture =
+        add_image_texture(context, parameters, file, default_image_options(file), StandIn::none);
     const TextureImage& image = *context.scene.textures[light.emission.radiance.texture].image;
     if (light.power > 0) light.image_luminance = std::max(image_luminance(image), 1e-20f);
   }

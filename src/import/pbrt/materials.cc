@@ -302,7 +302,7 @@ class MaterialBuilder {
     if (!normal_map.empty()) {
       TextureOptions data;
       data.encoding = TextureEncoding::linear;
-      material_.normal_map.texture = add_image_texture(context_, parameters_, normal_map, data);
+      material_.normal_map.texture = add_image_texture(context_, parameters_, normal_map, data, StandIn::flat_normal);
     }
     const char* bump = parameters_.has("displacement") ? "displacement" : "bumpmap";
     if (parameters_.has(bump)) {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <utility>
 
+#include "core/lines.h"
 #include "core/text.h"
 #include "import/texture_nodes.h"
 
@@ -94,7 +94,8 @@ class TextureBuilder {
       parameters_.error("an imagemap without a file name", "Give \"string filename\".");
       return {};
     }
-    const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options(file));
+    const std::uint32_t id = add_image_texture(context_, parameters_, file, image_options(file),
+                                               is_float_ ? StandIn::one : StandIn::magenta);
     TextureNode& node = context_.scene.textures[id];
     node.value = RGB(parameters_.real("scale", 1));
     node.invert = parameters_.boolean("invert", false);
@@ -117,7 +118,9 @@ class TextureBuilder {
       options.encoding = TextureEncoding::linear;
     } else if (encoding.starts_with(kGamma)) {
       options.encoding = TextureEncoding::power;
-      options.exponent = std::strtof(encoding.c_str() + kGamma.size(), nullptr);
+      double exponent = 0;
+      std::string_view number = std::string_view(encoding).substr(kGamma.size());
+      options.exponent = take_number(number, exponent) ? static_cast<float>(exponent) : 0;
       if (!(options.exponent > 0 && options.exponent < 100)) bad_value("encoding", encoding);
     } else if (encoding != "sRGB") {
       bad_value("encoding", encoding);
@@ -204,8 +207,9 @@ TextureOptions default_image_options(const std::string& file) {
 }
 
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
-                                const TextureOptions& options) {
-  return add_image_node(context.scene.textures, context.load_image(context.resolve(file, parameters.place()), options));
+                                const TextureOptions& options, StandIn stand_in) {
+  return add_image_node(context.scene.textures,
+                        context.load_image(context.resolve(file, parameters.place()), options, stand_in));
 }
 
 void define_texture(PbrtContext& context, const std::string& name, const std::string& value_type,

@@ -28,6 +28,6 @@ TextureOptions default_image_options(const std::string& file);
 
 /// Adds a texture node that shows an image file.
 std::uint32_t add_image_texture(PbrtContext& context, const PbrtParameters& parameters, const std::string& file,
-                                const TextureOptions& options);
+                                const TextureOptions& options, StandIn stand_in);
 
 }  // namespace glowworm
