@@ -17,11 +17,11 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/parallel.h"
+#include "import/glass_sheets.h"
 #include "import/mesh_tools.h"
 #include "import/obj/lines.h"
 #include "import/obj/mtl.h"
 #include "import/obj/smooth.h"
-#include "import/open_glass.h"
 #include "import/polygon.h"
 #include "import/texture_cache.h"
 
@@ -60,7 +60,7 @@ class ObjParser {
     }
     if (smoothed_) notes_.add("smoothing groups without normals: edges under 60 degrees are made smooth");
     add_materials();
-    make_panes_of_open_glass(description_, notes_);
+    make_panes_of_glass_sheets(description_, notes_);
     return std::move(description_);
   }
 

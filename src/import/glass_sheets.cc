@@ -1,0 +1,116 @@
+#include "import/glass_sheets.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "import/mesh_tools.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Disjoint sets of numbers.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t of(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent_[of(a)] = of(b); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// The glass of a scene: triangles and their corners, which are one where their positions are.
+class GlassSurfaces {
+ public:
+  GlassSurfaces(const Geometry& geometry, const std::vector<bool>& is_glass) : geometry_(geometry) {
+    std::unordered_map<FloatBits<3>, std::uint32_t, FloatBitsHash> known;
+    for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
+      if (!is_glass[geometry.material[t]]) continue;
+      Corners& corners = corners_.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3 place = geometry.positions[geometry.triangles[t][i]] + Vec3{0, 0, 0};  // -0 becomes 0
+        const auto next = static_cast<std::uint32_t>(places_.size());
+        const auto [found, fresh] = known.try_emplace(std::bit_cast<FloatBits<3>>(place), next);
+        if (fresh) places_.push_back(place);
+        corners[i] = found->second;
+      }
+      triangles_.push_back(t);
+    }
+  }
+
+  /// The triangles of sheets.
+  std::vector<std::uint32_t> sheets() const {
+    constexpr double kFlat = 1e-3, kThinnest = 1e-6;
+    Sets surfaces(places_.size());
+    for (const Corners& c : corners_) {
+      surfaces.join(c[0], c[1]);
+      surfaces.join(c[1], c[2]);
+    }
+    struct Sum {
+      double area = 0, volume = 0;
+      Vec3 normal{0, 0, 0};
+    };
+    std::vector<Sum> sums(places_.size());
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const std::uint32_t surface = surfaces.of(corners_[i][0]);
+      const auto corner = [&](std::size_t c) { return places_[corners_[i][c]] - places_[surface]; };
+      Sum& sum = sums[surface];
+      sum.area += geometry_.area(triangles_[i]);
+      sum.volume += dot(corner(0), cross(corner(1), corner(2))) / 6;
+      sum.normal += geometry_.scaled_normal(triangles_[i]) * 0.5f;
+    }
+    std::vector<std::uint32_t> out;
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const Sum& sum = sums[surfaces.of(corners_[i][0])];
+      const bool both_sides = std::abs(sum.volume) <= kThinnest * std::pow(sum.area, 1.5);
+      if (both_sides || length(sum.normal) >= (1 - kFlat) * sum.area) out.push_back(triangles_[i]);
+    }
+    return out;
+  }
+
+ private:
+  using Corners = std::array<std::uint32_t, 3>;
+
+  const Geometry& geometry_;
+  std::vector<std::uint32_t> triangles_;  ///< of glass
+  std::vector<Corners> corners_;          ///< of these
+  std::vector<Vec3> places_;
+};
+
+Material pane_of(const Material& solid) {
+  Material pane = solid;
+  pane.kind = MaterialKind::thin_dielectric;
+  pane.transmittance.value *= solid.transmittance.value;  // light enters and leaves at once
+  return pane;
+}
+
+}  // namespace
+
+void make_panes_of_glass_sheets(SceneDescription& scene, NoteCounter& notes) {
+  std::vector<bool> is_glass;
+  for (const Material& material : scene.materials) is_glass.push_back(material.kind == MaterialKind::dielectric);
+  if (std::find(is_glass.begin(), is_glass.end(), true) == is_glass.end()) return;
+  const std::vector<std::uint32_t> sheets = GlassSurfaces(scene.geometry, is_glass).sheets();
+  std::unordered_map<std::uint32_t, std::uint32_t> panes;  // by the material of the solid
+  for (const std::uint32_t t : sheets) {
+    std::uint32_t& material = scene.geometry.material[t];
+    const auto next = static_cast<std::uint32_t>(scene.materials.size());
+    const auto [found, fresh] = panes.try_emplace(material, next);
+    if (fresh) scene.materials.push_back(pane_of(Material(scene.materials[material])));
+    material = found->second;
+  }
+  notes.add("triangle of a flat sheet of glass, taken as a thin pane", sheets.size());
+}
+
+}  // namespace glowworm
