@@ -8,10 +8,13 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <tuple>
+#include <utility>
 
 #include "core/error.h"
 #include "scene/surface.h"
 #include "trace/instruction_set.h"
+#include "trace/lamps_in_planes.h"
 
 namespace glowworm {
 
@@ -27,8 +30,8 @@ constexpr float kNearOrigins = 1e-3f;
 /// The triangles of one Embree geometry, as indices into the scene's geometry.
 using TriangleList = std::vector<std::uint32_t>;
 
-/// Numbers of Embree's geometries: opaque triangles, triangles that light may pass (Scene::has_alpha, is_pane), and the
-/// same for triangles that follow() may move.
+/// Numbers of Embree's geometries: opaque triangles, triangles that rays may pass (Scene::has_alpha, is_pane, and
+/// LampsInPlanes), and the same for triangles that follow() may move.
 constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4;
 
 [[noreturn]] void fail(RTCError code, const char* doing) {
@@ -56,8 +59,11 @@ struct Tracer::Implementation {
   std::shared_ptr<const Geometry> geometry;  ///< geometry that `world` is built from
   RTCDevice device = nullptr;
   RTCScene world = nullptr;
+  std::vector<std::uint32_t> movable;
   TriangleList lists[kGeometries];
+  bool attached[kGeometries] = {};
   bool one_list = false;
+  LampsInPlanes lamps;
   bool single_sided;   ///< a material is
   bool panes = false;  ///< a material is one
   bool whole = true;   ///< no build of `world` has failed
@@ -85,8 +91,11 @@ struct Tracer::Implementation {
 
   /// If all triangles are in one geometry, the list is the identity and is not read.
   std::uint32_t triangle(unsigned id, unsigned primitive) const { return one_list ? primitive : lists[id][primitive]; }
-  void sort_triangles(std::span<const std::uint32_t> movable);
+  void build();
+  void find_lamps();
+  void sort_triangles();
   void add_geometry(unsigned id);
+  void visit_near(Vec3 center, float radius, const std::function<bool(std::uint32_t)>& visit) const;
   void place_vertices(Vec3* vertices, const TriangleList& list) const;
 };
 
@@ -94,7 +103,8 @@ namespace {
 
 /// A pane that a ray passes.
 struct PassedPane {
-  unsigned ray;  ///< its number in its packet
+  unsigned ray;    ///< its number in its packet
+  float distance;  ///< along the ray
   std::uint32_t triangle;
   Vec2 barycentric;
 };
@@ -115,8 +125,8 @@ void note_pane(OcclusionContext& context, const PassedPane& pane) noexcept {
   }
 }
 
-/// Embree calls this for a hit on a surface that light may pass. Rejects the hit where the surface is absent, and on
-/// panes that the context lists.
+/// Embree calls this for a hit on a surface that rays may pass. Rejects the hit where the surface is absent or a lamp
+/// lies in its plane, and on panes that the context lists.
 template <bool kOcclusion>
 void pass_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
@@ -131,11 +141,13 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
         self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
     const std::uint32_t material = self.geometry->material[triangle];
     bool passes =
-        self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction);
+        self.lamps.covers(*self.scene, triangle, barycentric) ||
+        (self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction));
     if constexpr (kOcclusion) {
       auto& context = *reinterpret_cast<OcclusionContext*>(args->context);
       if (!passes && context.passed && self.scene->is_pane(material)) {
-        note_pane(context, {RTCRayN_id(args->ray, args->N, i), triangle, barycentric});
+        note_pane(context,
+                  {RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), triangle, barycentric});
         passes = true;
       }
     }
@@ -296,32 +308,59 @@ void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> ra
 }
 
 /// What the panes that ray number `ray` of its packet has passed let through. Embree may list a triangle several times,
-/// in any order: its structure splits triangles.
+/// in any order: its structure splits triangles. Panes that the ray meets in one place count once: it passes the edge
+/// between two triangles of a pane.
 RGB through_panes(const Tracer::Implementation& self, std::vector<PassedPane>& passed, unsigned ray, Vec3 direction) {
   std::sort(passed.begin(), passed.end(), [](const PassedPane& a, const PassedPane& b) {
-    return a.ray != b.ray ? a.ray < b.ray : a.triangle < b.triangle;
+    return std::tie(a.ray, a.distance, a.triangle) < std::tie(b.ray, b.distance, b.triangle);
   });
+  const auto rounding = [&](const PassedPane& pane) {
+    const DiffuseTriangle& t = self.scene->diffuse_triangle(pane.triangle);
+    return t.offset() / std::abs(dot(t.normal, direction));
+  };
   RGB product(1.0f);
-  std::uint32_t last = kNone;
+  const PassedPane* last = nullptr;
   for (const PassedPane& pane : passed) {
-    if (pane.ray != ray || pane.triangle == last) continue;
-    product *= straight_transmittance(*self.scene, pane.triangle, pane.barycentric, direction);
-    last = pane.triangle;
+    if (pane.ray != ray) continue;
+    const bool again = last && pane.distance - last->distance <= rounding(pane) + rounding(*last);
+    if (!again) product *= straight_transmittance(*self.scene, pane.triangle, pane.barycentric, direction);
+    last = &pane;
   }
   return product;
 }
 
 }  // namespace
 
-void Tracer::Implementation::sort_triangles(std::span<const std::uint32_t> movable) {
+/// Makes all of `world` anew.
+void Tracer::Implementation::build() {
+  sort_triangles();
+  for (unsigned id = 0; id < kGeometries; ++id) {
+    if (std::exchange(attached[id], false)) rtcDetachGeometry(world, id);
+    add_geometry(id);
+  }
+  commit();
+}
+
+/// Finds the lamps in other surfaces' planes, and builds again if they are not those that `world` was built with.
+void Tracer::Implementation::find_lamps() {
+  LampsInPlanes found(*scene, [&](Vec3 center, float radius, const auto& visit) { visit_near(center, radius, visit); });
+  const bool same = found.covered() == lamps.covered();
+  lamps = std::move(found);
+  if (!same) build();
+}
+
+void Tracer::Implementation::sort_triangles() {
   const Geometry& g = *geometry;
-  std::vector<bool> moves(g.triangle_count(), false);
+  std::vector<bool> moves(g.triangle_count(), false), tested(g.triangle_count(), false);
   for (const std::uint32_t i : movable) moves[i] = true;
+  for (const std::uint32_t i : lamps.covered()) tested[i] = true;
+  for (TriangleList& list : lists) list.clear();
   for (std::uint32_t i = 0; i < g.triangle_count(); ++i) {
     if (scene->repeats(i)) continue;
-    const bool tested = scene->has_alpha(g.material[i]) || scene->is_pane(g.material[i]);
-    lists[(moves[i] ? kMovable : 0) + (tested ? kTested : 0)].push_back(i);
+    const bool passed = tested[i] || scene->has_alpha(g.material[i]) || scene->is_pane(g.material[i]);
+    lists[(moves[i] ? kMovable : 0) + (passed ? kTested : 0)].push_back(i);
   }
+  one_list = false;
   for (const TriangleList& list : lists) one_list |= !list.empty() && list.size() == g.triangle_count();
 }
 
@@ -353,7 +392,22 @@ void Tracer::Implementation::add_geometry(unsigned id) {
   }
   rtcCommitGeometry(shape);
   rtcAttachGeometryByID(world, shape, id);
+  attached[id] = true;
   rtcReleaseGeometry(shape);
+}
+
+void Tracer::Implementation::visit_near(Vec3 center, float radius,
+                                        const std::function<bool(std::uint32_t)>& visit) const {
+  TriangleVisit to{this, &visit};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  RTCPointQuery query;
+  query.x = center.x;
+  query.y = center.y;
+  query.z = center.z;
+  query.time = 0;
+  query.radius = radius;
+  rtcPointQuery(world, &query, &context, visit_triangle, &to);
 }
 
 void Tracer::Implementation::place_vertices(Vec3* vertices, const TriangleList& list) const {
@@ -373,15 +427,16 @@ Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self);
   self.world = rtcNewScene(self.device);
   throw_on_error(self.device, "start");
+  // Rays through the edge between two triangles meet one of them: light stays in closed rooms.
   // Only a dynamic scene has separate structures for its geometries, and rebuilds those that changed. Other scenes are
   // built once, so a slower, better build pays off.
   if (movable.empty()) rtcSetSceneBuildQuality(self.world, RTC_BUILD_QUALITY_HIGH);
   rtcSetSceneFlags(self.world,
-                   static_cast<RTCSceneFlags>((movable.empty() ? 0 : RTC_SCENE_FLAG_DYNAMIC) |
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | (movable.empty() ? 0 : RTC_SCENE_FLAG_DYNAMIC) |
                                               (self.single_sided ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
-  self.sort_triangles(movable);
-  for (unsigned id = 0; id < kGeometries; ++id) self.add_geometry(id);
-  self.commit();
+  self.movable.assign(movable.begin(), movable.end());
+  self.build();
+  self.find_lamps();
 }
 
 void Tracer::follow(const Scene& scene) {
@@ -397,6 +452,7 @@ void Tracer::follow(const Scene& scene) {
     rtcCommitGeometry(shape);
   }
   self.commit();
+  self.find_lamps();
 }
 
 Tracer::~Tracer() = default;
@@ -484,16 +540,7 @@ void Tracer::transmittance(std::span<const Ray> rays, std::span<RGB> out) const 
 }
 
 void Tracer::visit_near(Vec3 center, float radius, const std::function<bool(std::uint32_t)>& visit) const {
-  TriangleVisit to{implementation_.get(), &visit};
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  RTCPointQuery query;
-  query.x = center.x;
-  query.y = center.y;
-  query.z = center.z;
-  query.time = 0;
-  query.radius = radius;
-  rtcPointQuery(implementation_->world, &query, &context, visit_triangle, &to);
+  implementation_->visit_near(center, radius, visit);
 }
 
 }  // namespace glowworm

@@ -185,6 +185,141 @@ TEST(Tracer, LightPassesPanesAlone) {
   }
 }
 
+/// All triangles of a box of half-width `half` around the origin; each face has n x n squares.
+SceneDescription tessellated_box(float half, int n) {
+  SceneDescription d;
+  d.name = "box";
+  d.materials.emplace_back();
+  const float side = 2 * half / static_cast<float>(n);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float end : {-half, half})
+      for (int i = 0; i < n * n; ++i) {
+        Vec3 corner, u, v;
+        corner[axis] = end;
+        corner[(axis + 1) % 3] = -half + side * static_cast<float>(i % n);
+        corner[(axis + 2) % 3] = -half + side * static_cast<float>(i / n);
+        u[(axis + 1) % 3] = v[(axis + 2) % 3] = side;
+        add_quad(d, corner, u, v);
+      }
+  return d;
+}
+
+TEST(Tracer, NoRaySlipsBetweenTriangles) {
+  const Scene scene(tessellated_box(20, 4));
+  const std::vector<Vec3>& corners = scene.geometry().positions;
+  std::vector<Ray> rays;
+  for (const auto& [a, b, c] : scene.geometry().triangles) {
+    const Vec3 p = corners[a], q = corners[b], r = corners[c];
+    for (const Vec3 target : {p, q, r, (p + q) * 0.5f, (q + r) * 0.5f, (r + p) * 0.5f})
+      for (const Vec3 origin : {Vec3{0, 0, 0}, Vec3{0.1f, -3, 7}, Vec3{11.3f, 1.7f, -2.9f}})
+        rays.push_back({origin, 0, target - origin, kInfinity});
+  }
+  for (const std::vector<std::uint32_t>& movable : {std::vector<std::uint32_t>{}, std::vector<std::uint32_t>{0, 1}}) {
+    const Tracer tracer(scene, movable);
+    std::vector<Hit> hits(rays.size());
+    std::vector<std::uint8_t> hidden(rays.size());
+    tracer.occluded(rays, hidden);
+    for (const RayOrder order : {RayOrder::incoherent, RayOrder::camera}) {
+      tracer.intersect(rays, hits, order);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_NEAR(hits[i].distance, 1, 1e-5f) << i;
+        ASSERT_NEAR(tracer.intersect(rays[i], order).distance, 1, 1e-5f) << i;
+        ASSERT_TRUE(hidden[i] == 1 && tracer.occluded(rays[i])) << i;
+      }
+    }
+  }
+}
+
+TEST(Tracer, PanesDimOnceAtTheEdgesOfTheirTriangles) {
+  SceneDescription d = tessellated_box(2, 3);
+  d.materials[0].kind = MaterialKind::thin_dielectric;
+  d.materials[0].transmittance.value = RGB(0.5f);
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  const Geometry& g = scene.geometry();
+  std::size_t seen = 0;
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
+    const auto& [a, b, c] = g.triangles[t];
+    const Vec3 p = g.positions[a], q = g.positions[b], r = g.positions[c];
+    for (const Vec3 target : {p, q, r, (p + q) * 0.5f, (q + r) * 0.5f, (r + p) * 0.5f}) {
+      // Where faces meet, the panes are dimmer or brighter than each other.
+      const Vec3 inside{std::abs(target.x), std::abs(target.y), std::abs(target.z)};
+      if ((inside.x > 1.99f) + (inside.y > 1.99f) + (inside.z > 1.99f) > 1) continue;
+      const Ray ray{{0.1f, 0.2f, -0.3f}, 0, normalize(target - Vec3{0.1f, 0.2f, -0.3f}), kInfinity};
+      const RGB expected = straight_transmittance(scene, t, {0.3f, 0.3f}, ray.direction);
+      RGB batch;
+      tracer.transmittance({&ray, 1}, {&batch, 1});
+      EXPECT_NEAR(batch.g, expected.g, 1e-5f);
+      EXPECT_NEAR(tracer.transmittance(ray).g, expected.g, 1e-5f);
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 300u);
+}
+
+/// A ceiling of two large triangles with a lamp of two small ones exactly in its plane, turned in space.
+SceneDescription ceiling_with_lamp(float height) {
+  SceneDescription d;
+  d.name = "ceiling";
+  d.materials.emplace_back();
+  d.emissions.emplace_back();
+  const Frame frame = Frame::from_normal(normalize(Vec3{0.3f, 0.5f, -0.8f}));
+  add_quad(d, frame.to_world({-2, -2, 0}), frame.to_world({4, 0, 0}), frame.to_world({0, 4.5f, 0}));
+  add_quad(d, frame.to_world({-0.5f, -0.4f, height}), frame.to_world({1, 0, 0}), frame.to_world({0, 0.7f, 0}));
+  d.geometry.emission[2] = d.geometry.emission[3] = 0;
+  return d;
+}
+
+TEST(Tracer, ALampInTheCeilingsPlaneIsSeenFromBothSides) {
+  const Scene scene(ceiling_with_lamp(0));
+  const Frame frame = Frame::from_normal(normalize(Vec3{0.3f, 0.5f, -0.8f}));
+  for (const std::vector<std::uint32_t>& movable : {std::vector<std::uint32_t>{}, std::vector<std::uint32_t>{2, 3}}) {
+    Tracer tracer(scene, movable);
+    const auto lamp_share = [&](float side) {
+      int lamp = 0, on_lamp = 0;
+      for (std::uint32_t i = 0; i < 4000; ++i) {
+        Sampler sampler(SamplerKind::independent, 6, 6, i);
+        const Vec2 u = sampler.next2();
+        const Vec3 target{3 * u.x - 1.5f, 3 * u.y - 1.5f, 0}, origin{0.2f, -0.1f, side};
+        const Hit hit = tracer.intersect({frame.to_world(origin), 0, frame.to_world(target - origin), kInfinity});
+        EXPECT_NEAR(hit.distance, 1, 1e-5f);
+        lamp += hit.triangle == 2 || hit.triangle == 3;
+        on_lamp += std::abs(target.x) < 0.499f && target.y > -0.399f && target.y < 0.299f;
+      }
+      return static_cast<float>(lamp) / static_cast<float>(on_lamp);
+    };
+    EXPECT_NEAR(lamp_share(-1.5f), 1, 0.02f);
+    EXPECT_NEAR(lamp_share(1.5f), 1, 0.02f);
+    if (movable.empty()) continue;
+    // A lamp that leaves the plane leaves the ceiling whole.
+    auto moved = std::make_shared<Geometry>(scene.geometry());
+    for (std::size_t vertex = 4; vertex < 8; ++vertex) moved->positions[vertex] += frame.n * 0.01f;
+    const Scene lower(scene, {scene.emissions(), scene.lights(), scene.environment(), moved, {}, {}});
+    tracer.follow(lower);
+    const Ray through{frame.to_world({0.1f, 0.1f, -1}), 0, frame.n, kInfinity};
+    EXPECT_LT(tracer.intersect(through).triangle, 2u);
+    EXPECT_TRUE(tracer.occluded({through.origin, 0, frame.n, 1.005f}));
+    tracer.follow(scene);
+    EXPECT_NEAR(lamp_share(1.5f), 1, 0.02f);
+  }
+}
+
+TEST(Tracer, ShadowRaysReachALampInTheCeilingsPlane) {
+  const Scene scene(ceiling_with_lamp(0));
+  const Tracer tracer(scene);
+  const DiffuseTriangle& lamp = scene.diffuse_triangle(2);
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    Sampler sampler(SamplerKind::independent, 7, 6, i);
+    const Vec2 u = sampler.next2();
+    // Up to rounding from the lamp, which is finer than the ceiling's.
+    const Vec3 end = lamp.corner + lamp.edge[0] * (0.01f + 0.48f * u.x) + lamp.edge[1] * (0.01f + 0.48f * u.y);
+    const Vec3 origin = random_point(sampler) * 1.5f;
+    const Vec3 n = face_forward(lamp.normal, origin - end);
+    if (std::abs(dot(n, origin - end)) < 0.01f) continue;
+    EXPECT_FALSE(tracer.occluded({origin, 0, offset_origin(end, n, lamp.offset()) - origin, 1}));
+  }
+}
+
 class TracerBatch : public testing::TestWithParam<RayOrder> {};
 
 /// Packets may differ from single rays in the last bits of a distance, and where two surfaces are that close.
