@@ -147,6 +147,8 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
       break;
     case Material::Kind::plastic:
       out.kind = MaterialKind::coated_diffuse;
+      out.coat_thickness = 0;
+      out.coat_bounces = 0;  // unlimited
       break;
   }
   implementation_->scene.materials.push_back(std::move(out));

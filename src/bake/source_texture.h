@@ -19,7 +19,7 @@ struct SourceTexture {
 const ColorInput& base_input(const Material& material);
 
 /// The factor of the base colour that a new file gives a triangle. Metal without a texture of its reflectance has
-/// baked_albedo(): by its index, and less what rough metal loses between its facets.
+/// baked_albedo(), by its index.
 RGB base_factor(const Scene& scene, std::uint32_t triangle);
 
 /// The base colour at a place that files of formats with base colours show: the factor times its texture.

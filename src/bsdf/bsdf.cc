@@ -91,11 +91,6 @@ float mixed_pdf(const Components& components, Vec3 wo, Vec3 wi) {
   return sum;
 }
 
-/// Whether the shape refracts: refraction scales radiance, but not the components' own numbers and flux.
-bool bends(Shape shape) {
-  return shape == Shape::rough_dielectric || shape == Shape::rough_refraction || shape == Shape::refraction;
-}
-
 /// A fast version of sample() for diffuse reflection only, the most common case: the same result as the general code.
 BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
   BsdfSample out;
@@ -152,7 +147,7 @@ std::optional<ReflectionModel> reflection_model(const Bsdf& bsdf) {
 
 IsotropicReflection isotropic_reflection(const Bsdf& bsdf, float cosine_o) {
   if (bsdf.kind == BsdfKind::coated_diffuse) return reflection_of_coated_diffuse(bsdf, cosine_o);
-  if (bsdf.kind == BsdfKind::conductor) return reflection_of_conductor(bsdf);
+  if (bsdf.kind == BsdfKind::conductor) return reflection_of_conductor(bsdf, cosine_o);
   return reflection_of_metallic_roughness(bsdf, cosine_o);
 }
 
@@ -194,14 +189,15 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
   if (out.delta) {
     out.pdf = c.probability;
     out.weight = c.albedo / c.probability;
-    if (bends(c.shape) && transport == Transport::radiance) out.weight *= 1 / (c.eta * c.eta);
+    // Refraction scales radiance, but not the components' own numbers and flux.
+    if (wi.z < 0 && transport == Transport::radiance) out.weight *= 1 / (c.eta * c.eta);
   } else {
     out.pdf = mixed_pdf(components, view.wo, wi);
     if (!(out.pdf > 0) || !std::isfinite(out.pdf)) return out;
     RGB f;
     evaluate_view(view, {&out.wi, 1}, {&f, 1});
     out.weight = f * (std::abs(wi.z) / out.pdf);
-    if (bends(c.shape) && wi.z < 0 && transport == Transport::flux) out.weight *= c.eta * c.eta;
+    if (wi.z < 0 && transport == Transport::flux) out.weight *= c.eta * c.eta;
   }
   out.valid = is_finite(out.weight);
   return out;

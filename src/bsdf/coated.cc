@@ -10,12 +10,14 @@
 // their absorption is that of a smooth boundary.
 //
 // Conductor: f = A(wo) A(wi) / eta^2 [F D G / (4 cos cos)](wo', wi'), with directions refracted by the smooth boundary,
-// is exact for a smooth coat and one reflection at the base. A rough coat spreads light on entry and exit, and light
-// that the boundary returns meets the base again with a wider spread. Both are modelled by larger roughnesses of the
-// base (variances of slope add up, as in Belcour, "Efficient Rendering of Layered Materials using an Atomic
-// Decomposition with Statistical Operators", 2018).
+// is exact for a smooth coat and one reflection at the base. A rough coat spreads light on entry and exit, which is
+// modelled by a larger roughness of the base (variances of slope add up, as in Belcour, "Efficient Rendering of Layered
+// Materials using an Atomic Decomposition with Statistical Operators", 2018). Light that the boundary returns as it
+// would at normal incidence meets the base again with a wider spread. All other light leaves as a diffuse lobe: what
+// enters from w and does not leave by the lobes above, as multiple.h treats the light of several facets.
 #include "bsdf/component.h"
 #include "bsdf/fresnel.h"
+#include "bsdf/multiple.h"
 #include "bsdf/tables.h"
 
 namespace glowworm::bsdf_detail {
@@ -45,7 +47,10 @@ struct Coat {
   Lobes lobe;
   Microfacet microfacet;
   float eta, thickness;
-  Curve reflected, transmitted, transmitted_inside;
+  Curve reflected, transmitted, lost;  // rough coats only
+  float mean_lost = 0;
+  float through = 0;  // share of the light lost between facets that reaches the base
+  float mean_passed;  // mean of A without absorption
 
   Coat(const Bsdf& bsdf, float alpha_x, float alpha_y)
       : smooth(is_smooth(alpha_x, alpha_y)),
@@ -53,36 +58,52 @@ struct Coat {
         microfacet(rough(alpha_x, alpha_y)),
         eta(coat_index(bsdf)),
         thickness(bsdf.coat_thickness) {
+    const float alpha = smooth ? 0 : table_alpha(alpha_x, alpha_y);
+    mean_passed = boundary_mean(Boundary::transmit_outside, alpha, eta);
     if (smooth) return;
-    reflected = boundary_curve(Boundary::reflect_outside, table_alpha(alpha_x, alpha_y), eta);
-    transmitted = boundary_curve(Boundary::transmit_outside, table_alpha(alpha_x, alpha_y), eta);
-    transmitted_inside = boundary_curve(Boundary::transmit_inside, table_alpha(alpha_x, alpha_y), eta);
+    const float transmitted_smooth = boundary_mean(Boundary::transmit_outside, 0, eta);
+    reflected = boundary_curve(Boundary::reflect_outside, alpha, eta);
+    transmitted = boundary_curve(Boundary::transmit_outside, alpha, eta);
+    lost = boundary_curve(Boundary::lost_outside, alpha, eta);
+    mean_lost = boundary_mean(Boundary::lost_outside, alpha, eta);
+    const float passing =
+        multiple_passing(transmitted_smooth, mean_lost, boundary_mean(Boundary::lost_inside, alpha, eta));
+    through = over_mean(passing, mean_lost);
+    mean_passed += passing;
   }
   /// A(w) above.
-  float passed(float cosine) const {
-    const float t = smooth ? 1 - fresnel_dielectric(cosine, eta) : transmitted(cosine);
-    return thickness > 0 ? t * std::exp(-thickness / inner_cosine(cosine, eta)) : t;
+  float passed(float cosine) const { return entered(cosine) * absorption(inner_cosine(cosine, eta)); }
+  /// A(w) without absorption.
+  float entered(float cosine) const {
+    return smooth ? 1 - fresnel_dielectric(cosine, eta) : transmitted(cosine) + through * lost(cosine);
   }
-  /// The same for light that returns in a narrow lobe. The steep facets of a rough boundary reflect from inside light
-  /// that they transmit from outside, so this is the mean of both directions.
-  float passed_narrow(float cosine) const {
-    if (smooth) return passed(cosine);
-    const float inner = inner_cosine(cosine, eta);
-    const float t = std::sqrt(transmitted(cosine) * transmitted_inside(inner));
-    return thickness > 0 ? t * std::exp(-thickness / inner) : t;
+  /// Transmittance of a passage of the coat.
+  float absorption(float inner) const { return thickness > 0 ? std::exp(-thickness / inner) : 1.0f; }
+  /// f of the reflection after several facets of the boundary, over lost(wi).
+  float multiple(float cosine_o) const {
+    return smooth ? 0 : kInversePi * (1 - through) * over_mean(lost(cosine_o), mean_lost);
   }
   /// f of the reflection at the boundary.
-  float reflection(Vec3 wo, Vec3 wi) const {
+  /// @param multiple multiple() of wo
+  float reflection(Vec3 wo, Vec3 wi, float multiple) const {
     const Vec3 h = reflection_half(wo, wi);
-    return fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(microfacet, wo, wi, h);
+    return fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(microfacet, wo, wi, h) + multiple * lost(wi.z);
   }
-  Component component(Vec3 wo) const {
+  /// Share that the boundary reflects.
+  float reflectance(float cosine) const {
+    return smooth ? fresnel_dielectric(cosine, eta) : reflected(cosine) + (1 - through) * lost(cosine);
+  }
+  void add_components(Vec3 wo, Components& out) const {
     Component c;
     c.lobe = lobe;
     c.shape = smooth ? Shape::mirror : Shape::rough_reflection;
     c.microfacet = microfacet;
     c.albedo = RGB(smooth ? fresnel_dielectric(wo.z, eta) : reflected(wo.z));
-    return c;
+    out.add(c);
+    if (smooth) return;
+    c.shape = Shape::cosine_reflection;
+    c.albedo = RGB((1 - through) * lost(wo.z));
+    out.add(c);
   }
 };
 
@@ -92,26 +113,33 @@ struct DiffuseBase {
   float mean_passed;
 
   DiffuseBase(const Bsdf& bsdf, const Coat& coat) {
-    // A smooth boundary is the first node of the tables.
-    const float alpha = coat.smooth ? 0 : table_alpha(coat.microfacet.alpha_x, coat.microfacet.alpha_y);
-    const BoundaryMeans means = boundary_means(alpha, coat.eta);
-    const float returned = means.reflect_inside * internal_transmittance(coat.eta, coat.thickness);
+    // By reciprocity, light from inside passes the boundary with the mean of A over the squared index.
+    const float returned =
+        (1 - coat.mean_passed / (coat.eta * coat.eta)) * internal_transmittance(coat.eta, coat.thickness);
     factor =
         bsdf.diffuse * geometric_sum(bsdf.diffuse * returned, bsdf.coat_bounces) * (kInversePi / (coat.eta * coat.eta));
     // The mean of 1 / cos' under the boundary, weighted by cos above it.
     const float eta2 = coat.eta * coat.eta, mean_secant = 2 * eta2 * (1 - std::sqrt(1 - 1 / eta2));
-    mean_passed = means.transmit_outside * std::exp(-coat.thickness * mean_secant);
+    mean_passed = coat.mean_passed * std::exp(-coat.thickness * mean_secant);
   }
 };
 
-/// The two lobes of a conductor under a coat.
+/// The lobes of a conductor under a coat. Shares are of flux, for a base that absorbs nothing, without absorption in
+/// the coat.
 struct ConductorBase {
+  const Bsdf& bsdf;
+  const Coat& coat;
   bool smooth;
   Lobes lobe;
   Microfacet once, again;  ///< one reflection at the base, and more
-  Curve trapped;
+  float at_normal;         ///< reflectance of a smooth boundary at normal incidence
+  float direct;            ///< share that a rough boundary passes as narrowly as a smooth one, on entry and exit
+  SchlickCurves curves_once, curves_again;
+  Curve trapped_once, trapped_again;
+  float mean_spread = 0;   ///< of spread() over directions
+  RGB color_spread{0.0f};  ///< of the light that leaves as a diffuse lobe
 
-  ConductorBase(const Bsdf& bsdf, const Coat& coat) {
+  ConductorBase(const Bsdf& material, const Coat& boundary) : bsdf(material), coat(boundary) {
     // A slope of the coat's facet turns a passing ray by (1 - 1 / eta) of the slope, as would a base facet of half
     // that; light passes twice.
     const float turn = coat.smooth ? 0 : 0.5f * (1 - 1 / coat.eta) * coat.microfacet.alpha_x;
@@ -119,12 +147,57 @@ struct ConductorBase {
     const float x = std::sqrt(bsdf.alpha_x * bsdf.alpha_x + added), y = std::sqrt(bsdf.alpha_y * bsdf.alpha_y + added);
     smooth = is_smooth(x, y);
     lobe = lobe_of_alpha(x, y);
+    at_normal = fresnel_dielectric(1, coat.eta);
+    direct = 1;
+    if (!coat.smooth) direct = std::min(1.0f, coat.transmitted(1) / (1 - at_normal));
+    direct *= direct;
+    if (smooth) return;
     once = rough(x, y);
     again = {widened(once.alpha_x), widened(once.alpha_y)};
-    trapped = boundary_curve(Boundary::trapped, smooth ? 0 : table_alpha(x, y), coat.eta);
+    curves_once = schlick_curves(table_alpha(x, y));
+    curves_again = schlick_curves(table_alpha(again.alpha_x, again.alpha_y));
+    trapped_once = boundary_curve(Boundary::trapped, table_alpha(x, y), coat.eta);
+    trapped_again = boundary_curve(Boundary::trapped, table_alpha(again.alpha_x, again.alpha_y), coat.eta);
+    set_spread();
   }
   /// Doubles the variance, unless GGX would then lose much more energy between facets.
   static float widened(float alpha) { return std::min(alpha * std::sqrt(2.0f), std::max(alpha, 0.5f)); }
+
+  /// Share of the light that has entered at this cosine that leaves after one reflection at the base.
+  float leaves(const SchlickCurves& curves, const Curve& trapped, float cosine) const {
+    const float inner = inner_cosine(cosine, coat.eta);
+    return std::max(0.0f, curves.scale(inner) + curves.bias(inner) - trapped(cosine));
+  }
+  /// f of the narrow lobes over A(wi), without the facets' part.
+  float narrow(float cosine) const { return (1 - fresnel_dielectric(cosine, coat.eta)) / coat.eta; }
+  /// Of light that has met the base once, what meets it again in the lobe `again`.
+  RGB repeated(RGB fresnel, float to_and_fro) const {
+    return geometric_sum(fresnel * (at_normal * to_and_fro), bsdf.coat_bounces) - RGB(1.0f);
+  }
+  /// Share of the light from outside that enters and does not leave in the narrow lobes.
+  float spread(float cosine) const {
+    const float more = at_normal / (1 - at_normal);
+    const float left = leaves(curves_once, trapped_once, cosine) + more * leaves(curves_again, trapped_again, cosine);
+    return std::max(0.0f, coat.entered(cosine) - direct * (1 - fresnel_dielectric(cosine, coat.eta)) * left);
+  }
+  /// f of the diffuse lobe over spread() and absorption of wi.
+  RGB factor_spread(float cosine) const {
+    return color_spread *
+           (kInversePi * over_mean(spread(cosine), mean_spread) * coat.absorption(inner_cosine(cosine, coat.eta)));
+  }
+
+ private:
+  void set_spread() {
+    for_mean_cosines([&](float cosine, float weight) { mean_spread += weight * spread(cosine); });
+    // Light that enters diffusely has met the base once; other light has met it twice, and each time the share
+    // `returned` of it meets it again.
+    const RGB mean = mean_schlick(fresnel_of_base(bsdf, 1, coat.eta), 1);
+    const float returned = std::min(1.0f, over_mean(mean_spread, coat.mean_passed));
+    const RGB again = mean * (returned * internal_transmittance(coat.eta, coat.thickness));
+    const int bounces = bsdf.coat_bounces == 0 ? 0 : std::max(1, bsdf.coat_bounces - 1);
+    const RGB met_before = RGB(1 - direct) + mean * direct;
+    color_spread = mean * met_before * geometric_sum(again, bounces) * (1 - returned);
+  }
 };
 
 }  // namespace
@@ -135,10 +208,11 @@ void evaluate_coated_diffuse(const View& view, std::span<const Vec3> wi, std::sp
   const bool diffuse = view.lobes & kDiffuseReflection;
   if (!glossy && !diffuse) return fill_black(out);
   const RGB base = diffuse ? DiffuseBase(view.bsdf, coat).factor * coat.passed(view.wo.z) : RGB(0.0f);
+  const float multiple = coat.multiple(view.wo.z);
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
     RGB f = diffuse ? base * coat.passed(w.z) : RGB(0.0f);
-    if (glossy) f += RGB(coat.reflection(view.wo, w));
+    if (glossy) f += RGB(coat.reflection(view.wo, w, multiple));
     return f;
   });
 }
@@ -150,13 +224,17 @@ IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_
   out.diffuse = DiffuseBase(bsdf, coat).factor * coat.passed(cosine_o);
   out.eta = coat.eta;
   out.thickness = coat.thickness;
-  if (!coat.smooth) out.curve[0] = coat.transmitted;
+  if (coat.smooth) return out;
+  out.curve[0] = coat.transmitted;
+  out.curve[1] = coat.lost;
+  out.through = coat.through;
+  if (out.alpha > 0) out.multiple = RGB(coat.multiple(cosine_o));
   return out;
 }
 
 void coated_diffuse_components(const View& view, Components& out) {
   const Coat coat(view.bsdf, view.bsdf.alpha_x, view.bsdf.alpha_y);
-  out.add(coat.component(view.wo));
+  coat.add_components(view.wo, out);
   const DiffuseBase base(view.bsdf, coat);
   Component c;
   c.shape = Shape::cosine_reflection;
@@ -168,26 +246,26 @@ void coated_diffuse_components(const View& view, Components& out) {
 void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Bsdf& bsdf = view.bsdf;
   const Coat coat(bsdf, bsdf.coat_alpha, bsdf.coat_alpha);
+  const float multiple = coat.multiple(view.wo.z);
   const ConductorBase base(bsdf, coat);
   const bool upper = !coat.smooth && (view.lobes & coat.lobe), lower = !base.smooth && (view.lobes & base.lobe);
   if (!upper && !lower) return fill_black(out);
   const Vec3 o = inner_direction(view.wo, coat.eta);
-  const float passed = coat.passed_narrow(view.wo.z) / (coat.eta * coat.eta), trapped = base.trapped(o.z);
-  const float fro = coat.thickness > 0 ? std::exp(-coat.thickness / o.z) : 1.0f;
+  const float narrow = lower ? base.direct * base.narrow(view.wo.z) : 0, fro = coat.absorption(o.z);
+  const RGB spread = lower ? base.factor_spread(view.wo.z) : RGB(0.0f);
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
     RGB f(0.0f);
     if (lower) {
       const Vec3 i = inner_direction(w, coat.eta), h = reflection_half(o, i);
       const RGB fresnel = fresnel_of_base(bsdf, dot(o, h), coat.eta);
-      // The shares returned at either direction are averaged, so that f stays reciprocal.
-      const float to = coat.thickness > 0 ? std::exp(-coat.thickness / i.z) : 1.0f;
-      const float returned = std::sqrt(trapped * base.trapped(i.z)) * fro * to;
-      const RGB more = geometric_sum(fresnel * returned, bsdf.coat_bounces) - RGB(1.0f);
-      f = fresnel * (passed * coat.passed_narrow(w.z)) *
-          (RGB(microfacet_reflection(base.once, o, i, h)) + more * microfacet_reflection(base.again, o, i, h));
+      const float to = coat.absorption(i.z);
+      f = fresnel * (narrow * base.narrow(w.z) * fro * to) *
+          (RGB(microfacet_reflection(base.once, o, i, h)) +
+           base.repeated(fresnel, fro * to) * microfacet_reflection(base.again, o, i, h));
+      f += spread * (base.spread(w.z) * to);
     }
-    if (upper) f += RGB(coat.reflection(view.wo, w));
+    if (upper) f += RGB(coat.reflection(view.wo, w, multiple));
     return f;
   });
 }
@@ -196,41 +274,40 @@ void coated_conductor_components(const View& view, Components& out) {
   const Bsdf& bsdf = view.bsdf;
   const Coat coat(bsdf, bsdf.coat_alpha, bsdf.coat_alpha);
   const ConductorBase base(bsdf, coat);
-  Component upper = coat.component(view.wo);
-  const float inner = inner_cosine(view.wo.z, coat.eta), passed = coat.passed_narrow(view.wo.z);
+  coat.add_components(view.wo, out);
+  const float inner = inner_cosine(view.wo.z, coat.eta), passed = 1 - fresnel_dielectric(view.wo.z, coat.eta);
   const RGB fresnel = fresnel_of_base(bsdf, inner, coat.eta);
-  const float to_and_fro = coat.thickness > 0 ? std::exp(-2 * coat.thickness / inner) : 1.0f;
-  const float trapped = base.smooth ? fresnel_dielectric(inner, 1 / coat.eta) : base.trapped(inner);
-  const float returned = trapped * to_and_fro;
+  const float fro = coat.absorption(inner), to_and_fro = fro * fro;
   if (base.smooth) {
     // All light takes the same direction: R + T^2 F / (1 - R F).
-    const RGB mirrored = clamp(fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed), 0,
-                               std::max(0.0f, 1 - upper.albedo.r));
-    if (coat.smooth) upper.albedo += mirrored;
-    out.add(upper);
-    if (coat.smooth) return;
+    const float returned = fresnel_dielectric(inner, 1 / coat.eta) * to_and_fro;
+    const RGB mirrored =
+        fresnel * geometric_sum(fresnel * returned, bsdf.coat_bounces) * (passed * passed * to_and_fro * base.direct);
+    if (coat.smooth) {
+      out.list[0].albedo += mirrored;
+      return;
+    }
     Component mirror;
     mirror.lobe = base.lobe;
     mirror.shape = Shape::mirror;
-    mirror.albedo = mirrored;
+    mirror.albedo = clamp(mirrored, 0, std::max(0.0f, 1 - coat.reflectance(view.wo.z)));
     out.add(mirror);
     return;
   }
-  out.add(upper);
   Component c;
   c.lobe = base.lobe;
   c.shape = Shape::coated_reflection;
   c.microfacet = base.once;
   c.eta = coat.eta;
-  // Shares that leave after one and after two reflections at the base.
-  const float wide = table_alpha(base.again.alpha_x, base.again.alpha_y);
-  const float trapped_again = boundary_curve(Boundary::trapped, wide, coat.eta)(inner);
-  const SchlickCurves narrow_lobe = schlick_curves(table_alpha(base.once.alpha_x, base.once.alpha_y));
-  const SchlickCurves wide_lobe = schlick_curves(wide);
-  const float out_once = std::max(1e-3f, narrow_lobe.scale(inner) + narrow_lobe.bias(inner) - trapped);
-  const float out_again = std::max(0.0f, wide_lobe.scale(inner) + wide_lobe.bias(inner) - trapped_again);
-  const RGB estimate = fresnel * passed * (RGB(out_once) + fresnel * (returned * out_again));
-  c.albedo = clamp(estimate, 0, std::max(1e-3f, 1 - upper.albedo.r));
+  const float out_once = std::max(1e-3f, base.leaves(base.curves_once, base.trapped_once, view.wo.z));
+  const float out_again = base.leaves(base.curves_again, base.trapped_again, view.wo.z);
+  c.albedo =
+      fresnel * (passed * base.direct * to_and_fro) * (RGB(out_once) + base.repeated(fresnel, to_and_fro) * out_again);
+  out.add(c);
+  c.shape = Shape::cosine_reflection;
+  c.eta = 1;
+  // The absorption of light that leaves is about that of a cosine of 2/3 outside.
+  c.albedo = base.color_spread * (base.spread(view.wo.z) * fro * coat.absorption(inner_cosine(2.0f / 3, coat.eta)));
   out.add(c);
 }
 

@@ -48,7 +48,7 @@ struct Component {
   Shape shape = Shape::cosine_reflection;
   Lobes lobe = 0;                   ///< one bit
   Microfacet microfacet{0, 0};      ///< rough shapes
-  float eta = 1;                    ///< bending shapes: index of the side below over that of the side of wo
+  float eta = 1;                    ///< index of the side below over that of the side of wo, where light bends
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
   float probability = 0;  ///< of choosing this component among those of the given lobes
@@ -57,7 +57,7 @@ struct Component {
 
 /// The components of a BSDF for one wo.
 struct Components {
-  static constexpr int kMaxCount = 6;
+  static constexpr int kMaxCount = 9;
   Component list[kMaxCount];
   int count = 0;
   void add(const Component& component) {
@@ -141,7 +141,7 @@ void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std
 void metallic_roughness_components(const View& view, Components& out);
 
 // isotropic_reflection() for the kinds that support it.
-IsotropicReflection reflection_of_conductor(const Bsdf& bsdf);
+IsotropicReflection reflection_of_conductor(const Bsdf& bsdf, float cosine_o);
 IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_o);
 IsotropicReflection reflection_of_metallic_roughness(const Bsdf& bsdf, float cosine_o);
 

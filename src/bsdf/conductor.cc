@@ -1,8 +1,18 @@
 #include "bsdf/component.h"
 #include "bsdf/fresnel.h"
+#include "bsdf/multiple.h"
 #include "bsdf/tables.h"
 
 namespace glowworm::bsdf_detail {
+namespace {
+
+/// The mean Fresnel term is Schlick's for the same reflectance at normal incidence.
+MultipleReflection multiple_of(const Bsdf& bsdf) {
+  const SchlickCurves curves = schlick_curves(table_alpha(bsdf.alpha_x, bsdf.alpha_y));
+  return {curves, mean_schlick(fresnel_of_base(bsdf, 1, 1), 1)};
+}
+
+}  // namespace
 
 void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Bsdf& bsdf = view.bsdf;
@@ -10,18 +20,25 @@ void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RG
   if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y)))
     return fill_black(out);
   const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
+  const MultipleReflection multiple = multiple_of(bsdf);
+  const RGB factor = multiple.factor(wo.z);
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
     const Vec3 h = reflection_half(wo, w);
-    return fresnel_of_base(bsdf, dot(wo, h), 1) * microfacet_reflection(m, wo, w, h);
+    return fresnel_of_base(bsdf, dot(wo, h), 1) * microfacet_reflection(m, wo, w, h) + factor * multiple.lost(w.z);
   });
 }
 
-IsotropicReflection reflection_of_conductor(const Bsdf& bsdf) {
+IsotropicReflection reflection_of_conductor(const Bsdf& bsdf, float cosine_o) {
   IsotropicReflection out;
   out.alpha = broad_alpha(bsdf.alpha_x);
   out.first = bsdf.use_reflectance ? bsdf.specular : bsdf.eta;
   if (!bsdf.use_reflectance) out.second = bsdf.k;
+  if (out.alpha == 0) return out;
+  const MultipleReflection multiple = multiple_of(bsdf);
+  out.multiple = multiple.factor(cosine_o);
+  out.curve[0] = multiple.scale;
+  out.curve[1] = multiple.bias;
   return out;
 }
 
@@ -32,15 +49,17 @@ void conductor_components(const View& view, Components& out) {
   c.albedo = fresnel_of_base(bsdf, view.wo.z, 1);
   if (is_smooth(bsdf.alpha_x, bsdf.alpha_y)) {
     c.shape = Shape::mirror;
-  } else {
-    c.shape = Shape::rough_reflection;
-    c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
-    // Facets are seen at less grazing angles than the surface. Schlick's angular term, averaged over them, approximates
-    // that of the exact formula.
-    const SchlickCurves schlick = schlick_curves(table_alpha(bsdf.alpha_x, bsdf.alpha_y));
-    const RGB f0 = fresnel_of_base(bsdf, 1, 1);
-    c.albedo = f0 * schlick.scale(view.wo.z) + RGB(schlick.bias(view.wo.z));
+    return out.add(c);
   }
+  c.shape = Shape::rough_reflection;
+  c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
+  // Facets are seen at less grazing angles than the surface. Schlick's angular term, averaged over them, approximates
+  // that of the exact formula.
+  const MultipleReflection multiple = multiple_of(bsdf);
+  c.albedo = fresnel_of_base(bsdf, 1, 1) * multiple.scale(view.wo.z) + RGB(multiple.bias(view.wo.z));
+  out.add(c);
+  c.shape = Shape::cosine_reflection;
+  c.albedo = multiple.color * multiple.lost(view.wo.z);
   out.add(c);
 }
 

@@ -1,8 +1,38 @@
 #include "bsdf/component.h"
 #include "bsdf/fresnel.h"
+#include "bsdf/multiple.h"
 #include "bsdf/tables.h"
 
 namespace glowworm::bsdf_detail {
+namespace {
+
+/// Light that meets more than one facet of rough glass, for a viewer on one side: lobes of shares of the lost light.
+struct MultipleGlass {
+  Curve near, far;                 ///< lost from the viewer's side, and from the other
+  float mean_near, mean_far;       ///< over directions
+  float reflected, passed;         ///< shares of the light lost from the viewer's side
+  float reflection, transmission;  ///< factors of f
+
+  /// @param eta far side over near side
+  MultipleGlass(const Bsdf& bsdf, float eta) {
+    const float alpha = table_alpha(bsdf.alpha_x, bsdf.alpha_y), dense = std::max(eta, 1 / eta);
+    const bool from_dense = eta < 1;
+    const Boundary sides[2] = {Boundary::lost_outside, Boundary::lost_inside};
+    near = boundary_curve(sides[from_dense], alpha, dense);
+    far = boundary_curve(sides[!from_dense], alpha, dense);
+    mean_near = boundary_mean(sides[from_dense], alpha, dense);
+    mean_far = boundary_mean(sides[!from_dense], alpha, dense);
+    const float outside = multiple_passing(boundary_mean(Boundary::transmit_outside, 0, dense), mean_near, mean_far);
+    const float passing = from_dense ? outside / (dense * dense) : outside;
+    passed = over_mean(passing, mean_near);
+    reflected = 1 - passed;
+    reflection = kInversePi * reflected;
+    // Radiance is scaled by the squared index of the viewer's side over that of the other.
+    transmission = kInversePi * passing / (eta * eta);
+  }
+};
+
+}  // namespace
 
 void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Bsdf& bsdf = view.bsdf;
@@ -10,14 +40,18 @@ void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<R
   if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & kSharp)) return fill_black(out);
   const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
   const float eta = relative_eta(bsdf, view.inside);
+  const MultipleGlass multiple(bsdf, eta);
+  const float lost = over_mean(multiple.near(wo.z), multiple.mean_near);
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z > 0) {
       const Vec3 h = reflection_half(wo, w);
-      return bsdf.specular * (fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(m, wo, w, h));
+      return bsdf.specular * (fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(m, wo, w, h) +
+                              multiple.reflection * lost * multiple.near(w.z));
     }
     const Vec3 h = refraction_half(wo, w, eta);
-    if (h.z <= 0) return RGB(0.0f);
-    return bsdf.transmission * ((1 - fresnel_dielectric(dot(wo, h), eta)) * microfacet_refraction(m, wo, w, h, eta));
+    float f = multiple.transmission * lost * over_mean(multiple.far(-w.z), multiple.mean_far);
+    if (h.z > 0) f += (1 - fresnel_dielectric(dot(wo, h), eta)) * microfacet_refraction(m, wo, w, h, eta);
+    return bsdf.transmission * f;
   });
 }
 
@@ -47,6 +81,14 @@ void dielectric_components(const View& view, Components& out) {
   const Curve passed =
       boundary_curve(from_dense ? Boundary::transmit_inside : Boundary::transmit_outside, alpha, dense);
   c.albedo = bsdf.specular * reflected(view.wo.z) + bsdf.transmission * passed(view.wo.z);
+  out.add(c);
+  const MultipleGlass multiple(bsdf, c.eta);
+  const float lost = multiple.near(view.wo.z);
+  c.shape = Shape::cosine_reflection;
+  c.albedo = bsdf.specular * (lost * multiple.reflected);
+  out.add(c);
+  c.shape = Shape::cosine_transmission;
+  c.albedo = bsdf.transmission * (lost * multiple.passed);
   out.add(c);
 }
 

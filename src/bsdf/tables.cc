@@ -10,11 +10,11 @@
 namespace glowworm::bsdf_detail {
 namespace {
 
-constexpr int kAlphaNodes = 16, kEtaNodes = 17, kDepthNodes = 32;
-constexpr int kBoundaries = 5;
+constexpr int kAlphaNodes = 32, kEtaNodes = 17, kDepthNodes = 32;
+constexpr int kBoundaries = static_cast<int>(Boundary::schlick_lost_f90_inside) + 1;
 constexpr float kMaxEta = 3, kMaxDepth = 4;
-/// Numbers of quadrature points: normals around and away from the axis, cosines for the means.
-constexpr int kAround = 12, kAway = 24, kMeanCosines = 96, kMeanAround = 8, kMeanAway = 12;
+/// Numbers of quadrature points: normals around and away from the axis.
+constexpr int kAround = 24, kAway = 48;
 
 using Row = std::array<float, kCosineNodes>;
 
@@ -43,161 +43,197 @@ Split split_eta(float eta) {
   return split((eta - 1) / (eta + 1) / most * (kEtaNodes - 1), kEtaNodes);
 }
 
-/// Calls f(wo, h, weight) for visible normals h of equal probability; the weights add up to 1.
+/// Calls f(microfacet, wo, h, weight) for visible normals h; the weights add up to 1.
 template <class F>
-void for_visible_normals(float alpha, float cosine, int around, int away, F f) {
+void for_visible_normals(float alpha, float cosine, F f) {
   const float z = std::max(cosine, 1e-4f);
   const Vec3 wo{std::sqrt(std::max(0.0f, 1 - z * z)), 0, z};
   const Microfacet m{alpha, alpha};
-  for (int i = 0; i < around; ++i) {
-    for (int j = 0; j < away; ++j) {
-      // Half of the circle is enough, because it is mirrored at the plane of incidence.
-      const Vec2 u{0.5f * (i + 0.5f) / around, (j + 0.5f) / away};
-      f(m, wo, m.sample_visible_normal(wo, u), 1.0f / (around * away));
-    }
+  for (int j = 0; j < kAway; ++j) {
+    // Denser towards the steepest normals, where masking changes fast.
+    const float rest = 1 - (j + 0.5f) / kAway;
+    // Half of the circle is enough, because it is mirrored at the plane of incidence.
+    for (int i = 0; i < kAround; ++i)
+      f(m, wo, m.sample_visible_normal(wo, {0.5f * (i + 0.5f) / kAround, 1 - rest * rest}),
+        2 * rest / (kAround * kAway));
   }
 }
 
 /// Share of the visible facets' light that is not masked when it leaves.
 float unmasked(const Microfacet& m, Vec3 wo, Vec3 wi) { return m.masking_shadowing(wo, wi) / m.masking(wo); }
 
+/// Mean weighted by the cosine of a function that is linear between the nodes, as Curve reads it.
+float mean_over_cosines(const Row& row) {
+  double sum = 0;
+  for (int i = 0; i + 1 < kCosineNodes; ++i) {
+    const double a = node_cosine(i), b = node_cosine(i + 1);
+    sum += (b - a) / 3 * (row[i] * (2 * a + b) + row[i + 1] * (a + 2 * b));
+  }
+  return static_cast<float>(sum);
+}
+
+/// Shares of light from one side, and what Schlick's Fresnel term makes lost (Boundary).
 struct Shares {
-  float reflect = 0, transmit = 0;
+  float reflect = 0, transmit = 0, lost = 0, schlick_lost = 0, schlick_lost_f0 = 0, schlick_lost_f90 = 0;
 };
 /// @param eta far side over near side
-Shares boundary_shares(float alpha, float cosine, float eta, int around, int away) {
-  if (alpha == 0) {
-    const float f = fresnel_dielectric(cosine, eta);
-    return {f, 1 - f};
-  }
+Shares boundary_shares(float alpha, float cosine, float eta) {
   Shares out;
-  for_visible_normals(alpha, cosine, around, away, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
-    const float f = fresnel_dielectric(dot(wo, h), eta);
-    Vec3 wi = reflect(wo, h);
-    if (wi.z > 0) out.reflect += weight * f * unmasked(m, wo, wi);
-    if (refract(wo, h, eta, wi) && wi.z < 0) out.transmit += weight * (1 - f) * unmasked(m, wo, wi);
+  if (alpha == 0) {
+    out.reflect = fresnel_dielectric(cosine, eta);
+    out.transmit = 1 - out.reflect;
+    return out;
+  }
+  for_visible_normals(alpha, cosine, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
+    const float near = dot(wo, h), f = fresnel_dielectric(near, eta);
+    const Vec3 mirrored = reflect(wo, h);
+    Vec3 refracted;
+    const bool totally_reflected = !refract(wo, h, eta, refracted);
+    const float up = mirrored.z > 0 ? weight * unmasked(m, wo, mirrored) : 0.0f;
+    const float down = !totally_reflected && refracted.z < 0 ? weight * unmasked(m, wo, refracted) : 0.0f;
+    out.reflect += f * up;
+    out.transmit += (1 - f) * down;
+    out.schlick_lost += weight - (totally_reflected ? up : down);
+    if (totally_reflected) return;
+    const float t = schlick_term(eta > 1 ? near : -dot(refracted, h));
+    out.schlick_lost_f0 += (1 - t) * (down - up);
+    out.schlick_lost_f90 += t * (down - up);
   });
+  out.lost = std::max(0.0f, 1 - out.reflect - out.transmit);
   return out;
 }
 
 float trapped_share(float alpha, float cosine, float eta) {
-  if (alpha == 0) return fresnel_dielectric(cosine, 1 / eta);
+  if (alpha == 0) return fresnel_dielectric(cosine, eta);
+  const float inside = std::sqrt(std::max(0.0f, 1 - (1 - cosine * cosine) / (eta * eta)));
   float sum = 0;
-  for_visible_normals(alpha, cosine, kAround, kAway, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
+  for_visible_normals(alpha, inside, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
     const Vec3 wi = reflect(wo, h);
     if (wi.z > 0) sum += weight * unmasked(m, wo, wi) * fresnel_dielectric(wi.z, 1 / eta);
   });
   return sum;
 }
 
-/// All tables of one index.
-struct Slice {
-  Row rows[kBoundaries][kAlphaNodes];
-  float mean_transmit_outside[kAlphaNodes], mean_lost_inside[kAlphaNodes];  // the second: eta^2 (1 - reflected)
-  float log_transmittance[kDepthNodes];
+/// The tables of one roughness and index.
+struct Cell {
+  Row rows[kBoundaries];
+  float means[kBoundaries];
 
-  explicit Slice(float eta) {
-    for (int a = 0; a < kAlphaNodes; ++a) {
-      const float alpha = node_alpha(a);
-      for (int c = 0; c < kCosineNodes; ++c) {
-        const float cosine = node_cosine(c);
-        const Shares outside = boundary_shares(alpha, cosine, eta, kAround, kAway);
-        const Shares inside = boundary_shares(alpha, cosine, 1 / eta, kAround, kAway);
-        at(Boundary::reflect_outside, a)[c] = outside.reflect;
-        at(Boundary::transmit_outside, a)[c] = outside.transmit;
-        at(Boundary::reflect_inside, a)[c] = inside.reflect;
-        at(Boundary::transmit_inside, a)[c] = inside.transmit;
-        at(Boundary::trapped, a)[c] = trapped_share(alpha, cosine, eta);
-      }
-      integrate_means(a, eta);
+  Cell(float alpha, float eta) {
+    for (int c = 0; c < kCosineNodes; ++c) {
+      const float cosine = node_cosine(c);
+      const Shares outside = boundary_shares(alpha, cosine, eta), inside = boundary_shares(alpha, cosine, 1 / eta);
+      const auto set = [&](Boundary what, float share) { rows[static_cast<int>(what)][c] = share; };
+      set(Boundary::reflect_outside, outside.reflect);
+      set(Boundary::transmit_outside, outside.transmit);
+      set(Boundary::lost_outside, outside.lost);
+      set(Boundary::reflect_inside, inside.reflect);
+      set(Boundary::transmit_inside, inside.transmit);
+      set(Boundary::lost_inside, inside.lost);
+      set(Boundary::trapped, trapped_share(alpha, cosine, eta));
+      set(Boundary::schlick_lost_outside, outside.schlick_lost);
+      set(Boundary::schlick_lost_f0_outside, outside.schlick_lost_f0);
+      set(Boundary::schlick_lost_f90_outside, outside.schlick_lost_f90);
+      set(Boundary::schlick_lost_inside, inside.schlick_lost);
+      set(Boundary::schlick_lost_f0_inside, inside.schlick_lost_f0);
+      set(Boundary::schlick_lost_f90_inside, inside.schlick_lost_f90);
     }
-    integrate_absorption(eta);
+    for (int i = 0; i < kBoundaries; ++i) means[i] = mean_over_cosines(rows[i]);
+    // Surfaces without roughness evaluate the Fresnel term itself, not its table.
+    if (alpha == 0) means[static_cast<int>(Boundary::transmit_outside)] = 1 - mean_fresnel(eta);
   }
-  Row& at(Boundary what, int alpha) { return rows[static_cast<int>(what)][alpha]; }
 
  private:
-  void integrate_means(int a, float eta) {
-    const float alpha = node_alpha(a);
-    const int n = a == 0 ? 16 * kMeanCosines : kMeanCosines;
-    double transmitted = 0, reflected = 0;
+  static float mean_fresnel(float eta) {
+    constexpr int n = 1024;
+    double sum = 0;
     for (int i = 0; i < n; ++i) {
       const float cosine = (i + 0.5f) / n;
-      transmitted += 2 * cosine * boundary_shares(alpha, cosine, eta, kMeanAround, kMeanAway).transmit / n;
-      reflected += 2 * cosine * boundary_shares(alpha, cosine, 1 / eta, kMeanAround, kMeanAway).reflect / n;
+      sum += 2 * cosine * fresnel_dielectric(cosine, eta) / n;
     }
-    mean_transmit_outside[a] = static_cast<float>(transmitted);
-    // Multiplied by the squared index, it hardly depends on the index (it is the transmittance from outside without
-    // losses between facets), so it can be interpolated.
-    mean_lost_inside[a] = static_cast<float>((1 - reflected) * eta * eta);
-  }
-  void integrate_absorption(float eta) {
-    const int n = 4096;
-    for (int d = 0; d < kDepthNodes; ++d) {
-      const double t = static_cast<double>(d) / (kDepthNodes - 1), depth = kMaxDepth * t * t * t;
-      double weakened = 0, whole = 0;
-      for (int i = 0; i < n; ++i) {
-        const double cosine = (i + 0.5) / n;
-        const double reflected = cosine * fresnel_dielectric(static_cast<float>(cosine), 1 / eta);
-        whole += reflected;
-        weakened += reflected * std::exp(-2 * depth / cosine);
-      }
-      log_transmittance[d] = whole > 0 ? static_cast<float>(std::log(weakened / whole)) : 0.0f;
-    }
+    return static_cast<float>(sum);
   }
 };
 
-/// Slices are computed on first use: most scenes need one or two.
-const Slice& slice(int eta_node) {
-  static std::array<std::unique_ptr<const Slice>, kEtaNodes> slices;
-  static std::array<std::once_flag, kEtaNodes> made;
-  std::call_once(made[eta_node], [&] { slices[eta_node] = std::make_unique<const Slice>(node_eta(eta_node)); });
-  return *slices[eta_node];
+/// Logarithms of internal_transmittance() for one index.
+std::array<float, kDepthNodes> integrate_absorption(float eta) {
+  std::array<float, kDepthNodes> logs;
+  const int n = 4096;
+  for (int d = 0; d < kDepthNodes; ++d) {
+    const double t = static_cast<double>(d) / (kDepthNodes - 1), depth = kMaxDepth * t * t * t;
+    double weakened = 0, whole = 0;
+    for (int i = 0; i < n; ++i) {
+      const double cosine = (i + 0.5) / n;
+      const double reflected = cosine * fresnel_dielectric(static_cast<float>(cosine), 1 / eta);
+      whole += reflected;
+      weakened += reflected * std::exp(-2 * depth / cosine);
+    }
+    logs[d] = whole > 0 ? static_cast<float>(std::log(weakened / whole)) : 0.0f;
+  }
+  return logs;
 }
 
-/// Calls f(slice, alpha node, weight) for the four nodes around a roughness and an index.
+// Tables are computed on first use: most scenes need a few.
+const Cell& cell(int alpha_node, int eta_node) {
+  static std::array<std::unique_ptr<const Cell>, kAlphaNodes * kEtaNodes> cells;
+  static std::array<std::once_flag, kAlphaNodes * kEtaNodes> made;
+  const int i = eta_node * kAlphaNodes + alpha_node;
+  std::call_once(made[i], [&] { cells[i] = std::make_unique<const Cell>(node_alpha(alpha_node), node_eta(eta_node)); });
+  return *cells[i];
+}
+const std::array<float, kDepthNodes>& absorption(int eta_node) {
+  static std::array<std::array<float, kDepthNodes>, kEtaNodes> tables;
+  static std::array<std::once_flag, kEtaNodes> made;
+  std::call_once(made[eta_node], [&] { tables[eta_node] = integrate_absorption(node_eta(eta_node)); });
+  return tables[eta_node];
+}
+
+/// Calls f(cell, weight) for the four nodes around a roughness and an index; those of weight 0 are not computed.
 template <class F>
 void for_nodes(float alpha, float eta, F f) {
   const Split a = split_alpha(alpha), e = split_eta(eta);
-  for (int i = 0; i < 2; ++i) {
-    const float eta_weight = i ? e.fraction : 1 - e.fraction;
-    const Slice& s = slice(e.index + i);
-    f(s, a.index, eta_weight * (1 - a.fraction));
-    f(s, a.index + 1, eta_weight * a.fraction);
+  const Cell* last = nullptr;
+  for (int i = 0; i < 4; ++i) {
+    const float weight = (i / 2 ? e.fraction : 1 - e.fraction) * (i % 2 ? a.fraction : 1 - a.fraction);
+    if (weight > 0) last = &cell(a.index + i % 2, e.index + i / 2);
+    if (last) f(*last, weight);
   }
 }
 
 struct SchlickTable {
-  Row scale[kAlphaNodes], bias[kAlphaNodes];
+  enum { scale, bias, scale_out, bias_out, kCount };
+  Row rows[kCount][kAlphaNodes];
   float mean_scale[kAlphaNodes], mean_bias[kAlphaNodes];
 
   SchlickTable() {
     for (int a = 0; a < kAlphaNodes; ++a) {
-      const float alpha = node_alpha(a);
-      for (int c = 0; c < kCosineNodes; ++c) integrate(alpha, node_cosine(c), scale[a][c], bias[a][c]);
-      mean_scale[a] = mean_bias[a] = 0;
-      for (int i = 0; i < kMeanCosines; ++i) {
-        const float cosine = (i + 0.5f) / kMeanCosines;
-        float s, b;
-        integrate(alpha, cosine, s, b);
-        mean_scale[a] += 2 * cosine * s / kMeanCosines;
-        mean_bias[a] += 2 * cosine * b / kMeanCosines;
+      for (int c = 0; c < kCosineNodes; ++c) {
+        const auto shares = integrate(node_alpha(a), node_cosine(c));
+        for (int i = 0; i < kCount; ++i) rows[i][a][c] = shares[i];
       }
+      mean_scale[a] = mean_over_cosines(rows[scale][a]);
+      mean_bias[a] = mean_over_cosines(rows[bias][a]);
     }
   }
-  static void integrate(float alpha, float cosine, float& scale, float& bias) {
+  static std::array<float, kCount> integrate(float alpha, float cosine) {
     if (alpha == 0) {
-      bias = schlick_term(cosine);
-      scale = 1 - bias;
-      return;
+      const float t = schlick_term(cosine);
+      return {1 - t, t, (1 - t) * t, t * t};
     }
-    scale = bias = 0;
-    for_visible_normals(alpha, cosine, kAround, kAway, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
+    std::array<float, kCount> sums{};
+    for_visible_normals(alpha, cosine, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
       const Vec3 wi = reflect(wo, h);
       if (wi.z <= 0) return;
-      const float t = schlick_term(dot(wo, h)), energy = weight * unmasked(m, wo, wi);
-      scale += energy * (1 - t);
-      bias += energy * t;
+      const float t = schlick_term(dot(wo, h)), energy = weight * unmasked(m, wo, wi), out = schlick_term(wi.z);
+      sums[scale] += energy * (1 - t);
+      sums[bias] += energy * t;
+      sums[scale_out] += energy * (1 - t) * out;
+      sums[bias_out] += energy * t * out;
     });
+    // Rounding must not make more light than arrives.
+    const float excess = std::max(1.0f, sums[scale] + sums[bias]);
+    for (float& sum : sums) sum /= excess;
+    return sums;
   }
 };
 
@@ -206,21 +242,20 @@ struct SchlickTable {
 Curve boundary_curve(Boundary what, float alpha, float eta) {
   Curve curve;
   int n = 0;
-  for_nodes(alpha, eta, [&](const Slice& s, int a, float weight) {
-    curve.rows[n] = s.rows[static_cast<int>(what)][a].data();
+  const float* row = nullptr;
+  for_nodes(alpha, eta, [&](const Cell& c, float weight) {
+    row = c.rows[static_cast<int>(what)].data();
+    curve.rows[n] = row;
     curve.weights[n++] = weight;
   });
+  while (n < 4) curve.rows[n++] = row;
   return curve;
 }
 
-BoundaryMeans boundary_means(float alpha, float eta) {
-  float transmitted = 0, lost = 0;
-  for_nodes(alpha, eta, [&](const Slice& s, int a, float weight) {
-    transmitted += weight * s.mean_transmit_outside[a];
-    lost += weight * s.mean_lost_inside[a];
-  });
-  eta = std::clamp(eta, 1.0f, kMaxEta);
-  return {transmitted, std::clamp(1 - lost / (eta * eta), 0.0f, 1.0f)};
+float boundary_mean(Boundary what, float alpha, float eta) {
+  float mean = 0;
+  for_nodes(alpha, eta, [&](const Cell& c, float weight) { mean += weight * c.means[static_cast<int>(what)]; });
+  return mean;
 }
 
 float internal_transmittance(float eta, float depth) {
@@ -229,7 +264,7 @@ float internal_transmittance(float eta, float depth) {
   const Split e = split_eta(eta), d = split(std::cbrt(depth / kMaxDepth) * (kDepthNodes - 1), kDepthNodes);
   float sum = 0;
   for (int i = 0; i < 2; ++i) {
-    const float* row = slice(e.index + i).log_transmittance;
+    const std::array<float, kDepthNodes>& row = absorption(e.index + i);
     sum += (i ? e.fraction : 1 - e.fraction) * (row[d.index] + (row[d.index + 1] - row[d.index]) * d.fraction);
   }
   return std::exp(sum);
@@ -244,7 +279,9 @@ SchlickCurves schlick_curves(float alpha) {
     return Curve{{low, high, low, low}, {1 - w, w, 0, 0}};
   };
   const auto mix_mean = [&](const float* means) { return means[a.index] * (1 - w) + means[a.index + 1] * w; };
-  return {mix(table.scale), mix(table.bias), mix_mean(table.mean_scale), mix_mean(table.mean_bias)};
+  using T = SchlickTable;
+  return {mix(table.rows[T::scale]),    mix(table.rows[T::bias]),   mix(table.rows[T::scale_out]),
+          mix(table.rows[T::bias_out]), mix_mean(table.mean_scale), mix_mean(table.mean_bias)};
 }
 
 }  // namespace glowworm::bsdf_detail

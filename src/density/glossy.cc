@@ -71,7 +71,9 @@ GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point, GlossyModel model)
   set_color(numbers, kGlossyDiffuse, f.diffuse * std::numbers::pi_v<float>);
   set_color(numbers, kGlossyFirst, f.first);
   set_color(numbers, kGlossySecond, f.second);
+  set_color(numbers, kGlossyMultiple, f.multiple * std::numbers::pi_v<float>);
   const bool coated = model == GlossyModel::coated;
+  if (coated) numbers[kGlossyThrough] = f.through;
   numbers[kGlossyFirstGrazing] = coated ? f.eta : f.first_grazing;
   numbers[kGlossySecondGrazing] = coated ? f.thickness : f.second_grazing;
   if (!f.curve[0].rows[0]) return numbers;
@@ -86,7 +88,7 @@ GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point, GlossyModel model)
   } else {
     known_.push_back({model, alpha, eta, place});
     append_curve(tables_, f.curve[0]);
-    if (!coated) append_curve(tables_, f.curve[1]);
+    append_curve(tables_, f.curve[1]);
   }
   numbers[kGlossyTable] = std::bit_cast<float>(static_cast<std::int32_t>(place));
   return numbers;

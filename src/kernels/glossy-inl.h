@@ -109,11 +109,21 @@ HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::siz
   const V cosine_of_half = hn::Mul(half, hn::Sqrt(length2));
 
   GlossyValue<D> f;
+  const auto place_in_curves = [&]() HWY_ATTR {
+    return GlossyPlace<D>(d, c, points.fields + kGlossyTable * points.stride + point);
+  };
+  const auto add_multiple = [&](V lost) HWY_ATTR {
+    lost = hn::Max(zero, lost);
+    f = {hn::MulAdd(lost, field(kGlossyMultiple), f.r), hn::MulAdd(lost, field(kGlossyMultiple + 1), f.g),
+         hn::MulAdd(lost, field(kGlossyMultiple + 2), f.b)};
+  };
   if constexpr (model == GlossyModel::conductor) {
     const auto channel = [&](std::size_t i) HWY_ATTR {
       return hn::Mul(lobe, glossy_conductor(d, cosine_of_half, field(kGlossyFirst + i), field(kGlossySecond + i)));
     };
     f = {channel(0), channel(1), channel(2)};
+    const GlossyPlace<D> place = place_in_curves();
+    add_multiple(hn::Sub(hn::Sub(one, place.read(d, points.tables)), place.read(d, points.tables + kGlossyCurve)));
   }
   if constexpr (model == GlossyModel::schlick) {
     const V m = hn::Sub(one, hn::Min(cosine_of_half, one)), m2 = hn::Mul(m, m), term = hn::Mul(hn::Mul(m2, m2), m);
@@ -121,13 +131,14 @@ HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::siz
             grazing = hn::Mul(lobe, hn::Mul(term, field(kGlossyFirstGrazing)));
     f = {hn::MulAdd(kept, field(kGlossyFirst), grazing), hn::MulAdd(kept, field(kGlossyFirst + 1), grazing),
          hn::MulAdd(kept, field(kGlossyFirst + 2), grazing)};
-    const GlossyPlace<D> place(d, c, points.fields + kGlossyTable * points.stride + point);
-    const V scale = place.read(d, points.tables),
-            left = hn::NegMulAdd(place.read(d, points.tables + kGlossyCurve), field(kGlossySecondGrazing), one);
+    const GlossyPlace<D> place = place_in_curves();
+    const V scale = place.read(d, points.tables), bias = place.read(d, points.tables + kGlossyCurve),
+            left = hn::NegMulAdd(bias, field(kGlossySecondGrazing), one);
     const auto add = [&](V value, std::size_t i) HWY_ATTR {
       return hn::MulAdd(field(kGlossyDiffuse + i), hn::NegMulAdd(scale, field(kGlossySecond + i), left), value);
     };
     f = {add(f.r, 0), add(f.g, 1), add(f.b, 2)};
+    add_multiple(hn::Sub(hn::Sub(one, scale), bias));
   }
   if constexpr (model == GlossyModel::coated) {
     const V eta = field(kGlossyIndex), thickness = field(kGlossyThickness);
@@ -135,14 +146,18 @@ HWY_INLINE GlossyValue<D> glossy_value(D d, const GlossyPoints& points, std::siz
     const auto table = hn::LoadU(d, points.fields + kGlossyTable * points.stride + point);
     const auto smooth =
         hn::RebindMask(d, hn::Lt(hn::BitCast(hn::RebindToSigned<D>(), table), hn::Zero(hn::RebindToSigned<D>())));
-    V passed = zero;
-    if (!hn::AllTrue(d, smooth))
-      passed = GlossyPlace<D>(d, c, points.fields + kGlossyTable * points.stride + point).read(d, points.tables);
+    V passed = zero, lost = zero;
+    if (!hn::AllTrue(d, smooth)) {
+      const GlossyPlace<D> place = place_in_curves();
+      lost = hn::IfThenZeroElse(smooth, place.read(d, points.tables + kGlossyCurve));
+      passed = hn::MulAdd(field(kGlossyThrough), lost, place.read(d, points.tables));
+    }
     if (!hn::AllFalse(d, smooth)) passed = hn::IfThenElse(smooth, hn::Sub(one, glossy_dielectric(d, c, eta)), passed);
     const V inner = hn::Sqrt(hn::Max(hn::Set(d, 1e-12f), hn::Sub(one, hn::Div(hn::Sub(one, c2), hn::Mul(eta, eta)))));
     passed = hn::Mul(passed, hn::Exp(d, hn::Neg(hn::Div(thickness, inner))));
     f = {hn::MulAdd(passed, field(kGlossyDiffuse), mirrored), hn::MulAdd(passed, field(kGlossyDiffuse + 1), mirrored),
          hn::MulAdd(passed, field(kGlossyDiffuse + 2), mirrored)};
+    add_multiple(lost);
   }
   return {hn::IfThenElseZero(above, f.r), hn::IfThenElseZero(above, f.g), hn::IfThenElseZero(above, f.b)};
 }

@@ -36,13 +36,15 @@ enum GlossyField : std::size_t {
   kGlossySecond = 15,         ///< r, g, b
   kGlossyFirstGrazing = 18,   ///< schlick; of coated surfaces the index
   kGlossySecondGrazing = 19,  ///< schlick; of coated surfaces the thickness
-  kGlossyTable = 20,          ///< start of the point's curves in the tables, as bits
-  kGlossyFields = 21,
+  kGlossyMultiple = 20,       ///< r, g, b, times pi
+  kGlossyTable = 23,          ///< start of the point's two curves in the tables, as bits
+  kGlossyFields = 24,
 };
 inline constexpr std::size_t kGlossyIndex = kGlossyFirstGrazing, kGlossyThickness = kGlossySecondGrazing;
+inline constexpr std::size_t kGlossyThrough = kGlossyFirst;
 
-/// Number of values of a curve in the tables, at cosines (i / (kGlossyCurve - 1))^2. A point of the model schlick has
-/// two curves, one after the other.
+/// Number of values of a curve in the tables, at cosines (i / (kGlossyCurve - 1))^2. A point has two curves, one after
+/// the other.
 inline constexpr int kGlossyCurve = 32;
 
 /// The numbers of one point.

@@ -97,7 +97,10 @@ json floor_primitive(GltfFile& file) {
 void add_lamp(GltfFile& file) {
   const std::vector<float> corners{-1, 3, -1, 1, 3, -1, 1, 3, 1};
   const int positions = file.add_accessor(corners, 5126, "VEC3", 3);
-  const int glow = file.add("materials", {{"name", "lamp"}, {"emissiveFactor", {1, 1, 1}}, {"doubleSided", true}});
+  const json dark = {{"baseColorFactor", {0.2, 0.2, 0.2, 1}}};
+  const int glow = file.add(
+      "materials",
+      {{"name", "lamp"}, {"emissiveFactor", {1, 1, 1}}, {"pbrMetallicRoughness", dark}, {"doubleSided", true}});
   const json primitive = {{"attributes", {{"POSITION", positions}}}, {"material", glow}};
   file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {primitive}}})}});
 }
