@@ -34,7 +34,9 @@ struct PhotonArrays {
 /// positions that are not finite.
 std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k = 50);
 
-/// An index over photons. It serves any number of batches of points.
+/// An index over photons. It serves any number of batches of points. The constructors throw Error if lengths differ,
+/// for numbers that are not finite, radii that are not above 0, normals that are not unit and values that are no
+/// Kernel.
 class DensityIndex {
  public:
   /// One radius for all photons (Singh and Faloutsos 2007, equation 2).
@@ -53,7 +55,7 @@ class DensityIndex {
   /// @param position m points, metres
   /// @param normal   m unit normals if the photons have normals: a photon counts if its normal is less than 45 degrees
   /// away. Empty if the photons have none.
-  /// Throws Error if the lengths differ.
+  /// Throws Error if the lengths differ, for positions that are not finite, and for normals that are not unit.
   std::vector<Rgb> sum(std::span<const Vec3> position, std::span<const Vec3> normal = {}) const;
 
   std::size_t photon_count() const;
@@ -63,7 +65,8 @@ class DensityIndex {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Sets the number of threads that the library uses; 0: one for each hardware thread.
+/// Sets the number of threads that the library uses, 1 to 1024; 0: one for each hardware thread. Throws Error for other
+/// numbers.
 void set_threads(int threads);
 
 }  // namespace glowworm::api

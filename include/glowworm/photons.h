@@ -12,7 +12,8 @@
 
 namespace glowworm::api {
 
-/// Photons on surfaces, as arrays of one length. This object owns them; copies share them.
+/// Photons on surfaces of all materials, black and transparent ones, too, as arrays of one length. This object owns
+/// them; copies share them.
 class Photons {
  public:
   std::size_t size() const;
@@ -54,7 +55,7 @@ struct PhotonMapOptions {
   std::uint32_t nearest = 50;  ///< photons that an estimate should catch; they set the radii
   Kernel kernel = Kernel::epanechnikov;
   std::string engine;  ///< density engine; "": "blocked"
-  /// Correct photons whose kernel extends over the edge of a surface.
+  /// Correct estimates at points where a kernel extends over the edge of a surface.
   bool boundary_correction = true;
   const Interrupt* interrupt = nullptr;  ///< if requested, the constructor throws Cancelled
 };

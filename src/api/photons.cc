@@ -61,6 +61,7 @@ Photons trace_photons(const Scene& scene, const PhotonOptions& options) {
   settings.photons = options.photons;
   settings.seed = options.seed;
   settings.only_caustic = options.caustic;
+  settings.on_all_surfaces = true;
   Statistics statistics;
   const MaybeInterrupted scope(options.interrupt);
   PhotonPass pass = glowworm::trace_photons(*scene.implementation().tracer, settings, statistics);
@@ -79,10 +80,14 @@ struct PhotonMap::Implementation {
     settings.photons = options.photons;
     settings.seed = options.seed;
     settings.nearest = options.nearest;
+    if (static_cast<std::size_t>(options.kernel) >= std::size(kKernelShapes))
+      throw Error("there is no kernel number " + std::to_string(static_cast<int>(options.kernel)),
+                  "Give a value of the enumeration Kernel.");
     settings.kernel = static_cast<KernelShape>(options.kernel);
     settings.engine = engine_traits(options.engine.empty() ? "auto" : options.engine).name;
-    settings.corrected = options.boundary_correction;
+    if (options.boundary_correction) settings.correction = BoundaryCorrection::estimates;
     settings.kept = false;
+    settings.on_all_surfaces = true;
     Statistics statistics;
     const MaybeInterrupted scope(options.interrupt);
     maps.update(tracer(), settings, statistics);
@@ -98,6 +103,7 @@ struct PhotonMap::Implementation {
     std::vector<RGB> found(queries.size());
     Statistics statistics;
     maps.engines().front()->estimate(queries, found, statistics);
+    maps.correct(tracer(), queries, found);
     for (std::size_t i = 0; i < queries.size(); ++i) {
       Rgb& sum = out[queries.gather_point[i]];
       sum = {sum.r + found[i].r, sum.g + found[i].g, sum.b + found[i].b};

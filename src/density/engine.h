@@ -21,6 +21,10 @@ enum class RadiusKind : std::uint8_t {
   per_photon,  ///< a radius for each photon: the sample-point estimator of [HHS05] eq. 3 (all but knn)
 };
 
+/// Cosine of 45 degrees. A photon counts at a query point only if the dot product of their normals is above this. It
+/// excludes photons on the back of a thin wall and around a corner.
+inline constexpr float kMinNormalCosine = 0.70710678f;
+
 /// Radius within which photons count; passed to the engine by the caller.
 struct RadiusPolicy {
   RadiusKind kind = RadiusKind::per_photon;
@@ -32,9 +36,7 @@ struct RadiusPolicy {
   /// runs. Saves engines that need an order the time to compute it. Empty: engines compute their own.
   std::span<const std::uint32_t> order;
   KernelShape kernel = KernelShape::epanechnikov;
-  /// A photon counts at a query point only if the dot product of their normals is above this. It excludes photons on
-  /// the back of a thin wall and around a corner.
-  float min_normal_cosine = 0.7f;
+  float min_normal_cosine = kMinNormalCosine;
 };
 
 /// An engine indexes one batch of photons and estimates any number of batches of query points; it keeps no state of

@@ -72,26 +72,29 @@ Vec3 outside(const Box3& box, Vec3 x) {
 
 }  // namespace
 
+void PhotonPlaces::build(std::span<const Vec3> position, std::span<const Vec3> normal) {
+  tree_ = build_kd_tree(position, kKnnLeafSize);
+  normal_ = LargeArray<Vec3>(position.size());
+  parallel_for_each(size(), kKnnGrain, [&](std::size_t i) { normal_[i] = normal[tree_.points[i].index]; });
+}
+
 void PhotonMap::build(const PhotonBatch& photons) {
-  tree_ = build_kd_tree(photons.position, kKnnLeafSize);
-  const std::size_t count = photons.size();
-  normal_ = LargeArray<Vec3>(count);
-  direction_ = LargeArray<Vec3>(count);
-  flux_ = LargeArray<RGB>(count);
-  parallel_for_each(count, kKnnGrain, [&](std::size_t i) {
-    const std::uint32_t index = tree_.points[i].index;
-    normal_[i] = photons.normal[index];
-    direction_[i] = photons.direction[index];
-    flux_[i] = photons.flux[index];
+  PhotonPlaces::build(photons.position, photons.normal);
+  direction_ = LargeArray<Vec3>(size());
+  flux_ = LargeArray<RGB>(size());
+  parallel_for_each(size(), kKnnGrain, [&](std::size_t i) {
+    const auto place = static_cast<std::uint32_t>(i);
+    direction_[i] = photons.direction[index(place)];
+    flux_[i] = photons.flux[index(place)];
   });
 }
 
-FoundPhoton PhotonMap::unpack(std::uint64_t packed) {
+FoundPhoton PhotonPlaces::unpack(std::uint64_t packed) {
   return {std::bit_cast<float>(static_cast<std::uint32_t>(packed >> 32)), static_cast<std::uint32_t>(packed)};
 }
 
-std::size_t PhotonMap::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_t k, float limit_squared,
-                               std::span<std::uint64_t> found, std::uint64_t& tested) const {
+std::size_t PhotonPlaces::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_t k, float limit_squared,
+                                  std::span<std::uint64_t> found, std::uint64_t& tested) const {
   if (tree_.nodes.empty() || k == 0) return 0;
   std::uint64_t* const heap = found.data();
   std::size_t size = 0;
@@ -125,8 +128,8 @@ std::size_t PhotonMap::nearest(Vec3 x, Vec3 normal, float min_cosine, std::size_
   }
 }
 
-void PhotonMap::within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
-                       std::uint64_t& tested) const {
+void PhotonPlaces::within(Vec3 x, Vec3 normal, float min_cosine, float radius, std::vector<FoundPhoton>& found,
+                          std::uint64_t& tested) const {
   found.clear();
   if (tree_.nodes.empty()) return;
   const float r2 = radius * radius;

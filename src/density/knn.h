@@ -15,19 +15,17 @@ struct FoundPhoton {
   std::uint32_t place;
 };
 
-/// Photons in the order of the leaves of a kd-tree.
-class PhotonMap {
+/// Places and normals of photons, in the order of the leaves of a kd-tree.
+class PhotonPlaces {
  public:
-  /// Builds the map on all threads.
-  void build(const PhotonBatch& photons);
+  /// Builds the tree on all threads. @param position, normal of one length
+  void build(std::span<const Vec3> position, std::span<const Vec3> normal);
 
   std::size_t size() const { return tree_.points.size(); }
   const KdTree& tree() const { return tree_; }
   /// Index in the batch of the photon at a place.
   std::uint32_t index(std::uint32_t place) const { return tree_.points[place].index; }
   Vec3 normal(std::uint32_t place) const { return normal_[place]; }
-  Vec3 direction(std::uint32_t place) const { return direction_[place]; }
-  RGB flux(std::uint32_t place) const { return flux_[place]; }
 
   /// The k photons nearest to x whose normals have a dot product with `normal` above min_cosine; fewer if there are
   /// fewer within the limit. In no particular order, except that the farthest comes first if k were found. The place
@@ -48,7 +46,20 @@ class PhotonMap {
 
  private:
   KdTree tree_;
-  LargeArray<Vec3> normal_, direction_;
+  LargeArray<Vec3> normal_;
+};
+
+/// The photons themselves in that order.
+class PhotonMap : public PhotonPlaces {
+ public:
+  /// Builds the map on all threads.
+  void build(const PhotonBatch& photons);
+
+  Vec3 direction(std::uint32_t place) const { return direction_[place]; }
+  RGB flux(std::uint32_t place) const { return flux_[place]; }
+
+ private:
+  LargeArray<Vec3> direction_;
   LargeArray<RGB> flux_;
 };
 

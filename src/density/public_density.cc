@@ -37,10 +37,36 @@ constexpr std::size_t kPointsAtOnce = std::size_t{1} << 21;
 /// Direction of photons and points that have none: all normals agree.
 constexpr glowworm::Vec3 kAnyNormal{0, 0, 1};
 
+/// NaN fails, too.
+void check_unit(std::span<const Vec3> normal, const char* what) {
+  constexpr float kTolerance = 1e-3f;
+  for (std::size_t i = 0; i < normal.size(); ++i)
+    if (const float found = length(inner(normal[i])); !(std::abs(found - 1) <= kTolerance))
+      throw Error(
+          std::string("the normal of ") + what + " " + std::to_string(i) + " has length " + std::to_string(found),
+          "Give unit vectors.");
+}
+
+void check_flux(std::span<const Rgb> flux) {
+  for (std::size_t i = 0; i < flux.size(); ++i)
+    if (!is_finite(RGB(flux[i].r, flux[i].g, flux[i].b)))
+      throw Error("the flux of photon " + std::to_string(i) + " is not finite");
+}
+
+/// The private shapes are the same in the same order.
+KernelShape shape_of(Kernel kernel) {
+  if (static_cast<std::size_t>(kernel) >= std::size(kKernelShapes))
+    throw Error("there is no kernel number " + std::to_string(static_cast<int>(kernel)),
+                "Give a value of the enumeration Kernel.");
+  return static_cast<KernelShape>(kernel);
+}
+
 PhotonBatch batch_of(const PhotonArrays& photons) {
   check_positions(photons.position, "photon");
   check_length(photons.flux.size(), photons.position.size(), "fluxes");
   if (!photons.normal.empty()) check_length(photons.normal.size(), photons.position.size(), "normals");
+  check_flux(photons.flux);
+  check_unit(photons.normal, "photon");
   PhotonBatch batch;
   batch.reserve(photons.position.size());
   for (std::size_t i = 0; i < photons.position.size(); ++i) {
@@ -77,7 +103,7 @@ struct DensityIndex::Implementation {
       : count(photons.position.size()), normals(!photons.normal.empty()) {
     for (const float radius : policy.radii)
       if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
-    policy.kernel = static_cast<KernelShape>(kernel);  // the same shapes in the same order
+    policy.kernel = shape_of(kernel);
     Statistics statistics;
     engine->build(batch_of(photons), policy, statistics);
   }
@@ -115,6 +141,7 @@ std::size_t DensityIndex::photon_count() const { return implementation_->count; 
 std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<const Vec3> normal) const {
   check_positions(position, "point");
   if (!normal.empty()) check_length(normal.size(), position.size(), "normals");
+  check_unit(normal, "point");
   const std::size_t count = position.size();
   std::vector<Rgb> out(count);
   // An index without photons does not know whether they have normals.
@@ -145,6 +172,12 @@ std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<con
   return out;
 }
 
-void set_threads(int threads) { set_thread_count(threads); }
+void set_threads(int threads) {
+  constexpr int kMostThreads = 1024;  // as of --threads
+  if (threads < 0 || threads > kMostThreads)
+    throw Error(std::to_string(threads) + " threads were asked for",
+                "Give 1 to " + std::to_string(kMostThreads) + ", or 0: one for each hardware thread.");
+  set_thread_count(threads);
+}
 
 }  // namespace glowworm::api

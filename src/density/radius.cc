@@ -5,14 +5,13 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "density/engine.h"
 #include "density/kd_tree.h"
 
 namespace glowworm {
 
 namespace {
 
-// Photons of a leaf whose normals have a dot product above this lie on one surface, as in RadiusPolicy.
-constexpr float kLeafSurfaceCosine = 0.7f;
 // Maximum number of surfaces in one leaf; a photon that matches none of them joins the last.
 constexpr int kMaxSurfaces = 4;
 // Leaves before and after a leaf, in the order of the tree, that are pooled with its estimate.
@@ -79,7 +78,7 @@ struct Leaf {
 /// The surface of the leaf with that normal; adds a new one if none matches.
 int surface_of(Leaf& leaf, Vec3 normal) {
   for (int s = 0; s < leaf.surface_count; ++s) {
-    if (dot(leaf.surfaces[s].first_normal, normal) > kLeafSurfaceCosine) return s;
+    if (dot(leaf.surfaces[s].first_normal, normal) > kMinNormalCosine) return s;
   }
   if (leaf.surface_count == kMaxSurfaces) return kMaxSurfaces - 1;
   leaf.surfaces[leaf.surface_count].first_normal = normal;
@@ -130,7 +129,7 @@ float pooled_radius(std::span<const Leaf> leaves, std::size_t i, const Surface& 
   for (std::size_t j = first; j < last; ++j) {
     for (int s = 0; s < leaves[j].surface_count; ++s) {
       const Surface& other = leaves[j].surfaces[s];
-      if (other.area <= 0 || !(dot(other.normal, surface.normal) > kLeafSurfaceCosine)) continue;
+      if (other.area <= 0 || !(dot(other.normal, surface.normal) > kMinNormalCosine)) continue;
       // Adjacent leaves in the tree may be far apart in space.
       const float reach = 2 * std::max(surface.area, other.area);
       if (length_squared(other.center - surface.center) > reach) continue;
@@ -224,9 +223,9 @@ std::vector<float> per_photon_radii(const PhotonBatch& photons, std::uint32_t k)
 
 float fixed_radius(const PhotonBatch& photons, std::uint32_t k) {
   if (photons.size() == 0) return 1e-3f;
-  std::vector<float> radii = per_photon_radii(photons, k);
-  std::nth_element(radii.begin(), radii.begin() + radii.size() / 2, radii.end());
-  return radii[radii.size() / 2];
+  double squares = 0;
+  for (const float radius : per_photon_radii(photons, k)) squares += double{radius} * radius;
+  return static_cast<float>(std::sqrt(squares / static_cast<double>(photons.size())));
 }
 
 }  // namespace glowworm

@@ -21,7 +21,8 @@ PhotonRadii measured_radii(const PhotonBatch& photons, std::uint32_t k);
 /// The radii only.
 std::vector<float> per_photon_radii(const PhotonBatch& photons, std::uint32_t k);
 
-/// One radius for all photons: the median of a coarse density estimate of the same kind ([SF07], width h), metres.
+/// One radius for all photons, metres ([SF07], width h): the root mean square of measured_radii(), with which points
+/// evenly spread over the surface that has photons find k on average.
 float fixed_radius(const PhotonBatch& photons, std::uint32_t k);
 
 }  // namespace glowworm

@@ -25,6 +25,8 @@ constexpr float kSpotRadii = 3;
 
 /// Samples of the direct light at the end of a short ray.
 constexpr LightSampleCounts kSecondaryCounts{1, 1};
+/// Most likely survival of a ray that is short again: white rooms smaller than the photons' radius would never end.
+constexpr float kMostSurvival = 0.9f;
 
 /// Final gather rays per piece of parallel work.
 constexpr std::size_t kRaysPerChunk = 32768;
@@ -65,7 +67,7 @@ class ChunkGatherer {
     queries_.reserve(order.size() * settings_.rays);
     const std::uint32_t strata_at_once = strata_under_way(settings_.rays);
     for (std::uint32_t stratum = 0; stratum < settings_.rays; stratum += strata_at_once) {
-      rays_.clear();
+      start_rays();
       maker_.create(stratum, std::min(settings_.rays, stratum + strata_at_once), rays_);
       while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
     }
@@ -75,9 +77,14 @@ class ChunkGatherer {
   std::uint64_t rays_traced = 0, shadow_rays = 0;
 
  private:
+  void start_rays() {
+    rays_.clear();
+    segments_ = 0;
+  }
+
   /// Traces rays to bright patches. A ray counts if nothing is in its way.
   void look_at_patches(std::span<const std::uint32_t> order) {
-    rays_.clear();
+    start_rays();
     std::vector<std::uint32_t> targets;
     create_patch_rays(scene_, *settings_.bright, points_, order,
                       {settings_.rays, settings_.patch_samples, settings_.seed}, rays_, targets);
@@ -116,6 +123,7 @@ class ChunkGatherer {
       if (advance(i)) rays_.move(i, kept++);
     }
     rays_.shrink(kept);
+    ++segments_;
   }
 
   /// Whether the weight of ray i depends on the patch where it may end.
@@ -172,9 +180,10 @@ class ChunkGatherer {
     const ShadedSurface surface = shaded(point, bsdf);
     const float broad = luminance(surface.albedo(wo, kBroad)), sharp = luminance(surface.albedo(wo, kSharp));
     const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
-    // A secondary ray exists only for some numbers of the ray before it, so it needs another one.
+    // A secondary ray exists only for some numbers of the rays before it, so it needs another one.
     const bool is_second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
-    const std::uint32_t choice = kSplitStream + rays_.bounces[i] + (is_second ? kMaxSharpGatherBounces + 1 : 0);
+    const std::uint32_t first_choice = kSplitStream + rays_.bounces[i];
+    const std::uint32_t choice = is_second ? hash_combine(first_choice, segments_) : first_choice;
     const float u = gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, choice);
     return u < probability ? arrive(i, hit, point, bsdf, wo, 1 / probability)
                            : follow(i, point, bsdf, wo, 1 / (1 - probability));
@@ -208,7 +217,8 @@ class ChunkGatherer {
   /// blurred, or be of the same few photons.
   bool is_short(std::size_t i, const Hit& hit, Vec3 position) const {
     const bool first = rays_.segment[i] == Segment::first;
-    if (!settings_.radii || !(first || rays_.segment[i] == Segment::to_patch)) return false;
+    const bool is_counted = first || rays_.segment[i] == Segment::to_patch || (settings_.gathers_on && is_secondary(i));
+    if (!settings_.radii || !is_counted) return false;
     const float narrowness = first ? std::max(kPi * rays_.pdf[i] - 1, 0.0f) : 0.0f;
     const float length_squared = hit.distance * hit.distance / (1 + kSpotRadii * kSpotRadii * narrowness);
     const auto reaches = [&](float radius) { return length_squared < radius * radius; };
@@ -249,12 +259,15 @@ class ChunkGatherer {
     return false;
   }
 
+  bool is_secondary(std::size_t i) const { return rays_.segment[i] == Segment::secondary; }
+
   /// Secondary gather: caustics by their map, all other light by one more ray, whose direct light is weighted against
-  /// that of one light sample. The sample alone would have no bound where a light touches a corner.
+  /// that of one light sample. The sample alone would have no bound where a light touches a corner. Roulette ends rays
+  /// that are short again.
   bool secondary_gather(std::size_t i, SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream), rays_.stratum[i]),
+                    hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream + segments_), rays_.stratum[i]),
                     points_.sample[p]);
     const Vec2 u_light = sampler.next2();
     const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
@@ -269,8 +282,14 @@ class ChunkGatherer {
                 weight, points_.slot[p]);
     const float u_lobe = sampler.next1();
     Vec2 u = sampler.next2();
-    const float factor = guide(point, bsdf, wo, u);
-    return leave(i, point, shaded(point, bsdf).sample(wo, u_lobe, u, kBroad), weight * factor, Segment::secondary);
+    float factor = guide(point, bsdf, wo, u);
+    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, u, kBroad);
+    if (is_secondary(i)) {
+      const float survival = std::min(max_component(s.weight * factor), kMostSurvival);
+      if (!(sampler.next1() < survival)) return false;
+      factor /= survival;
+    }
+    return leave(i, point, s, weight * factor, Segment::secondary);
   }
 
   /// Warps the random numbers of a ray from a diffuse point where the guide knows more light, and turns the point's
@@ -330,6 +349,7 @@ class ChunkGatherer {
   GatherRayMaker maker_;
   QueryPoints& queries_;
   QueryPoints* caustic_queries_;  // null: there is no caustic map
+  std::uint32_t segments_ = 0;    // of the paths under way, before those being traced
   const bool absorbs_ = has_absorption(scene_);
 };
 

@@ -16,8 +16,8 @@ constexpr std::size_t kTrianglesInCache = 2048;
 constexpr DiffuseTriangle kNothing{{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}},    {0, 0, 1},
                                    RGB(0.0f), DiffuseTriangle::kDiffuse, 0};
 
-/// Photons on a black texel are stored, because estimates around it reach over it; their paths end.
-constexpr RGB kBlackTexel(1e-38f);
+/// The kernel leaves no photon on a surface that reflects nothing, and ends paths that carry so little.
+constexpr RGB kNearlyBlack(1e-38f);
 
 }  // namespace
 
@@ -38,10 +38,10 @@ void DiffuseHits::place(const Scene& scene, std::span<const Hit> hits, std::size
     offset_[i] = triangle.offset();
     const bool served = (triangle.kind & kServed) == DiffuseTriangle::kDiffuse;
     RGB reflectance = served ? triangle.reflectance : RGB(0.0f);
-    if (served && triangle.kind & DiffuseTriangle::kTextured) {
-      reflectance = diffuse_reflectance(scene, hit.triangle, hit.barycentric);
-      if (is_black(reflectance)) reflectance = kBlackTexel;
-    }
+    const bool textured = served && triangle.kind & DiffuseTriangle::kTextured;
+    if (textured) reflectance = diffuse_reflectance(scene, hit.triangle, hit.barycentric);
+    // Estimates around a black texel reach over it.
+    if ((textured || on_black_) && !missed && is_black(reflectance)) reflectance = kNearlyBlack;
     for (int c = 0; c < 3; ++c) reflectance_[c][i] = reflectance[c];
     barycentric_[0][i] = hit.barycentric.x;
     barycentric_[1][i] = hit.barycentric.y;

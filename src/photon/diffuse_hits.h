@@ -16,6 +16,9 @@ class DiffuseHits {
  public:
   static constexpr std::size_t kBlock = 128;
 
+  /// @param on_black paths leave photons on black surfaces, too, and end there
+  explicit DiffuseHits(bool on_black = false) : on_black_(on_black) {}
+
   /// Scatters paths [first, first + count) of those that have rays, count <= kBlock; path `first` is number 0 of the
   /// block. Paths without a hit leave no photon.
   /// @param paths the flux of all paths, their roulette and their square; the padding is read
@@ -50,6 +53,7 @@ class DiffuseHits {
   void place(const Scene& scene, std::span<const Hit> hits, std::size_t first, std::size_t count);
   void place_normals(const Geometry& geometry, const Hit* hits, std::size_t count);
 
+  bool on_black_;
   alignas(64) Array corner_[3] = {}, edges_[6] = {}, geometric_[3] = {}, offset_ = {}, vertex_normals_[9] = {},
                     barycentric_[2] = {}, reflectance_[3] = {}, back_[3] = {};
   alignas(64) Array position_[3] = {}, normal_[3] = {}, photon_flux_[3] = {}, origin_[3] = {},

@@ -112,7 +112,10 @@ void PhotonChunk::read(ByteReader& in) {
 class ChunkTracers::ChunkTracer {
  public:
   explicit ChunkTracer(const PhotonChunkSettings& settings)
-      : scene_(settings.tracer->scene()), settings_(settings), pass_(*settings.pass) {}
+      : scene_(settings.tracer->scene()),
+        settings_(settings),
+        pass_(*settings.pass),
+        block_(settings.pass->on_all_surfaces) {}
 
   void trace(std::uint64_t first_path, std::size_t count, PhotonChunk& chunk) {
     result_ = &chunk;
@@ -249,8 +252,8 @@ class ChunkTracers::ChunkTracer {
     const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
     const RGB arriving = flux(path) * dispersed * arrived.factor;
     std::uint32_t outcome = 0;
-    if (arrived.factor > 0 &&
-        ((lobes(bsdf) & kBroad) || is_looked_up(point, scene_.geometry().material[hit.triangle]))) {
+    if (arrived.factor > 0 && (pass_.on_all_surfaces || (lobes(bsdf) & kBroad) ||
+                               is_looked_up(point, scene_.geometry().material[hit.triangle]))) {
       outcome |= kPhotonLeft;
       block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), arriving);
       block_.put_back(i, arrived.back);
@@ -265,8 +268,8 @@ class ChunkTracers::ChunkTracer {
     return s.straight && arrived.back == back ? kNoneBroad : kCaustic;
   }
 
-  /// Whether photons count on a surface. Estimates reach over all points of a material, also those without a broad
-  /// lobe: their photons are stored where other points may have one.
+  /// Whether pictures look up photons on a surface. Estimates reach over all points of a material, also those without a
+  /// broad lobe: their photons are stored where other points may have one.
   bool is_looked_up(SurfacePoint point, std::uint32_t material) const {
     const Material& m = scene_.materials()[material];
     if (m.kind == MaterialKind::mix) return is_looked_up(point, m.mix_a) || is_looked_up(point, m.mix_b);

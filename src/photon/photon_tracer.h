@@ -28,7 +28,10 @@ struct PhotonPassSettings {
   int max_bounces = 1000;                ///< Russian roulette ends nearly all paths earlier
   const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
   const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
-  bool keep_sources = false;             ///< fill PhotonPass::global_source and caustic_source
+  /// Store photons on black, sharp and transparent surfaces, too, for irradiance, which no material changes. Pictures
+  /// look up none there.
+  bool on_all_surfaces = false;
+  bool keep_sources = false;  ///< fill PhotonPass::global_source and caustic_source
   /// Make only PhotonPass::caustic, of `photons` photons. Paths end when they can no longer store a caustic photon.
   bool only_caustic = false;
   SharedWork* shared = nullptr;  ///< processes that divide the pass; null: this one traces all of it

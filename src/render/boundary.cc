@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -17,9 +18,11 @@ namespace glowworm {
 
 namespace {
 
-/// Lines per area of a photon's disc: first lines to detect a deviation, and all lines where there is one.
-constexpr float kFirstLines = 8, kAllLines = 32;
-constexpr std::size_t kClustersPerChunk = 64;
+/// Lines per area of a photon's disc: first lines to detect a deviation, and all lines where there is one. A query
+/// point has more, because the error of its mass is an error of its estimate, where the errors of many photons average
+/// out.
+constexpr float kFirstLines = 8, kAllLines = 32, kLinesOfQuery = 64;
+constexpr std::size_t kClustersPerChunk = 64, kQueriesPerChunk = 256;
 /// Photons of a piece of shared work, about a tenth of a second of a core, and most pieces.
 constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
 /// A cluster is plain if the first lines give all its photons a mass within this distance of 1.
@@ -92,33 +95,38 @@ class Columns {
   std::array<std::vector<float>, kArrays> arrays_;
 };
 
+/// The centers and normals of kernels, their radii in metres, and their shape.
+struct Kernels {
+  std::span<const Vec3> position, normal;
+  std::span<const float> radius;
+  KernelShape shape;
+  float min_cosine;
+};
+
 /// Measures one cluster after the other.
 class ClusterMass {
  public:
-  ClusterMass(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii,
-              const RadiusPolicy& policy, const std::vector<LinePoint>& points)
-      : scene_(tracer.scene()),
-        photons_(photons),
-        radii_(radii),
-        kernel_(policy.kernel),
-        min_cosine_(policy.min_normal_cosine),
-        points_(points),
-        surface_(tracer) {}
+  ClusterMass(const Tracer& tracer, const Kernels& kernels, const std::vector<LinePoint>& points)
+      : scene_(tracer.scene()), kernels_(kernels), points_(points), surface_(tracer) {}
 
-  /// Sets the factors of the cluster's photons where they are not 1.
-  void measure(const BoundaryCluster& cluster, std::span<const std::uint32_t> photons, std::span<float> factors) {
+  /// Sets the factors of the cluster's kernels where they are not 1.
+  /// @param key    of the cluster's random numbers
+  /// @param number lines to the area of a kernel's disc where the first ones find a deviation
+  void measure(const BoundaryCluster& cluster, std::span<const std::uint32_t> members, std::uint32_t key, float number,
+               std::span<float> factors) {
     cluster_ = &cluster;
-    members_ = photons;
+    members_ = members;
+    key_ = key;
     lines_.clear();
     places_.clear();
     surface_.approach(cluster);
     positions_.clear();
     for (const std::uint32_t p : members_)
-      positions_.push_back(surface_.frame().to_local(photons_.position[p] - cluster.center));
+      positions_.push_back(surface_.frame().to_local(kernels_.position[p] - cluster.center));
     trace(kFirstLines);
     if (!surface_.crowded()) {
       if (is_plain()) return;
-      trace(kAllLines);
+      trace(number);
     }
     // So many surfaces have more than the maximum mass, even if every other one is invisible.
     for (std::size_t i = 0; i < members_.size(); ++i)
@@ -150,7 +158,7 @@ class ClusterMass {
 
   /// Each cluster turns the same points by an angle of its own, and shifts them.
   void add_lines(std::size_t count) {
-    const Vec2 u = Sampler(SamplerKind::independent, kBoundaryStream, members_[0], 0).next2();
+    const Vec2 u = Sampler(SamplerKind::independent, kBoundaryStream, key_, 0).next2();
     const float cosine = std::cos(2 * kPi * u.x), sine = std::sin(2 * kPi * u.x);
     for (std::size_t i = lines_.size(); i < count; ++i) {
       const LinePoint& p = points_[i];
@@ -210,30 +218,29 @@ class ClusterMass {
   /// Share of a line, or of the path to it, which has at least half its length, that is skipped behind a surface.
   float step() const { return kStep + 2 * cluster_->step; }
 
-  /// The kernel's integral for a photon of the cluster. The lines' result is compared with their result on an infinite
+  /// The integral of a kernel of the cluster. The lines' result is compared with their result on an infinite
   /// plane, whose integral is 1, so noise arises only where there is a difference.
   float mass(std::size_t member) const {
-    const Vec3 p = positions_[member], n = surface_.frame().to_local(photons_.normal[members_[member]]);
+    const Vec3 p = positions_[member], n = surface_.frame().to_local(kernels_.normal[members_[member]]);
     if (!(n.z > 0)) return 1;
-    const float radius = radii_[members_[member]];
+    const float radius = kernels_.radius[members_[member]];
     const KernelBall ball{{p.x, p.y, p.z}, {n.x, n.y, n.z}, 1 / (radius * radius)};
     const auto& off = places_off_;
     const WeightedPlaces places{off.count(), {off[0], off[1], off[2]}, {off[3], off[4], off[5]}, off[6]};
-    const float there = sum_at_places(kernel_, places, ball, min_cosine_);
-    const float expected = sum_on_plane(kernel_, lines_off_[0], lines_off_[1], lines_off_.count(), ball) / n.z;
+    const float there = sum_at_places(kernels_.shape, places, ball, kernels_.min_cosine);
+    const float expected = sum_on_plane(kernels_.shape, lines_off_[0], lines_off_[1], lines_off_.count(), ball) / n.z;
     const float area = kPi * cluster_->reach * cluster_->reach / static_cast<float>(lines_.size());
-    return 1 + (there - expected) * area * ball.inverse_squared_radius * static_cast<float>(kernel_norm(kernel_));
+    return 1 +
+           (there - expected) * area * ball.inverse_squared_radius * static_cast<float>(kernel_norm(kernels_.shape));
   }
 
   const Scene& scene_;
-  const PhotonBatch& photons_;
-  std::span<const float> radii_;
-  KernelShape kernel_;
-  float min_cosine_;
+  const Kernels kernels_;
   const std::vector<LinePoint>& points_;
   NearbySurface surface_;
   const BoundaryCluster* cluster_ = nullptr;
   std::span<const std::uint32_t> members_;
+  std::uint32_t key_ = 0;
   std::vector<Vec3> positions_;  ///< of the members
   std::vector<Line> lines_;
   std::vector<Place> places_;
@@ -262,8 +269,12 @@ class Factors {
     const std::vector<BoundaryCluster>& clusters = all_->clusters;
     const std::size_t first = clusters.size() * piece / pieces, end = clusters.size() * (piece + 1) / pieces;
     parallel_for(first, end, kClustersPerChunk, [&](std::size_t from, std::size_t to) {
-      ClusterMass mass(tracer_, photons_, radii_, policy_, points_);
-      for (std::size_t i = from; i < to; ++i) mass.measure(clusters[i], members(clusters[i]), factors_);
+      const Kernels kernels{photons_.position, photons_.normal, radii_, policy_.kernel, policy_.min_normal_cosine};
+      ClusterMass mass(tracer_, kernels, points_);
+      for (std::size_t i = from; i < to; ++i) {
+        const std::span<const std::uint32_t> photons = members(clusters[i]);
+        mass.measure(clusters[i], photons, photons[0], kAllLines, factors_);
+      }
     });
     return std::span(clusters).subspan(first, end - first);
   }
@@ -282,6 +293,13 @@ class Factors {
   std::optional<BoundaryClusters> all_;
   std::vector<LinePoint> points_;
 };
+
+/// Random numbers of a query point belong to its place: they do not depend on the other points of a call.
+std::uint32_t key_of(Vec3 p) {
+  std::uint32_t key = 0;
+  for (int axis = 0; axis < 3; ++axis) key = hash_combine(key, std::bit_cast<std::uint32_t>(p[axis]));
+  return key;
+}
 
 /// A factor that is not 1.
 struct FactorOf {
@@ -313,6 +331,28 @@ std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& pho
   };
   shared->divide(name, pieces, make, take);
   return std::move(values);
+}
+
+void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::span<const float> radii,
+                       KernelShape kernel, std::span<RGB> radiance) {
+  const std::vector<LinePoint> lines = make_line_points();
+  const std::span<const Vec3> positions = points.position, normals = points.normal;
+  parallel_for(0, points.size(), kQueriesPerChunk, [&](std::size_t first, std::size_t last) {
+    const std::size_t count = last - first;
+    ClusterMass mass(tracer,
+                     {positions.subspan(first, count), normals.subspan(first, count), radii.subspan(first, count),
+                      kernel, kMinNormalCosine},
+                     lines);
+    std::array<float, kQueriesPerChunk> factors;
+    factors.fill(1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      RGB& estimate = radiance[first + i];
+      if (!(radii[first + i] > 0) || is_black(estimate)) continue;
+      const Vec3 p = positions[first + i];
+      mass.measure(lone_cluster(p, normals[first + i], radii[first + i]), {&i, 1}, key_of(p), kLinesOfQuery, factors);
+      estimate *= factors[i];
+    }
+  });
 }
 
 }  // namespace glowworm

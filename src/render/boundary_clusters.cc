@@ -19,6 +19,12 @@ constexpr float kLikeNormal = 0.9f;
 constexpr float kClusterFlatness = 1e-4f;
 constexpr std::size_t kLeafGrain = 64;
 
+void set_rounding(BoundaryCluster& c) {
+  const float rounding = position_rounding(c.center);
+  c.flatness = kClusterFlatness * c.reach + rounding;
+  c.step = rounding / (c.high - c.low);
+}
+
 class Clusterer {
  public:
   Clusterer(const PhotonBatch& photons, std::span<const float> radii) : photons_(photons), radii_(radii) {}
@@ -71,9 +77,7 @@ class Clusterer {
       cosine = std::min(cosine, dot(photons_.normal[p], c.normal));
     }
     c.wideness = c.reach * c.reach * static_cast<float>(c.count) / squares;
-    const float rounding = position_rounding(c.center);
-    c.flatness = kClusterFlatness * c.reach + rounding;
-    c.step = rounding / (c.high - c.low);
+    set_rounding(c);
     c.flat = deviation <= c.flatness && cosine >= 1 - kClusterFlatness;
     return c;
   }
@@ -83,6 +87,18 @@ class Clusterer {
 };
 
 }  // namespace
+
+BoundaryCluster lone_cluster(Vec3 position, Vec3 normal, float radius) {
+  BoundaryCluster c;
+  c.center = position;
+  c.normal = normal;
+  c.reach = c.high = radius;
+  c.low = -radius;
+  c.flat = true;
+  c.count = 1;
+  set_rounding(c);
+  return c;
+}
 
 BoundaryClusters make_boundary_clusters(const PhotonBatch& photons, std::span<const float> radii) {
   BoundaryClusters result;

@@ -31,6 +31,9 @@ struct BoundaryClusters {
   std::vector<std::uint32_t> photons;  ///< indices of the batch, each once
 };
 
+/// A cluster of one kernel. @param normal unit @param radius metres
+BoundaryCluster lone_cluster(Vec3 position, Vec3 normal, float radius);
+
 /// Divides a batch into clusters; the result does not depend on threads. @param radii of the kernels, metres
 BoundaryClusters make_boundary_clusters(const PhotonBatch& photons, std::span<const float> radii);
 

@@ -40,6 +40,7 @@ struct JobMaps {
   std::shared_ptr<const PhotonDemand> demand;
   GatherGuide gather_guide;
   bool has_gather_guide = false;
+  float fixed_radius = 0;  ///< with RenderSettings::fixed_radius, if it is automatic: metres; 0: not yet known
   PhotonMaps maps;
   std::optional<Film> rows;  ///< finished rows that the next Job starts with; it takes them out
 

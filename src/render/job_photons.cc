@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "core/log.h"
+#include "render/fixed_radius.h"
 #include "render/gather_guiding.h"
 #include "render/job.h"
 #include "render/photon_noise.h"
@@ -23,14 +24,17 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.reorder = s.reorder;
   wanted.kernel = s.kernel;
   wanted.fixed_radius = s.fixed_radius;
+  wanted.radius = s.radius > 0 ? s.radius : made_->fixed_radius;
+  wanted.caustic_radius = s.radius;
   wanted.seed = s.seed;
   wanted.pass = s.progressive ? pass : 0;
   wanted.radius_scale = s.progressive ? progressive_radius_scale(pass) : 1.0f;
   wanted.max_bounces = photon_bounces(s.max_bounces);
   wanted.guide = made_->guide;
   wanted.demand = made_->demand;
-  wanted.corrected = s.boundary_correction;
   const bool gathers = s.integrator == Integrator::gather;
+  wanted.on_all_surfaces = s.of_points && !gathers;
+  if (s.boundary_correction) wanted.correction = gathers ? BoundaryCorrection::photons : BoundaryCorrection::estimates;
   wanted.secondary_gather = gathers && s.secondary_gather;
   wanted.patches = gathers && s.gather_guiding;
   if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
@@ -62,6 +66,11 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
   memory_.clear();
   guide_emission(s, statistics);
   const DiskMemory::Scope scope(disk_.get());
+  if (s.fixed_radius && !(map_settings(s, 0).radius > 0)) {
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    // All passes of a progressive render have the radius of the first.
+    made_->fixed_radius = fixed_radius_for(*tracer_, made_->maps, map_settings(s, 0), view(), s.bounds, pass_, budget_);
+  }
   made_->maps.update(*tracer_, map_settings(s, sample), statistics);
 }
 
@@ -94,6 +103,7 @@ bool Job::take_more_photons() {
   settings_.photons = more.photons;
   settings_.photons_traced = more.photons_traced;
   settings_.nearest = more.nearest;
+  made_->fixed_radius = 0;
   return has_more_photons_ = true;
 }
 

@@ -34,6 +34,7 @@ struct Unit {
   double factor;
 };
 constexpr Unit kShareUnits[] = {{"", 1}, {"%", 0.01}};
+constexpr Unit kLengthUnits[] = {{"", 1}, {"m", 1}};
 constexpr Unit kCountUnits[] = {{"", 1}, {"k", 1e3}, {"M", 1e6}};
 constexpr Unit kTimeUnits[] = {{"", 1}, {"s", 1}, {"m", 60}, {"min", 60}, {"h", 3600}};
 constexpr double kKiB = 1024, kMiB = 1024 * kKiB, kGiB = 1024 * kMiB, kTiB = 1024 * kGiB;
@@ -114,6 +115,28 @@ Option flag(Option row, bool RenderSettings::*field, bool value = true) {
   };
   const auto print = [value](bool set) { return set == value ? kGiven : kNotGiven; };
   return member(std::move(row), field, read, print, kAsItIs);
+}
+
+Option radius_row(Option row) {
+  static const Names names = {"per-photon", "fixed"};
+  row.parse = [name = row.name](RenderSettings& s, const std::string& text) {
+    const double metres = parse_quantity(text, kLengthUnits);
+    s.fixed_radius = text != names[0];
+    s.radius = metres > 0 && std::isfinite(static_cast<float>(metres)) ? static_cast<float>(metres) : 0;
+    if (s.fixed_radius && text != names[1] && !(s.radius > 0))
+      throw Error(fmt::format("{} '{}' is no radius", name, text),
+                  "Give 'per-photon', 'fixed', or a length above 0 in metres, for example 0.05.");
+  };
+  row.print = [](const RenderSettings& s) {
+    return s.radius > 0 ? fmt::format("{}", s.radius) : names[s.fixed_radius ? 1 : 0];
+  };
+  row.report = [](const RenderSettings& s, json& out) {
+    if (s.radius > 0)
+      out["radius"] = s.radius;
+    else
+      out["radius"] = names[s.fixed_radius ? 1 : 0];
+  };
+  return row;
 }
 
 Option size_row(Option row) {
@@ -284,9 +307,10 @@ std::vector<Option> method_options() {
       choice({"--kernel", kMethod, "kernel", "", "epanechnikov", "epanechnikov", "Kernel of density estimation", true,
               without_photons},
              &S::kernel, kernel_names()),
-      choice({"--radius", kMethod, "radius", "", "per-photon", nullptr,
-              "Radii of photons: one for each, from the density around it, or one for all", true, without_photons},
-             &S::fixed_radius, {"per-photon", "fixed"}),
+      radius_row({"--radius", kMethod, "radius", "per-photon|fixed|M", "per-photon", nullptr,
+                  "Radii of photons: one for each, from the density around it; one for all, for k photons in a mean "
+                  "estimate; or one of so many metres",
+                  true, without_photons}),
       count({"--reorder", kMethod, nullptr, "N", "auto", nullptr,
              "Engine forward: query points of an octree's cell that is not divided further (auto: sorted as "
              "far as it pays)",

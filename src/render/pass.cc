@@ -67,19 +67,24 @@ class PassRenderer {
   }
 
   void look_up_global(const QueryPoints& queries) {
-    look_up(queries, maps_.engines(), maps_.narrow(), out_.radiance.indirect);
+    const auto correct = [&](bool is_narrow) { maps_.correct(tracer_, queries, memory_.found, is_narrow); };
+    look_up(queries, maps_.engines(), maps_.narrow(), correct, out_.radiance.indirect);
   }
 
   void look_up_caustic(const QueryPoints& queries, std::vector<RGB>& target) {
-    look_up(queries, maps_.caustic_engines(), maps_.narrow_caustic(), target);
+    look_up(
+        queries, maps_.caustic_engines(), maps_.narrow_caustic(), [](bool) {}, target);
   }
 
+  /// @param correct is called after each lookup: (whether it was one of `narrow`)
+  template <class Correct>
   void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, const DensityEngine* narrow,
-               std::vector<RGB>& target) {
+               const Correct& correct, std::vector<RGB>& target) {
     count_held(queries);
     for (std::size_t i = 0; i < engines.size(); ++i) {
       memory_.found.assign(queries.size(), RGB());
       engines[i]->estimate(queries, memory_.found, statistics_);
+      correct(false);
       complete(queries, memory_.found, target, statistics_);
       if (settings_.light_groups) complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
       if (finds_bias()) add_bias(queries, 2);
@@ -89,6 +94,7 @@ class PassRenderer {
     Statistics others;
     memory_.found.assign(queries.size(), RGB());
     narrow->estimate(queries, memory_.found, others);
+    correct(true);
     add_bias(queries, -2);
   }
 
@@ -127,6 +133,8 @@ class PassRenderer {
     out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
     out.patch_samples = default_patch_samples(settings_.gather);
     out.adds_caustics = settings_.caustic && is_apart();
+    // Points are measured, and their error is stated.
+    out.gathers_on = view_.points != nullptr;
     out.photons_alone = settings_.photons_alone;
     return out;
   }

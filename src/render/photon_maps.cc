@@ -125,12 +125,19 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   const PhotonMapSettings& now = settings_;
   if (old.photons != now.photons || old.photons_traced != now.photons_traced || old.seed != now.seed ||
       old.pass != now.pass || old.guide != now.guide || old.max_bounces != now.max_bounces ||
-      old.light_groups != now.light_groups || (caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths()))
+      old.on_all_surfaces != now.on_all_surfaces || old.light_groups != now.light_groups ||
+      (caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths()))
     forget();
   const bool other_radii = old.radius_scale != now.radius_scale || old.nearest != now.nearest;
   for (Map* map : {&global_, &caustic_}) {
-    if (old.fixed_radius != now.fixed_radius || old.nearest != now.nearest) map->measured = false;
-    if (other_radii || old.kernel != now.kernel) map->corrected = map->indexed = false;
+    if (old.fixed_radius != now.fixed_radius || old.radius != now.radius || old.caustic_radius != now.caustic_radius ||
+        old.nearest != now.nearest)
+      map->measured = false;
+    if (other_radii || old.kernel != now.kernel) {
+      map->corrected = map->indexed = false;
+      map->query_radii.reset();
+    }
+    if (old.engine != now.engine) map->query_radii.reset();
     if (old.engine != now.engine || old.reorder != now.reorder || old.narrow != now.narrow || old.signs != now.signs)
       map->indexed = false;
   }
@@ -138,13 +145,17 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   if (!global_.measured || other_radii || !now.diagnosed) diagnosis_.reset();
 }
 
+bool PhotonMaps::is_done(const Map& map) const {
+  if (map.count == 0) return true;
+  if (settings_.correction == BoundaryCorrection::photons && !map.corrected) return false;
+  if (settings_.correction == BoundaryCorrection::estimates && !map.query_radii) return false;
+  return map.indexed;
+}
+
 bool PhotonMaps::is_done() const {
-  const auto done = [&](const Map& map) {
-    return map.count == 0 || (map.indexed && (map.corrected || !settings_.corrected));
-  };
-  return traced_ && global_.indexed && done(global_) && done(caustic_) && caustic_paths_ >= wanted_caustic_paths() &&
-         (gridded_ || !settings_.secondary_gather) && (patched_ || !settings_.patches) &&
-         (diagnosis_ || !settings_.diagnosed);
+  return traced_ && global_.indexed && is_done(global_) && is_done(caustic_) &&
+         caustic_paths_ >= wanted_caustic_paths() && (gridded_ || !settings_.secondary_gather) &&
+         (patched_ || !settings_.patches) && (diagnosis_ || !settings_.diagnosed);
 }
 
 void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, Statistics& statistics) {
@@ -166,6 +177,7 @@ PhotonPassSettings PhotonMaps::pass_settings() const {
   out.max_bounces = settings_.max_bounces;
   out.guide = settings_.guide.get();
   out.demand = settings_.demand.get();
+  out.on_all_surfaces = settings_.on_all_surfaces;
   out.keep_sources = settings_.light_groups != nullptr;
   out.shared = settings_.shared;
   return out;
@@ -227,9 +239,24 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
 /// Boundary factors for kernels of these radii. @param name of the work, for other processes
 std::vector<float> PhotonMaps::factors_of(const Map& map, RadiusPolicy policy, const char* name,
                                           const Tracer& tracer) const {
+  const auto factors = [&](const char* round) {
+    return boundary_factors(tracer, map.photons, policy, settings_.shared,
+                            fmt::format("{}-{}{}", &map == &caustic_ ? "caustic" : "global", name, round));
+  };
+  if (policy.kind == RadiusKind::nearest) {
+    // Where only part of a disc has photons, the k nearest lie further away: the part has the area of the whole disc.
+    policy.kind = RadiusKind::per_photon;
+    const std::vector<float> found = factors("-in-radii");
+    for (std::size_t i = 0; i < found.size(); ++i) policy.radii[i] *= std::sqrt(found[i]);
+  }
   policy.kind = RadiusKind::per_photon;
-  return boundary_factors(tracer, map.photons, policy, settings_.shared,
-                          fmt::format("{}-{}", &map == &caustic_ ? "caustic" : "global", name));
+  return factors("");
+}
+
+/// The radius of all photons of a map, without scale.
+float PhotonMaps::fixed_radius_of(const Map& map) const {
+  const float given = &map == &caustic_ ? settings_.caustic_radius : settings_.radius;
+  return given > 0 ? given : fixed_radius(map.photons, map.nearest);
 }
 
 /// Measures, corrects and indexes a map, unless that is done already.
@@ -239,21 +266,40 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
     map.corrected = map.indexed = false;
     map.nearest = std::max<std::uint32_t>(1, nearest);
     if (settings_.fixed_radius && map.count > 0)
-      map.radii = {std::vector<float>(map.count, fixed_radius(map.photons, map.nearest)), {}};
+      map.radii = {std::vector<float>(map.count, fixed_radius_of(map)), {}};
     else
       map.radii = measured_radii(map.photons, map.nearest);
     map.measured = true;
   }
-  if (settings_.corrected && !map.corrected) {
-    const PhaseTimer timer(statistics, Phase::build_photon_map);
-    map.factors = factors_of(map, policy_of(map), "factors", tracer);
-    map.corrected = true;
-    map.indexed = false;
-  }
+  correct_map(map, tracer, statistics);
   if (map.indexed) return;
   index(map, statistics);
   map.narrow.reset();
   if (settings_.narrow && map.count > 0) index_narrow(map, tracer, statistics);
+}
+
+/// Makes what a correction needs, unless that is done already.
+void PhotonMaps::correct_map(Map& map, const Tracer& tracer, Statistics& statistics) const {
+  const PhaseTimer timer(statistics, Phase::build_photon_map);
+  if (settings_.correction == BoundaryCorrection::photons) {
+    map.query_radii.reset();
+    if (map.corrected) return;
+    map.factors = factors_of(map, policy_of(map), "factors", tracer);
+    map.corrected = true;
+    map.indexed = false;
+  } else if (settings_.correction == BoundaryCorrection::estimates) {
+    if (!map.query_radii) map.query_radii = std::make_unique<QueryRadii>(map.photons, policy_of(map));
+    if (!map.corrected) return;
+    map.factors = {};
+    map.corrected = map.indexed = false;
+  }
+}
+
+void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::span<RGB> radiance,
+                         bool is_narrow) const {
+  if (!global_.query_radii || points.size() == 0) return;
+  const std::vector<float> radii = scaled(global_.query_radii->at(points, radiance), is_narrow ? kNarrow : 1);
+  correct_estimates(tracer, points, radii, global_.query_radii->kernel(), radiance);
 }
 
 void PhotonMaps::index(Map& map, Statistics& statistics) const {
@@ -307,6 +353,7 @@ void PhotonMaps::index_groups(Map& map, Statistics& statistics) const {
 
 void PhotonMaps::bring_up_global(const Tracer& tracer, Statistics& statistics) {
   bring_up(global_, settings_.nearest, tracer, statistics);
+  if (!global_.radii.radii.empty()) common_radius_ = settings_.fixed_radius ? global_.radii.radii.front() : 0;
   if ((settings_.secondary_gather || settings_.patches) && !gridded_) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     radius_grid_ = RadiusGrid(global_.photons.position, scaled(global_.radii.radii, settings_.radius_scale));
@@ -416,8 +463,10 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 void PhotonMaps::hold_result() {
   const std::uint64_t count = global_.count + caustic_.count;
   std::uint64_t bytes = global_.engines.front()->index_bytes(count);
-  for (const Map* map : {&global_, &caustic_})
+  for (const Map* map : {&global_, &caustic_}) {
     if (map->narrow) bytes += map->narrow->index_bytes(map->count);
+    if (map->query_radii) bytes += QueryRadii::bytes(map->count);
+  }
   if (diagnosis_) bytes += diagnosis_->index_bytes(global_.count);
   if (settings_.kept)
     bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);

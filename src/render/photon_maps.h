@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
+#include "density/query_radii.h"
 #include "density/radius.h"
 #include "gather/bright_patches.h"
 #include "gather/radius_grid.h"
@@ -18,6 +20,13 @@
 #include "trace/tracer.h"
 
 namespace glowworm {
+
+/// How kernels that extend over the edge of a surface are corrected (render/boundary.h).
+enum class BoundaryCorrection : std::uint8_t {
+  none,
+  photons,    ///< factors on the photons' flux: conserves flux, costs nothing for each query point
+  estimates,  ///< PhotonMaps::correct() for each query point: for estimates that are seen
+};
 
 /// Which maps to make. The lights are not part of it: call PhotonMaps::forget() when they change.
 struct PhotonMapSettings {
@@ -28,16 +37,19 @@ struct PhotonMapSettings {
   std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
   KernelShape kernel = KernelShape::epanechnikov;
   bool fixed_radius = false;         ///< one radius for all photons in place of one for each
+  float radius = 0;                  ///< that radius in the global map, metres; 0: fixed_radius() of its photons
+  float caustic_radius = 0;          ///< the same for the caustic map
   std::uint32_t seed = 0, pass = 0;  ///< select the photons
   float radius_scale = 1;            ///< factor on the radii
   int max_bounces = 1000;            ///< of a photon path
+  bool on_all_surfaces = false;      ///< PhotonPassSettings::on_all_surfaces
   /// Guide of the emission; null: in proportion to power. Two guides are equal if they are the same object.
   std::shared_ptr<const EmissionGuide> guide;
   /// Decides which photons count as used; null: all.
   std::shared_ptr<const PhotonDemand> demand;
 
   // Steps that a moving view may leave out. Finished steps stay.
-  bool corrected = false;         ///< correct kernels that extend over edges (render/boundary.h)
+  BoundaryCorrection correction = BoundaryCorrection::none;
   bool secondary_gather = false;  ///< make PhotonMaps::radii()
   bool patches = false;           ///< make PhotonMaps::bright_patches()
   /// Paths that may be emitted, towards what makes caustics, for a caustic map of more photons; 0: none.
@@ -107,12 +119,15 @@ class PhotonMaps {
   const DensityEngine* narrow_caustic() const { return caustic_.narrow.get(); }
   /// The engine over counts instead of flux; null without PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_.get(); }
+  /// The radius of all photons of the global map, metres; 0 without PhotonMapSettings::fixed_radius.
+  float common_radius() const { return common_radius_; }
   /// Radii by place, for the secondary gather; empty without PhotonMapSettings::secondary_gather.
   const RadiusGrid& radii() const { return radius_grid_; }
   /// Targets of extra gather rays; empty without PhotonMapSettings::patches.
   const BrightPatches& bright_patches() const { return patches_; }
-  /// Whether the maps include boundary correction.
-  bool corrected() const { return global_.corrected; }
+  /// Corrects what an engine over the global map, or narrow(), found at points. Does nothing without
+  /// BoundaryCorrection::estimates.
+  void correct(const Tracer& tracer, const QueryPoints& points, std::span<RGB> radiance, bool is_narrow = false) const;
   /// Positions of the photons of the global map, metres.
   const Box3& bounds() const { return bounds_; }
   /// Counts and flux balance of the pass. Its photon batches are empty.
@@ -131,6 +146,7 @@ class PhotonMaps {
     std::vector<std::uint32_t> sources;  // light source of each photon; with light groups
     Engines engines;
     std::unique_ptr<DensityEngine> narrow;
+    std::unique_ptr<QueryRadii> query_radii;  // with BoundaryCorrection::estimates
     bool measured = false, corrected = false, indexed = false;
 
     /// Frees all but the engines.
@@ -143,6 +159,7 @@ class PhotonMaps {
 
   void invalidate(const PhotonMapSettings& old);
   bool is_done() const;
+  bool is_done(const Map& map) const;
   void trace(const Tracer& tracer, Statistics& statistics);
   void bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics);
   std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, const Tracer& tracer) const;
@@ -150,6 +167,8 @@ class PhotonMaps {
   void bring_up_caustic(const Tracer& tracer, Statistics& statistics);
   std::uint64_t wanted_caustic_paths() const;
   void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
+  float fixed_radius_of(const Map& map) const;
+  void correct_map(Map& map, const Tracer& tracer, Statistics& statistics) const;
   void index(Map& map, Statistics& statistics) const;
   void index_narrow(Map& map, const Tracer& tracer, Statistics& statistics) const;
   void index_groups(Map& map, Statistics& statistics) const;
@@ -166,6 +185,7 @@ class PhotonMaps {
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
   Map global_, caustic_;
+  float common_radius_ = 0;          // of the global map
   std::size_t first_caustic_ = 0;    // photons of the caustic map from the pass of the global map
   std::uint64_t caustic_paths_ = 0;  // paths emitted, or enough, for the caustic map alone
   std::unique_ptr<DensityEngine> diagnosis_;

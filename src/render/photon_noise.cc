@@ -19,25 +19,6 @@ constexpr std::uint32_t kMostLooks = 4;
 constexpr double kPrecision = 0.25;
 constexpr std::size_t kPixelsEach = static_cast<std::size_t>(CameraTask::kSquare) * CameraTask::kSquare;
 
-/// Tasks of whole squares all over the part, a sample of each pixel.
-std::vector<CameraTask> squares_of(const PixelBounds& part) {
-  constexpr int kSide = CameraTask::kSquare;
-  const auto up = [](int x) { return (x + kSide - 1) / kSide; };
-  const int x0 = up(part.x0), y0 = up(part.y0);
-  const auto columns = static_cast<std::size_t>(std::max(part.x1 / kSide - x0, 0));
-  const auto rows = static_cast<std::size_t>(std::max(part.y1 / kSide - y0, 0));
-  // One of each run of squares, at a random place in it: no column has them all.
-  const std::size_t run = (columns * rows + kMostSquares - 1) / kMostSquares;
-  std::vector<CameraTask> out;
-  for (std::size_t first = 0; first < columns * rows; first += run) {
-    const std::size_t at = first + hash32(static_cast<std::uint32_t>(first)) % run;
-    if (at >= columns * rows) break;
-    const int x = (x0 + static_cast<int>(at % columns)) * kSide, y = (y0 + static_cast<int>(at / columns)) * kSide;
-    out.push_back({x, y, x + kSide, y + kSide, 0, 1});
-  }
-  return out;
-}
-
 /// Light in the slots of a pass.
 std::vector<RGB> light_of(const SlotRadiance& light, bool with_direct, bool with_caustic) {
   std::vector<RGB> out = {light.indirect.begin(), light.indirect.end()};
@@ -89,6 +70,24 @@ Estimate relative_variance(const std::vector<RGB>& light, const std::vector<RGB>
 constexpr double kPhotonsShare = 0.5, kLeastGrowth = 1.25, kPower = 0.75;
 
 }  // namespace
+
+std::vector<CameraTask> squares_of(const PixelBounds& part) {
+  constexpr int kSide = CameraTask::kSquare;
+  const auto up = [](int x) { return (x + kSide - 1) / kSide; };
+  const int x0 = up(part.x0), y0 = up(part.y0);
+  const auto columns = static_cast<std::size_t>(std::max(part.x1 / kSide - x0, 0));
+  const auto rows = static_cast<std::size_t>(std::max(part.y1 / kSide - y0, 0));
+  // One of each run of squares, at a random place in it: no column has them all.
+  const std::size_t run = (columns * rows + kMostSquares - 1) / kMostSquares;
+  std::vector<CameraTask> out;
+  for (std::size_t first = 0; first < columns * rows; first += run) {
+    const std::size_t at = first + hash32(static_cast<std::uint32_t>(first)) % run;
+    if (at >= columns * rows) break;
+    const int x = (x0 + static_cast<int>(at % columns)) * kSide, y = (y0 + static_cast<int>(at / columns)) * kSide;
+    out.push_back({x, y, x + kSide, y + kSide, 0, 1});
+  }
+  return out;
+}
 
 RenderSettings with_photons_for_noise(RenderSettings s, double variance) {
   if (s.photon_target <= 0) return s;

@@ -2,6 +2,7 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include "core/memory_budget.h"
 #include "render/pass.h"
@@ -10,6 +11,10 @@
 #include "trace/tracer.h"
 
 namespace glowworm {
+
+/// Tasks of whole squares all over a part of a picture, a sample of each pixel: at most 1,024. None if the part has no
+/// whole square.
+std::vector<CameraTask> squares_of(const PixelBounds& part);
 
 /// Estimates what photons add to the square of a camera picture's relative error (render/filtered.h): the mean of
 /// v / (m^2 + 0.01 M^2) over the channels and at most 1,024 squares of pixels all over the picture, with v the variance

@@ -108,6 +108,7 @@ struct RenderSettings {
   std::uint32_t light_samples = 0;   ///< light samples of each gather point
   KernelShape kernel = KernelShape::epanechnikov;
   bool fixed_radius = false;  ///< one radius for all photons, as in [SF07], in place of one for each
+  float radius = 0;           ///< that radius, metres; 0: such that estimates have k photons on average
   std::uint32_t reorder = 0;  ///< engine forward: points in an octree cell that is not divided; 0: automatic
   int width = 0, height = 0;  ///< pixels of the whole picture
   CropWindow crop;            ///< the part of the picture to render; empty: what the scene's file asks for

@@ -140,6 +140,7 @@ void Job::fit_to_time() {
   speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons_traced);
   if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
   made_->maps.forget();
+  made_->fixed_radius = 0;
   const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
   const RenderSettings fitted =
       fitted_settings(settings_, automatic_, speed,

@@ -462,6 +462,36 @@ TEST(Api, RejectsInvalidInput) {
   EXPECT_THAT(error_of([&] { gw::DensityIndex({positions, flux, {}}, 0.0f); }), HasSubstr("radius"));
 }
 
+TEST(Api, RefusesDensitiesThatMakeNoSense) {
+  const std::vector<gw::Vec3> at{{0, 0, 0}}, up{{0, 0, 1}}, tilted{{0, 0, 2}}, none{{0, 0, 0}};
+  const std::vector<gw::Vec3> nan{{std::nanf(""), 0, 1}};
+  const std::vector<gw::Rgb> flux{{1, 1, 1}}, infinite{{1, INFINITY, 1}};
+  EXPECT_THAT(error_of([&] { gw::DensityIndex({at, infinite, {}}, 1.0f); }), HasSubstr("flux of photon 0"));
+  EXPECT_THAT(error_of([&] { gw::DensityIndex({at, flux, tilted}, 1.0f); }), HasSubstr("length 2"));
+  EXPECT_THAT(error_of([&] { gw::DensityIndex({at, flux, nan}, 1.0f); }), HasSubstr("normal of photon 0"));
+  const auto no_kernel = static_cast<gw::Kernel>(77);
+  EXPECT_THAT(error_of([&] { gw::DensityIndex({at, flux, {}}, 1.0f, no_kernel); }), HasSubstr("kernel number 77"));
+  gw::PhotonMapOptions options;
+  options.kernel = no_kernel;
+  EXPECT_THAT(error_of([&] { gw::PhotonMap(lit_square(), options); }), HasSubstr("kernel number 77"));
+  const gw::DensityIndex index({at, flux, up}, 1.0f);
+  EXPECT_THAT(error_of([&] { index.sum(at, none); }), HasSubstr("normal of point 0"));
+  EXPECT_THAT(error_of([&] { index.sum(at, nan); }), HasSubstr("normal of point 0"));
+  for (const int threads : {-1, 1'000'000'000})
+    EXPECT_THAT(error_of([&] { gw::set_threads(threads); }), HasSubstr(std::to_string(threads)));
+}
+
+TEST(Api, PhotonsCountWhereNormalsAreLessThan45DegreesApart) {
+  const std::vector<gw::Vec3> at{{0, 0, 0}}, up{{0, 0, 1}};
+  const std::vector<gw::Rgb> flux{{1, 1, 1}};
+  const gw::DensityIndex index({at, flux, up}, 1.0f);
+  for (const double degrees : {44.8, 45.2}) {
+    const double angle = degrees * std::acos(-1.0) / 180;
+    const std::vector<gw::Vec3> normal{{static_cast<float>(std::sin(angle)), 0, static_cast<float>(std::cos(angle))}};
+    EXPECT_EQ(index.sum(at, normal)[0].g > 0, degrees < 45) << degrees;
+  }
+}
+
 TEST(Api, PhotonsCarryThePowerThatArrives) {
   gw::SceneBuilder builder;
   builder.add_mesh(square(builder.add_material({})));

@@ -91,6 +91,56 @@ TEST(BoundaryTest, HalfOfTheDiscIsLostAtAnEdgeAndThreeQuartersAtACorner) {
   }
 }
 
+/// Estimates of 1 at places of every copy, for kernels of one radius.
+std::vector<RGB> corrected(const Tracer& tracer, Vec3 place, KernelShape kernel, float radius, int count = kCopies) {
+  QueryPoints points;
+  for (int i = 0; i < count; ++i) points.push_back(place + place_of(i), {0, 0, 1}, RGB(1.0f), RGB(1.0f), 0);
+  std::vector<RGB> estimates(points.size(), RGB(1.0f));
+  correct_estimates(tracer, points, std::vector<float>(points.size(), radius), kernel, estimates);
+  return estimates;
+}
+
+TEST(BoundaryTest, EstimatesAreDoubledAtAnEdgeAndFourfoldAtACorner) {
+  const Scene scene = squares({0});
+  const Tracer tracer(scene);
+  const auto expect_mean = [&](Vec3 place, KernelShape shape, double expected) {
+    double sum = 0, squares = 0;
+    for (const RGB& e : corrected(tracer, place, shape, 0.3f)) {
+      sum += e.g;
+      squares += double{e.g} * e.g;
+    }
+    const double mean = sum / kCopies;
+    EXPECT_NEAR(mean, expected, 0.05 * expected) << static_cast<int>(shape);
+    EXPECT_LT(std::sqrt(squares / kCopies - mean * mean), 0.25 * expected) << static_cast<int>(shape);
+  };
+  for (const KernelShape shape : kKernelShapes) {
+    expect_mean({0.5f, 0.5f, 0}, shape, 1);
+    expect_mean({0.5f, 1e-4f, 0}, shape, 2);
+    expect_mean({1e-4f, 1e-4f, 0}, shape, 4);
+  }
+}
+
+TEST(BoundaryTest, TheCorrectionOfAPointDependsOnThatPointAlone) {
+  const Scene scene = squares({0});
+  const Tracer tracer(scene);
+  const Vec3 place{0.02f, 0.4f, 0};
+  const std::vector<RGB> all = corrected(tracer, place, KernelShape::cone, 0.3f);
+  const std::vector<RGB> one = corrected(tracer, place, KernelShape::cone, 0.3f, 1);
+  EXPECT_EQ(one[0], all[0]);
+  EXPECT_NE(all[0].g, 1);
+}
+
+TEST(BoundaryTest, PointsWithoutPhotonsStayBlack) {
+  const Scene scene = squares({0});
+  const Tracer tracer(scene);
+  QueryPoints points;
+  for (int i = 0; i < 2; ++i) points.push_back(place_of(0), {0, 0, 1}, RGB(1.0f), RGB(1.0f), 0);
+  std::vector<RGB> estimates = {RGB(0.0f), RGB(1.0f)};
+  correct_estimates(tracer, points, std::vector<float>{0.3f, 0}, KernelShape::box, estimates);
+  EXPECT_EQ(estimates[0], RGB(0.0f));
+  EXPECT_EQ(estimates[1], RGB(1.0f)) << "no radius is known there";
+}
+
 TEST(BoundaryTest, ParallelSurfacesCountTogether) {
   const Scene scene = squares({0, 0.15f});
   const Tracer tracer(scene);

@@ -179,5 +179,18 @@ TEST(PointGrid, ResumesOnlyAtItsOwnPoints) {
   EXPECT_THROW(Job(stage.scene, stage.tracer, settings, &checkpoint, 0, there).wait(), Error);
 }
 
+/// Most gather rays end near their point there, where photons are blurred over the edges.
+TEST(PointGrid, CornersHaveTheIrradianceOfTheRoom) {
+  constexpr float kNear = 0.498f;
+  const Stage stage(builtin_scene("furnace-box"));
+  const PointGrid grid =
+      row_of({{kNear, -0.5f, kNear}, {-kNear, -0.5f, kNear}, {kNear, -0.5f, -kNear}, {0, -0.5f, kNear}}, {0, 1, 0});
+  RenderSettings settings = by_photons(1, 32, 64, 20'000, "blocked");
+  settings.progressive = true;
+  const Film film = render(stage, settings, grid);
+  for (std::size_t i = 0; i < grid.position.size(); ++i)
+    EXPECT_NEAR(film.radiance(i, false).g / (2 * kPi), 1, 0.015) << i;
+}
+
 }  // namespace
 }  // namespace glowworm
