@@ -61,6 +61,7 @@ class LightFilter {
     for_rows([&](int y) { load_surfaces(y); });
     for_rows([&](int y) { find_slopes(y); });
     for_rows([&](int y) { share_variance(y); });
+    for_rows([&](int y) { find_noise(planes_at(0, y), width_, noise_.at(0, y)); });
     calibrate();
     out_.light.resize(guides_.size());
     out_.variance.resize(guides_.size());
@@ -101,6 +102,7 @@ class LightFilter {
       *green_.at(x, y) = estimate_.light[i].g;
       *blue_.at(x, y) = estimate_.light[i].b;
       *level_.at(x, y) = estimate_.level[i];
+      *spread_.at(x, y) = estimate_.variance[i] * static_cast<float>(estimate_.samples[i]);
     }
   }
 
@@ -125,10 +127,6 @@ class LightFilter {
     }
   }
 
-  float of_one_sample(std::size_t pixel) const {
-    return estimate_.variance[pixel] * static_cast<float>(estimate_.samples[pixel]);
-  }
-
   /// The variance of few samples is itself uncertain, so neighbours on the same surface contribute.
   void share_variance(int y) {
     for (int x = 0; x < width_; ++x) {
@@ -137,12 +135,11 @@ class LightFilter {
         for (int dx = -1; dx <= 1; ++dx) {
           if (x + dx < 0 || y + dy < 0 || x + dx >= width_ || y + dy >= height_ || !same_surface(x, y, dx, dy))
             continue;
-          sum += of_one_sample(index(x + dx, y + dy));
+          sum += *spread_.at(x + dx, y + dy);
           count += 1;
         }
-      const std::size_t i = index(x, y);
-      const auto samples = static_cast<float>(estimate_.samples[i]);
-      const float own = of_one_sample(i);
+      const auto samples = static_cast<float>(estimate_.samples[index(x, y)]);
+      const float own = *spread_.at(x, y);
       *variance_.at(x, y) =
           (count > 0 ? (samples * own + kSharedSamples * sum / count) / (samples + kSharedSamples) : own) / samples;
     }
@@ -212,15 +209,21 @@ class LightFilter {
     return std::sqrt(std::sqrt(std::clamp(*middle / 0.4549f, 0.02f, 1.0f)));
   }
 
+  WindowPlanes planes_at(int x, int y) const {
+    return {level_.stride(),
+            {normal_x_.at(x, y), normal_y_.at(x, y), normal_z_.at(x, y)},
+            depth_.at(x, y),
+            slope_.at(x, y),
+            {red_.at(x, y), green_.at(x, y), blue_.at(x, y)},
+            level_.at(x, y),
+            variance_.at(x, y),
+            spread_.at(x, y),
+            noise_.at(x, y)};
+  }
+
   void filter_tile(int x0, int y0) {
     const int width = std::min(kTileWidth, width_ - x0), height = std::min(kTileHeight, rows_.end - y0);
-    const WindowPlanes planes{level_.stride(),
-                              {normal_x_.at(x0, y0), normal_y_.at(x0, y0), normal_z_.at(x0, y0)},
-                              depth_.at(x0, y0),
-                              slope_.at(x0, y0),
-                              {red_.at(x0, y0), green_.at(x0, y0), blue_.at(x0, y0)},
-                              level_.at(x0, y0),
-                              variance_.at(x0, y0)};
+    const WindowPlanes planes = planes_at(x0, y0);
     WindowSums sums = {};
     for (int y = 0; y < height; ++y) {
       const std::size_t at = WindowSums::at(0, y);
@@ -234,12 +237,14 @@ class LightFilter {
       for (int x = 0; x < width; ++x) {
         const std::size_t at = WindowSums::at(x, y);
         const std::size_t pixel = index(x0 + x, y0 + y);
-        const float share = 1 / sums.weight[at];
-        out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * share;
+        const float share = 1 / sums.weight[at], kept = sums.kept[at];
+        const RGB others(sums.light[0][at], sums.light[1][at], sums.light[2][at]);
+        out_.light[pixel] = (others + estimate_.light[pixel] * kept) * share;
         const float own = *variance_.at(x0 + x, y0 + y);
-        const float apart = 1 - sums.weight[at] / sums.surface[at];
+        const float variance = (sums.variance[at] + (squared(1 + kept) - 1) * own) * squared(share);
+        const float apart = 1 - (sums.weight[at] - kept) / sums.surface[at];
         out_.variance[pixel] =
-            sums.variance[at] * squared(share) * *stated_.at(x0 + x, y0 + y) + kept_variance(apart) * (1 - share) * own;
+            variance * *stated_.at(x0 + x, y0 + y) + kept_variance(apart) * (1 - (1 + kept) * share) * own;
         out_.unfiltered[pixel] = own;
       }
   }
@@ -260,7 +265,8 @@ class LightFilter {
   Plane depth_{width_, height_}, slope_{width_, height_};
   Plane red_{width_, height_}, green_{width_, height_}, blue_{width_, height_};
   Plane level_{width_, height_}, variance_{width_, height_};
-  Plane stated_{width_, height_};  // ratio of the variance stated to variance_
+  Plane spread_{width_, height_}, noise_{width_, height_};  // variance of a sample: the pixel's, and what to expect
+  Plane stated_{width_, height_};                           // ratio of the variance stated to variance_
   FilteredLight out_;
 };
 

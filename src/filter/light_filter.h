@@ -46,6 +46,10 @@ struct FilteredLight {
 /// "Adaptive Rendering with Non-Local Means Filtering", 2012). With more samples the variances fall and the test
 /// detects smaller differences, so the result converges to the mean of the samples.
 ///
+/// A test cannot tell a few bright samples beside a lamp from noise, and pixels that have not met such samples have
+/// small variances. So only pixels whose surroundings are equally noisy are averaged (find_noise() in
+/// kernels/light_window.h): noise spreads as far as it occurs.
+///
 /// Samples of one pixel are stratified, so their spread overstates the error of their mean. Fourth differences of
 /// neighbouring pixels measure by how much. Pixels are compared by variances that are scaled by the fourth root of
 /// that, which is what stratification gains at edges of light. Those of the result are scaled by all of it, but by no
@@ -57,6 +61,6 @@ struct FilteredLight {
 FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows = {});
 
 /// Bytes that filter_light() takes for each pixel, with its arguments and its result.
-inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 8;
+inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 16;
 
 }  // namespace glowworm

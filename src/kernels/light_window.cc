@@ -1,6 +1,7 @@
 #include "kernels/light_window.h"
 
 #include <cmath>
+#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/light_window.cc"
@@ -95,12 +96,16 @@ HWY_INLINE void add_product(WindowFloats weight, const float* values, float* sum
   hn::StoreU(hn::Add(hn::LoadU(f, sums), hn::Mul(weight, hn::LoadU(f, values))), f, sums);
 }
 
-/// 1 less the ratio of the smaller to the larger variance of pixels: 0 for pixels of equal noise.
-HWY_INLINE WindowFloats noise_difference(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to) {
+/// How far the noise of pixels is the same.
+HWY_INLINE WindowFloats same_noise(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to) {
+  using namespace light_window;
   const WindowTag f;
-  const WindowFloats a = hn::LoadU(f, p.variance + here), b = hn::LoadU(f, p.variance + here + to);
-  const WindowFloats larger = hn::Max(hn::Max(a, b), hn::Set(f, light_window::kLeastVariance));
-  return hn::Sub(hn::Set(f, 1.0f), hn::Div(hn::Min(a, b), larger));
+  const WindowFloats level = hn::LoadU(f, p.level + here), other_level = hn::LoadU(f, p.level + here + to);
+  const WindowFloats square = hn::Min(hn::Mul(level, level), hn::Mul(other_level, other_level));
+  const WindowFloats least = hn::Add(hn::Mul(hn::Set(f, kLeastNoise), square), hn::Set(f, kLeastVariance));
+  const WindowFloats a = hn::LoadU(f, p.noise + here), b = hn::LoadU(f, p.noise + here + to);
+  const WindowFloats ratio = hn::Div(hn::Add(hn::Min(a, b), least), hn::Add(hn::Max(a, b), least));
+  return hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));
 }
 
 /// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.
@@ -119,18 +124,15 @@ HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float n
     const WindowFloats excess = hn::Div(hn::Sub(hn::Div(sum_around(pairs.differ + around), n), one), deviation);
     const WindowFloats same =
         hn::Min(above_zero(hn::Div(hn::Sub(none, excess), hn::Set(f, kNoWeight - kFullWeight))), one);
-    const WindowFloats differ = hn::Div(hn::LoadU(f, pairs.differ + around + kStride + 1), own);
-    const WindowFloats noise = noise_difference(p, y * p.stride + x, to);
-    const WindowFloats contrast = hn::Mul(differ, hn::Mul(noise, noise));
-    const WindowFloats credible = hn::Min(
-        above_zero(hn::Div(hn::Sub(hn::Set(f, kNoContrast), contrast), hn::Set(f, kNoContrast - kFullContrast))), one);
     // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
     const WindowFloats surface = hn::Mul(hn::Set(f, near), own);
-    const WindowFloats weight = hn::Mul(hn::Mul(surface, same), credible);
+    const WindowFloats whole = hn::Mul(surface, same);
+    const WindowFloats weight = hn::Mul(whole, same_noise(p, y * p.stride + x, to));
     const std::size_t at = WindowSums::at(static_cast<int>(x), y);
     hn::StoreU(hn::Add(hn::LoadU(f, sums.surface + at), surface), f, sums.surface + at);
     for (int c = 0; c < 3; ++c) add_product(weight, p.light[c] + there, sums.light[c] + at);
-    hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), weight), f, sums.weight + at);
+    hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), whole), f, sums.weight + at);
+    hn::StoreU(hn::Add(hn::LoadU(f, sums.kept + at), hn::Sub(whole, weight)), f, sums.kept + at);
     add_product(hn::Mul(weight, weight), p.variance + there, sums.variance + at);
   }
 }
@@ -152,6 +154,50 @@ void add(const WindowPlanes& planes, int height, WindowSums& sums) {
     }
 }
 
+/// The other pixels of a sector that show the same surface: sum of their spread, and their number.
+struct SectorSums {
+  WindowFloats spread, count;
+};
+HWY_INLINE SectorSums sum_sector(const WindowPlanes& p, std::ptrdiff_t here, int sector) {
+  using namespace light_window;
+  const WindowTag f;
+  SectorSums out{hn::Zero(f), hn::Zero(f)};
+  for (int i = 0; i < kSectorPixels - 1; ++i) {
+    const SectorStep step = sector_step(sector, i);
+    const std::ptrdiff_t to = step.y * p.stride + step.x;
+    const float distance = std::sqrt(static_cast<float>(step.x * step.x + step.y * step.y));
+    const auto alike = hn::Gt(alike_at(p, here, to, hn::Set(f, 1.5f * distance)), hn::Zero(f));
+    out.spread = hn::Add(out.spread, hn::IfThenElseZero(alike, hn::LoadU(f, p.spread + here + to)));
+    out.count = hn::Add(out.count, hn::IfThenElseZero(alike, hn::Set(f, 1.0f)));
+  }
+  return out;
+}
+
+void noise_of_row(const WindowPlanes& p, int width, float* noise) {
+  using namespace light_window;
+  const WindowTag f;
+  float spread[kSectors * kWindowPadding], missing[kSectors * kWindowPadding];
+  for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(f))) {
+    const WindowFloats own = hn::LoadU(f, p.spread + x), all = hn::Set(f, kSectorPixels);
+    WindowFloats sum = own, count = hn::Set(f, 1.0f);
+    for (int i = 0; i < kSectors; ++i) {
+      const SectorSums sector = sum_sector(p, x, i);
+      sum = hn::Add(sum, sector.spread);
+      count = hn::Add(count, sector.count);
+      hn::StoreU(hn::Add(own, sector.spread), f, spread + i * kWindowPadding);
+      hn::StoreU(hn::Sub(hn::Set(f, kSectorPixels - 1.0f), sector.count), f, missing + i * kWindowPadding);
+    }
+    // Where a sector has no more of the surface, the mean of all stands for it.
+    const WindowFloats mean = hn::Div(sum, count);
+    WindowFloats least = hn::Set(f, std::numeric_limits<float>::infinity());
+    for (std::size_t i = 0; i < kSectors; ++i) {
+      const WindowFloats rest = hn::Mul(hn::LoadU(f, missing + i * kWindowPadding), mean);
+      least = hn::Min(least, hn::Add(hn::LoadU(f, spread + i * kWindowPadding), rest));
+    }
+    hn::StoreU(hn::Div(least, all), f, noise + x);
+  }
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace glowworm
@@ -162,6 +208,11 @@ namespace glowworm {
 
 namespace {
 HWY_EXPORT(add);
+HWY_EXPORT(noise_of_row);
+}  // namespace
+
+void find_noise(const WindowPlanes& planes, int width, float* noise) {
+  HWY_DYNAMIC_DISPATCH(noise_of_row)(planes, width, noise);
 }
 
 void add_window(const WindowPlanes& planes, int height, WindowSums& sums) {

@@ -24,6 +24,8 @@ struct WindowPlanes {
   const float* light[3] = {};       ///< W sr^-1 m^-2
   const float* level = nullptr;     ///< luminance of the light
   const float* variance = nullptr;  ///< of the level
+  const float* spread = nullptr;    ///< variance of one sample's level, for find_noise()
+  const float* noise = nullptr;     ///< of find_noise(), for add_window()
 };
 
 /// Sums of a tile, row by row. With the border of a pixel that comparisons need, a row fills whole vectors; the columns
@@ -34,14 +36,24 @@ struct WindowSums {
   static constexpr std::size_t kFloats = static_cast<std::size_t>(kStride * kHeight);
   float light[3][kFloats];
   float weight[kFloats];
-  float variance[kFloats];  ///< times squared weights
+  float kept[kFloats];  ///< the part of the weight that the pixel's own light gets, instead of pixels of other noise
+  float variance[kFloats];  ///< times squared weights, without `kept`
   float surface[kFloats];   ///< weights that the pixels would have if they showed the same light
 
   static std::size_t at(int x, int y) { return static_cast<std::size_t>(y * kStride + x); }
 };
 
+/// The variance that a sample of each pixel of a row is expected to have. The few samples of a pixel do not tell it:
+/// they may miss what other pixels meet. So it is the mean over the surface around, on the side where that is least:
+/// light that changes steeply, as beside a lamp, lies on the other side, and does not count. The sides are eight
+/// sectors of 45 degrees, with the pixel itself.
+/// @param planes at the row's first pixel
+/// @param noise  for `width` pixels; up to kWindowPadding floats after them are overwritten
+void find_noise(const WindowPlanes& planes, int width, float* noise);
+
 /// Adds to the sums of each pixel of a tile the pixels within kWindowReach, weighted by how far both show the same
-/// surface and the same light. Only the first `height` rows are computed. Runs on the instruction set of set_simd().
+/// surface, the same light and the same noise. Only the first `height` rows are computed. Runs on the instruction set
+/// of set_simd().
 void add_window(const WindowPlanes& planes, int height, WindowSums& sums);
 
 namespace light_window {
@@ -53,10 +65,25 @@ inline constexpr float kLeastDepth = 1e-18f;
 inline constexpr float kMinVariance = 1e-10f, kLeastVariance = 1e-30f;
 /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
 inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
-/// Squared difference over variance up to which a pixel counts in full that is much noisier, or much less noisy, than
-/// the centre, and beyond which it does not. Of pixels that met n rare bright samples it is n; those at the edge of
-/// something bright differ by more, and would shine into the dark pixels around them.
-inline constexpr float kFullContrast = 4.0f, kNoContrast = 6.0f;
+/// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight is proportional to it.
+/// Sectors of few samples tell no smaller one from chance. Beside a lamp that nearly touches a surface it is below
+/// 1e-3.
+inline constexpr float kSameNoise = 0.03f;
+/// Squared share of the level that is added to noise: less noise than a thousandth of the light tells nothing.
+inline constexpr float kLeastNoise = 1e-6f;
+/// Places of the other pixels of a sector, steps along and across; reflections give the other sectors.
+inline constexpr int kSector[][2] = {{1, 0}, {2, 0}, {3, 0}, {4, 0}, {1, 1}, {2, 1}, {3, 1}, {2, 2}, {3, 2}};
+inline constexpr int kSectors = 8, kSectorPixels = 10;
+
+/// Steps to a pixel of a sector.
+struct SectorStep {
+  int x, y;
+};
+inline constexpr SectorStep sector_step(int sector, int pixel) {
+  const int along = kSector[pixel][0], across = kSector[pixel][1];
+  const int x = sector & 4 ? across : along, y = sector & 4 ? along : across;
+  return {sector & 1 ? -x : x, sector & 2 ? -y : y};
+}
 }  // namespace light_window
 
 }  // namespace glowworm

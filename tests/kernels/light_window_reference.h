@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kernels/light_window.h"
 
@@ -31,6 +32,13 @@ inline Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdif
   return {alike, alike * d * d / (planes.variance[here] + planes.variance[there] + least)};
 }
 
+inline float same_noise(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to) {
+  const float least =
+      kLeastNoise * std::min(square(planes.level[here]), square(planes.level[here + to])) + kLeastVariance;
+  const float a = planes.noise[here], b = planes.noise[here + to];
+  return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
+}
+
 inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance2,
                       WindowSums& sums, std::size_t at) {
   const float distance = std::sqrt(distance2);
@@ -48,14 +56,11 @@ inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrd
   const float near = 1 - distance2 / square(kWindowReach + 1);
   const Pair own = compare(planes, here, to, distance);
   if (!(own.alike > 0)) return;
-  const float a = planes.variance[here], b = planes.variance[here + to];
-  const float noise = 1 - std::min(a, b) / std::max({a, b, kLeastVariance});
-  const float contrast = own.differ / own.alike * (noise * noise);
-  const float credible = std::min(std::max((kNoContrast - contrast) / (kNoContrast - kFullContrast), 0.0f), 1.0f);
   // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-  const float surface = near * own.alike, weight = surface * same * credible;
+  const float surface = near * own.alike, whole = surface * same, weight = whole * same_noise(planes, here, to);
   for (int c = 0; c < 3; ++c) sums.light[c][at] += weight * planes.light[c][here + to];
-  sums.weight[at] += weight;
+  sums.weight[at] += whole;
+  sums.kept[at] += whole - weight;
   sums.surface[at] += surface;
   sums.variance[at] += weight * weight * planes.variance[here + to];
 }
@@ -73,6 +78,30 @@ inline void add_window_reference(const WindowPlanes& planes, int height, WindowS
           light_window::add_pixel(planes, y * planes.stride + x, dy * planes.stride + dx, static_cast<float>(distance2),
                                   sums, WindowSums::at(x, y));
     }
+}
+
+/// find_noise() as plain loops, bit for bit.
+inline void find_noise_reference(const WindowPlanes& planes, int width, float* noise) {
+  using namespace light_window;
+  for (int x = 0; x < width; ++x) {
+    float spread[kSectors] = {}, counts[kSectors] = {}, sum = planes.spread[x], count = 1;
+    for (int i = 0; i < kSectors; ++i) {
+      for (int k = 0; k < kSectorPixels - 1; ++k) {
+        const SectorStep step = sector_step(i, k);
+        const std::ptrdiff_t to = step.y * planes.stride + step.x;
+        const float distance = std::sqrt(static_cast<float>(step.x * step.x + step.y * step.y));
+        if (!(compare(planes, x, to, distance).alike > 0)) continue;
+        spread[i] += planes.spread[x + to];
+        counts[i] += 1;
+      }
+      sum += spread[i];
+      count += counts[i];
+    }
+    float least = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < kSectors; ++i)
+      least = std::min(least, (planes.spread[x] + spread[i]) + (kSectorPixels - 1.0f - counts[i]) * (sum / count));
+    noise[x] = least / kSectorPixels;
+  }
 }
 
 }  // namespace glowworm

@@ -30,6 +30,8 @@ class WindowPixels {
       plane(4)[i] = surface == 0 ? 0.01f : 0;
       plane(8)[i] = level;
       plane(9)[i] = surface == 2 ? 0 : 0.01f * number(i, 1);
+      plane(10)[i] = surface == 2 ? 0 : number(i, 2) + (i % 97 == 0 ? 5 : 0);
+      plane(11)[i] = x % 5 == 0 ? 0.01f : number(i, 3);
     }
   }
 
@@ -45,6 +47,8 @@ class WindowPixels {
     out.slope = plane(4) + kFirst;
     out.level = plane(8) + kFirst;
     out.variance = plane(9) + kFirst;
+    out.spread = plane(10) + kFirst;
+    out.noise = plane(11) + kFirst;
     return out;
   }
 
@@ -57,7 +61,7 @@ class WindowPixels {
 
   /// What lies after the last plane counts as nothing at all.
   std::vector<float> values_ =
-      std::vector<float>(10 * kPixels + kWindowPadding, std::numeric_limits<float>::quiet_NaN());
+      std::vector<float>(12 * kPixels + kWindowPadding, std::numeric_limits<float>::quiet_NaN());
 };
 
 TEST(LightWindow, SameBitsAsPlainLoops) {
@@ -76,11 +80,25 @@ TEST(LightWindow, SameBitsAsPlainLoops) {
       for (int y = 0; y < WindowSums::kHeight; ++y) {
         for (int c = 0; c < 3; ++c) EXPECT_TRUE(same_row(sums.light[c], expected.light[c], y)) << y;
         EXPECT_TRUE(same_row(sums.weight, expected.weight, y)) << y;
+        EXPECT_TRUE(same_row(sums.kept, expected.kept, y)) << y;
         EXPECT_TRUE(same_row(sums.variance, expected.variance, y)) << y;
         EXPECT_TRUE(same_row(sums.surface, expected.surface, y)) << y;
       }
     });
   }
+}
+
+TEST(LightWindow, FindsTheSameNoiseAsPlainLoops) {
+  WindowPixels pixels;
+  const WindowPlanes planes = pixels.planes();
+  constexpr int kWidth = WindowSums::kWidth;
+  std::vector<float> expected(kWidth + kWindowPadding);
+  find_noise_reference(planes, kWidth, expected.data());
+  on_every_instruction_set([&] {
+    std::vector<float> noise(kWidth + kWindowPadding);
+    find_noise(planes, kWidth, noise.data());
+    EXPECT_EQ(std::memcmp(noise.data(), expected.data(), kWidth * sizeof(float)), 0);
+  });
 }
 
 }  // namespace
