@@ -67,7 +67,10 @@ Scene Scene::load(const std::string& path) {
   ImportOptions options;
   options.light_uvs = true;  // this and the next for bake()
   options.gltf_parts = std::make_shared<GltfParts>();
-  return Scene(std::make_shared<const Implementation>(load_scene(path, options), options.gltf_parts));
+  options.outside_files = std::make_shared<std::vector<std::string>>();
+  SceneDescription description = load_scene(path, options);
+  return Scene(
+      std::make_shared<const Implementation>(std::move(description), options.gltf_parts, *options.outside_files));
 }
 
 const std::string& Scene::name() const { return implementation_->scene->name(); }
@@ -150,6 +153,8 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
       out.coat_thickness = 0;
       out.coat_bounces = 0;  // unlimited
       break;
+    default:  // a program may cast any number
+      check(false, "material '" + m.name + "' is of no kind", "Give one of Material::Kind.");
   }
   implementation_->scene.materials.push_back(std::move(out));
   return static_cast<std::uint32_t>(implementation_->scene.materials.size() - 1);
@@ -169,6 +174,8 @@ void SceneBuilder::add_mesh(const Mesh& mesh) {
   Geometry geometry;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     check_finite(mesh.positions[i], "vertex " + std::to_string(i) + " of mesh '" + mesh.name + "'");
+    if (!mesh.normals.empty())
+      check_finite(mesh.normals[i], "normal " + std::to_string(i) + " of mesh '" + mesh.name + "'");
     geometry.positions.push_back(inner(mesh.positions[i]));
     geometry.normals.push_back(mesh.normals.empty() ? glowworm::Vec3{} : inner(mesh.normals[i]));
   }

@@ -1,6 +1,7 @@
 // Contents of a public scene.
 #pragma once
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,8 +16,10 @@ namespace glowworm::api {
 inline glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
 
 struct Scene::Implementation {
-  explicit Implementation(SceneDescription description, std::shared_ptr<const GltfParts> parts = nullptr)
+  explicit Implementation(SceneDescription description, std::shared_ptr<const GltfParts> parts = nullptr,
+                          std::vector<std::string> outside = {})
       : gltf_parts(std::move(parts)),
+        outside_files(std::move(outside)),
         scene(std::make_shared<const glowworm::Scene>(std::move(description))),
         traced(scene),
         tracer(std::make_shared<const glowworm::Tracer>(*traced)) {
@@ -28,12 +31,14 @@ struct Scene::Implementation {
   /// The scene with more cameras, which the tracer does not know of.
   Implementation(const Implementation& other, SceneEdit edit)
       : gltf_parts(other.gltf_parts),
+        outside_files(other.outside_files),
         scene(std::make_shared<const glowworm::Scene>(*other.scene, std::move(edit))),
         traced(other.traced),
         tracer(other.tracer),
         positions(other.positions) {}
 
   std::shared_ptr<const GltfParts> gltf_parts;           ///< of a glTF file; null for others
+  std::vector<std::string> outside_files;                ///< read from outside of the scene file's folder
   std::shared_ptr<const glowworm::Scene> scene, traced;  ///< `traced` is the tracer's
   std::shared_ptr<const glowworm::Tracer> tracer;
   /// Vertices in the user's coordinates; null if these are the scene's own.

@@ -45,6 +45,7 @@ struct BakeOptions {
                                                                         texture = "png";
   std::optional<float> exposure;  ///< stops; none: chosen by the light
   double texels_per_metre = 0, spacing = 0;
+  bool allow_outside = false;
   std::uint32_t side = 0;
   ReportOptions report;
   TableOptions table;
@@ -202,8 +203,9 @@ void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& trac
   const float exposure =
       o.exposure ? *o.exposure : automatic_exposure(scene, tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, range_of(scene, layout, format, exposure));
-  const BakeNotes notes{exposure,    o.command_line,           write_texture_files(o, layout.atlas, light, files),
-                        places.gltf, o.settings.indirect_only, o.changes.changes.metres_per_unit};
+  const BakeNotes notes{exposure,       o.command_line,           write_texture_files(o, layout.atlas, light, files),
+                        places.gltf,    o.settings.indirect_only, o.changes.changes.metres_per_unit,
+                        o.allow_outside};
   const bool written =
       files.write(o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format, notes)); });
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
@@ -313,7 +315,9 @@ int run_bake(BakeOptions& o) {
   import_options.budget = loading_budget(o.settings.memory_bytes);
   import_options.light_uvs = true;
   import_options.gltf_parts = std::make_shared<GltfParts>();
+  import_options.outside_files = std::make_shared<std::vector<std::string>>();
   const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  if (!o.allow_outside) refuse_outside_files(*import_options.outside_files, "--allow-outside");
   tell_notes(*scene, o.scene);
   const auto tracer = std::make_shared<const Tracer>(*scene);
   catch_interrupts();
@@ -373,6 +377,9 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
   add_text(c, "Textures", "--atlas-picture", o.atlas_picture, "FILE",
            "Write the atlases as a picture, too: .exr or .png");
   add_exposure_option(c, "Textures", o.exposure);
+  c.add_flag("--allow-outside", o.allow_outside,
+             "Also copy files that the scene names outside its folder, such as textures")
+      ->group("Textures");
 }
 
 constexpr const char* kBakeFooter = R"(

@@ -4,9 +4,12 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
+#include "core/log.h"
 #include "core/text.h"
 #include "render/effects.h"
 #include "scene/scene.h"
@@ -43,34 +46,38 @@ std::string place_text(Vec3 v) {
   return fmt::format("({}, {}, {})", coordinate_text(v.x), coordinate_text(v.y), coordinate_text(v.z));
 }
 
+template <typename... Values>
+void say(fmt::format_string<Values...> format, Values&&... values) {
+  write_output(fmt::format(format, std::forward<Values>(values)...));
+}
+
 void print_scene(const std::shared_ptr<const Scene>& shared) {
   const Scene& scene = *shared;
   const Geometry& g = scene.geometry();
   const Box3 b = scene.bounds();
-  fmt::print("scene      {}\n", scene.name());
-  fmt::print("triangles  {}\n", g.triangle_count());
-  fmt::print("vertices   {}\n", g.positions.size());
-  fmt::print("bounds     {} to {} m\n", place_text(scene.outside(b.min)), place_text(scene.outside(b.max)));
-  if (scene.film().width > 0) fmt::print("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
+  say("scene      {}\n", scene.name());
+  say("triangles  {}\n", g.triangle_count());
+  say("vertices   {}\n", g.positions.size());
+  say("bounds     {} to {} m\n", place_text(scene.outside(b.min)), place_text(scene.outside(b.max)));
+  if (scene.film().width > 0) say("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
   std::map<std::uint32_t, std::size_t> uses;
   for (const std::uint32_t m : g.material) ++uses[m];
-  fmt::print("materials  {}\n", scene.materials().size());
+  say("materials  {}\n", scene.materials().size());
   for (std::size_t i = 0; i < scene.materials().size(); ++i) {
     const Material& m = scene.materials()[i];
-    fmt::print("  {:<32} {:<20} {} triangles\n", m.name, name(m.kind), uses[static_cast<std::uint32_t>(i)]);
+    say("  {:<32} {:<20} {} triangles\n", m.name, name(m.kind), uses[static_cast<std::uint32_t>(i)]);
   }
-  fmt::print("textures   {}\n", scene.textures().size());
+  say("textures   {}\n", scene.textures().size());
   const std::vector<NamedPower> lights = light_powers(shared);
-  fmt::print("lights     {}, with {} emissive triangles\n", lights.size(), scene.emissive_triangles().size());
+  say("lights     {}, with {} emissive triangles\n", lights.size(), scene.emissive_triangles().size());
   for (const auto& [name, p] : lights)
-    fmt::print("  {:<32} {:.4g} W (RGB {:.4g} {:.4g} {:.4g})\n", name, luminance(p), p.r, p.g, p.b);
-  fmt::print("power      {:.4g} W in total (luminance)\n", scene.light_power().total());
-  fmt::print("cameras    {}\n", scene.cameras().size());
+    say("  {:<32} {:.4g} W (RGB {:.4g} {:.4g} {:.4g})\n", name, luminance(p), p.r, p.g, p.b);
+  say("power      {:.4g} W in total (luminance)\n", scene.light_power().total());
+  say("cameras    {}\n", scene.cameras().size());
   for (const Camera& c : scene.cameras())
-    fmt::print("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name,
-               place_text(scene.outside(c.to_world.translation)));
-  for (const std::string& note : effect_notes(scene, RenderSettings{})) fmt::print("note: {}\n", note);
-  for (const std::string& note : scene.notes()) fmt::print("note: {}\n", note);
+    say("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name, place_text(scene.outside(c.to_world.translation)));
+  for (const std::string& note : effect_notes(scene, RenderSettings{})) say("note: {}\n", note);
+  for (const std::string& note : scene.notes()) say("note: {}\n", note);
 }
 
 nlohmann::json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
@@ -102,7 +109,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
     out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(scene.outside(c.to_world.translation))}});
   for (const std::string& note : effect_notes(scene, RenderSettings{})) out["notes"].push_back(note);
   for (const std::string& note : scene.notes()) out["notes"].push_back(note);
-  fmt::print("{}\n", out.dump(2, ' ', false, json::error_handler_t::replace));
+  fmt::print("{}\n", out.dump(2, ' ', true, json::error_handler_t::replace));
 }
 
 }  // namespace

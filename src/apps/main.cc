@@ -2,10 +2,10 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -17,8 +17,10 @@
 
 #include "apps/commands.h"
 #include "core/names.h"
+#include "core/option_names.h"
 #include "core/parallel.h"
 #include "core/temporary_files.h"
+#include "core/text.h"
 #include "render/options.h"
 #include "render/output.h"
 
@@ -37,11 +39,7 @@ void open_standard_streams() {
 /// The command line, with quotes around words that a shell would split or expand.
 std::string command_line(int argc, char** argv) {
   std::string text = "glowworm";
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$`&|;<>()*?[]#~") == std::string::npos;
-    text += plain ? " " + word : " '" + word + "'";
-  }
+  for (int i = 1; i < argc; ++i) text += " " + shell_word(argv[i]);
   return text;
 }
 
@@ -119,7 +117,17 @@ int run_program(int argc, char** argv) {
   _exit(status);
 }
 
-constexpr const char* kOutOfMemory = "out of memory\n  Try a smaller --size, or a smaller --memory.";
+/// The same for messages that may hold names from files.
+[[noreturn]] void fail(const std::exception& error, int status) { fail(printable(error.what()).c_str(), status); }
+
+/// Whether standard output is a pipe whose reader has closed it, as head does.
+bool reader_is_gone() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return poll(&out, 1, 0) > 0 && (out.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+constexpr const char* kOutOfMemory =
+    "out of memory\n  Close other programs, give a smaller --memory, or reduce the scene or the picture.";
 
 /// For libraries that let std::bad_alloc leave a thread or a function that may not throw.
 [[noreturn]] void terminated() {
@@ -141,6 +149,7 @@ int main(int argc, char** argv) {
   void* frame = nullptr;
   backtrace(&frame, 1);
   std::set_terminate(glowworm::terminated);
+  glowworm::name_options_with_dashes(true);
   glowworm::open_standard_streams();
   glowworm::remove_temporary_files_at_signals();
   int status = 1;
@@ -148,20 +157,19 @@ int main(int argc, char** argv) {
     status = glowworm::run_program(argc, argv);
     glowworm::end_threads();
   } catch (const glowworm::CommandLineError& error) {
-    glowworm::fail(error.what(), 2);
+    glowworm::fail(error, 2);
   } catch (const std::bad_alloc&) {
     glowworm::fail(glowworm::kOutOfMemory, 1);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::broken_pipe) return 1;
-    if (error.code() != std::errc::resource_unavailable_try_again) glowworm::fail(error.what(), 1);
+    if (error.code() != std::errc::resource_unavailable_try_again) glowworm::fail(error, 1);
     glowworm::fail("no thread can be started\n  Raise the limits of memory or threads (ulimit -v, ulimit -u).", 1);
   } catch (const std::exception& error) {
-    glowworm::fail(error.what(), 1);
+    glowworm::fail(error, 1);
   }
   std::cout.flush();
-  errno = 0;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return status;
-  // A reader that closes early (head) causes no message.
-  if (errno != EPIPE) glowworm::fail("standard output cannot be written", 1);
+  // A reader that closes early causes no message. The failed write may be long ago, so its errno tells nothing.
+  if (!glowworm::reader_is_gone()) glowworm::fail("standard output cannot be written", 1);
   return 1;
 }

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/text.h"
+
 namespace glowworm {
 
 namespace {
@@ -46,9 +48,10 @@ std::string progress_line(double share, const std::string& label, const std::str
 ProgressBar::ProgressBar(bool shown)
     : shown_(shown), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_) {}
 
-void ProgressBar::update(double share, const std::string& label) {
+void ProgressBar::update(double share, const std::string& named) {
   if (!shown_ || (!terminal_ && seconds_since(last_) < kPlainInterval)) return;
   last_ = Clock::now();
+  const std::string label = printable(named);
   const double spent = seconds_since(start_);
   const std::string left = share > 0.005 ? format_duration(spent / share * (1 - share)) + " left" : "";
   if (!terminal_) {

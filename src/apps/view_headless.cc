@@ -99,8 +99,8 @@ void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& fi
   std::set<std::string> screenshots;
   for (const ScriptMove& move : script.moves)
     if (move.screenshot && screenshots.insert(*move.screenshot).second) {
-      files.add("the \"screenshot\"", *move.screenshot);
-      const std::filesystem::path name = std::filesystem::path(*move.screenshot).filename();
+      const std::filesystem::path name = std::filesystem::path(*move.screenshot).lexically_normal();
+      files.add("the \"screenshot\"", folder / name);
       if (is_frame_name(name, o.format)) files.check("the frame", folder / name);
     }
   check_frames(o, files);
@@ -126,8 +126,10 @@ void play_frames(const ViewOptions& o, const Script& script, Stage& stage, Outpu
     const std::string path = std::filesystem::path(o.out) / fmt::format("{:05}.{}", i, o.format);
     if (files.write(path, [&] { write_frame(o, frame, path, exposure); })) ++table.written;
     for (const ScriptMove& move : script.moves)
-      if (move.screenshot && move.from == i)
-        files.write(*move.screenshot, [&] { write_frame(o, frame, *move.screenshot, exposure); });
+      if (move.screenshot && move.from == i) {
+        const std::string shot = std::filesystem::path(o.out) / *move.screenshot;
+        files.write(shot, [&] { write_frame(o, frame, shot, exposure); });
+      }
     table.text += table_row(i, frame);
   }
 }

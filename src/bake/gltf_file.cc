@@ -59,12 +59,13 @@ std::string_view media_type(std::string_view bytes) {
   return bytes.starts_with("\xabKTX 20\xbb") ? "image/ktx2" : "";
 }
 
-void take_image(const GltfDocument& document, json& image, GlbFile& file) {
+void take_image(const GltfDocument& document, json& image, bool allow_outside, GlbFile& file) {
   const std::string uri = image.value("uri", "");
   if (uri.empty() || uri.starts_with("data:")) return;
   const std::string path = find_texture_file(document.folder, decode_uri(uri));
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return;
+  if (!allow_outside && is_outside(path, document.path)) return;
   Reservation held(*document.budget, "image files", 0);
   const std::string bytes = read_input_file(path, held);
   const std::string_view type = media_type(bytes);
@@ -76,7 +77,7 @@ void take_image(const GltfDocument& document, json& image, GlbFile& file) {
 
 }  // namespace
 
-GlbFile glb_of_document(const GltfDocument& document, json whole) {
+GlbFile glb_of_document(const GltfDocument& document, json whole, bool allow_outside) {
   GlbFile file;
   file.json = std::move(whole);
   const std::vector<BufferPlace> places = join_buffers(document, file);
@@ -88,7 +89,7 @@ GlbFile glb_of_document(const GltfDocument& document, json whole) {
         if (view["extensions"].contains(name)) move_view(view["extensions"][name], places);
     }
   if (file.json.contains("images"))
-    for (json& image : file.json["images"]) take_image(document, image, file);
+    for (json& image : file.json["images"]) take_image(document, image, allow_outside, file);
   return file;
 }
 

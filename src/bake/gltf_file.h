@@ -9,6 +9,7 @@ namespace glowworm {
 
 /// The file of a document with all its buffers and image files inside. Images that are missing, or whose formats glTF
 /// does not have, stay names of files.
-GlbFile glb_of_document(const GltfDocument& document, nlohmann::json whole);
+/// @param allow_outside whether that includes image files outside of the document's folder
+GlbFile glb_of_document(const GltfDocument& document, nlohmann::json whole, bool allow_outside);
 
 }  // namespace glowworm

@@ -16,6 +16,7 @@
 #include "bake/gltf_glb.h"
 #include "bake/light_writer.h"
 #include "bake/source_texture.h"
+#include "core/error.h"
 #include "render/output.h"
 
 namespace glowworm {
@@ -364,6 +365,14 @@ class SceneWriter {
 };
 
 }  // namespace
+
+void refuse_outside_files(const std::vector<std::string>& files, const std::string& option) {
+  if (files.empty()) return;
+  const std::string others = files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "";
+  throw Error(
+      fmt::format("the scene names files outside its folder, which the bake would copy: '{}'{}", files.front(), others),
+      fmt::format("Put them into the folder. If you trust the scene, give {}.", option));
+}
 
 BakeFormat format_of(std::string_view name) {
   if (name == "unlit") return BakeFormat::unlit;

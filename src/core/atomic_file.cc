@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include "core/disk_memory.h"
 
@@ -21,7 +22,9 @@ namespace glowworm {
 
 namespace {
 
-std::string remedy_for(int error_number, const std::string& folder) {
+std::string remedy_for(int error_number, const std::string& given) {
+  std::error_code ignored;
+  const std::string folder = given == "." ? std::filesystem::current_path(ignored).string() : given;
   switch (error_number) {
     case ENOENT:
     case ENOTDIR:

@@ -4,9 +4,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
-#include <mutex>
+#include <filesystem>
+#include <system_error>
 
 #include "core/error.h"
 
@@ -35,34 +37,30 @@ class Descriptor {
   int number_;
 };
 
-struct Recorded {
-  std::mutex mutex;
-  const InputRecord* record = nullptr;
-  std::set<std::string> names;
-};
-
-Recorded& recorded() {
-  static Recorded all;
-  return all;
-}
+thread_local InputRecord* innermost = nullptr;
 
 }  // namespace
 
-InputRecord::InputRecord() {
-  const std::lock_guard lock(recorded().mutex);
-  if (!recorded().record) recorded().record = this;
+InputRecord::InputRecord() : outer_(innermost) { innermost = this; }
+InputRecord::~InputRecord() { innermost = outer_; }
+
+void record_input_file(const std::string& path) {
+  for (InputRecord* record = innermost; record; record = record->outer_) record->names_.insert(path);
 }
 
-InputRecord::~InputRecord() {
-  const std::lock_guard lock(recorded().mutex);
-  if (recorded().record != this) return;
-  recorded().record = nullptr;
-  recorded().names.clear();
-}
-
-std::set<std::string> InputRecord::names() const {
-  const std::lock_guard lock(recorded().mutex);
-  return recorded().record == this ? recorded().names : std::set<std::string>();
+bool is_outside(const std::string& file, const std::string& named_by) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
+  if (error) return true;
+  // A symbolic link to a scene file names two folders. Both are its own.
+  const fs::path given = fs::absolute(named_by, error);
+  for (const fs::path& folder :
+       {fs::weakly_canonical(given.parent_path(), error), fs::weakly_canonical(given, error).parent_path()}) {
+    const auto [end_of_folder, rest] = std::mismatch(folder.begin(), folder.end(), real.begin(), real.end());
+    if (end_of_folder == folder.end() && rest != real.end()) return false;
+  }
+  return true;
 }
 
 void check_input_file(const std::string& path) {
@@ -72,9 +70,8 @@ void check_input_file(const std::string& path) {
     throw Error({path}, "cannot be opened", "Check that you may read it.");
   }
   check_kind(status, path);
-  const std::lock_guard lock(recorded().mutex);
   // A file in memory has no name that lasts.
-  if (recorded().record && status.st_nlink > 0) recorded().names.insert(path);
+  if (status.st_nlink > 0) record_input_file(path);
 }
 
 namespace {

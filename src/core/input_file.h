@@ -13,8 +13,8 @@ namespace glowworm {
 /// forever. Call it before you open a file by name.
 void check_input_file(const std::string& path);
 
-/// Records the names of all files that pass check_input_file() in any thread, including those read by
-/// read_input_file(), while this object lives. Only one can record at a time; a second one records nothing.
+/// Records the names of all files that pass check_input_file() in this thread, including those read by
+/// read_input_file(), while this object lives. Records may be nested: each gets all names.
 class InputRecord {
  public:
   InputRecord();
@@ -23,8 +23,19 @@ class InputRecord {
   InputRecord& operator=(const InputRecord&) = delete;
 
   /// The recorded names, as given.
-  std::set<std::string> names() const;
+  const std::set<std::string>& names() const { return names_; }
+
+ private:
+  friend void record_input_file(const std::string& path);
+  InputRecord* outer_;
+  std::set<std::string> names_;
 };
+
+/// Adds a file that something else has read, such as another process, to this thread's records.
+void record_input_file(const std::string& path);
+
+/// Whether a file lies outside the folder of the file that names it. Follows symbolic links.
+bool is_outside(const std::string& file, const std::string& named_by);
 
 /// Reads a whole file. Throws Error as check_input_file() does, and if the file cannot be read or is larger than the
 /// machine's memory.

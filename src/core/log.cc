@@ -3,6 +3,10 @@
 #include <atomic>
 #include <cstdio>
 #include <mutex>
+#include <string>
+
+#include "core/option_names.h"
+#include "core/text.h"
 
 namespace glowworm {
 
@@ -11,9 +15,9 @@ std::atomic<LogLevel> current_level{LogLevel::normal};
 std::mutex output_mutex;
 
 void print(std::string_view prefix, std::string_view message) {
+  const std::string shown = printable(with_option_names(std::string(message)));
   const std::lock_guard lock(output_mutex);
-  std::fprintf(stderr, "%.*s%.*s\n", static_cast<int>(prefix.size()), prefix.data(), static_cast<int>(message.size()),
-               message.data());
+  std::fprintf(stderr, "%.*s%s\n", static_cast<int>(prefix.size()), prefix.data(), shown.c_str());
 }
 }  // namespace
 
@@ -26,5 +30,11 @@ void detail(std::string_view message) {
   if (current_level == LogLevel::verbose) print("", message);
 }
 void warn(std::string_view message) { print("warning: ", message); }
+void report_error(std::string_view message) { print("glowworm: error: ", message); }
+
+void write_output(std::string_view text) {
+  const std::string shown = printable(text);
+  std::fwrite(shown.data(), 1, shown.size(), stdout);
+}
 
 }  // namespace glowworm

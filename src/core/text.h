@@ -14,6 +14,13 @@ std::string lower(std::string_view text);
 /// The ending of a file's name in lower case: ".png" of "a/B.PNG".
 std::string lower_ending(const std::string &path);
 
+/// A word as a shell takes it: in single quotes if it would split or expand the word.
+std::string shell_word(const std::string &word);
+
+/// The text without what commands a terminal: control characters other than tabs and line breaks, characters that
+/// change the direction of writing, and bytes that are not UTF-8 become escapes such as \x1b.
+std::string printable(std::string_view text);
+
 /// A coordinate in metres: four digits, or all seven of float from a thousand metres on.
 std::string coordinate_text(float metres);
 

@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "dist/running_clock.h"
 
 namespace glowworm {
@@ -35,7 +36,7 @@ int number_of(std::initializer_list<const char*> names, int least) {
   const Error error(fmt::format("not all of the {} ranks have joined after {} s", launched_count(), kJoinSeconds),
                     "Look for a machine that cannot be reached, or a process that is stopped, and start again without "
                     "that machine.");
-  std::fputs(fmt::format("glowworm: error: {}\n", error.what()).c_str(), stderr);
+  report_error(error.what());
   std::_Exit(1);
 }
 

@@ -36,13 +36,7 @@ void check_is_file(const std::string& path) {
   check_input_file(path);
 }
 
-}  // namespace
-
-bool is_builtin(std::string_view path_or_builtin) { return path_or_builtin.starts_with(kBuiltinPrefix); }
-
-SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) try {
-  if (is_builtin(path_or_builtin)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
-  const std::string& path = path_or_builtin;
+SceneDescription load_file(const std::string& path, const ImportOptions& options) {
   check_is_file(path);
   const std::string extension = lower_ending(path);
   if (extension == ".pbrt") return load_pbrt(path, options);
@@ -53,6 +47,20 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
   if (assimp_reads(extension)) return load_assimp(path, options);
   throw Error({path}, "files of type '" + extension + "' are not supported",
               "Supported: .pbrt, .gltf, .glb, .obj, .ply, .stl and what Assimp reads (.fbx, .dae, .blend, .3ds, ...).");
+}
+
+}  // namespace
+
+bool is_builtin(std::string_view path_or_builtin) { return path_or_builtin.starts_with(kBuiltinPrefix); }
+
+SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) try {
+  if (is_builtin(path_or_builtin)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
+  const InputRecord record;
+  SceneDescription description = load_file(path_or_builtin, options);
+  if (options.outside_files)
+    for (const std::string& name : record.names())
+      if (name != path_or_builtin && is_outside(name, path_or_builtin)) options.outside_files->push_back(name);
+  return description;
 } catch (const MemoryError& error) {
   throw Error(FilePlace{path_or_builtin}, error.what());
 } catch (const std::bad_alloc&) {

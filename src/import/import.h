@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/memory_budget.h"
 #include "scene/scene.h"
@@ -27,6 +28,8 @@ struct ImportOptions {
   bool light_uvs = false;
   /// Gets the origin of the triangles of a glTF file, unless it is null.
   std::shared_ptr<GltfParts> gltf_parts = {};
+  /// Gets the files outside of the scene file's folder that were read, unless it is null.
+  std::shared_ptr<std::vector<std::string>> outside_files = {};
   /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running
   /// program, or in ../libexec/glowworm relative to it.
   std::string assimp_program = {};

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "scene/material.h"
+
 namespace glowworm {
 
 namespace {
@@ -17,6 +19,8 @@ FloatBits<8> vertex_bits(const Geometry& mesh, std::size_t i) {
 }
 
 }  // namespace
+
+std::uint64_t material_bytes() { return 2 * sizeof(Material); }
 
 std::uint64_t mesh_bytes(const Geometry& mesh) {
   const auto bytes = [](const auto& array) { return std::uint64_t{array.size()} * sizeof array[0]; };

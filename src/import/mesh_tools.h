@@ -33,6 +33,9 @@ inline constexpr float kDefaultAlbedo = 0.8f;
 /// Memory of a mesh's arrays, bytes.
 std::uint64_t mesh_bytes(const Geometry& mesh);
 
+/// Memory of a material of a scene while materials are added, bytes: an array that grows exists twice.
+std::uint64_t material_bytes();
+
 /// Memory of a mesh in a scene, bytes: its tables and its ray-tracing structure.
 std::uint64_t scene_bytes(const Geometry& mesh);
 /// The same from counts. @param vertices at most three per triangle are counted

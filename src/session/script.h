@@ -38,7 +38,7 @@ struct ScriptMove {
   std::optional<std::uint64_t> photons;
   std::optional<bool> filter, reuse, secondary_gather;
   std::optional<ScriptLight> light;
-  std::optional<std::string> screenshot;  ///< file to write at the first frame
+  std::optional<std::string> screenshot;  ///< picture to write at the first frame, in the output folder
   std::optional<std::string> drop;        ///< scene to load at the first frame
   std::optional<WindowAction> window;
 };

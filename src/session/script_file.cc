@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/text.h"
 #include "session/script.h"
 
 namespace glowworm {
@@ -119,6 +122,17 @@ WindowAction read_window(const Entry& entry) {
   return action;
 }
 
+/// The file of a screenshot. Scripts may come from others, so they name no other files than pictures of the session.
+std::string read_screenshot(const Entry& entry, const std::string& name) {
+  const std::filesystem::path path(name);
+  const std::string ending = lower_ending(name);
+  const bool leaves = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
+  if (leaves || (ending != ".png" && ending != ".exr") || name.find('\0') != std::string::npos)
+    entry.fail(fmt::format("\"screenshot\": '{}' is not the name of a .png or .exr file in the output folder", name),
+               "Leave out '/' at its start and '..'.");
+  return name;
+}
+
 ScriptMove read_move(const json& object, const std::string& place) {
   const Entry entry(object, place, {"at",     "from",       "to",      "orbit",  "look",   "fly",
                                     "focus",  "camera",     "mode",    "part",   "engine", "kernel",
@@ -149,7 +163,7 @@ ScriptMove read_move(const json& object, const std::string& place) {
   move.reuse = entry.flag("reuse");
   move.secondary_gather = entry.flag("secondary_gather");
   if (entry.has("light")) move.light = read_light(entry, place);
-  move.screenshot = entry.text("screenshot");
+  if (const auto name = entry.text("screenshot")) move.screenshot = read_screenshot(entry, *name);
   move.drop = entry.text("drop");
   if (entry.has("resize") || entry.has("window")) move.window = read_window(entry);
   return move;

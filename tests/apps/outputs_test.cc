@@ -213,9 +213,8 @@ TEST_F(OutputsTest, FilesOfASessionMustDiffer) {
     return arguments;
   };
   expect_one_file(played("shot.png", "frames"));  // by its third frame
-  expect_one_file(played("script.json", "new"));
-  expect_one_file(played("new/00001.png", "new"));
-  expect_one_file(played("./new/frames.csv", "new"));
+  expect_one_file(played("00001.png", "new"));
+  expect_one_file(played("./00001.png", "new"));
   EXPECT_FALSE(fs::exists(path("new")));
 }
 

@@ -64,7 +64,7 @@ TEST_F(ViewTest, WritesFramesWithoutAWindow) {
   const Outcome outcome = run(view({"--script", "moves.json", "--frames", "5", "--out", "frames"}));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   for (int i = 0; i < 5; ++i) EXPECT_EQ(read_image(path("frames/0000" + std::to_string(i) + ".png")).width(), 24);
-  EXPECT_TRUE(read_image(path("shot.exr")).has_channel("depth.Z"));
+  EXPECT_TRUE(read_image(path("frames/shot.exr")).has_channel("depth.Z"));
   const std::string table = read(path("frames/frames.csv"));
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 6);
   EXPECT_THAT(table, HasSubstr("frame,seconds,"));

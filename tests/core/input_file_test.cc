@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "core/error.h"
 
@@ -53,6 +54,39 @@ TEST_F(InputFile, IsARegularFile) {
   EXPECT_THAT(message_of(folder_), HasSubstr("is a folder"));
   EXPECT_THAT(message_of(folder_ / "gone"), HasSubstr("no such file"));
   EXPECT_THROW(check_input_file(fifo), Error);
+}
+
+TEST_F(InputFile, IsRecordedByAllRecordsOfItsThread) {
+  const std::string path = folder_ / "a", other = folder_ / "b";
+  std::ofstream(path, std::ios::binary) << "x";
+  std::ofstream(other, std::ios::binary) << "x";
+  const InputRecord outer;
+  read_input_file(path);
+  {
+    const InputRecord inner;
+    read_input_file(other);
+    std::thread([&] { read_input_file(path); }).join();
+    EXPECT_THAT(inner.names(), testing::ElementsAre(other));
+  }
+  EXPECT_THAT(outer.names(), testing::ElementsAre(path, other));
+}
+
+TEST_F(InputFile, IsOutsideWhereverItsRealPathIs) {
+  std::filesystem::create_directories(folder_ / "room" / "sub");
+  std::ofstream(folder_ / "secret") << "x";
+  std::filesystem::create_symlink("../secret", folder_ / "room" / "link");
+  std::filesystem::create_symlink("room/a.gltf", folder_ / "shortcut.gltf");
+  const std::string scene = folder_ / "room" / "a.gltf";
+  std::ofstream(scene, std::ios::binary) << "x";
+  EXPECT_FALSE(is_outside(folder_ / "room" / "sub" / "x.png", scene));
+  EXPECT_FALSE(is_outside(folder_ / "room" / "sub" / ".." / "x.png", scene));
+  EXPECT_TRUE(is_outside(folder_ / "room" / ".." / "secret", scene));
+  EXPECT_TRUE(is_outside(folder_ / "room" / "link", scene));
+  EXPECT_TRUE(is_outside(folder_ / "room2" / "x.png", scene));
+  EXPECT_TRUE(is_outside("/etc/passwd", scene));
+  EXPECT_FALSE(is_outside(folder_ / "room" / "x.png", folder_ / "shortcut.gltf"));
+  EXPECT_FALSE(is_outside("x.png", "a.gltf"));
+  EXPECT_TRUE(is_outside("../x.png", "a.gltf"));
 }
 
 TEST_F(InputFile, FitsIntoMemory) {

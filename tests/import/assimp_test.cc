@@ -6,6 +6,7 @@
 #include <cmath>
 #include <thread>
 
+#include "core/input_file.h"
 #include "core/parallel.h"
 #include "import/assimp/import.h"
 #include "import/mesh_tools.h"
@@ -173,6 +174,27 @@ TEST_F(AssimpTest, TheBudgetBoundsProcessAndScene) {
   AssimpLimits limits;
   limits.memory_bytes = 1'000'000'000;
   EXPECT_THAT(message(file, limits, options), HasSubstr("the memory budget"));
+}
+
+TEST_F(AssimpTest, TheProcessGetsMemoryByTheSizeOfTheFile) {
+  ImportOptions options = with_reader("printf 'limit %s' \"$3\" >&3; exit 1\n");
+  const std::string file = write("a.off", kTetrahedron);
+  options.budget = loading_budget(std::uint64_t{1} << 40);
+  const std::uint64_t most = std::uint64_t{1} << 31;  // the file has a few bytes
+  const auto limit = [&] {
+    const std::string text = message(file, {}, options);
+    return std::stoull(text.substr(text.find("limit ") + 6));
+  };
+  EXPECT_LT(limit(), most);
+  options.budget = loading_budget(100'000'000);
+  EXPECT_EQ(limit(), 100'000'000u);
+}
+
+TEST_F(AssimpTest, FilesThatItReadAreRecorded) {
+  const InputRecord record;
+  const std::string file = write("a.off", kTetrahedron);
+  load_scene(file);
+  EXPECT_TRUE(record.names().contains(file));
 }
 
 TEST_F(AssimpTest, ProcessorTimeIsLimited) {

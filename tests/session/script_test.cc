@@ -92,6 +92,10 @@ TEST(ScriptErrors, NameThePlaceAndTheChoices) {
   EXPECT_THAT(message(R"({"moves": [{"from": 5, "to": 5}]})"), HasSubstr("ends before it begins"));
   EXPECT_THAT(message(R"({"moves": [{"light": {"scale": 1}}]})"), HasSubstr("\"name\""));
   EXPECT_THAT(message(R"({"moves": [{"window": "dance"}]})"), HasSubstr("minimise"));
+  for (const char* name : {"/tmp/a.png", "../a.png", "b/../../a.exr", "a.txt", ".bashrc", "a"})
+    EXPECT_THAT(message(R"({"moves": [{"screenshot": ")" + std::string(name) + R"("}]})"),
+                testing::AllOf(HasSubstr("move 1"), HasSubstr(name)));
+  EXPECT_EQ(message(R"({"moves": [{"screenshot": "b/a.PNG"}]})"), "no error");
   EXPECT_THAT(message(R"({"fps": 0})"), HasSubstr("fps"));
   EXPECT_THAT(message(R"({"size": [0, 1]})"), HasSubstr("size"));
   EXPECT_THROW(parse_script(R"({"frames": 9, "moves": [{"from": 5, "to": 10}]})", "moves.json"), Error);

@@ -171,8 +171,8 @@ void transfer_mark(Archive& archive, std::uint32_t expected) {
 template <typename Archive>
 void transfer(Archive& archive, ForeignScene& scene) {
   transfer_mark(archive, kMagic);
-  transfer_all(archive, scene.embedded, scene.materials, scene.meshes, scene.instances, scene.cameras, scene.lights,
-               scene.animations);
+  transfer_all(archive, scene.files, scene.embedded, scene.materials, scene.meshes, scene.instances, scene.cameras,
+               scene.lights, scene.animations);
   transfer_mark(archive, kEnd);
 }
 

@@ -52,6 +52,7 @@ struct ForeignLight {
 
 /// The content of a file as read by Assimp.
 struct ForeignScene {
+  std::vector<std::string> files;     ///< all files that were read, as named
   std::vector<std::string> embedded;  ///< image files inside the file; empty if the format is unknown
   std::vector<PhongMaterial> materials;
   std::vector<ForeignMesh> meshes;

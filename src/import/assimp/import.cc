@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "import/assimp/hand_over.h"
@@ -49,6 +50,7 @@ class ForeignBuilder {
                                  return image_of(folder, texture, options, stand_in);
                                },
                                notes_, description_};
+    triangles_.grow(scene_.materials.size() * material_bytes());
     for (const PhongMaterial& material : scene_.materials) {
       emissions_.push_back(add_phong_material(material, context));
     }
@@ -161,10 +163,14 @@ void check_room(const ForeignScene& scene, MemoryBudget& budget) {
   const Reservation room(budget, "triangles of instances", scene_bytes(triangles, 0));
 }
 
-/// Maximum memory of the process, bytes.
-std::uint64_t memory_limit(const MemoryBudget& budget) {
-  const std::uint64_t most = physical_memory_bytes() / 2;
-  return budget.limit() > 0 ? std::min(budget.limit(), most) : most;
+/// Maximum memory of the process for a file, bytes: what programs and libraries take, and what a file of that size can
+/// become. A damaged one may ask for any amount.
+std::uint64_t memory_limit(const MemoryBudget& budget, std::uint64_t file_bytes) {
+  constexpr std::uint64_t kOfProgram = std::uint64_t{1} << 30;
+  constexpr std::uint64_t kMostExpansion = 1032;  // of deflate, by which some formats are compressed
+  const std::uint64_t half = physical_memory_bytes() / 2;
+  const std::uint64_t most = kOfProgram + std::min(file_bytes, half / kMostExpansion) * kMostExpansion;
+  return std::min({most, half, budget.limit() > 0 ? budget.limit() : half});
 }
 
 }  // namespace
@@ -173,8 +179,10 @@ SceneDescription load_assimp(const std::string& path, const ImportOptions& optio
   std::error_code error;
   ReaderProcess process;
   process.program = options.assimp_program.empty() ? find_reader() : options.assimp_program;
-  process.memory_bytes = limits.memory_bytes > 0 ? limits.memory_bytes : memory_limit(*options.budget);
-  const std::uintmax_t mebibytes = std::min<std::uintmax_t>(std::filesystem::file_size(path, error) >> 20, 100000);
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  const std::uint64_t file_bytes = error ? 0 : size;
+  process.memory_bytes = limits.memory_bytes > 0 ? limits.memory_bytes : memory_limit(*options.budget, file_bytes);
+  const std::uint64_t mebibytes = std::min<std::uint64_t>(file_bytes >> 20, 100000);
   process.cpu_seconds = limits.cpu_seconds > 0 ? limits.cpu_seconds : 60 + 2 * static_cast<unsigned>(mebibytes);
   process.clock_seconds = limits.clock_seconds > 0 ? limits.clock_seconds : 10 * process.cpu_seconds;
   Reservation held(*options.budget, "scene files", 0);
@@ -184,6 +192,7 @@ SceneDescription load_assimp(const std::string& path, const ImportOptions& optio
 SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options) {
   const Reservation meshes(*options.budget, "meshes", bytes.size());  // both forms have about the same size
   const ForeignScene scene = read_foreign_scene(bytes, path);
+  for (const std::string& name : scene.files) record_input_file(name);
   check_room(scene, *options.budget);
   NoteCounter notes;
   SceneDescription description = ForeignBuilder(scene, path, options, notes).build();

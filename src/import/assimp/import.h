@@ -11,10 +11,11 @@ namespace glowworm {
 
 /// Limits of the process that reads a file.
 struct AssimpLimits {
-  std::uint64_t memory_bytes = 0;  ///< address space, and size of the result; 0: the limit of the loading budget, but
-                                   ///< at most half of the machine's memory
-  unsigned cpu_seconds = 0;        ///< processor time; 0: a minute plus two seconds per MiB of the file
-  unsigned clock_seconds = 0;      ///< wall time; 0: ten times cpu_seconds, because machines are shared
+  /// Address space, and size of the result; 0: a GiB plus a thousand bytes for each of the file, but at most the limit
+  /// of the loading budget and half of the machine's memory.
+  std::uint64_t memory_bytes = 0;
+  unsigned cpu_seconds = 0;    ///< processor time; 0: a minute plus two seconds per MiB of the file
+  unsigned clock_seconds = 0;  ///< wall time; 0: ten times cpu_seconds, because machines are shared
 };
 
 /// Reads a file by the program glowworm-assimp. Throws Error with the file, its format and the cause if that program

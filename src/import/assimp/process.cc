@@ -1,6 +1,5 @@
 #include "import/assimp/process.h"
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -12,7 +11,11 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdint>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -26,6 +29,7 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kProgram = "glowworm-assimp";
+constexpr const char* kLibexec = "libexec/glowworm";
 constexpr const char* kRemedy = "Open it in the program that wrote it and export it again, as glTF if possible.";
 constexpr int kHandOver = 3;               ///< file descriptor of the pipe in the process
 constexpr int kPatienceMilliseconds = 50;  ///< interval between checks of the clock and of cancellation
@@ -95,6 +99,19 @@ class Child {
  private:
   pid_t id_ = -1;
 };
+
+/// The file that holds the code at an address, as the system knows it: dladdr() gives the name by which a program was
+/// called, which may be relative to the working folder. Empty if there is none.
+std::filesystem::path file_of_code(std::uintptr_t address) {
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {  // proc(5): first-last permissions offset device inode path
+    char* end = nullptr;
+    const std::uintptr_t first = std::strtoull(line.c_str(), &end, 16), last = std::strtoull(end + 1, nullptr, 16);
+    const std::size_t path = line.find('/');
+    if (first <= address && address < last && path != std::string::npos) return line.substr(path);
+  }
+  return {};
+}
 
 class Reading {
  public:
@@ -174,18 +191,19 @@ std::string run_reader(const std::string& path, const ReaderProcess& process, Re
 
 std::string find_reader() {
   std::error_code error;
-  std::vector<std::filesystem::path> folders{std::filesystem::read_symlink("/proc/self/exe", error).parent_path()};
-  // In a library that another program has loaded, such as a module of Python, this is where the library is.
-  if (Dl_info info; dladdr(reinterpret_cast<const void*>(&find_reader), &info) != 0)
-    folders.push_back(std::filesystem::absolute(info.dli_fname, error).parent_path());
-  for (const std::filesystem::path& folder : folders) {
-    if (const auto beside = folder / kProgram; std::filesystem::exists(beside, error)) return beside.string();
-    for (auto above = folder; above.has_relative_path(); above = above.parent_path())
-      if (const auto found = above.parent_path() / "libexec" / "glowworm" / kProgram;
-          std::filesystem::exists(found, error))
-        return found.string();
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path code = file_of_code(reinterpret_cast<std::uintptr_t>(&find_reader));
+  std::vector<std::filesystem::path> candidates{program.parent_path() / kProgram,
+                                                program.parent_path().parent_path() / kLibexec / kProgram};
+  // A library that another program has loaded, such as a module of Python, may lie deeper below its prefix.
+  if (!code.empty() && code != program) {
+    candidates.push_back(code.parent_path() / kProgram);
+    for (auto above = code.parent_path(); above.has_relative_path(); above = above.parent_path())
+      candidates.push_back(above.parent_path() / kLibexec / kProgram);
   }
-  return (folders.front() / kProgram).string();
+  for (const std::filesystem::path& candidate : candidates)
+    if (candidate.is_absolute() && std::filesystem::exists(candidate, error)) return candidate.string();
+  return candidates.front().string();
 }
 
 }  // namespace glowworm

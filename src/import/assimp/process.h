@@ -19,8 +19,8 @@ struct ReaderProcess {
 /// always ended on return.
 std::string run_reader(const std::string& path, const ReaderProcess& process, Reservation& held);
 
-/// Path of the program: in the folder of the running program or of the library that holds this code, or in
-/// libexec/glowworm of a folder above.
+/// Path of the program: beside the running program or in ../libexec/glowworm; or beside the library that holds this
+/// code, or in libexec/glowworm of a folder above that. Names of real files count, never the working folder.
 std::string find_reader();
 
 }  // namespace glowworm

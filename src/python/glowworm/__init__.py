@@ -315,6 +315,7 @@ def bake(
     atlas: int = 0,
     texels_per_metre: float = 0.0,
     exposure: Optional[float] = None,
+    allow_outside: bool = False,
     progress: Progress = None,
     samples: Union[int, str, None] = None,
     gather: Union[int, str, None] = None,
@@ -332,14 +333,25 @@ def bake(
 
     format: "emissive", "unlit", "lightmap" or "vertex". light: "all", or "indirect": the viewer adds direct light
     to a lightmap. atlas: side of an atlas in texels; texels_per_metre: their density; 0 leaves both to Glowworm.
-    exposure: stops, by which values are multiplied as 2^exposure; None maps their mean to grey. The other keywords are
-    those of render(); samples are those of each texel.
+    exposure: stops, by which values are multiplied as 2^exposure; None maps their mean to grey. allow_outside: the file
+    may hold content of files outside of the scene file's folder. The other keywords are those of render(); samples are those of each texel.
     """
     options = dict(locals())
-    for name in ("scene", "path", "format", "light", "atlas", "texels_per_metre", "exposure", "progress"):
+    for name in ("scene", "path", "format", "light", "atlas", "texels_per_metre", "exposure", "allow_outside", "progress"):
         del options[name]
     with _shown(progress) as show:
-        _bake(scene, os.fspath(path), _options(options), format, light, atlas, texels_per_metre, exposure, show)
+        _bake(
+            scene,
+            os.fspath(path),
+            _options(options),
+            format,
+            light,
+            atlas,
+            texels_per_metre,
+            exposure,
+            allow_outside,
+            show,
+        )
 
 
 def _picture(value: Any, layer: str) -> Picture:

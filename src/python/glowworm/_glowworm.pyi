@@ -34,6 +34,7 @@ def _bake(
     atlas: int,
     texels_per_metre: float,
     exposure: Optional[float],
+    allow_outside: bool,
     progress: Optional[Callable[[float], Any]],
 ) -> None: ...
 

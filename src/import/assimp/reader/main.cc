@@ -71,17 +71,22 @@ void confine(rlim_t memory_bytes, rlim_t cpu_seconds) {
   std::set_new_handler([] { end(ForeignExit::out_of_memory); });
 }
 
-/// Opens only regular files: others may block forever.
+/// Opens only regular files, because others may block forever, and lists them.
 class RegularFiles final : public Assimp::DefaultIOSystem {
  public:
+  explicit RegularFiles(std::vector<std::string>& opened) : opened_(opened) {}
   bool Exists(const char* file) const override {
     std::error_code error;
     return std::filesystem::is_regular_file(file, error);
   }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     if (!Exists(file)) return nullptr;
+    opened_.emplace_back(file);
     return Assimp::DefaultIOSystem::Open(file, mode);
   }
+
+ private:
+  std::vector<std::string>& opened_;
 };
 
 Vec3 vector_of(const aiVector3D& v) { return {v.x, v.y, v.z}; }
@@ -248,15 +253,18 @@ class Collector {
 };
 
 void run(const char* file) {
+  std::vector<std::string> opened;
   Assimp::Importer importer;
-  importer.SetIOHandler(new RegularFiles);  // the importer deletes it
+  importer.SetIOHandler(new RegularFiles(opened));  // the importer deletes it
   const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate);
   if (!scene) {
     const std::string reason = importer.GetErrorString();
     send(reason.data(), reason.size());
     end(ForeignExit::refused);
   }
-  write_foreign_scene(Collector(*scene).collect(), send);
+  ForeignScene collected = Collector(*scene).collect();
+  collected.files = std::move(opened);
+  write_foreign_scene(collected, send);
 }
 
 }  // namespace
