@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/bytes_error.h"
+
 namespace glowworm {
 
 namespace {
@@ -74,9 +76,12 @@ void ImportanceGrid::write(ByteWriter& out) const {
 ImportanceGrid ImportanceGrid::read(ByteReader& in) {
   ImportanceGrid grid;
   grid.cell_ = in.take<float>();
+  require(grid.cell_ > 0 && std::isfinite(grid.cell_));
   for (auto left = in.take<std::uint64_t>(); left > 0; --left) {
     const auto place = in.take<std::uint64_t>();
-    grid.cells_[place] = in.take<float>();
+    const auto value = in.take<float>();
+    require(value >= 0 && value <= 1);
+    grid.cells_[place] = value;
   }
   return grid;
 }

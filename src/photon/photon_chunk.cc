@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/bytes_error.h"
 #include "core/offset_origin.h"
 #include "core/random.h"
 #include "kernels/sobol.h"
@@ -94,9 +95,9 @@ void PhotonChunk::write(ByteWriter& out) const {
   out.put_array(emitted_light);
 }
 
-void PhotonChunk::read(ByteReader& in) {
+void PhotonChunk::read(ByteReader& in, const Scene& scene) {
   const std::size_t photons = in.take<std::uint64_t>();
-  if (photons > in.left()) throw Error("a chunk of photons is cut");
+  require(photons <= in.left());
   count = 0;
   make_room(photons);
   count = photons;
@@ -107,6 +108,23 @@ void PhotonChunk::read(ByteReader& in) {
   for (auto* array : {&caustic, &used}) take(*array);
   balance = in.take<FluxBalance>();
   in.take_array(emitted_light, in.take<std::uint64_t>());
+  require(is_possible(scene));
+}
+
+bool PhotonChunk::is_possible(const Scene& scene) const {
+  constexpr float kOfLength = 0.01f;  // far above the rounding of unit vectors
+  const std::size_t lights = scene.light_source_count();
+  const Box3 box = scene.bounds();
+  const Vec3 middle = (box.min + box.max) / 2;
+  const float reach = length(box.diagonal());  // twice as far as the corners
+  const auto is_unit = [](Vec3 v) { return std::abs(length_squared(v) - 1) < kOfLength; };
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool possible = length(position[i] - middle) <= reach && is_unit(direction[i]) && is_unit(normal[i]) &&
+                          is_finite(flux[i]) && light[i] < lights && caustic[i] <= 1 && used[i] <= 1;
+    if (!possible) return false;
+  }
+  const auto is_source = [&](std::uint32_t source) { return source == kNone || source < lights; };
+  return emitted_light.size() <= kPathsPerChunk && std::all_of(emitted_light.begin(), emitted_light.end(), is_source);
 }
 
 class ChunkTracers::ChunkTracer {

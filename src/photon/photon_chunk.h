@@ -30,9 +30,13 @@ struct PhotonChunk {
 
   /// Allocates memory for so many photons.
   void make_room(std::size_t most);
-  /// Writes what a pass takes of the chunk, and reads it in place of the chunk's contents.
+  /// Writes what a pass takes of the chunk, and reads it in place of the chunk's contents. Throws BytesError if no
+  /// chunk of the scene can hold that.
   void write(ByteWriter& out) const;
-  void read(ByteReader& in);
+  void read(ByteReader& in, const Scene& scene);
+
+ private:
+  bool is_possible(const Scene& scene) const;
 };
 
 /// Data that all chunks of a pass share.

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/bytes_error.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "photon/photon_chunk.h"
@@ -75,8 +76,8 @@ void trace_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
 }
 
 /// Adds chunks [first, end) to a pass, divided with other processes.
-void share_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end, const PhotonPassSettings& settings,
-                  PhotonPass& pass) {
+void share_chunks(const Tracer& tracer, ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
+                  const PhotonPassSettings& settings, PhotonPass& pass) {
   const std::uint64_t pieces = std::min((end - first + kChunksPerPiece - 1) / kChunksPerPiece, kMostPieces);
   const auto make = [&](std::size_t piece) {
     ByteWriter out;
@@ -86,10 +87,17 @@ void share_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
     return out.take();
   };
   PhotonChunk chunk;
-  const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
+  const auto take = [&](std::size_t piece, std::span<const std::byte> bytes) {
+    const std::uint64_t chunks = (end - first) * (piece + 1) / pieces - (end - first) * piece / pieces;
+    read_bytes([&] {
+      ByteReader in(bytes, "a piece of photons");
+      for (std::uint64_t i = 0; i < chunks; ++i) chunk.read(in, tracer.scene());
+      require(in.left() == 0);
+    });
+    // All of the piece is sound.
     ByteReader in(bytes, "a piece of photons");
-    while (in.left() > 0) {
-      chunk.read(in);
+    for (std::uint64_t i = 0; i < chunks; ++i) {
+      chunk.read(in, tracer.scene());
       join(pass, chunk, settings);
     }
   };
@@ -123,7 +131,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   while (pass.stored < settings.photons && pass.emitted < limit) {
     const std::uint64_t first = pass.emitted / kPathsPerChunk, end = first + next_chunks;
     if (settings.shared)
-      share_chunks(tracers, first, end, settings, pass);
+      share_chunks(tracer, tracers, first, end, settings, pass);
     else
       trace_chunks(tracers, first, end, [&](const PhotonChunk& chunk) { join(pass, chunk, settings); });
     pass.emitted = end * kPathsPerChunk;

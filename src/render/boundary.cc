@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/bytes.h"
+#include "core/bytes_error.h"
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -324,10 +325,12 @@ std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& pho
     return out.take();
   };
   const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
-    for (ByteReader in(bytes, "a piece of factors"); in.left() > 0;) {
-      const auto [photon, factor] = in.take<FactorOf>();
-      values.at(photon) = factor;
-    }
+    std::vector<FactorOf> taken(bytes.size() / sizeof(FactorOf));
+    ByteReader in(bytes, "a piece of factors");
+    in.take_to(std::span(taken));
+    require(in.left() == 0);
+    for (const auto& [photon, factor] : taken) require(photon < values.size() && std::isfinite(factor) && factor > 0);
+    for (const auto& [photon, factor] : taken) values[photon] = factor;
   };
   shared->divide(name, pieces, make, take);
   return std::move(values);

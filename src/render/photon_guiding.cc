@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/bytes.h"
+#include "core/bytes_error.h"
 #include "core/parallel.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
@@ -176,10 +177,15 @@ PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const Render
   };
   PhotonGuiding out;
   const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
-    ByteReader in(bytes, "the guide of photons");
-    out.guide = EmissionGuide::read(in);
-    out.demand.gathered = ImportanceGrid::read(in);
-    out.demand.seen = ImportanceGrid::read(in);
+    read_bytes([&] {
+      ByteReader in(bytes, "the guide of photons");
+      PhotonGuiding taken;
+      taken.guide = EmissionGuide::read(in);
+      taken.demand.gathered = ImportanceGrid::read(in);
+      taken.demand.seen = ImportanceGrid::read(in);
+      require(in.left() == 0);
+      out = std::move(taken);
+    });
   };
   shared->divide("photon-guide", 1, make, take);
   return out;

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/atomic_file.h"
+#include "core/bytes_error.h"
 #include "core/content_hash.h"
 #include "core/error.h"
 #include "core/log.h"
@@ -38,6 +39,10 @@ std::string subfolder(const std::string& key) {
   ContentHash hash;
   hash.add(std::string_view(key));
   return fmt::format("{:016x}", hash.value());
+}
+
+void tell_damaged(const std::string& path) {
+  warn(fmt::format("{} is damaged, or of another version: what it should hold is made again", path));
 }
 
 }  // namespace
@@ -126,8 +131,15 @@ class ShareFolder::Division {
       if (!is_there(next_)) return false;
       const auto bytes = share_.read_piece(path_of(next_, "share"), title_of(next_));
       if (!bytes) return false;
+      try {
+        take_(next_, *bytes);
+      } catch (const BytesError&) {
+        const std::string path = path_of(next_, "share");
+        tell_damaged(path);
+        share_.damaged_[path] = state_of(path).value_or(FileState());
+        return false;
+      }
       ++share_.read_;
-      take_(next_, *bytes);
     }
     ++next_;
     return true;
@@ -235,7 +247,7 @@ std::optional<std::vector<std::byte>> ShareFolder::read_piece(const std::string&
       if (whole && packed.at_end()) return bytes;
     }
   }
-  warn(fmt::format("{} is damaged, or of another version: what it should hold is made again", path));
+  tell_damaged(path);
   damaged_[path] = state_of(path).value_or(FileState());
   return std::nullopt;
 }
