@@ -99,7 +99,10 @@ Option count(Option row, T RenderSettings::*field, std::uint64_t most, const cha
 template <typename T>
 Option choice(Option row, T RenderSettings::*field, const Names& names) {
   if (row.values.empty()) row.values = fmt::format("{}", fmt::join(names, "|"));
-  const auto name_of = [names](T value) { return names[static_cast<std::size_t>(value)]; };
+  const auto name_of = [names](T value) {
+    const auto index = static_cast<std::size_t>(value);
+    return index < names.size() ? names[index] : fmt::format("{}", index);  // of a program that casts any number
+  };
   return member(
       row, field, [names, name = row.name](const std::string& text) { return name_index(name, text, names); }, name_of,
       name_of);
@@ -364,8 +367,9 @@ std::vector<Option> effort_options() {
   return {
       count({"--samples", kEffort, "samples", "N", "auto", nullptr, "Camera samples of each pixel"}, &S::samples,
             1u << 24),
-      part_row({"--part", kEffort, nullptr, "I/N", "all", nullptr,
-                "Render the I-th of N shares of the samples; 'glowworm merge' makes the picture of all"}),
+      of_commands({Command::render, Command::bake},
+                  part_row({"--part", kEffort, nullptr, "I/N", "all", nullptr,
+                            "Render the I-th of N shares of the samples; 'glowworm merge' makes the picture of all"})),
       member(
           {"--share", kEffort, nullptr, "DIR", "none", nullptr,
            "Folder that all processes of a render see: they divide the photons, or later ones read those of earlier "
@@ -446,6 +450,11 @@ const std::vector<Option>& render_options() {
     return all;
   }();
   return options;
+}
+
+void check_settings(const RenderSettings& settings) {
+  RenderSettings read;
+  for (const Option& option : render_options()) option.parse(read, option.print(settings));
 }
 
 std::string command_line_text(const Option& option, const std::string& value) {

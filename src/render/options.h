@@ -50,6 +50,10 @@ struct Option {
 /// Name of the option of RenderSettings::photon_target, which no command has.
 inline constexpr const char *kPhotonTarget = "error for which photons are chosen", *kNoPhotonTarget = "none";
 
+/// Throws Error, with the option and what it takes, if a setting has a value that the option's text cannot give: a
+/// program may have set it.
+void check_settings(const RenderSettings& settings);
+
 /// All options, in the order of the help.
 const std::vector<Option>& render_options();
 

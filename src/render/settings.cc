@@ -178,6 +178,7 @@ void set_thread_count(const RenderSettings& asked) {
 }
 
 RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
+  check_settings(asked);
   RenderSettings s = asked;
   check_part(s);
   resolve_size(s, scene);

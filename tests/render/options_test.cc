@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -57,6 +58,32 @@ TEST(Options, ParseWhatTheyPrint) {
     option.parse(changed, option.print(standard));
     EXPECT_EQ(option.print(changed), option.print(standard)) << option.name;
   }
+}
+
+TEST(Options, RefuseValuesThatOnlyAProgramCanSet) {
+  check_settings(RenderSettings());
+  check_settings(tiny_render());
+  const auto refused = [](const auto& change) {
+    RenderSettings settings;
+    change(settings);
+    try {
+      check_settings(settings);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double value : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
+    EXPECT_NE(refused([&](RenderSettings& s) { s.time_limit_s = value; }).find("--time"), std::string::npos);
+    EXPECT_NE(refused([&](RenderSettings& s) { s.noise_target = value; }).find("--noise"), std::string::npos);
+  }
+  EXPECT_NE(refused([](RenderSettings& s) { s.kernel = static_cast<KernelShape>(77); }).find("77"), std::string::npos);
+  EXPECT_NE(refused([](RenderSettings& s) { s.integrator = static_cast<Integrator>(3); }), "");
+  EXPECT_NE(refused([](RenderSettings& s) { s.threads = -1; }), "");
+  EXPECT_NE(refused([](RenderSettings& s) { s.max_bounces = -1; }), "");
+  EXPECT_NE(refused([](RenderSettings& s) { s.memory_bytes = 1000; }), "");
+  EXPECT_NE(refused([](RenderSettings& s) { s.aovs = {"dept"}; }), "");
 }
 
 TEST(Options, RejectInvalidValuesWithTheNearestName) {
