@@ -38,8 +38,8 @@ struct Picture {
 /// Throws Error if the file is missing, damaged or no image.
 Picture read_picture(const std::string& path);
 
-/// Writes a picture in the format of the path's extension: .exr with all layers, linear; .png with the image layer and
-/// a filmic tone curve. The file appears whole or not at all. Throws Error if it cannot be written.
+/// Writes a picture in the format of the path's extension: .exr with all layers, linear, as 32-bit floats; .png with
+/// the image layer and a filmic tone curve. The file appears whole or not at all. Throws Error if it cannot be written.
 /// @param exposure of a PNG file, stops
 void write_picture(const std::string& path, const Picture& picture, float exposure = 0);
 
@@ -63,7 +63,8 @@ struct Comparison {
   std::size_t pixels_not_finite = 0;  ///< in either picture; not compared
 };
 
-/// Compares a layer of two pictures of one size. Throws Error if the sizes differ or a layer is missing.
+/// Compares a layer of two pictures of one size. Throws Error if the sizes differ, a layer is missing, or no pixel is
+/// finite in both.
 /// @param leave_out share in [0, 1) of the pixels with the largest error that the means of squares leave out
 Comparison compare(const Picture& picture, const Picture& reference, const std::string& layer = kImageLayer,
                    double leave_out = 0);

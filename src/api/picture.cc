@@ -5,8 +5,12 @@
 
 #include "api/picture_implementation.h"
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "core/names.h"
+#include "core/text.h"
 #include "image/metrics.h"
+#include "image/picture_memory.h"
+#include "render/settings.h"
 
 namespace glowworm::api {
 
@@ -115,9 +119,16 @@ const Picture::Layer& Picture::layer(const std::string& name) const {
   return layers[name_index("the layer", name, names)];
 }
 
-Picture read_picture(const std::string& path) { return outer(read_image(path)); }
+Picture read_picture(const std::string& path) {
+  MemoryBudget budget(default_memory_bytes(), "Reduce the picture.");
+  Reservation held(budget, "picture", 0);
+  const Image image = read_image(path, held);
+  held.grow(image.pixel_count() * image.channels().size() * sizeof(float));  // the layers
+  return outer(image);
+}
 
 void write_picture(const std::string& path, const Picture& picture, float exposure) {
+  if (lower_ending(path) == ".exr") return write_exr(path, inner(picture), ExrPrecision::single);
   write_image(path, inner(picture), ToneCurve::filmic, exposure);
 }
 

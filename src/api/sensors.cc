@@ -52,6 +52,7 @@ RenderSettings measure_settings(const RenderOptions& options) {
       if (option.name == "--" + name && !option.is_of(Command::measure))
         throw Error("measurements do not have the option '" + name + "'", "Leave it out.");
   s = sensor_settings(s);
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
   s.separate_layers = true;
   return s;
@@ -67,7 +68,8 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   const Sensors sensors = sensors_of(position, normal, *inner.scene);
   if (!options.on_surfaces) check_outside(sensors, *inner.tracer);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
-  Job job(inner.scene, inner.tracer, measure_settings(options.render), nullptr, sensor_time(), grid);
+  const RenderSettings settings = with_room_for(sensors.size(), measure_settings(options.render));
+  Job job(inner.scene, inner.tracer, settings, nullptr, sensor_time(), grid);
   attend(job, progress);
   const Film film = job.snapshot();
   if (film.whole_passes() < 2)

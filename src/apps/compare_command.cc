@@ -13,10 +13,13 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/memory_budget.h"
 #include "core/text.h"
 #include "image/html_page.h"
 #include "image/image.h"
 #include "image/metrics.h"
+#include "image/picture_memory.h"
+#include "render/settings.h"
 
 namespace glowworm {
 
@@ -82,7 +85,11 @@ int run_compare(const CompareOptions& o) {
   prepare_output("-o", o.difference, ".png", files);
   prepare_output("--html", o.page, ".html", files);
   files.throw_if_any_failed();
-  Image image = read_image(o.image), reference = read_image(o.reference);
+  MemoryBudget budget(default_memory_bytes(), "Reduce the pictures.");
+  Reservation held(budget, "pictures", 0);
+  Image image = read_image(o.image, held), reference = read_image(o.reference, held);
+  // Of both, the layers that are compared.
+  held.grow(image.pixel_count() * (kComparisonBytes + 2 * sizeof(RGB)));
   read_command_line([&] {
     image = layer_of(image, o.layer);
     reference = layer_of(reference, o.layer);

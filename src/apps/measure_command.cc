@@ -129,15 +129,18 @@ void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& trace
               "Move them out: rays from them meet the back of that object's surface in all directions.");
 }
 
-Sensors make_sensors(const MeasureOptions& o, const Scene& scene) {
+Sensors make_sensors(const MeasureOptions& o, const Scene& scene, MemoryBudget& budget) {
   Sensors sensors;
   if (!o.points.empty()) {
-    sensors = parse_points(read_input_file(o.points), o.points);
+    Reservation held(budget, "the file of sensors", 0);
+    const std::string text = read_input_file(o.points, held);
+    sensors = parse_points(text, o.points, most_sensors(budget.available()));
     for (Vec3& p : sensors.position) p = scene.inside(p);
     return sensors;
   }
+  const std::size_t most = most_sensors(budget.limit());
   read_command_line(
-      [&] { sensors = o.grid.empty() ? surface_sensors(o.surface, scene) : plane_sensors(o.grid, scene); });
+      [&] { sensors = o.grid.empty() ? surface_sensors(o.surface, scene, most) : plane_sensors(o.grid, scene, most); });
   return sensors;
 }
 
@@ -199,12 +202,13 @@ int run_measure(MeasureOptions& o) {
   const auto loaded = std::chrono::steady_clock::now();
   const auto tracer = std::make_shared<const Tracer>(*scene);
   const auto built = std::chrono::steady_clock::now();
-  Sensors sensors = make_sensors(o, *scene);
+  MemoryBudget budget(asked.memory_bytes);
+  Sensors sensors = make_sensors(o, *scene, budget);
   check_inside(o, sensors, *tracer);
   catch_interrupts();
   const auto grid = std::make_shared<const PointGrid>(
       sensor_grid(sensors, !o.surface.empty(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
-  Job job(scene, tracer, asked, nullptr, sensor_time(), grid);
+  Job job(scene, tracer, with_room_for(sensors.size(), asked), nullptr, sensor_time(), grid);
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
   if (o.sky_patches > 0)

@@ -14,6 +14,7 @@
 #include "core/disk_memory.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
+#include "core/small_arrays.h"
 #include "render/output.h"
 #include "render/part.h"
 #include "render/settings.h"
@@ -111,6 +112,7 @@ int run_merge(MergeOptions& o) {
   const std::unique_ptr<DiskMemory> disk =
       DiskMemory::for_arrays(o.table.settings.disk, film_bytes + shown_bytes, budget.limit());
   const DiskMemory::Scope scope(disk.get());
+  const SmallArraysOnDisk small;
   const Reservation film_memory(budget, "film", disk ? 0 : film_bytes);
   const Reservation image_memory(budget, "image", disk ? 0 : shown_bytes);
   Film film = film_for(all);

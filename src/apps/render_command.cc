@@ -23,6 +23,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
+#include "core/small_arrays.h"
 #include "core/text.h"
 #include "dist/ranks.h"
 #include "kernels/simd.h"
@@ -121,6 +122,7 @@ bool has_samples(const Film& film) {
 /// @param said print messages
 std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
   const DiskMemory::Scope scope(job.disk());
+  const SmallArraysOnDisk small;
   const auto with_film = [&](const auto& use) { return job.done() ? use(job.film()) : use(job.snapshot()); };
   std::optional<Image> image;
   for (const Output& output : o.outputs) {
@@ -375,7 +377,7 @@ int render_with_others(RenderOptions& o) {
     report_failure(*ranks, message);
     return 0;
   }
-  std::fputs(fmt::format("glowworm: error: {}\n", message).c_str(), stderr);
+  report_error(message);
   ranks->abort(status);
   return status;
 }

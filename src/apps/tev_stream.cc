@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "core/log.h"
+#include "core/small_arrays.h"
 #include "render/output.h"
 
 namespace glowworm {
@@ -16,6 +17,7 @@ void TevStream::show(const Job& job) {
   shown_progress_ = job.progress();
   if (shown_progress_ == 0) return;
   const DiskMemory::Scope scope(job.disk());
+  const SmallArraysOnDisk small;
   try {
     connection_->show(job.scene().name(), make_image(job.snapshot(), job));
   } catch (const std::exception& error) {

@@ -15,17 +15,20 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/small_arrays.h"
 #include "core/unnamed_file.h"
 
 namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMinBytes = std::size_t{1} << 20;
 /// Interval at which pages are counted. In this time threads may touch some 5 MB of new pages. A count takes some 5 us.
 constexpr std::chrono::microseconds kInterval{500};
 
+/// Bytes of the smallest array that lies on disk, usually and with SmallArraysOnDisk.
+constexpr std::size_t kLeastBytes = std::size_t{1} << 20, kLeastOfSmall = std::size_t{1} << 15;
 thread_local bool uses_disk = false;
+thread_local std::size_t least_on_disk = kLeastBytes;
 std::atomic<bool> available{false};
 
 /// Numbers of mapped bytes above which pages leave memory, of all that live.
@@ -130,8 +133,13 @@ void make_disk_memory_available() { available = true; }
 DiskMemory::Scope::Scope(const DiskMemory* memory) : before_(uses_disk) { uses_disk = uses_disk || memory; }
 DiskMemory::Scope::~Scope() { uses_disk = before_; }
 
+SmallArraysOnDisk::SmallArraysOnDisk() : before_(least_on_disk) { least_on_disk = kLeastOfSmall; }
+SmallArraysOnDisk::~SmallArraysOnDisk() { least_on_disk = before_; }
+
 void* allocate_on_disk(std::size_t bytes) {
-  if (!uses_disk || bytes < kMinBytes) return nullptr;
+  if (!uses_disk || bytes < least_on_disk) return nullptr;
+  // What makes many arrays, such as the channels of a picture, may run in no loop that looks.
+  check_disk_memory();
   const std::size_t size = (bytes + page_size() - 1) / page_size() * page_size();
   if (size < bytes) throw std::bad_alloc();
   void* const memory = map_unnamed_file(size);

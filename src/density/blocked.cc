@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "core/parallel.h"
 #include "density/blocked_index.h"
@@ -176,6 +177,36 @@ class BucketWorker {
   alignas(64) float out_[3][kRunPoints];
 };
 
+/// Memory of earlier calls. All engines share it, because a render may have one for each group of lights.
+class IdleMemory {
+ public:
+  /// Lives as long as an engine.
+  static std::shared_ptr<IdleMemory> of_all_engines() {
+    static std::mutex mutex;
+    static std::weak_ptr<IdleMemory> known;
+    const std::lock_guard lock(mutex);
+    std::shared_ptr<IdleMemory> memory = known.lock();
+    if (!memory) known = memory = std::make_shared<IdleMemory>();
+    return memory;
+  }
+
+  std::unique_ptr<QueryMemory> take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<QueryMemory>();
+    std::unique_ptr<QueryMemory> memory = std::move(idle_.back());
+    idle_.pop_back();
+    return memory;
+  }
+  void give(std::unique_ptr<QueryMemory> memory) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(memory));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<QueryMemory>> idle_;
+};
+
 class BlockedEngine final : public DensityEngine {
  public:
   std::string name() const override { return "blocked"; }
@@ -193,21 +224,14 @@ class BlockedEngine final : public DensityEngine {
     statistics.add(Counter::query_points, points.size());
     if (index_.size() == 0) return;
     const std::size_t parts = (points.size() + kPartPoints - 1) / kPartPoints;
-    std::unique_ptr<QueryMemory> memory = take_memory();
+    std::unique_ptr<QueryMemory> memory = idle_->take();
     for (std::size_t part = 0; part < parts; ++part)
       estimate_part(points, points.size() * part / parts, points.size() * (part + 1) / parts, radiance, *memory,
                     statistics);
-    const std::lock_guard lock(mutex_);
-    idle_ = std::move(memory);
+    idle_->give(std::move(memory));
   }
 
  private:
-  /// The memory of the last call, unless another call is using it.
-  std::unique_ptr<QueryMemory> take_memory() const {
-    const std::lock_guard lock(mutex_);
-    return idle_ ? std::move(idle_) : std::make_unique<QueryMemory>();
-  }
-
   void estimate_part(const QueryPoints& points, std::size_t first, std::size_t last, std::span<RGB> radiance,
                      QueryMemory& memory, Statistics& statistics) const {
     const Clock::time_point start = Clock::now();
@@ -240,8 +264,7 @@ class BlockedEngine final : public DensityEngine {
   static constexpr std::size_t kBucketGrain = 4;
 
   BlockedIndex index_;
-  mutable std::mutex mutex_;
-  mutable std::unique_ptr<QueryMemory> idle_;
+  std::shared_ptr<IdleMemory> idle_ = IdleMemory::of_all_engines();
 };
 
 }  // namespace

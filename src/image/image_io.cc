@@ -5,8 +5,19 @@
 #include "core/text.h"
 #include "image/image.h"
 #include "image/image_file.h"
+#include "image/picture_memory.h"
 
 namespace glowworm {
+
+Image read_image(const std::string& path, Reservation& held) {
+  const ImageFileHeader header = read_image_header(path);
+  // Grey pictures get three channels more; a band of rows is decoded beside them.
+  const std::uint64_t channels = static_cast<std::uint64_t>(header.channels) + (header.channels < 3 ? 3 : 0);
+  const std::uint64_t row = static_cast<std::uint64_t>(header.width) * sizeof(float);
+  held.grow(row * (static_cast<std::uint64_t>(header.height) * channels +
+                   static_cast<std::uint64_t>(header.rows_at_once) * static_cast<std::uint64_t>(header.channels)));
+  return read_image(path);
+}
 
 Image read_image(const std::string& path) {
   std::vector<std::vector<float>> planes;

@@ -78,6 +78,9 @@ ImageComparison compare_images(const Image& image, const Image& reference, doubl
     relative_squares.push_back(relative_square);
   }
   result.pixels = squares.size();
+  if (result.pixels == 0)
+    throw Error("the pictures cannot be compared: no pixel has finite numbers in both",
+                "Look for what makes them infinite, or not a number.");
   const auto left_out = static_cast<std::size_t>(left_out_share * static_cast<double>(result.pixels));
   result.mse = trimmed_mean(squares, result.pixels - left_out);
   result.relative_mse = trimmed_mean(relative_squares, result.pixels - left_out);

@@ -20,7 +20,11 @@ struct ImageComparison {
   std::size_t non_finite_pixels = 0;  ///< in either picture, unless equal infinities; excluded from all of the above
 };
 
-/// Compares the beauty of two pictures of equal size. Throws Error if the sizes differ or a picture has no R, G, B. The
+/// Bytes that compare_images() and difference_picture() take for a pixel.
+inline constexpr std::size_t kComparisonBytes = 4 * sizeof(RGB) + 2 * sizeof(double);
+
+/// Compares the beauty of two pictures of equal size. Throws Error if the sizes differ, a picture has no R, G, B, or no
+/// pixel is finite in both. The
 /// ratio of two zeros is 1; that of one and zero is infinite.
 /// @param left_out_share share in [0, 1) of the pixels to exclude from mse and relative_mse, so that a few fireflies of
 /// a noisy reference have no effect; each measure excludes the pixels with its largest errors

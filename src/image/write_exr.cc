@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,7 +25,10 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kMaxHalf = 65504;
+/// Rows that are encoded at once: those of several blocks of ZIP compression.
+constexpr int kRowsAtOnce = 64;
+/// The range of normal numbers of 16 bits.
+constexpr float kLeastHalf = 0x1p-14f, kMaxHalf = 65504;
 
 /// A file in memory, which AtomicFile writes afterwards, so that no failed write is missed. OpenEXR seeks back to write
 /// the table of line offsets after all lines.
@@ -54,20 +59,33 @@ bool is_exact(const std::string& channel) {
   return channel.ends_with("depth.Z") || exact.contains(layer) || layer.starts_with("Crypto");
 }
 
-bool is_half(const ImageChannel& channel, ExrPrecision precision) {
-  return precision == ExrPrecision::half && !is_exact(channel.name);
+/// Whether halves keep the precision of samples: the largest is neither above their range nor so small that they lose
+/// digits.
+bool fits_halves(const std::vector<float>& samples) {
+  float most = 0;
+  for (const float sample : samples)
+    if (std::isfinite(sample)) most = std::max(most, std::abs(sample));
+  return most == 0 || (most >= kLeastHalf && most <= kMaxHalf);
 }
 
-std::vector<Imath::half> halves(const std::vector<float>& samples) {
-  std::vector<Imath::half> out;
-  out.reserve(samples.size());
-  for (const float sample : samples) out.emplace_back(std::clamp(sample, -kMaxHalf, kMaxHalf));
+std::string layer_name(const std::string& channel) {
+  const std::size_t dot = channel.rfind('.');
+  return dot == std::string::npos ? "" : channel.substr(0, dot);
+}
+
+/// The layers whose channels are written as halves. Channels of one layer have one type.
+std::set<std::string> half_layers(const Image& image, ExrPrecision precision) {
+  std::set<std::string> out;
+  if (precision != ExrPrecision::half) return out;
+  for (const ImageChannel& channel : image.channels()) out.insert(layer_name(channel.name));
+  for (const ImageChannel& channel : image.channels())
+    if (is_exact(channel.name) || !fits_halves(channel.samples)) out.erase(layer_name(channel.name));
   return out;
 }
 
 /// A slice of samples stored row by row. OpenEXR only reads them, although it asks for a non-const pointer.
 template <typename Sample>
-Imf::Slice slice(Imf::PixelType type, const std::vector<Sample>& samples, const Imath::Box2i& window) {
+Imf::Slice slice(Imf::PixelType type, std::span<const Sample> samples, const Imath::Box2i& window) {
   return Imf::Slice::Make(type, samples.data(), window, sizeof(Sample),
                           sizeof(Sample) * static_cast<std::size_t>(window.max.x - window.min.x + 1));
 }
@@ -85,19 +103,32 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
                                            m[12], m[13], m[14], m[15]}));
   // The type's default is Rec. 709.
   Imf::addChromaticities(header, Imf::Chromaticities());
-  Imf::FrameBuffer frame;
-  std::vector<std::vector<Imath::half>> rounded;
-  rounded.reserve(image.channels().size());
-  for (const ImageChannel& channel : image.channels()) {
-    const Imf::PixelType type = is_half(channel, precision) ? Imf::HALF : Imf::FLOAT;
-    header.channels().insert(channel.name, Imf::Channel(type));
-    if (type == Imf::HALF) rounded.push_back(halves(channel.samples));
-    frame.insert(channel.name,
-                 type == Imf::HALF ? slice(type, rounded.back(), part) : slice(type, channel.samples, part));
-  }
+  const std::set<std::string> of_halves = half_layers(image, precision);
+  for (const ImageChannel& channel : image.channels())
+    header.channels().insert(channel.name,
+                             Imf::Channel(of_halves.contains(layer_name(channel.name)) ? Imf::HALF : Imf::FLOAT));
   Imf::OutputFile file(out, header);
-  file.setFrameBuffer(frame);
-  file.writePixels(image.height());
+  // Halves exist for a band of rows at a time, because channels may be hundreds.
+  for (int first = 0; first < image.height(); first += kRowsAtOnce) {
+    const int last = std::min(first + kRowsAtOnce, image.height());
+    const Imath::Box2i band({part.min.x, part.min.y + first}, {part.max.x, part.min.y + last - 1});
+    const auto row = static_cast<std::size_t>(image.width());
+    const std::size_t at = static_cast<std::size_t>(first) * row, count = static_cast<std::size_t>(last - first) * row;
+    Imf::FrameBuffer frame;
+    std::vector<std::vector<Imath::half>> rounded;
+    rounded.reserve(image.channels().size());
+    for (const ImageChannel& channel : image.channels()) {
+      const std::span<const float> samples = std::span(channel.samples).subspan(at, count);
+      if (of_halves.contains(layer_name(channel.name))) {
+        rounded.emplace_back(samples.begin(), samples.end());
+        frame.insert(channel.name, slice<Imath::half>(Imf::HALF, rounded.back(), band));
+      } else {
+        frame.insert(channel.name, slice<float>(Imf::FLOAT, samples, band));
+      }
+    }
+    file.setFrameBuffer(frame);
+    file.writePixels(last - first);
+  }
 }
 
 }  // namespace

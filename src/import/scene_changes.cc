@@ -9,11 +9,13 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "image/image_file.h"
 #include "image/texture_file.h"
 #include "import/ies/luminaire.h"
 #include "import/mesh_tools.h"
 #include "import/sky_text.h"
 #include "scene/default_camera.h"
+#include "scene/environment_bytes.h"
 #include "scene/scene_checks.h"
 
 namespace glowworm {
@@ -102,6 +104,11 @@ std::array<Vec3, 2> parse_look_at(const std::string& text) {
 }
 
 Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget) {
+  const ImageFileHeader header = read_image_header(path);
+  // Before the file is decoded: a small one may unpack to gigabytes.
+  const Reservation room(
+      *budget, "environment",
+      environment_bytes(static_cast<std::uint64_t>(header.width) * static_cast<std::uint64_t>(header.height)));
   TextureLibrary library(0, budget);
   TextureOptions nearest;
   nearest.filter = TextureFilter::nearest;
@@ -111,7 +118,6 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
   environment.width = image->width();
   environment.height = image->height();
   const std::size_t pixels = static_cast<std::size_t>(environment.width) * static_cast<std::size_t>(environment.height);
-  const Reservation room(*budget, "environment", pixels * sizeof(RGB));
   environment.pixels.reserve(pixels);
   for (int y = 0; y < environment.height; ++y)
     for (int x = 0; x < environment.width; ++x)

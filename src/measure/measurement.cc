@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+
+#include "core/memory_budget.h"
 
 namespace glowworm {
 
@@ -15,12 +18,38 @@ RenderSettings sensor_settings(RenderSettings settings) {
   return settings;
 }
 
+namespace {
+
+/// Most characters of a sensor in a file: twelve numbers with their names.
+constexpr std::size_t kTextOfSensor = 320;
+/// Bytes of a sensor in all tables.
+constexpr std::size_t kBytesOfSensor =
+    3 * Sensors::kBytesEach + sizeof(std::uint32_t) + 2 * sizeof(Vec3) + sizeof(RGB) + sizeof(float) + kTextOfSensor;
+
+}  // namespace
+
+std::size_t most_sensors(std::uint64_t memory_bytes) {
+  return std::min<std::uint64_t>(memory_bytes / 2 / kBytesOfSensor, kMaxSensors);
+}
+
+RenderSettings with_room_for(std::size_t sensors, RenderSettings settings) {
+  const std::size_t most = most_sensors(settings.memory_bytes);
+  if (sensors > most)
+    throw MemoryError(fmt::format("{} sensors take {:.1f} MB; half of the memory budget has room for {}", sensors,
+                                  static_cast<double>(sensors * kBytesOfSensor) / 1e6, most),
+                      "Give a larger --memory or fewer sensors.");
+  settings.memory_bytes -= sensors * kBytesOfSensor;
+  return settings;
+}
+
 JobTime sensor_time() { return {0, nullptr, 2}; }
 
 Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene& scene) {
   Measurement out;
   out.sensors = sensors;
   for (Vec3& p : out.sensors.position) p = scene.outside(p);
+  out.irradiance.reserve(sensors.size());
+  out.relative_error.reserve(sensors.size());
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const RGB e = film.radiance(i, false);
     const float level = luminance(e), deviation = std::sqrt(film.variance(i));
@@ -56,24 +85,29 @@ std::string measurement_csv(const Measurement& m, const std::string& about) {
 
 std::string measurement_json(const Measurement& m, const std::string& about) {
   using nlohmann::json;
-  json out = {{"about", about}, {"lumens_per_watt", kLuminousEfficacy}, {"points", json::array()}};
+  // A tree of all points would take ten times as much memory as the text.
+  const json head = {{"about", about}, {"lumens_per_watt", kLuminousEfficacy}};
+  std::string text = head.dump(1, ' ', false, json::error_handler_t::replace);
+  text.resize(text.size() - 2);  // without the end
+  text += ",\n \"points\": [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 p = m.sensors.position[i], n = m.sensors.normal[i];
     const RGB e = m.irradiance[i];
-    out["points"].push_back({{"x", p.x},
-                             {"y", p.y},
-                             {"z", p.z},
-                             {"nx", n.x},
-                             {"ny", n.y},
-                             {"nz", n.z},
-                             {"E_W_m2", mean(e)},
-                             {"E_R", e.r},
-                             {"E_G", e.g},
-                             {"E_B", e.b},
-                             {"E_lx", illuminance(e)},
-                             {"relative_error", m.relative_error[i]}});
+    const json point = {{"x", p.x},
+                        {"y", p.y},
+                        {"z", p.z},
+                        {"nx", n.x},
+                        {"ny", n.y},
+                        {"nz", n.z},
+                        {"E_W_m2", mean(e)},
+                        {"E_R", e.r},
+                        {"E_G", e.g},
+                        {"E_B", e.b},
+                        {"E_lx", illuminance(e)},
+                        {"relative_error", m.relative_error[i]}};
+    text += (i > 0 ? ",\n  " : "\n  ") + point.dump();
   }
-  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  return text + "\n ]\n}\n";
 }
 
 std::string measurement_ply(const Measurement& m, const std::string& about) {

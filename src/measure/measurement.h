@@ -1,5 +1,7 @@
 // Results of sensors, and their file formats.
 #pragma once
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,14 @@ struct Measurement {
 /// rays a sensor where their number is automatic, because sensors are few and a pass of photons costs as much as many
 /// rays.
 RenderSettings sensor_settings(RenderSettings settings);
+
+/// Most sensors whose tables take half of the memory: the places as read, without those inside of objects, in the grid
+/// and in the results, and the text of a file.
+std::size_t most_sensors(std::uint64_t memory_bytes);
+
+/// Leaves room for the tables of sensors. Throws MemoryError if there are more than most_sensors().
+/// @param settings with a number of bytes
+RenderSettings with_room_for(std::size_t sensors, RenderSettings settings);
 
 /// Of such a Job: it makes two passes, so that errors are known.
 JobTime sensor_time();

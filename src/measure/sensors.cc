@@ -50,10 +50,11 @@ Spaced read_spaced(const char* option, const std::string& text, const char* form
   return {text.substr(0, comma), spacing[0]};
 }
 
-void check_number(double count, const std::string& text) {
-  if (!(count <= static_cast<double>(kMaxSensors)))
-    throw Error(fmt::format("'{}' makes {:.3g} sensors; {} are possible", text, count, kMaxSensors),
-                "Give a larger spacing.");
+/// @param most fewer than kMaxSensors: what memory has room for
+void check_number(double count, const std::string& text, std::size_t most) {
+  if (!(count <= static_cast<double>(most)))
+    throw Error(fmt::format("'{}' makes {:.3g} sensors; {} are possible", text, count, most),
+                most < kMaxSensors ? "Give a larger --memory or a larger spacing." : "Give a larger spacing.");
 }
 
 /// The directions to the corners and sides of a cube, turned askew so that they run along no surface.
@@ -125,8 +126,9 @@ std::uint32_t object_around(Vec3 place, std::span<const Vec3> directions, const 
 
 }  // namespace
 
-Sensors parse_points(std::string_view text, const std::string& path) {
+Sensors parse_points(std::string_view text, const std::string& path, std::size_t most) {
   Sensors out;
+  out.reserve(std::min(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1, most));
   int number = 0;
   text = without_byte_order_mark(text);
   while (!text.empty()) {
@@ -138,6 +140,9 @@ Sensors parse_points(std::string_view text, const std::string& path) {
     if (read_numbers(line, v) != v.size())
       throw Error({path, number}, fmt::format("'{}' is not a place and a direction", line.substr(0, 80)),
                   "Write six finite numbers a line: x y z nx ny nz.");
+    if (out.size() == most)
+      throw Error({path, number}, fmt::format("there are more than {} sensors, for which memory has room", most),
+                  "Give a larger --memory or fewer sensors.");
     const Vec3 normal{v[3], v[4], v[5]};
     const float l = length(normal);
     if (!(l > 0 && std::isfinite(l)))
@@ -148,7 +153,7 @@ Sensors parse_points(std::string_view text, const std::string& path) {
   return out;
 }
 
-Sensors plane_sensors(const std::string& text, const Scene& scene) {
+Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t most) {
   constexpr const char* kForm =
       "Write a plane and a spacing in metres, for example y=0.8,0.5, or -z=2,0.1 to face along -z.";
   const auto [plane, spacing] = read_spaced("--grid", text, kForm);
@@ -166,10 +171,11 @@ Sensors plane_sensors(const std::string& text, const Scene& scene) {
   const Vec3 size = box.diagonal();
   const double columns = std::max(std::round(double{size[across]} / spacing), 1.0);
   const double rows = std::max(std::round(double{size[along]} / spacing), 1.0);
-  check_number(columns * rows, text);
+  check_number(columns * rows, text, most);
   Vec3 normal{0, 0, 0};
   normal[axis] = turned ? -1.0f : 1.0f;
   Sensors out;
+  out.reserve(static_cast<std::size_t>(columns * rows));
   for (int j = 0; j < static_cast<int>(rows); ++j)
     for (int i = 0; i < static_cast<int>(columns); ++i) {
       Vec3 place;
@@ -181,7 +187,7 @@ Sensors plane_sensors(const std::string& text, const Scene& scene) {
   return out;
 }
 
-Sensors surface_sensors(const std::string& text, const Scene& scene) {
+Sensors surface_sensors(const std::string& text, const Scene& scene, std::size_t most) {
   const auto [name, spacing] =
       read_spaced("--surface", text, "Write the name of an object and a spacing in metres, for example table,0.1.");
   const Geometry& g = scene.geometry();
@@ -196,7 +202,7 @@ Sensors surface_sensors(const std::string& text, const Scene& scene) {
     const Vec3 corner = g.positions[a], u = g.positions[b] - corner, v = g.positions[c] - corner;
     const double longest = std::max({length(u), length(v), length(v - u)});
     const double parts = std::max(std::ceil(longest / spacing), 1.0);
-    check_number(static_cast<double>(out.size()) + parts * parts, text);
+    check_number(static_cast<double>(out.size()) + parts * parts, text, most);
     const int n = static_cast<int>(parts);
     const float area = g.area(t) / (static_cast<float>(n) * static_cast<float>(n));
     // Centres of gravity of n * n triangles alike, of which those beyond the diagonal of their square are turned.

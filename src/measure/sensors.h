@@ -16,7 +16,14 @@ struct Sensors {
   std::vector<Vec3> normal;    ///< unit
   std::vector<float> weight;   ///< in means over sensors: m^2 of the surface around each, or 1
 
+  static constexpr std::size_t kBytesEach = 2 * sizeof(Vec3) + sizeof(float);
+
   std::size_t size() const { return position.size(); }
+  void reserve(std::size_t count) {
+    position.reserve(count);
+    normal.reserve(count);
+    weight.reserve(count);
+  }
   void add(Vec3 place, Vec3 direction, float sensor_weight = 1) {
     position.push_back(place);
     normal.push_back(direction);
@@ -24,22 +31,23 @@ struct Sensors {
   }
 };
 
+inline constexpr std::size_t kMaxSensors = 20'000'000;
+
 /// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. The positions
 /// are those of the text, so that the caller calls Scene::inside(). Blanks, tabs or commas separate; empty lines and
 /// lines that begin with # are skipped. Throws Error with the line for others, for numbers that are not finite and for
 /// directions of length 0.
-Sensors parse_points(std::string_view text, const std::string& path);
+/// Throws MemoryError for more than `most`.
+Sensors parse_points(std::string_view text, const std::string& path, std::size_t most = kMaxSensors);
 
 /// The middles of square cells of a plane within the scene's bounds. @param text "PLANE,SPACING", where PLANE is
 /// x=V, y=V or z=V (m), and -x=V, ... for sensors that face the other way. Throws Error for other texts, and where the
-/// plane misses the scene or has more than kMaxSensors cells.
-Sensors plane_sensors(const std::string& text, const Scene& scene);
+/// plane misses the scene or has more than `most` cells.
+Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t most = kMaxSensors);
 
 /// Points on the front of the triangles of an object, cut into parts no longer than the spacing. @param text
-/// "NAME,SPACING" (m). Throws Error, with the names, where there is no such object or it takes more than kMaxSensors.
-Sensors surface_sensors(const std::string& text, const Scene& scene);
-
-inline constexpr std::size_t kMaxSensors = 20'000'000;
+/// "NAME,SPACING" (m). Throws Error, with the names, where there is no such object or it takes more than `most`.
+Sensors surface_sensors(const std::string& text, const Scene& scene, std::size_t most = kMaxSensors);
 
 /// PointGrid::batches of sensors. With more, their errors are known better, and are larger: a sequence of fewer samples
 /// is less stratified.

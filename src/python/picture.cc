@@ -138,8 +138,8 @@ void bind_picture(py::module_& module) {
             api::write_picture(path, self, chooses ? api::automatic_exposure(self) : exposure.value_or(0));
           },
           py::arg("path"), py::arg("exposure") = py::none(), release,
-          "Writes .exr with all layers, linear, or .png with the image and a filmic tone curve. exposure: stops of a\n"
-          ".png; None: automatic_exposure.")
+          "Writes .exr with all layers, linear, as 32-bit floats, or .png with the image and a filmic tone curve.\n"
+          "exposure: stops of a .png; None: automatic_exposure.")
       .def_readonly("width", &Picture::width, "Pixels.")
       .def_readonly("height", &Picture::height, "Pixels.")
       .def_property_readonly(

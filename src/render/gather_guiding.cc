@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/bytes.h"
+#include "core/bytes_error.h"
 #include "core/random.h"
 
 namespace glowworm {
@@ -169,6 +170,11 @@ GuideRays unpacked_rays(std::span<const std::byte> bytes) {
   in.take_array(rays.normal, points);
   in.take_array(rays.cell, points * kRaysEach);
   in.take_array(rays.light, points * kRaysEach);
+  require(in.left() == 0);
+  for (const auto* vectors : {&rays.position, &rays.normal})
+    for (const Vec3& v : *vectors) require(is_finite(v));
+  for (const std::uint8_t cell : rays.cell) require(cell < GatherGuide::kSide * GatherGuide::kSide);
+  for (const float light : rays.light) require(std::isfinite(light));
   return rays;
 }
 
@@ -182,16 +188,28 @@ void append_rays(GuideRays& rays, const GuideRays& more) {
 
 }  // namespace
 
+namespace {
+
+/// Points of the pilot pass.
+double pilot_points(double pixels, std::uint32_t gather, bool of_points) {
+  return std::clamp(pixels * gather * kShare, of_points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
+}
+
+}  // namespace
+
+std::uint64_t gather_guide_bytes(double pixels, std::uint32_t gather, bool of_points) {
+  return static_cast<std::uint64_t>(pilot_points(pixels, gather, of_points)) * (kBytesOfPoint + kBytesEach);
+}
+
 GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, const View& view,
                                const PassSettings& settings, MemoryBudget& budget, Statistics& statistics,
                                SharedWork* shared) {
   if (settings.gather == 0 || (view.points ? !view.points->learns : maps.empty())) return {};
   const PhaseTimer timer(statistics, Phase::build_photon_map);
   const double pixels = static_cast<double>(settings.width) * settings.height;
-  const double wanted = pixels * settings.gather * kShare;
-  const double points = std::clamp(wanted, view.points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
-  const Reservation reservation(budget, "guide of gather rays",
-                                static_cast<std::uint64_t>(points) * (kBytesOfPoint + kBytesEach));
+  const bool of_points = view.points != nullptr;
+  const double points = pilot_points(pixels, settings.gather, of_points);
+  const Reservation reservation(budget, "guide of gather rays", gather_guide_bytes(pixels, settings.gather, of_points));
   const std::size_t pieces = kParts * static_cast<std::size_t>(std::ceil(points / kPointsPerPiece / kParts));
   Pilot pilot(tracer, maps, view, points, settings, budget);
   GuideRays rays;

@@ -7,6 +7,9 @@
 
 namespace glowworm {
 
+/// Bytes that learn_gather_guide() reserves in a picture or grid of so many pixels, for the rays that it learns from.
+std::uint64_t gather_guide_bytes(double pixels, std::uint32_t gather, bool of_points);
+
 /// Traces gather rays from a coarse picture of the view, or from its points, and learns where they find light. There
 /// are half as many as for one sample of the whole picture, at least 65,536 from points, and at most a million. A
 /// quarter of them is traced first; if the guide would gain little by them, the others are not traced, and rays are not

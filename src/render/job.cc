@@ -13,8 +13,10 @@
 #include "core/parallel.h"
 #include "points/finite_light.h"
 #include "render/filtered.h"
+#include "render/gather_guiding.h"
 #include "render/output.h"
 #include "render/path_tracer.h"
+#include "render/photon_bytes.h"
 #include "render/photon_noise.h"
 #include "render/scheduler.h"
 
@@ -75,7 +77,11 @@ std::uint64_t bytes_of(const RenderSettings& s, std::uint32_t batches, bool help
   const std::uint64_t photons = s.integrator == Integrator::path ? 0
                                 : s.photon_target > 0            ? std::max(s.photons_traced, kMostPhotonsForNoise)
                                                                  : s.photons_traced;
-  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + smallest_room(s);
+  const bool guides = s.integrator == Integrator::gather && s.gather_guiding;
+  const double pixels = static_cast<double>(s.width) * s.height;
+  const std::uint64_t guiding =
+      guides ? std::max(bright_patch_bytes(photons), gather_guide_bytes(pixels, s.gather, s.of_points)) : 0;
+  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + guiding + smallest_room(s);
 }
 
 /// The film of the picture; of one that another process has, none of its pixels.

@@ -14,6 +14,7 @@
 #include "density/density_control.h"
 #include "points/query_points.h"
 #include "render/boundary.h"
+#include "render/photon_bytes.h"
 #include "render/photon_guiding.h"
 #include "render/scheduler.h"
 
@@ -412,13 +413,15 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   *building_ = true;
 }
 
+std::uint64_t bright_patch_bytes(std::uint64_t photons) { return std::min(kMaxLitPlaces, photons) * kBytesPerLitPlace; }
+
 void PhotonMaps::find_patches(const Tracer& tracer, Statistics& statistics) {
   patches_ = BrightPatches();
   patched_ = true;
   if (global_.count == 0) return;
   const PhaseTimer timer(statistics, Phase::build_photon_map);
   const std::uint64_t most = std::min<std::uint64_t>(kMaxLitPlaces, global_.count);
-  const Reservation reservation(*budget_, "bright patches", most * kBytesPerLitPlace);
+  const Reservation reservation(*budget_, "bright patches", bright_patch_bytes(global_.count));
   const PhotonBatch& photons = global_.photons;
   const std::size_t step = (photons.size() + most - 1) / most;
   LitPlaces places;

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/rgb.h"
 #include "core/warp.h"
+#include "scene/environment_bytes.h"
 
 namespace glowworm {
 
@@ -181,6 +183,11 @@ EnvironmentDirection sample_environment(const Environment& environment, const Di
   const Vec2 uv = sampled_point(environment, distribution, u);
   const Vec3 direction = environment_direction(environment, uv);
   return {direction, value_at(environment, distribution, uv, direction)};
+}
+
+std::uint64_t environment_bytes(std::uint64_t texels) {
+  constexpr std::uint64_t kOfDistribution = sizeof(double) + sizeof(std::uint32_t);  // Distribution1D, of each weight
+  return texels * (sizeof(RGB) + sizeof(float) + kOfDistribution);
 }
 
 Distribution2D environment_distribution(const Environment& environment) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 
@@ -204,6 +205,23 @@ TEST_F(CommandLineTest, AMissingSkyIsAnErrorAndAMissingTextureOneWarning) {
   const std::size_t first = outcome.err.find("magenta");
   EXPECT_NE(first, std::string::npos);
   EXPECT_EQ(outcome.err.find("magenta", first + 1), std::string::npos) << outcome.err;
+}
+
+TEST_F(CommandLineTest, AReaderOfHelpMayCloseEarly) {
+  const std::string program = GLOWWORM_PROGRAM, folder = folder_.string();
+  for (const char* words : {"render --help", "bake --help", "info builtin:atrium"}) {
+    EXPECT_EQ(std::system(("cd '" + folder + "' && '" + program + "' " + words + " 2> err | head -c 1 > out").c_str()),
+              0);
+    EXPECT_EQ(read(path("err")), "") << words;
+    EXPECT_EQ(read(path("out")).size(), 1u);
+  }
+  EXPECT_NE(std::system(("cd '" + folder + "' && '" + program + "' render --help 2> err > /dev/full").c_str()), 0);
+  EXPECT_THAT(read(path("err")), HasSubstr("standard output cannot be written"));
+}
+
+TEST_F(CommandLineTest, SensorsHaveNoParts) {
+  EXPECT_TRUE(refused(run({"measure", "builtin:cornell", "--grid", "y=0.3,0.1", "--part", "1/2", "-o", "a.csv"}),
+                      {"'--part' is not an option of 'glowworm measure'"}, 2));
 }
 
 TEST_F(CommandLineTest, CompareCountsNonFinitePixelsAndPrintsJson) {

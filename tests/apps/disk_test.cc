@@ -18,7 +18,7 @@ class DiskTest : public ProgramTest {
   Outcome render_by_disk(const std::string& name, const std::string& use, const std::function<void()>& prepare = {}) {
     return render("builtin:cornell",
                   {"--engine", "reverse", "--size", "128x128", "--gather", "25", "--precision", "float", "--photons",
-                   "50k", "--memory", "48M", "--disk", use, "-q", "-o", name, "--stats", "s.json"},
+                   "50k", "--memory", "64M", "--disk", use, "-q", "-o", name, "--stats", "s.json"},
                   prepare);
   }
 };

@@ -87,6 +87,45 @@ TEST_F(SlowMemoryTest, CheckpointAndFilterGoToDiskWithTheFilm) {
   EXPECT_LT(continued["scene"].get<double>(), begun["scene"].get<double>() + 64e6);
 }
 
+TEST_F(SlowMemoryTest, ManyLightGroupsGoToDisk) {
+  std::string scene =
+      "LookAt 0 3 8  0 0.8 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n" +
+      std::string("Shape \"trianglemesh\" \"point3 P\" [-5 0 -5 5 0 -5 5 0 5] \"integer indices\" [0 2 1]\n");
+  for (int i = 0; i < 100; ++i)
+    scene += fmt::format("LightSource \"point\" \"point3 from\" [{} {} 0]\n", 0.04 * i - 2, 1 + 0.02 * i);
+  const Outcome outcome =
+      run({"render", write("groups.pbrt", scene), "--memory", "64M", "--size", "400x300", "--samples", "1", "--gather",
+           "1", "--photons", "50k", "--light-groups", "-q", "-o", "a.exr", "--stats", "s.json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(read_image(path("a.exr")).channels().size(), 3u + 300u);
+  const nlohmann::json bytes = read_json("s.json")["memory_bytes"];
+  EXPECT_LE(bytes["peak_beside_scene"], bytes["budget"]) << bytes;
+}
+
+TEST_F(SlowMemoryTest, WhatDoesNotFitBesidePhotonsGoesToDiskWithoutBeingAsked) {
+  for (const char* disk : {"auto", "always"}) {
+    const Outcome outcome =
+        run({"render", "builtin:window-room", "--memory", "96M", "--size", "400x300", "--samples", "1", "--gather", "1",
+             "--filter", "off", "--photons", "300k", "--disk", disk, "-q", "-o", "a.exr"});
+    EXPECT_EQ(outcome.status, 0) << disk << outcome.err;
+  }
+}
+
+TEST_F(SlowMemoryTest, SensorsTakeMemoryOfTheBudget) {
+  const std::vector<std::string> measure = {
+      "measure", "builtin:cornell", "--photons", "1k", "--gather", "4", "--samples", "2", "-q", "-o", "a.csv"};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = measure;
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  std::string points;
+  for (int i = 0; i < 200'000; ++i) points += "0.2 0.3 0.2 0 1 0\n";
+  write("many.pts", points);
+  EXPECT_TRUE(refused(with({"--points", "many.pts", "--memory", "64M"}), {"memory has room", "--memory"}));
+  EXPECT_TRUE(refused(with({"--grid", "y=0.3,0.0005", "--memory", "64M"}), {"are possible", "--memory"}, 2));
+}
+
 TEST_F(SlowMemoryTest, TooSmallABudgetIsReported) {
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "4M", "--size", "256x256"}), {"memory", "--memory"}));
   EXPECT_TRUE(refused(render("builtin:cornell", {"--memory", "64M", "--photons", "1M", "--disk", "never"}),

@@ -117,13 +117,27 @@ TEST_F(ImageIo, PartsAndLayersAreCutOut) {
   EXPECT_THROW(cut(part, 0, 0, 3, 3), std::exception);
 }
 
-TEST_F(ImageIo, ValuesTooLargeForHalfStayFinite) {
-  Image image(2, 1);
-  image.add_rgb("", std::vector<RGB>{{1e9f, -1e9f, std::numeric_limits<float>::infinity()}, {65504, 1, 2}});
-  write_exr(path("a.exr"), image);
-  const std::vector<RGB> read = read_image(path("a.exr")).rgb();
-  EXPECT_EQ(read[0], RGB(65504, -65504, 65504));
-  EXPECT_EQ(read[1], RGB(65504, 1, 2));
+TEST_F(ImageIo, LayersBeyondTheRangeOfHalvesAreWrittenAsFloats) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const auto& [pixels, fits] :
+       std::vector<std::pair<std::vector<RGB>, bool>>{{{{70000, 1.0001f, 0.1f}, {1, 2, 3}}, false},
+                                                      {{{1e9f, -1e9f, kInfinity}, {65504, 1, 2}}, false},
+                                                      {{{3e-8f, 1e-7f, 0}, {1e-6f, 0, 0}}, false},
+                                                      {{{65504, 1, -2}, {0, kInfinity, 0x1p-20f}}, true},
+                                                      {{{0, 0, 0}, {0, 0, 0}}, true}}) {
+    Image image(2, 1);
+    image.add_rgb("", pixels);
+    image.add_rgb("albedo", std::vector<RGB>{{0.5f, 1, 0.25f}, {1, 1, 1}});
+    write_exr(path("a.exr"), image);
+    EXPECT_EQ(read_image(path("a.exr")).rgb(), pixels);
+    const auto input = OIIO::ImageInput::open(path("a.exr"));
+    ASSERT_TRUE(input);
+    const OIIO::ImageSpec& spec = input->spec();
+    for (const char* channel : {"R", "G", "B"})
+      EXPECT_EQ(spec.channelformat(spec.channelindex(channel)), fits ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT)
+          << pixels[0].r;
+    EXPECT_EQ(spec.channelformat(spec.channelindex("albedo.R")), OIIO::TypeDesc::HALF);
+  }
 }
 
 TEST_F(ImageIo, PngIsTheToneMappedPicture) {

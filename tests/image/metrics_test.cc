@@ -56,6 +56,12 @@ TEST(Metrics, WorstPixelsAreLeftOut) {
   EXPECT_THROW(compare_images(image, reference, -0.1), Error);
 }
 
+TEST(Metrics, PicturesWithoutAFinitePixelAreNotEqual) {
+  const Image nothing = picture(2, 1, {RGB(std::nanf("")), RGB(INFINITY)}), reference = picture(2, 1, {RGB(1), RGB(2)});
+  EXPECT_THROW(compare_images(nothing, reference), Error);
+  EXPECT_THROW(compare_images(reference, nothing), Error);
+}
+
 TEST(Metrics, NonFinitePixelsAreCountedApart) {
   const Image image = picture(2, 1, {RGB(std::nanf("")), RGB(2)}), reference = picture(2, 1, {RGB(1), RGB(2)});
   const ImageComparison result = compare_images(image, reference);

@@ -1,6 +1,7 @@
 // glTF nodes, meshes, cameras, lights and storage formats of numbers.
 #include <array>
 #include <cmath>
+#include <ctime>
 
 #include "gltf_file.h"
 #include "scene/light_power.h"
@@ -252,6 +253,43 @@ TEST_F(GltfSceneTest, InstancesOfTheGpuExtension) {
   const auto d = load(file);
   ASSERT_EQ(d.geometry.triangle_count(), 2u);
   expect_near(d.geometry.positions[d.geometry.triangles[1][0]], {5, 0, 0});
+}
+
+TEST_F(GltfSceneTest, BillionsOfInstancesEndAtOnce) {
+  // Places without bytes in the file, all zero.
+  constexpr int kPlaces = 1 << 20, kNodes = 2000;
+  for (const bool shown : {false, true}) {
+    GltfFile file;
+    const int mesh = file.add_triangle(shown ? nlohmann::json::object() : nlohmann::json{{"mode", 0}});
+    const int places = file.add("accessors", {{"componentType", 5126}, {"type", "VEC3"}, {"count", kPlaces}});
+    file.add("nodes", {{"mesh", file.add_triangle()}});
+    for (int i = 0; i < kNodes; ++i)
+      file.add("nodes", {{"mesh", mesh},
+                         {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}}}});
+    const std::clock_t start = std::clock();
+    if (shown)
+      EXPECT_THAT(message_of(write("instances.glb", file.glb())), HasSubstr("triangles of instances"));
+    else
+      EXPECT_EQ(load(file).geometry.triangle_count(), 1u);
+    EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 2);
+  }
+}
+
+TEST_F(GltfSceneTest, MaterialsTakeMemoryOfTheBudget) {
+  GltfFile file;
+  file.add_shown_triangle(nlohmann::json::object());
+  for (int i = 0; i < 3000; ++i) file.add("materials", nlohmann::json::object());
+  const std::string path = write("materials.glb", file.glb());
+  ImportOptions options;
+  options.budget = loading_budget(8'000'000);
+  EXPECT_NO_THROW(load_scene(path, options));
+  options.budget = loading_budget(2'500'000);
+  try {
+    load_scene(path, options);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("of materials"));
+  }
 }
 
 TEST_F(GltfSceneTest, MorphTargetsByTheWeightsOfNodesMeshesAndAnimations) {

@@ -77,6 +77,13 @@ TEST_F(SceneChangesTest, SquareImagesAreEqualAreaMapsWithTheirMiddleUp) {
   EXPECT_NEAR(radiance(*sky, {0, -1, 0}).g, 0, 1e-3f);
 }
 
+TEST_F(SceneChangesTest, ImagesTakeMemoryOfTheBudgetBeforeTheyAreDecoded) {
+  const std::string file = image_file(64, 32, 2, 2);
+  // A texel is three floats; its distribution has a double, an index, and a weight while it is made.
+  EXPECT_THROW(read_environment(file, loading_budget(64 * 32 * 28 - 1)), MemoryError);
+  EXPECT_EQ(read_environment(file, loading_budget(1'000'000)).width, 64);
+}
+
 TEST_F(SceneChangesTest, NumbersAreAUniformRadiance) {
   SceneChanges changes;
   parse_environment("1,2,3", changes);

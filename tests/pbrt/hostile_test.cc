@@ -57,6 +57,13 @@ ImportOptions within(std::uint64_t bytes) {
   return options;
 }
 
+TEST(PbrtHostile, SubdivisionOfNothingEnds) {
+  const auto d = load_text(std::string(kTriangle) +
+                           "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [] "
+                           "\"integer levels\" [2147483647]\n");
+  EXPECT_EQ(d.geometry.triangle_count(), 1u);
+}
+
 TEST(PbrtHostile, MissingVertices) {
   const TemporaryFolder folder;
   const std::string vertex = "element vertex 1000000000\nproperty float x\nproperty float y\nproperty float z\n";

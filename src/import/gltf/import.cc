@@ -67,6 +67,7 @@ class GltfBuilder {
     description_.materials.back().name = "glTF default";
     // Skinned meshes need the transforms of all joints, so they follow after all nodes are placed.
     for (const int root : root_nodes()) place(root, Transform{}, true, 0);
+    check_room();
     for (const PlacedNode& node : placed_) add_node(node.index, node.visible);
     note_extensions();
     // glTF viewers add lights unless the file has some. Emission lights a scene only if that is plausible, as in a room
@@ -140,18 +141,17 @@ class GltfBuilder {
       add_mesh(index, -1, to_world, deformation);
       return;
     }
+    // Without triangles, no place is shown.
+    if (bytes_of(node.mesh) == 0) return;
     const tinygltf::Value& attributes = instancing->Get("attributes");
     Reservation places(*document_.budget, "places of instances", 0);
     const auto read = [&](const char* name, int components) {
-      const int accessor = static_cast<int>(number_member(attributes, name, -1));
-      if (accessor < 0 || accessor >= static_cast<int>(model_.accessors.size())) return std::vector<float>();
-      places.grow(model_.accessors[static_cast<std::size_t>(accessor)].count * static_cast<std::size_t>(components) *
-                  sizeof(float));
-      return read_floats(document_, accessor, components);
+      places.grow(count_of(attributes, name) * static_cast<std::size_t>(components) * sizeof(float));
+      const int accessor = accessor_of(attributes, name);
+      return accessor < 0 ? std::vector<float>() : read_floats(document_, accessor, components);
     };
     const std::vector<float> t = read("TRANSLATION", 3), r = read("ROTATION", 4), s = read("SCALE", 3);
     const std::size_t count = std::max({t.size() / 3, r.size() / 4, s.size() / 3});
-    check_room(node.mesh, count);
     for (std::size_t i = 0; i < count; ++i) {
       double q[4] = {0, 0, 0, 1};
       if (4 * i + 3 < r.size()) std::copy_n(r.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, q);
@@ -188,12 +188,38 @@ class GltfBuilder {
     }
   }
 
-  /// Throws MemoryError if the instances of a mesh do not fit into the budget, before the first is made.
-  void check_room(int index, std::size_t instances) {
-    double bytes = 0;
+  /// The accessor of an attribute of EXT_mesh_gpu_instancing, or -1.
+  int accessor_of(const tinygltf::Value& attributes, const char* name) const {
+    const int accessor = static_cast<int>(number_member(attributes, name, -1));
+    return accessor < static_cast<int>(model_.accessors.size()) ? std::max(accessor, -1) : -1;
+  }
+  std::size_t count_of(const tinygltf::Value& attributes, const char* name) const {
+    const int accessor = accessor_of(attributes, name);
+    return accessor < 0 ? 0 : model_.accessors[static_cast<std::size_t>(accessor)].count;
+  }
+
+  /// Bytes of the triangles of one instance of a mesh in the scene.
+  std::uint64_t bytes_of(int index) {
+    std::uint64_t bytes = 0;
     for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive&, std::size_t, const std::string&) {
-      bytes += static_cast<double>(instances) * static_cast<double>(scene_bytes(mesh));
+      if (!mesh.triangles.empty()) bytes += scene_bytes(mesh);
     });
+    return bytes;
+  }
+
+  /// Throws MemoryError if all instances of EXT_mesh_gpu_instancing do not fit into the budget, before the first is
+  /// made: a small file can name billions.
+  void check_room() {
+    double bytes = 0;
+    for (const PlacedNode& placed : placed_) {
+      const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(placed.index)];
+      const auto* instancing = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
+      if (!placed.visible || node.mesh < 0 || !instancing || !instancing->Has("attributes")) continue;
+      std::size_t count = 0;
+      for (const char* name : {"TRANSLATION", "ROTATION", "SCALE"})
+        count = std::max(count, count_of(instancing->Get("attributes"), name));
+      bytes += static_cast<double>(count) * static_cast<double>(bytes_of(node.mesh));
+    }
     const Reservation room(*document_.budget, "triangles of instances",
                            static_cast<std::uint64_t>(std::min(bytes, 1e18)));
   }

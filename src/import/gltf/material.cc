@@ -10,6 +10,7 @@
 
 #include "import/gltf/document.h"
 #include "import/gltf/value.h"
+#include "import/mesh_tools.h"
 #include "import/texture_nodes.h"
 
 namespace glowworm {
@@ -37,7 +38,11 @@ constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5; specu
 
 GltfMaterials::GltfMaterials(const GltfDocument& document, TextureCache& textures, NoteCounter& notes,
                              SceneDescription& description)
-    : document_(document), textures_(textures), notes_(notes), description_(description) {}
+    : document_(document),
+      textures_(textures),
+      notes_(notes),
+      description_(description),
+      held_(*document.budget, "materials", 0) {}
 
 /// Returns whether a set is the second one of the current material.
 bool GltfMaterials::use_uv_set(int set) {
@@ -300,6 +305,7 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
 }
 
 GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source, bool tinted) {
+  held_.grow(material_bytes());
   uv_sets_ = {-1, -1};
   // Normal maps use the first set.
   if (source.normalTexture.index >= 0) use_uv_set(reference(source.normalTexture).uv_set);

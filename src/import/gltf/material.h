@@ -64,6 +64,7 @@ class GltfMaterials {
   TextureCache& textures_;
   NoteCounter& notes_;
   SceneDescription& description_;
+  Reservation held_;
   GltfUvSets uv_sets_;  ///< of the current material; -1: not assigned yet
 };
 

@@ -42,6 +42,7 @@ class ObjParser {
         budget_(budget),
         lists_(budget, "meshes", 0),
         faces_held_(budget, "meshes", 0),
+        materials_held_(budget, "materials", 0),
         triangles_(budget, "triangles", 0) {}
 
   SceneDescription run(std::string_view text) {
@@ -197,6 +198,7 @@ class ObjParser {
   std::uint32_t material_index(std::string_view name) {
     const auto [place, fresh] = indices_.try_emplace(std::string(name), static_cast<std::uint32_t>(materials_.size()));
     if (fresh) {
+      materials_held_.grow(2 * sizeof(PhongMaterial));
       PhongMaterial& material = materials_.emplace_back();
       material.name = name.empty() ? "DefaultMaterial" : name;
       if (name.empty()) material.diffuse = RGB(kDefaultAlbedo);
@@ -274,6 +276,11 @@ class ObjParser {
       notes_.add("material library '" + name + "' cannot be opened: its materials are grey");
       return;
     }
+    // Those of the library, in an array that grows, and beside them.
+    std::uint64_t definitions = 0;
+    for (std::size_t at = text->find("newmtl"); at != std::string::npos; at = text->find("newmtl", at + 1))
+      ++definitions;
+    const Reservation held(budget_, "materials", 2 * definitions * sizeof(PhongMaterial));
     for (PhongMaterial& material : parse_mtl(*text, notes_)) {
       const std::uint32_t index = material_index(material.name);
       if (material.name.empty()) continue;
@@ -296,6 +303,7 @@ class ObjParser {
         notes_.add("material '" + materials_[i].name +
                    "' is used but not defined in any material library: grey instead");
       }
+      materials_held_.grow(material_bytes());
       added[i].first = static_cast<std::uint32_t>(description_.materials.size());
       added[i].second = add_phong_material(materials_[i], context);
     }
@@ -317,7 +325,8 @@ class ObjParser {
   const ObjFiles& files_;
   NoteCounter& notes_;
   MemoryBudget& budget_;
-  Reservation lists_, faces_held_, triangles_;  ///< for the file's lists, mesh_, and the scene's triangles
+  /// For the file's lists, mesh_, materials, and the scene's triangles.
+  Reservation lists_, faces_held_, materials_held_, triangles_;
   SceneDescription description_;
   int line_ = 0;
   std::string object_;  // name; empty before the first object

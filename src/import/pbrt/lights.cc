@@ -10,6 +10,7 @@
 #include "image/image_file.h"
 #include "import/ies/luminaire.h"
 #include "import/pbrt/textures.h"
+#include "scene/environment_bytes.h"
 #include "scene/light_power.h"
 
 namespace glowworm {
@@ -219,7 +220,7 @@ class LightBuilder {
     environment.width = image->width();
     environment.height = image->height();
     const std::size_t pixels = static_cast<std::size_t>(environment.width) * environment.height;
-    context_.sky = std::make_unique<Reservation>(*context_.budget, "sky", pixels * sizeof(RGB));
+    context_.sky = std::make_unique<Reservation>(*context_.budget, "sky", environment_bytes(pixels));
     environment.pixels.reserve(pixels);
     for (int y = 0; y < environment.height; ++y) {
       for (int x = 0; x < environment.width; ++x) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "import/mesh_tools.h"
 #include "import/texture_nodes.h"
 
 namespace glowworm {
@@ -22,13 +23,14 @@ FloatInput product(std::vector<TextureNode>& textures, const FloatInput& a, cons
 
 }  // namespace
 
-PbrtMaterialTable::PbrtMaterialTable(PbrtContext& context) : context_(context) {
+PbrtMaterialTable::PbrtMaterialTable(PbrtContext& context) : context_(context), held_(*context.budget, "materials", 0) {
   const std::uint32_t standard = next_index();
   context_.scene.materials[standard].name = "default";
   known_[standard] = true;
 }
 
 std::uint32_t PbrtMaterialTable::next_index() {
+  held_.grow(material_bytes());
   context_.scene.materials.emplace_back();
   known_.push_back(false);
   return static_cast<std::uint32_t>(context_.scene.materials.size() - 1);

@@ -47,6 +47,7 @@ class PbrtMaterialTable {
   void remove_absent();
 
   PbrtContext& context_;
+  Reservation held_;
   std::map<std::string, Name, std::less<>> names_;
   std::vector<bool> known_;  // for each material: false until it is defined
   std::vector<Variant> variants_;

@@ -228,6 +228,7 @@ class ShapeBuilder {
     int levels = parameters_.integer(parameters_.has("nlevels") ? "nlevels" : "levels", 3);
     static_cast<void>(parameters_.find("scheme"));
     if (levels < 0) return fail(fmt::format("{} levels of subdivision", levels), "Give 0 or more; 3 is usual.");
+    if (control.triangles.empty()) levels = 0;
     int most = 0;
     const std::size_t left = kMaxSubdivided - std::min(kMaxSubdivided, context_.subdivided_triangles);
     while (most < levels && (control.triangles.size() << (2 * (most + 1))) <= left) ++most;
