@@ -218,7 +218,8 @@ class LightFilter {
             level_.at(x, y),
             variance_.at(x, y),
             spread_.at(x, y),
-            noise_.at(x, y)};
+            noise_.at(x, y),
+            estimate_.same_noise};
   }
 
   void filter_tile(int x0, int y0) {

@@ -105,7 +105,7 @@ HWY_INLINE WindowFloats same_noise(const WindowPlanes& p, std::ptrdiff_t here, s
   const WindowFloats least = hn::Add(hn::Mul(hn::Set(f, kLeastNoise), square), hn::Set(f, kLeastVariance));
   const WindowFloats a = hn::LoadU(f, p.noise + here), b = hn::LoadU(f, p.noise + here + to);
   const WindowFloats ratio = hn::Div(hn::Add(hn::Min(a, b), least), hn::Add(hn::Max(a, b), least));
-  return hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));
+  return hn::Min(hn::Div(ratio, hn::Set(f, p.same_noise)), hn::Set(f, 1.0f));
 }
 
 /// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.

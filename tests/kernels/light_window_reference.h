@@ -36,7 +36,7 @@ inline float same_noise(const WindowPlanes& planes, std::ptrdiff_t here, std::pt
   const float least =
       kLeastNoise * std::min(square(planes.level[here]), square(planes.level[here + to])) + kLeastVariance;
   const float a = planes.noise[here], b = planes.noise[here + to];
-  return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
+  return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / planes.same_noise, 1.0f);
 }
 
 inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance2,

@@ -49,6 +49,7 @@ class WindowPixels {
     out.variance = plane(9) + kFirst;
     out.spread = plane(10) + kFirst;
     out.noise = plane(11) + kFirst;
+    out.same_noise = 0.1f;
     return out;
   }
 
