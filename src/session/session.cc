@@ -179,7 +179,8 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
   wanted.secondary_gather = gathers && state.secondary_gather && !(moving && settings_.adapt);
   wanted.diagnosed = needs_diagnosis(state.mode);
   if (moving || !shows_light(state.mode)) return wanted;
-  wanted.correction = gathers ? BoundaryCorrection::photons : BoundaryCorrection::estimates;
+  // Lines for each point of the photons' own picture would take longer than the picture (render/boundary.h).
+  wanted.correction = BoundaryCorrection::photons;
   wanted.patches = gathers;
   wanted.more_caustic_paths = affordable_caustic_paths(static_cast<double>(state.width) * state.height * state.gather);
   return wanted;
