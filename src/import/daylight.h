@@ -30,13 +30,14 @@ struct SolarIrradiance {
 /// Replaces the environment by the sky of Perez, Seals and Michalsky, "All-weather model for sky luminance
 /// distribution", Solar Energy 50(3), 1993, and adds the sun as a directional light. Light is visible light: luminous
 /// efficacy of sun and sky by Perez et al., Solar Energy 44(5), 1990, over 179 lm/W. The sky's horizontal illuminance
-/// is exactly that of the diffuse irradiance. Throws Error where the sun is below the horizon or there is no diffuse
-/// light.
+/// is exactly that of the diffuse irradiance; without any, it is black. In civil twilight the sky is as with the sun on
+/// the horizon, and the sun gives no light. Throws Error where the sun is lower, or all irradiance is 0.
 /// @param ground reflectance of the ground, which reflects the light of sun and sky
 void add_perez_sky(const SkyMoment& moment, const SolarIrradiance& measured, double ground, SceneDescription& scene);
 
-/// The hour of an EnergyPlus weather file (EPW): its middle as the moment, and its irradiance. Throws Error with the
-/// line for a file that is not one, or cut off, and where the hour is missing.
+/// The hour of an EnergyPlus weather file (EPW): the middle of its time with the sun up as the moment, and its
+/// irradiance, summed over the hour's records. Throws Error with the line for a file that is not one, or cut off, and
+/// where the hour or some of its records are missing.
 /// @param hour 1 to 24, as the file counts them
 struct WeatherHour {
   SkyMoment moment;

@@ -24,6 +24,14 @@ void check_ascending(const std::vector<float>& angles, const char* what, float l
     throw Error(std::string("the ") + what + " angles of an intensity table span too much");
 }
 
+void check_tilt(const TiltFactors& tilt) {
+  bool good = tilt.angles.size() == tilt.factors.size();
+  for (std::size_t i = 0; good && i < tilt.angles.size(); ++i)
+    good = std::isfinite(tilt.angles[i]) && (i == 0 || tilt.angles[i] > tilt.angles[i - 1]) && tilt.factors[i] >= 0 &&
+           std::isfinite(tilt.factors[i]);
+  if (!good) throw Error("the factors of tilt are negative or not finite, or their angles do not ascend");
+}
+
 /// Integral from a to t of (p + q (x - a)) sin(x) dx.
 double sine_integral(double a, double t, double p, double q) {
   return p * (std::cos(a) - std::cos(t)) + q * (std::sin(t) - std::sin(a) - (t - a) * std::cos(t));
@@ -60,13 +68,20 @@ std::size_t step_of(const std::vector<float>& numbers, float x) {
 }  // namespace
 
 IntensityTable::IntensityTable(TablePole pole, std::vector<float> azimuths, std::vector<float> polar_angles,
-                               std::vector<float> values)
-    : pole_(pole), azimuths_(std::move(azimuths)), polar_(std::move(polar_angles)), values_(std::move(values)) {
+                               std::vector<float> values, TiltFactors tilt)
+    : pole_(pole),
+      azimuths_(std::move(azimuths)),
+      polar_(std::move(polar_angles)),
+      values_(std::move(values)),
+      tilt_(std::move(tilt)) {
   if (azimuths_.empty() || polar_.size() < 2 || values_.size() != azimuths_.size() * polar_.size())
     throw Error("an intensity table needs a value for each pair of angles, and two polar angles at least");
   check_ascending(azimuths_, "azimuth", -HUGE_VALF, static_cast<float>(kTurn));
   check_ascending(polar_, "polar", 0, kPi);
+  // Angles that only rounding separates would be equal.
   for (float& angle : polar_) angle = std::clamp(angle, 0.0f, kPi);
+  check_ascending(polar_, "polar", 0, kPi);
+  check_tilt(tilt_);
   if (azimuths_.size() == 1) {
     azimuths_ = {0, static_cast<float>(kTurn)};
     values_.insert(values_.end(), values_.begin(), values_.end());
@@ -85,7 +100,8 @@ IntensityTable::IntensityTable(TablePole pole, std::vector<float> azimuths, std:
   cells_ = Distribution2D(weights, static_cast<int>(polar_.size() - 1), static_cast<int>(azimuths_.size() - 1));
   ContentHash hash;
   hash.add(pole_);
-  for (const std::vector<float>* part : {&azimuths_, &polar_, &values_}) hash.add_array(std::span<const float>(*part));
+  for (const std::vector<float>* part : {&azimuths_, &polar_, &values_, &tilt_.angles, &tilt_.factors})
+    hash.add_array(std::span<const float>(*part));
   hash_ = hash.value();
 }
 
@@ -94,6 +110,16 @@ double IntensityTable::cell_integral(std::size_t azimuth, std::size_t polar) con
   const double first = 0.5 * (double{value(azimuth, polar)} + value(azimuth + 1, polar));
   const double second = 0.5 * (double{value(azimuth, polar + 1)} + value(azimuth + 1, polar + 1));
   return (double{azimuths_[azimuth + 1]} - azimuths_[azimuth]) * sine_integral(a, b, first, (second - first) / (b - a));
+}
+
+float IntensityTable::tilt_factor(Vec3 aim) const {
+  if (tilt_.angles.empty()) return 1;
+  const float angle = std::atan2(std::sqrt(aim.x * aim.x + aim.z * aim.z), -aim.y);
+  if (angle <= tilt_.angles.front()) return tilt_.factors.front();
+  if (angle >= tilt_.angles.back()) return tilt_.factors.back();
+  const std::size_t i = step_of(tilt_.angles, angle);
+  const float t = (angle - tilt_.angles[i]) / (tilt_.angles[i + 1] - tilt_.angles[i]);
+  return (1 - t) * tilt_.factors[i] + t * tilt_.factors[i + 1];
 }
 
 float IntensityTable::intensity(Vec3 d) const {

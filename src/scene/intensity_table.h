@@ -16,6 +16,12 @@ enum class TablePole : std::uint8_t {
   right,    ///< B: polar angle from x; azimuth from z towards y
 };
 
+/// Factors on all intensities of a luminaire by the angle (radians, ascending) from straight down at which it aims;
+/// linear between angles, constant beyond them. Empty: 1.
+struct TiltFactors {
+  std::vector<float> angles, factors;
+};
+
 /// Intensity over a grid of two angles, between whose lines it is linear in each angle; 0 outside the grid.
 class IntensityTable {
  public:
@@ -24,9 +30,11 @@ class IntensityTable {
   /// @param values a row of polar_angles.size() for each azimuth, none negative, usually in candela
   /// Throws Error where the angles or values are not that.
   IntensityTable(TablePole pole, std::vector<float> azimuths, std::vector<float> polar_angles,
-                 std::vector<float> values);
+                 std::vector<float> values, TiltFactors tilt = {});
 
-  /// The intensity in a direction. @param direction unit, in the luminaire's axes
+  /// The factor on all intensities for a luminaire that aims along `aim` (unit, y up).
+  float tilt_factor(Vec3 aim) const;
+  /// The intensity in a direction, without the tilt's factor. @param direction unit, in the luminaire's axes
   float intensity(Vec3 direction) const;
   /// A direction (unit, in the luminaire's axes) with a density in proportion to the intensity. @param u in [0, 1)
   Vec3 sample(Vec2 u) const;
@@ -43,6 +51,7 @@ class IntensityTable {
 
   TablePole pole_;
   std::vector<float> azimuths_, polar_, values_;
+  TiltFactors tilt_;
   Distribution2D cells_;  // a row for each step of azimuth, a column for each step of the polar angle
   double integral_ = 0;
   float greatest_ = 0;

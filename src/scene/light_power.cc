@@ -117,7 +117,8 @@ RGB light_power(const Light& light, float scene_radius) {
       return light.intensity *
              (2 * kPi * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) * mean_spot_falloff(light)));
     case LightKind::luminaire:
-      return light.intensity * static_cast<float>(light.table->integral());
+      return light.intensity *
+             (light.table->tilt_factor(light.direction) * static_cast<float>(light.table->integral()));
     case LightKind::directional:
       return light.intensity * (kPi * scene_radius * scene_radius);
   }
@@ -126,7 +127,8 @@ RGB light_power(const Light& light, float scene_radius) {
 
 float table_intensity(const Light& luminaire, Vec3 d) {
   const Vec3 up = cross(luminaire.right, luminaire.direction);
-  return luminaire.table->intensity({dot(d, luminaire.right), dot(d, up), dot(d, luminaire.direction)});
+  return luminaire.table->tilt_factor(luminaire.direction) *
+         luminaire.table->intensity({dot(d, luminaire.right), dot(d, up), dot(d, luminaire.direction)});
 }
 
 float spot_falloff(const Light& light, float cos_theta) {

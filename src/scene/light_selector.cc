@@ -32,7 +32,8 @@ LightBounds bounds_of(const Light& light) {
     b.cos_normals = light.cos_inner;
     b.cos_emission = std::cos(std::acos(light.cos_outer) - std::acos(light.cos_inner));
   } else {
-    if (light.kind == LightKind::luminaire) b.intensity *= light.table->greatest();
+    if (light.kind == LightKind::luminaire)
+      b.intensity *= light.table->greatest() * light.table->tilt_factor(light.direction);
     b.cos_normals = -1;
   }
   return b;

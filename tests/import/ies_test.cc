@@ -93,8 +93,15 @@ TEST(Lm63, PlacesAnglesOfTypesAAndB) {
 
 TEST(Lm63, TakesTiltAndFactors) {
   const std::string numbers = "1 1000 2 2 1 1 1 0 0 0 0.5 0.9 10 0 90 0 10 20\n";
-  EXPECT_NEAR(lm63("NAME\nTILT=INCLUDE\n1 3 -90 0 90 0.8 0.95 0.7\n" + numbers).intensity({0, 0, 1}),
-              10 * 2 * 0.5 * 0.9 * 0.95, 1e-3);
+  const IntensityTable tilted = lm63("NAME\nTILT=INCLUDE\n1 3 -90 0 90 0.8 0.95 0.7\n" + numbers);
+  EXPECT_NEAR(tilted.intensity({0, 0, 1}), 10 * 2 * 0.5 * 0.9, 1e-3);
+  EXPECT_NEAR(tilted.tilt_factor({0, -1, 0}), 0.95, 1e-6) << "down";
+  EXPECT_NEAR(tilted.tilt_factor({std::sqrt(0.5f), -std::sqrt(0.5f), 0}), (0.95 + 0.7) / 2, 1e-6);
+  EXPECT_NEAR(tilted.tilt_factor({0, 0, -1}), 0.7, 1e-6) << "level";
+  EXPECT_NEAR(tilted.tilt_factor({0, 1, 0}), 0.7, 1e-6) << "beyond the last angle";
+  EXPECT_EQ(lm63("NAME\nTILT=NONE\n" + numbers).tilt_factor({0, 0, -1}), 1);
+  EXPECT_THROW(lm63("NAME\nTILT=INCLUDE\n1 2 90 0 1 1\n" + numbers), Error);
+  EXPECT_THROW(lm63("NAME\nTILT=INCLUDE\n1 2 0 90 1 -1\n" + numbers), Error);
   EXPECT_NEAR(lm63("IES:LM-63-2019\nTILT=NONE\n" + numbers).intensity({0, 0, 1}), 10 * 2 * 0.5, 1e-3)
       << "the second factor is a code since 2019";
 }
@@ -108,7 +115,21 @@ TEST(Lm63, TakesTiltInAnyCase) {
   const std::string numbers = "1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n10 20\n";
   for (const char* line : {"TILT=NONE", "Tilt=None", "tilt=none"})
     EXPECT_NEAR(lm63(std::string("IESNA91\n") + line + "\n" + numbers).intensity({0, 0, 1}), 10, 1e-4) << line;
-  EXPECT_NEAR(lm63("IESNA91\ntilt=Include\n1 1 0 0.5\n" + numbers).intensity({0, 0, 1}), 5, 1e-4);
+  EXPECT_NEAR(lm63("IESNA91\ntilt=Include\n1 1 0 0.5\n" + numbers).tilt_factor({0, -1, 0}), 0.5, 1e-6);
+}
+
+TEST(Lm63, TakesAnglesThatRoundingMovesBeyondTheirRange) {
+  const auto flux = [](const std::string& counts, const std::string& numbers) {
+    return lm63("IESNA91\nTILT=NONE\n1 -1 1 " + counts + " 1 2 0 0 0\n1 1 1\n" + numbers).integral();
+  };
+  EXPECT_NEAR(flux("3 1", "-0.005 0 90\n0\n100 100 100\n"), 100 * 2 * M_PI, 0.01);
+  EXPECT_NEAR(flux("4 1", "0 90 180 180.005\n0\n100 100 100 100\n"), 100 * 4 * M_PI, 0.01);
+  EXPECT_NEAR(flux("3 1", "-0.005 90 180.005\n0\n100 100 100\n"), 100 * 4 * M_PI, 0.01);
+  EXPECT_NEAR(flux("2 3", "0 180\n0 90 90.005\n100 100 100 100 100 100\n"), 100 * 4 * M_PI, 0.01);
+  EXPECT_NEAR(flux("2 3", "0 180\n-0.005 0 180\n1 1 100 100 100 100\n"), 100 * 4 * M_PI, 0.01)
+      << "the angle that was not moved counts";
+  EXPECT_NEAR(flux("2 3", "0 180\n0.004 180 359.994\n100 100 100 100 100 100\n"), 100 * 4 * M_PI, 0.001);
+  EXPECT_THROW(flux("3 1", "-0.02 0 90\n0\n100 100 100\n"), Error);
 }
 
 /// The text of a EULUMDAT file with 8 C planes 45 degrees apart, and the angles 0, 90 and 180.
@@ -171,11 +192,30 @@ TEST(PhotometricFiles, EndInAnErrorWhereverTheyAreCut) {
   const std::string ldt = eulumdat(4, 3);
   ASSERT_NO_THROW(parse_lm63(ies, "a.ies"));
   ASSERT_NO_THROW(parse_eulumdat(ldt, "a.ldt"));
-  for (std::size_t size = 0; size < ies.size(); ++size)
+  // Many files end without a line end, so that digits missing from the last number cannot be noticed.
+  const std::size_t last_of_ies = ies.find_last_of(' '), last_of_ldt = ldt.find_last_of('0');
+  for (std::size_t size = 0; size <= last_of_ies; ++size)
     EXPECT_THROW(parse_lm63(ies.substr(0, size), "a.ies"), Error) << ies.substr(0, size);
-  // Between the two characters of the last line end, nothing is missing.
-  for (std::size_t size = 0; size + 1 < ldt.size(); ++size)
+  for (std::size_t size = 0; size <= last_of_ldt; ++size)
     EXPECT_THROW(parse_eulumdat(ldt.substr(0, size), "a.ldt"), Error) << ldt.substr(0, size);
+}
+
+TEST(PhotometricFiles, MayEndWithoutALineEnd) {
+  const std::string ies = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n10 20";
+  const std::string ldt = eulumdat(4, 3);
+  for (const char* end : {"", " ", "\n", "\r\n\r\n", "\x1a"}) {
+    EXPECT_NEAR(lm63(ies + end).intensity({0, 1, 0}), 20, 1e-4);
+    const IntensityTable t = parse_eulumdat(ldt.substr(0, ldt.find_last_of('0') + 1) + end, "a.ldt");
+    EXPECT_NEAR(t.intensity({0, 0, 1}), 200, 0.01f);
+  }
+}
+
+TEST(PhotometricFiles, RefuseNumbersThatAreLeftOver) {
+  const std::string ies = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n10 20\n";
+  EXPECT_THROW(lm63(ies + "30\n"), Error);
+  EXPECT_THROW(lm63(ies + "\n\n+1e400\n"), Error) << "too large, yet a number";
+  EXPECT_NO_THROW(lm63(ies + "made by a program\n"));
+  EXPECT_THROW(parse_eulumdat(eulumdat(1, 2), "a.ldt"), Error) << "two planes for symmetry 1";
 }
 
 TEST(PhotometricFiles, ErrorsNameThePlace) {
@@ -188,6 +228,8 @@ TEST(PhotometricFiles, ErrorsNameThePlace) {
     return std::string("none");
   };
   EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1\n1 x 0 0 0\n"), HasSubstr("a.ies:4: 'x' is no number"));
+  EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n1 1\n7 8\n"),
+              HasSubstr("a.ies:7: '7' stands behind the intensities"));
   EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 99999 99999 1 2 0 0 0 1 1 1\n0 90\n"), HasSubstr("the file ends"));
   EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n90 0\n0\n1 1\n"), HasSubstr("out of order"));
   EXPECT_THAT(message("IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n1 -1\n"), HasSubstr("-1 cd"));
@@ -241,6 +283,33 @@ TEST_F(LuminaireScene, LightsThePlaneBelowByTheCosineLaw) {
   }
   EXPECT_NEAR(luminance(flux) * kLuminousEfficacy, 1000 * M_PI, 1000 * M_PI * 2e-4) << "all photons together";
   EXPECT_EQ(upward, 0);
+}
+
+TEST_F(LuminaireScene, IsAsBrightAsItsTiltSays) {
+  std::ofstream(folder_ / "tilt.ies")
+      << "IESNA91\nTILT=INCLUDE\n1 3 0 90 180 1 0.8 0.5\n1 -1 1 3 1 1 2 0 0 0 1 1 1\n0 90 "
+         "180\n0\n1000 1000 1000\n";
+  const std::string lamp = (folder_ / "tilt.ies").string() + "@0.5,0.5,0.5,";
+  const auto flux = [&](const std::string& aim, bool z_up) {
+    SceneDescription d = load_scene("builtin:cornell");
+    d.lights = {luminaire_of_text(lamp + aim)};
+    d.emissions.assign(d.emissions.size(), Emission{"", {RGB(0.0f)}, false});
+    SceneChanges changes;
+    changes.z_up = z_up;
+    change_scene(d, changes, loading_budget());
+    const Scene scene(std::move(d));
+    RGB photons;
+    for (int i = 0; i < 64; ++i)
+      photons += sample_emission(scene, 0.5f, {0.5f, 0.5f}, {0.5f, (static_cast<float>(i) + 0.5f) / 64}).flux / 64;
+    const double candela = luminance(scene.lights()[0].intensity) * table_intensity(scene.lights()[0], {1, 0, 0});
+    EXPECT_NEAR(luminance(scene.source_powers().back()) / candela, 4 * M_PI, 1e-3);
+    EXPECT_NEAR(luminance(photons) / candela, 4 * M_PI, 1e-3);
+    return candela * kLuminousEfficacy;
+  };
+  EXPECT_NEAR(flux("0,-1,0", false), 1000, 0.1);
+  EXPECT_NEAR(flux("1,0,0", false), 800, 0.1);
+  EXPECT_NEAR(flux("0,1,0", false), 500, 0.1);
+  EXPECT_NEAR(flux("0,0,-1", true), 1000, 0.1) << "down where z is up";
 }
 
 TEST_F(LuminaireScene, TakesAimAndTurnFromTheText) {

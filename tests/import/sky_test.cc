@@ -94,12 +94,23 @@ TEST(Sky, PerezFollowsTheMeasuredIrradiance) {
   EXPECT_THROW(under("perez:0,0,6,21,12,40,0,0"), Error);
 }
 
-TEST(Sky, ReadsAnHourOfAWeatherFile) {
+/// The header of a weather file of Munich.
+std::string weather_header(int records_per_hour) {
   std::string text = "LOCATION,Munich,-,DEU,TEST,108660,48.13,11.70,1.0,529.0\n";
-  for (int i = 2; i <= 8; ++i) text += "HEADER " + std::to_string(i) + "\n";
-  for (int hour = 1; hour <= 24; ++hour)
-    text += "1999,6,21," + std::to_string(hour) + ",60,?9?9,20,10,50,95000,1000,1300,350,600," +
-            std::to_string(10 * hour) + "," + std::to_string(5 * hour) + ",0,0\n";
+  for (int i = 2; i <= 7; ++i) text += "HEADER " + std::to_string(i) + "\n";
+  return text + "DATA PERIODS,1," + std::to_string(records_per_hour) + ",Data,Sunday, 1/ 1,12/31\n";
+}
+
+/// A record of a weather file.
+std::string weather_record(int month, int day, int hour, int minute, const std::string& direct, int diffuse) {
+  return "1999," + std::to_string(month) + "," + std::to_string(day) + "," + std::to_string(hour) + "," +
+         std::to_string(minute) + ",?9?9,20,10,50,95000,1000,1300,350,600," + direct + "," + std::to_string(diffuse) +
+         ",0,0\n";
+}
+
+TEST(Sky, ReadsAnHourOfAWeatherFile) {
+  std::string text = weather_header(1);
+  for (int hour = 1; hour <= 24; ++hour) text += weather_record(6, 21, hour, 60, std::to_string(10 * hour), 5 * hour);
   const WeatherHour noon = parse_weather_hour(text, "a.epw", 6, 21, 12);
   EXPECT_EQ(noon.irradiance.direct_normal, 120);
   EXPECT_EQ(noon.irradiance.diffuse_horizontal, 60);
@@ -108,8 +119,68 @@ TEST(Sky, ReadsAnHourOfAWeatherFile) {
   EXPECT_EQ(noon.moment.zone, 1);
   EXPECT_THROW(parse_weather_hour(text, "a.epw", 6, 22, 12), Error);
   EXPECT_THROW(parse_weather_hour("no weather\n", "a.epw", 6, 21, 12), Error);
-  for (std::size_t size = 0; size + 1 < text.size(); size += 7)
+  for (std::size_t size = 0; size + 2 < text.size(); ++size)
     EXPECT_THROW(parse_weather_hour(text.substr(0, size), "a.epw", 6, 21, 24), Error) << size;
+}
+
+TEST(Sky, ReadsWeatherFilesOfManyHands) {
+  const std::string plain = weather_header(1) + weather_record(6, 21, 12, 60, "700", 120);
+  std::string spaces, quoted = plain;
+  for (const char c : plain) spaces += c == ',' ? std::string(", ") : std::string(1, c);
+  quoted.replace(quoted.find("Munich"), 6, "\"Munich, centre\"");
+  std::string crlf;
+  for (const char c : plain) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  for (const std::string& text :
+       {plain, spaces, quoted, crlf, "\xef\xbb\xbf" + plain, plain.substr(0, plain.size() - 1)}) {
+    const WeatherHour noon = parse_weather_hour(text, "a.epw", 6, 21, 12);
+    EXPECT_EQ(noon.irradiance.direct_normal, 700);
+    EXPECT_EQ(noon.irradiance.diffuse_horizontal, 120);
+    EXPECT_EQ(noon.moment.latitude, 48.13);
+  }
+}
+
+TEST(Sky, SumsTheRecordsOfAnHour) {
+  std::string text = weather_header(4);
+  for (int hour = 11; hour <= 13; ++hour)
+    for (int i = 1; i <= 4; ++i) text += weather_record(6, 21, hour, 15 * i, std::to_string(100 + i), 10 * i);
+  const WeatherHour noon = parse_weather_hour(text, "a.epw", 6, 21, 12);
+  EXPECT_EQ(noon.irradiance.direct_normal, 410);
+  EXPECT_EQ(noon.irradiance.diffuse_horizontal, 100);
+  text.resize(text.find("1999,6,21,12,45"));
+  try {
+    parse_weather_hour(text, "a.epw", 6, 21, 12);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(std::string(error.what()), HasSubstr("a.epw:8: says 4 records an hour"));
+  }
+  EXPECT_THROW(parse_weather_hour(weather_header(0), "a.epw", 6, 21, 12), Error);
+}
+
+TEST(Sky, HasDawnsAndSunsInBlackSkies) {
+  // By these formulas the sun rises at 8:06 in Munich at the winter solstice, so that hour 8 is dark
+  // and hour 9 begins in the dark.
+  const std::string text = weather_header(1) + weather_record(12, 21, 8, 60, "0", 3) +
+                           weather_record(12, 21, 9, 60, "3", 12) + weather_record(12, 21, 12, 60, "700", 0);
+  const auto under_hour = [&](int hour) {
+    const WeatherHour h = parse_weather_hour(text, "a.epw", 12, 21, hour);
+    SceneDescription d;
+    add_perez_sky(h.moment, h.irradiance, 0.2, d);
+    return d;
+  };
+  EXPECT_GT(parse_weather_hour(text, "a.epw", 12, 21, 9).moment.hour, 8.5);
+  EXPECT_LT(parse_weather_hour(text, "a.epw", 12, 21, 9).moment.hour, 8.56);
+  for (const int hour : {8, 9}) {
+    const SceneDescription dim = under_hour(hour);
+    const double lux = kLuminousEfficacy * horizontal_irradiance(*dim.environment->sky);
+    EXPECT_GT(lux, 60 * (hour == 8 ? 3 : 12)) << hour;
+    EXPECT_LT(lux, 160 * (hour == 8 ? 3 : 12)) << hour;
+  }
+  EXPECT_TRUE(under_hour(8).lights.empty()) << "the sun is below the horizon";
+  const SceneDescription bare = under_hour(12);
+  EXPECT_EQ(sky_radiance(*bare.environment->sky, {0, 1, 0}), 0);
+  EXPECT_GT(sky_radiance(*bare.environment->sky, {0, -1, 0}), 0) << "the ground reflects the sun";
+  ASSERT_EQ(bare.lights.size(), 1u);
+  EXPECT_GT(bare.lights[0].intensity.g * kLuminousEfficacy, 60 * 700);
 }
 
 TEST(Sky, RefusesOtherTexts) {

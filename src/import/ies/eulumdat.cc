@@ -95,19 +95,22 @@ IntensityTable parse_eulumdat(std::string_view bytes, const std::string& path) {
   // Candela for 1000 lm.
   const float scale = factor * flux / 1000;
   std::vector<float> file = text.number_lines("the intensities", rows * angles);
+  text.check_end("the intensities");
   for (float& value : file)
     if (value *= scale; !(value >= 0 && std::isfinite(value))) text.fail(fmt::format("an intensity of {:g} cd", value));
-  for (float& angle : polar) {
-    if (!(angle >= 0 && angle <= 180.01f)) text.fail(fmt::format("{:g} is no angle from 0 to 180 degrees", angle));
-    angle = static_cast<float>(angle * M_PI / 180);
-  }
+  for (const float angle : polar)
+    if (!(angle >= -kAngleRounding && angle <= 180 + kAngleRounding))
+      text.fail(fmt::format("{:g} is no angle from 0 to 180 degrees", angle));
+  file = kept_columns(file, angles, settle_angles(polar, 0, 180));
+  const std::size_t columns = polar.size();
+  for (float& angle : polar) angle = static_cast<float>(angle * M_PI / 180);
   if (symmetry == 1) return {TablePole::forward, {0}, std::move(polar), std::move(file)};
   std::vector<float> azimuths, values;
   for (std::size_t i = 0; i <= planes; ++i) {
     azimuths.push_back(static_cast<float>((i < planes ? c[i] : c[0] + 360) * M_PI / 180));
     const std::size_t row = row_of(symmetry, i % planes, planes);
-    values.insert(values.end(), file.begin() + static_cast<std::ptrdiff_t>(row * angles),
-                  file.begin() + static_cast<std::ptrdiff_t>((row + 1) * angles));
+    values.insert(values.end(), file.begin() + static_cast<std::ptrdiff_t>(row * columns),
+                  file.begin() + static_cast<std::ptrdiff_t>((row + 1) * columns));
   }
   return {TablePole::forward, std::move(azimuths), std::move(polar), std::move(values)};
 }

@@ -17,15 +17,14 @@ namespace glowworm {
 namespace {
 
 constexpr int kMostAngles = 100'000;
-/// Degrees by which angles of files may be off.
-constexpr float kTolerance = 0.01f;
 
 struct Tables {
   std::vector<float> vertical, horizontal;  // degrees
   std::vector<float> candela;               // a row for each horizontal angle
+  TiltFactors tilt;
 };
 
-bool near(float a, float b) { return std::abs(a - b) < kTolerance; }
+bool near(float a, float b) { return std::abs(a - b) < kAngleRounding; }
 
 std::string_view trimmed_blanks(std::string_view text) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
@@ -33,32 +32,43 @@ std::string_view trimmed_blanks(std::string_view text) {
   return text;
 }
 
-/// The factor of a table of TILT at 0 degrees, which stands behind TILT=INCLUDE or in a file of its own.
-float tilt_factor(PhotometricText& text) {
+std::vector<float> radians(const std::vector<float>& degrees) {
+  std::vector<float> out;
+  for (const float angle : degrees) out.push_back(static_cast<float>(angle * M_PI / 180));
+  return out;
+}
+
+/// A table of TILT, which stands behind TILT=INCLUDE or in a file of its own.
+TiltFactors tilt_factors(PhotometricText& text) {
   text.count("the lamp's place", text.number("the lamp's place"), 1, 3);
   const auto pairs = static_cast<std::size_t>(
       text.count("the number of tilt angles", text.number("the number of tilt angles"), 1, kMostAngles));
   const std::vector<float> angles = text.numbers("the angles of tilt", pairs);
-  const std::vector<float> factors = text.numbers("the factors of tilt", pairs);
-  for (std::size_t i = 0; i < pairs; ++i)
-    if (near(angles[i], 0)) return factors[i];
-  text.fail("the factors of tilt have none for 0 degrees");
+  std::vector<float> factors = text.numbers("the factors of tilt", pairs);
+  for (std::size_t i = 0; i < pairs; ++i) {
+    if (!(factors[i] >= 0)) text.fail(fmt::format("the factor of tilt {:g} is negative", factors[i]));
+    if (i > 0 && !(angles[i] > angles[i - 1])) text.fail(fmt::format("tilt angle {:g} is out of order", angles[i]));
+  }
+  return {radians(angles), std::move(factors)};
 }
 
-float read_tilt(PhotometricText& text, std::string_view name) {
+TiltFactors read_tilt(PhotometricText& text, std::string_view name) {
   const std::string word = lower(name);
-  if (word == "none") return 1;
-  if (word == "include") return tilt_factor(text);
+  if (word == "none") return {};
+  if (word == "include") return tilt_factors(text);
   const std::string path = std::filesystem::path(text.path()).parent_path() / std::string(name);
   const std::string file = read_input_file(path);
   PhotometricText other(file, path);
-  return tilt_factor(other);
+  TiltFactors tilt = tilt_factors(other);
+  other.check_end("the factors of tilt");
+  return tilt;
 }
 
 void check_ascending(const PhotometricText& text, const char* what, const std::vector<float>& angles, float least,
                      float most) {
   for (std::size_t i = 0; i < angles.size(); ++i)
-    if (angles[i] < least - kTolerance || angles[i] > most + kTolerance || (i > 0 && !(angles[i] > angles[i - 1])))
+    if (angles[i] < least - kAngleRounding || angles[i] > most + kAngleRounding ||
+        (i > 0 && !(angles[i] > angles[i - 1])))
       text.fail(
           fmt::format("{} angle {:g} is out of order or beyond {:g} to {:g} degrees", what, angles[i], least, most));
 }
@@ -82,15 +92,21 @@ void mirror(Tables& t, float axis) {
   }
 }
 
-std::vector<float> radians(const std::vector<float>& degrees) {
-  std::vector<float> out;
-  for (const float angle : degrees) out.push_back(static_cast<float>(angle * M_PI / 180));
-  return out;
+/// Puts angles that are off by rounding into the ranges of the vertical and the horizontal ones.
+void settle(Tables& t, float least_vertical, float most_vertical, float least_horizontal, float most_horizontal) {
+  const std::size_t columns = t.vertical.size();
+  const std::vector<std::size_t> rows = settle_angles(t.horizontal, least_horizontal, most_horizontal);
+  std::vector<float> candela;
+  for (const std::size_t row : rows)
+    candela.insert(candela.end(), t.candela.begin() + static_cast<std::ptrdiff_t>(row * columns),
+                   t.candela.begin() + static_cast<std::ptrdiff_t>((row + 1) * columns));
+  t.candela = kept_columns(candela, columns, settle_angles(t.vertical, least_vertical, most_vertical));
 }
 
 IntensityTable type_c(const PhotometricText& text, Tables t) {
   check_ascending(text, "vertical", t.vertical, 0, 180);
   check_ascending(text, "horizontal", t.horizontal, 0, 360);
+  settle(t, 0, 180, 0, 360);
   const float first = t.horizontal.front(), last = t.horizontal.back();
   if (t.horizontal.size() > 1) {
     if (near(first, 0) && near(last, 90)) {
@@ -112,14 +128,16 @@ IntensityTable type_c(const PhotometricText& text, Tables t) {
                             first, last));
     }
   }
-  return {TablePole::forward, radians(t.horizontal), radians(t.vertical), std::move(t.candela)};
+  return {TablePole::forward, radians(t.horizontal), radians(t.vertical), std::move(t.candela), std::move(t.tilt)};
 }
 
 /// Types A and B: the polar angle is 90 degrees less the latitude, which is the vertical angle of A and the horizontal
 /// one of B; the other is the azimuth.
 IntensityTable type_a_or_b(const PhotometricText& text, Tables t, bool is_a) {
-  check_ascending(text, "vertical", t.vertical, is_a ? -90 : -180, is_a ? 90 : 180);
-  check_ascending(text, "horizontal", t.horizontal, is_a ? -180 : -90, is_a ? 180 : 90);
+  const float tall = is_a ? 90 : 180, wide = is_a ? 180 : 90;
+  check_ascending(text, "vertical", t.vertical, -tall, tall);
+  check_ascending(text, "horizontal", t.horizontal, -wide, wide);
+  settle(t, -tall, tall, -wide, wide);
   if (near(t.horizontal.front(), 0) && t.horizontal.size() > 1) mirror(t, 0);
   const std::vector<float>& latitudes = is_a ? t.vertical : t.horizontal;
   const std::vector<float>& azimuths = is_a ? t.horizontal : t.vertical;
@@ -129,7 +147,8 @@ IntensityTable type_a_or_b(const PhotometricText& text, Tables t, bool is_a) {
   for (std::size_t a = 0; a < azimuths.size(); ++a)
     for (std::size_t l = latitudes.size(); l-- > 0;)
       values.push_back(t.candela[is_a ? a * latitudes.size() + l : l * azimuths.size() + a]);
-  return {is_a ? TablePole::up : TablePole::right, radians(azimuths), radians(polar), std::move(values)};
+  return {is_a ? TablePole::up : TablePole::right, radians(azimuths), radians(polar), std::move(values),
+          std::move(t.tilt)};
 }
 
 }  // namespace
@@ -140,10 +159,11 @@ IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
   // Since 2019 the second factor is a code of how the file was made.
   const bool is_2019 = line.starts_with("IES:LM-63-");
   while (!lower(line).starts_with("tilt=")) line = trimmed_blanks(text.line("the labels, without a line TILT="));
-  const float tilt = read_tilt(text, trimmed_blanks(line.substr(5)));
+  Tables t;
+  t.tilt = read_tilt(text, trimmed_blanks(line.substr(5)));
   text.number("the number of lamps");
   text.number("the flux of a lamp");
-  float factor = tilt * text.number("the factor of the intensities");
+  float factor = text.number("the factor of the intensities");
   const auto vertical = static_cast<std::size_t>(
       text.count("the number of vertical angles", text.number("the number of vertical angles"), 2, kMostAngles));
   const auto horizontal = static_cast<std::size_t>(
@@ -155,10 +175,10 @@ IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
   const float second = text.number("the ballast-lamp factor");
   if (!is_2019) factor *= second;
   text.number("the power");
-  Tables t;
   t.vertical = text.numbers("the vertical angles", vertical);
   t.horizontal = text.numbers("the horizontal angles", horizontal);
   t.candela = text.numbers("the intensities", vertical * horizontal);
+  text.check_end("the intensities");
   for (float& value : t.candela)
     if (value *= factor; !(value >= 0 && std::isfinite(value)))
       text.fail(fmt::format("an intensity of {:g} cd", value));

@@ -51,16 +51,19 @@ bool is_luminaire_text(const std::string& text) {
   return at != std::string::npos && is_photometric_file(text.substr(0, at));
 }
 
-Light luminaire_of_text(const std::string& text) {
+Light luminaire_of_text(const std::string& text, bool z_up) {
   const std::size_t at = text.rfind('@');
   if (at == std::string::npos) refuse(text);
   const std::vector<float> v = numbers_of<float>(std::string_view(text).substr(at + 1));
   if (v.size() != 3 && v.size() != 6 && v.size() != 7) refuse(text);
-  Vec3 aim{0, -1, 0};
-  if (v.size() > 3) aim = {v[3], v[4], v[5]};
+  const auto in_scene = [&](std::size_t i) {
+    const Vec3 given{v[i], v[i + 1], v[i + 2]};
+    return z_up ? y_up_from_z_up(given) : given;
+  };
+  const Vec3 aim = v.size() > 3 ? in_scene(3) : Vec3{0, -1, 0};
   if (!(length_squared(aim) > 0)) refuse(text);
   Light light = read_luminaire(text.substr(0, at));
-  light.position = {v[0], v[1], v[2]};
+  light.position = in_scene(0);
   light.direction = normalize(aim);
   // Seen along a level aim, x of the table is to the right; straight down or up, it is the scene's x.
   Vec3 right = cross(light.direction, {0, 1, 0});

@@ -11,8 +11,8 @@ namespace glowworm {
 bool is_photometric_file(const std::string& path);
 
 /// Parses an IES LM-63 file of 1986 to 2019: type A, B or C, with TILT=NONE, TILT=INCLUDE or TILT=FILE beside it. The
-/// table is in candela, with the file's factors and the tilt's factor at 0 degrees applied.
-/// Throws Error with file and line for what is not one; also where it ends early, or within its last number.
+/// table is in candela, with the file's factors applied; the factors of tilt stand beside it.
+/// Throws Error with file and line for what is not one; also where numbers are missing or left over.
 /// @param path for messages and for the file of TILT=FILE
 IntensityTable parse_lm63(std::string_view text, const std::string& path);
 
@@ -27,8 +27,9 @@ Light read_luminaire(const std::string& path);
 /// Whether a text of --light adds a luminaire: FILE@..., with the ending of a photometric file.
 bool is_luminaire_text(const std::string& text);
 
-/// Reads FILE@X,Y,Z[,DX,DY,DZ[,TURN]]: a luminaire at a place (m) that aims along D (down, -y, where none is given),
-/// turned by TURN degrees around that. Throws Error for other texts, and as read_luminaire() does.
-Light luminaire_of_text(const std::string& text);
+/// Reads FILE@X,Y,Z[,DX,DY,DZ[,TURN]]: a luminaire at a place (m) that aims along D (down where none is given), turned
+/// by TURN degrees around that. Throws Error for other texts, and as read_luminaire() does.
+/// @param z_up the text's axes have z up; the light has y up
+Light luminaire_of_text(const std::string& text, bool z_up = false);
 
 }  // namespace glowworm
