@@ -203,6 +203,32 @@ Distribution2D environment_distribution(const Environment& environment) {
   return Distribution2D(weights, environment.width, environment.height);
 }
 
+Environment sum_of(const Environment& a, const Environment& b) {
+  if (b.pixels.size() > a.pixels.size()) return sum_of(b, a);
+  Environment out = a;
+  if (out.name.empty()) out.name = b.name;
+  if (a.pixels.empty()) {
+    out.scale += b.scale;
+    return out;
+  }
+  // The mean of b over each pixel. Those of b are larger, but their edges lie anywhere.
+  constexpr int kParts = 3;
+  out.scale = RGB(1.0f);
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x) {
+      RGB sum;
+      for (int j = 0; j < kParts; ++j)
+        for (int i = 0; i < kParts; ++i)
+          sum +=
+              radiance(b, environment_direction(a, {(static_cast<float>(x) + (static_cast<float>(i) + 0.5f) / kParts) /
+                                                        static_cast<float>(a.width),
+                                                    (static_cast<float>(y) + (static_cast<float>(j) + 0.5f) / kParts) /
+                                                        static_cast<float>(a.height)}));
+      out.pixels[static_cast<std::size_t>(y) * a.width + x] = a.scale * texel(a, x, y) + sum / (kParts * kParts);
+    }
+  return out;
+}
+
 RGB environment_integral(const Environment& environment) {
   if (environment.pixels.empty()) return environment.scale * (4 * kPi);
   double sum[3] = {0, 0, 0};

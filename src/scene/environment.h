@@ -41,6 +41,10 @@ EnvironmentDirection sample_environment(const Environment& environment, const Di
 /// Luminance times solid angle of each texel as a distribution over the image; empty if there is no image.
 Distribution2D environment_distribution(const Environment& environment);
 
+/// One environment with the radiance of both, in the image of the one with more pixels. Their axes must be orthonormal,
+/// and neither may be a formula.
+Environment sum_of(const Environment& a, const Environment& b);
+
 /// Integral of the radiance over all directions, W m^-2; for a sky, that of its table.
 RGB environment_integral(const Environment& environment);
 

@@ -108,6 +108,14 @@ TEST(PbrtLight, ConstantSky) {
   expect_near(sky("LightSource \"infinite\" \"float illuminance\" " + pi).scale, RGB(1.0f));
 }
 
+TEST(PbrtLight, InfiniteLightsAddUp) {
+  const SceneDescription two = load_text(
+      "WorldBegin\nLightSource \"infinite\" \"rgb L\" [1 0 0] LightSource \"infinite\" \"rgb L\" [0 0 1] "
+      "LightSource \"infinite\" \"rgb L\" [0 0.5 0.5]");
+  expect_near(two.environment->scale, {1, 0.5f, 1.5f});
+  EXPECT_TRUE(has_note(two, "infinite lights are added up"));
+}
+
 TEST(PbrtLight, SpectraOfLightsHaveLuminanceOne) {
   EXPECT_NEAR(luminance(light("LightSource \"point\" \"blackbody I\" 3000").intensity), 1, 1e-3);
   EXPECT_NEAR(luminance(light("LightSource \"point\" \"spectrum I\" [300 9 900 9]").intensity), 1, 1e-3);
@@ -156,6 +164,29 @@ TEST(PbrtLight, EqualAreaImage) {
   expect_near(radiance(e, {1, 0, 0}), {0, 2, 0});
   expect_near(radiance(e, {0, 0, -1}), {0, 0, 2});
   expect_near(radiance(e, {0, -1, 0}), RGB(10.0f));
+}
+
+TEST(PbrtLight, ImagesAndConstantsAddUp) {
+  const TemporaryFolder folder;
+  std::vector<RGB> pixels(25, RGB(0.0f));
+  pixels[12] = {1, 0, 0};
+  write_sky(folder, 5, 5, pixels);
+  const std::string image = "LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float scale\" 2\n";
+  const std::string constant = "LightSource \"infinite\" \"rgb L\" [0 0.5 1]\n";
+  const auto read = [&](const std::string& lights) {
+    return *load_pbrt(folder.write("s.pbrt", "WorldBegin\n" + lights)).environment;
+  };
+  for (const std::string& lights : {image + constant, constant + image}) {
+    const Environment e = read(lights);
+    expect_near(radiance(e, {0, 0, 1}), {2, 0.5f, 1});
+    expect_near(radiance(e, {1, 0, 0}), {0, 0.5f, 1});
+  }
+  // The same image twice, once turned upside down.
+  const Environment both = read(image + "Rotate 180 1 0 0\n" + image);
+  EXPECT_GT(radiance(both, {0, 0, 1}).r, 1);
+  EXPECT_NEAR(radiance(both, {0, 0, 1}).r, 2, 0.7f) << "averaged over the pixel";
+  const RGB once = environment_integral(read(image)), twice = environment_integral(both);
+  EXPECT_NEAR(twice.r, 2 * once.r, 0.03f * once.r);
 }
 
 TEST(PbrtLight, LatLongImage) {

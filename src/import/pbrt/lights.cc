@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "image/image_file.h"
 #include "import/ies/luminaire.h"
 #include "import/pbrt/textures.h"
+#include "scene/environment.h"
 #include "scene/environment_bytes.h"
 #include "scene/light_power.h"
 
@@ -157,12 +161,18 @@ class LightBuilder {
       parameters_.note("not needed, the whole sky is sampled: portal of an infinite light");
     environment.scale = light_color(context_, parameters_, "L");
     environment.to_world = rotation_of(parameters_, to_world_);
+    std::unique_ptr<Reservation> earlier = std::move(context_.sky);
     if (!file.empty()) read_image(environment, file);
     const float illuminance = parameters_.real("illuminance", -1);
     // A hemisphere of radiance 1 gives an irradiance of pi.
     if (illuminance > 0) environment.scale *= illuminance / (kPi * mean_luminance(environment));
-    if (context_.scene.environment) parameters_.note("there is more than one infinite light, the last one is used");
-    context_.scene.environment = std::move(environment);
+    std::optional<Environment>& all = context_.scene.environment;
+    if (all) {
+      parameters_.note("infinite lights are added up to one");
+      if (all->pixels.size() >= environment.pixels.size()) context_.sky = std::move(earlier);
+      environment = sum_of(*all, environment);
+    }
+    all = std::move(environment);
   }
 
   /// Mean luminance of the image over the hemisphere around the light's +z, weighted by the cosine; 1 for a constant.
