@@ -181,6 +181,14 @@ std::string describe(const RenderSettings& asked, const RenderSettings& s, const
   return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
 }
 
+/// The seconds of the whole that no phase has, such as those before and after a render.
+double seconds_beside_phases(const Statistics& statistics) {
+  double seconds = statistics.seconds(Phase::total);
+  for (int i = 0; i < static_cast<int>(Phase::count_); ++i)
+    if (static_cast<Phase>(i) != Phase::total) seconds -= statistics.seconds(static_cast<Phase>(i));
+  return seconds;
+}
+
 /// Prints the time of each phase, for -v.
 void describe_times(const Statistics& statistics) {
   for (int i = 0; i < static_cast<int>(Phase::count_); ++i) {
@@ -216,6 +224,7 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
   statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
   // The job has counted its own time; the total covers the whole run.
   statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
+  statistics.add_time(Phase::other, std::max(seconds_beside_phases(statistics), 0.0));
   describe_times(statistics);
   describe_photons(job);
   if (!o.report.statistics.empty())

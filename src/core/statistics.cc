@@ -2,10 +2,36 @@
 
 namespace glowworm {
 
+namespace {
+
+thread_local PhaseTimer* running = nullptr;  ///< the innermost of this thread
+
+}  // namespace
+
+void Statistics::add_time(Phase phase, double seconds, double covered) {
+  auto& slot = times_[static_cast<std::size_t>(phase)];
+  slot.store(slot.load() + seconds);
+  PhaseTimer* around = running;
+  while (around && &around->statistics_ != this) around = around->outer_;
+  if (around) around->counted_ += covered;
+}
+
+PhaseTimer::PhaseTimer(Statistics& statistics, Phase phase)
+    : statistics_(statistics), phase_(phase), outer_(running), start_(std::chrono::steady_clock::now()) {
+  running = this;
+}
+
+PhaseTimer::~PhaseTimer() {
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  running = outer_;
+  statistics_.add_time(phase_, seconds - counted_, seconds);
+}
+
 const char* name(Phase phase) {
   static constexpr const char* names[] = {
-      "total",       "load",    "build_accel", "trace_photons", "build_photon_map", "camera_pass",
-      "gather_rays", "reorder", "density",     "completion",    "direct",           "output"};
+      "total",       "load",        "build_accel", "trace_photons", "build_photon_map", "photon_noise",
+      "trace_paths", "camera_pass", "gather_rays", "reorder",       "density",          "completion",
+      "direct",      "filter",      "output",      "other"};
   static_assert(std::size(names) == static_cast<std::size_t>(Phase::count_));
   return names[static_cast<std::size_t>(phase)];
 }

@@ -14,13 +14,17 @@ enum class Phase {
   build_accel,
   trace_photons,
   build_photon_map,
+  photon_noise,
+  trace_paths,
   camera_pass,
   gather_rays,
   reorder,
   density,
   completion,
   direct,
+  filter,
   output,
+  other,
   count_
 };
 
@@ -43,6 +47,8 @@ enum class Counter {
 const char* name(Phase phase);
 const char* name(Counter counter);
 
+class PhaseTimer;
+
 /// Counters and times of one render. Any thread may call add(). The thread that runs a phase adds its time, so times
 /// are wall time, not processor time.
 class Statistics {
@@ -52,32 +58,37 @@ class Statistics {
   }
   std::uint64_t count(Counter counter) const { return counters_[static_cast<std::size_t>(counter)].load(); }
 
-  void add_time(Phase phase, double seconds) {
-    auto& slot = times_[static_cast<std::size_t>(phase)];
-    slot.store(slot.load() + seconds);
-  }
+  /// Adds time that was measured otherwise. A PhaseTimer of this object that runs on this thread does not count it.
+  void add_time(Phase phase, double seconds) { add_time(phase, seconds, seconds); }
   /// Wall time spent in a phase so far, in seconds.
   double seconds(Phase phase) const { return times_[static_cast<std::size_t>(phase)].load(); }
 
  private:
+  friend class PhaseTimer;
+
+  /// @param covered the time in which these and other phases passed, in seconds
+  void add_time(Phase phase, double seconds, double covered);
+
   std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(Counter::count_)> counters_{};
   std::array<std::atomic<double>, static_cast<std::size_t>(Phase::count_)> times_{};
 };
 
-/// Adds the wall time between its construction and destruction to a phase.
+/// Adds the wall time between its construction and destruction to a phase, less what timers of the same statistics that
+/// run meanwhile on the same thread add to theirs: phases add up to the whole.
 class PhaseTimer {
  public:
-  PhaseTimer(Statistics& statistics, Phase phase)
-      : statistics_(statistics), phase_(phase), start_(std::chrono::steady_clock::now()) {}
-  ~PhaseTimer() {
-    statistics_.add_time(phase_, std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
-  }
+  PhaseTimer(Statistics& statistics, Phase phase);
+  ~PhaseTimer();
   PhaseTimer(const PhaseTimer&) = delete;
   PhaseTimer& operator=(const PhaseTimer&) = delete;
 
  private:
+  friend class Statistics;
+
   Statistics& statistics_;
   Phase phase_;
+  PhaseTimer* outer_;   // of this thread, of any statistics
+  double counted_ = 0;  // seconds that are in other phases
   std::chrono::steady_clock::time_point start_;
 };
 

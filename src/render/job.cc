@@ -220,6 +220,7 @@ std::uint64_t Job::peak_resident() const { return std::max(earlier_peak_, peak_r
 
 void Job::run() {
   try {
+    const PhaseTimer timer(statistics_, Phase::other);
     const Reservation image(array_budget(), "image", image_bytes(settings_, helps(ranks_)));
     ranks_ && !crew_ ? work_for_rank_0() : render_passes();
   } catch (const Cancelled&) {
@@ -244,6 +245,7 @@ bool Job::should_stop(double next_s) {
 }
 
 void Job::rehearse() {
+  const PhaseTimer timer(statistics_, Phase::filter);
   const DiskMemory::Scope scope(disk_.get());
   const PixelBounds rows = rehearsed_part(settings_.bounds);
   const Film part = [&] {
@@ -268,6 +270,7 @@ bool Job::knows_noise() const {
 
 bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_)) || !knows_noise()) return false;
+  const PhaseTimer timer(statistics_, Phase::filter);
   const DiskMemory::Scope scope(disk_.get());
   if (relative_error(shown_picture(film_, settings_)) > noise_of_samples()) return false;
   ending_ = Ending::noise_reached;
@@ -338,6 +341,7 @@ void Job::render_passes() {
 }
 
 SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
+  const PhaseTimer timer(statistics_, Phase::filter);
   const DiskMemory::Scope scope(disk_.get());
   const double target = noise_of_samples(), start = seconds();
   const std::uint32_t most = settings_.sample_range().count();
@@ -410,6 +414,7 @@ Job::TaskResult Job::compute(CameraTasks places) {
   TaskResult out;
   if (light_groups_) name_groups(*light_groups_, out.radiance);
   if (settings_.integrator == Integrator::path) {
+    const PhaseTimer timer(statistics_, Phase::trace_paths);
     trace_paths(*tracer_, view(), tasks, settings_, out.radiance, out.first_hit, statistics_);
   } else {
     PassResult result = render_pass(*tracer_, made_->maps, view(), tasks, pass_, budget_, memory_, statistics_);

@@ -87,8 +87,11 @@ void Job::find_photon_noise(std::uint32_t sample) {
   const double precision = target > 0 ? kPrecision * target * target : std::numeric_limits<double>::infinity();
   do {
     make_maps(settings_, sample, statistics_);
-    photon_variance_ =
-        measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, precision, budget_, add_signs);
+    {
+      const PhaseTimer timer(statistics_, Phase::photon_noise);
+      photon_variance_ = measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, precision,
+                                                 budget_, add_signs);
+    }
     detail(fmt::format("{} photons add a relative error of {:.2g}", settings_.photons_traced,
                        std::sqrt(photon_variance_)));
   } while (take_more_photons());
@@ -115,7 +118,10 @@ void Job::shoot_photons(std::uint32_t sample) {
     // From the first map alone, whichever pass comes first here: all passes of all parts have the same guide.
     Statistics not_the_renders;
     const bool is_own = sample == 0 || !settings_.progressive;
-    make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
+    {
+      const PhaseTimer timer(statistics_, Phase::trace_photons);
+      make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
+    }
     made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_, shared_.get());
     made_->has_gather_guide = true;
   }

@@ -78,13 +78,17 @@ TEST_F(StatisticsTest, EveryKeyIsPresent) {
                                              "/time_s/build_accel",
                                              "/time_s/trace_photons",
                                              "/time_s/build_photon_map",
+                                             "/time_s/photon_noise",
+                                             "/time_s/trace_paths",
                                              "/time_s/camera_pass",
                                              "/time_s/gather_rays",
                                              "/time_s/reorder",
                                              "/time_s/density",
                                              "/time_s/completion",
                                              "/time_s/direct",
+                                             "/time_s/filter",
                                              "/time_s/output",
+                                             "/time_s/other",
                                              "/count/photons_emitted",
                                              "/count/photons_stored",
                                              "/count/gather_points",
@@ -205,15 +209,28 @@ TEST_F(StatisticsTest, ActiveLanesAreAtMostAllLanes) {
     }
 }
 
-TEST_F(StatisticsTest, PhasesFitIntoTheTotal) {
-  for (const char* integrator : {"gather", "path", "photons"}) {
-    const json s = statistics("builtin:cornell", {"--integrator", integrator});
+TEST_F(StatisticsTest, PhasesAddUpToTheTotal) {
+  const std::vector<std::vector<std::string>> renders = {{"--integrator", "gather"},
+                                                         {"--integrator", "path"},
+                                                         {"--integrator", "photons"},
+                                                         {"--progressive"},
+                                                         {"--noise", "20%"}};
+  for (const std::vector<std::string>& options : renders) {
+    const std::string integrator = options.back();
+    const json s = statistics("builtin:cornell", options);
     double sum = 0;
     for (const auto& [phase, seconds] : s["time_s"].items()) {
       EXPECT_GE(seconds, 0) << phase;
       if (phase != "total") sum += seconds.get<double>();
     }
-    EXPECT_LE(sum, s["time_s"]["total"].get<double>() * 1.0001) << integrator;
+    const auto seconds = [&](const char* phase) { return s["time_s"][phase].get<double>(); };
+    EXPECT_LE(sum, seconds("total") * 1.0001) << integrator;
+    EXPECT_GE(sum, seconds("total") * 0.95) << integrator;
+    EXPECT_LT(seconds("other"), 0.2 * seconds("total")) << integrator << ": most work has a phase of its own";
+    EXPECT_EQ(seconds("trace_paths") > 0, integrator == "path");
+    if (integrator == "gather") {
+      EXPECT_GT(seconds("photon_noise"), 0);
+    }
     EXPECT_GT(s["time_s"]["output"], 0);
     EXPECT_GT(s["time_s"]["load"], 0);
   }
