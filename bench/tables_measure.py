@@ -131,8 +131,8 @@ def measure(scene, grid, options):
 
 
 def main():
-    lines = ["# Measurements", "", f"## CPU seconds to a relative standard error of {NOISE}",
-             f"{platform.machine()}, {os.cpu_count()} cores; `bench/tables_measure.py`; at most {LIMIT} each.", "",
+    lines = ["# Measurements", "Written by `bench/tables_measure.py`.", "", f"## CPU seconds to a relative standard error of {NOISE}",
+             f"{platform.machine()}, {os.cpu_count()} cores; at most {LIMIT} each.", "",
              "| scene | sensors | method | samples | relative error | mean, lx | CPU s | times |",
              "| --- | --- | --- | --- | --- | --- | --- | --- |"]
     for name, scene, grid in SCENES:

@@ -84,9 +84,9 @@ std::string Table::row_markdown(const Row& row) const {
 }
 
 std::string Table::markdown() const {
-  std::string text =
-      fmt::format("# {}\n\n{}, commit {}, {:%Y-%m-%d}.\n\n| {} | instructions | threads |\n|", title_, machine_name(),
-                  commit_name(), fmt::gmtime(std::time(nullptr)), fmt::join(columns_, " | "));
+  std::string text = fmt::format(
+      "# {}\n\nWritten by `{}` on {}, commit {}, {:%Y-%m-%d}.\n\n| {} | instructions | threads |\n|", title_,
+      command_line(), machine_name(), commit_name(), fmt::gmtime(std::time(nullptr)), fmt::join(columns_, " | "));
   for (std::size_t i = 0; i < columns_.size() + 2; ++i) text += " --- |";
   text += '\n';
   for (const Row& row : rows_) text += row_markdown(row);
@@ -109,6 +109,14 @@ std::string machine_name() {
     break;
   }
   return fmt::format("{}, {} cores", name, std::thread::hardware_concurrency());
+}
+
+std::string command_line() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::string text;
+  for (std::string word; std::getline(file, word, '\0');)
+    text += text.empty() ? std::filesystem::path(word).filename().string() : " " + word;
+  return text;
 }
 
 std::string commit_name() {

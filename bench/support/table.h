@@ -1,5 +1,5 @@
-// Tables of measurements: written as Markdown, with the machine, the instruction set, the threads, the commit
-// and the spread of repeated runs.
+// Tables of measurements: written as Markdown, with the command, the machine, the instruction set, the threads, the
+// commit and the spread of repeated runs.
 #pragma once
 #include <functional>
 #include <string>
@@ -68,6 +68,9 @@ class Table {
 
 /// The processor's name and cores, such as "AMD EPYC, 2 cores".
 std::string machine_name();
+
+/// The command that runs, without the program's folder, such as "tables lanes".
+std::string command_line();
 
 /// The commit of the working folder with "-dirty" where it was changed since; "unknown" outside of a repository.
 std::string commit_name();
