@@ -15,7 +15,7 @@ struct Measurement {
   std::vector<Rgb> direct, indirect,
       caustic;                        ///< by way of the light: from lights, from surfaces, through glass and by mirrors
   std::vector<float> illuminance;     ///< lx, by 179 lm/W
-  std::vector<float> relative_error;  ///< standard error of the illuminance over itself; 0 where no light is
+  std::vector<float> relative_error;  ///< error of the illuminance over itself, half of 95% confidence; 0: no light
 };
 
 /// Options of measure().
@@ -30,6 +30,8 @@ struct MeasureOptions {
 /// Measures the light that arrives at points from the half space around their normals, as `glowworm measure` does.
 /// @param position m sensors, metres
 /// @param normal   m unit normals
+/// Prints warnings on what is likely wrong, as the command does: a scene without light (which measures 0), lights and
+/// sensors outside of a room.
 /// @param progress as of render()
 /// Throws Error for arrays of different lengths or none, numbers that are not finite, normals that are not unit, and
 /// sensors inside of solid objects.

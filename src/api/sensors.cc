@@ -9,6 +9,8 @@
 #include "api/run_job.h"
 #include "api/scene_implementation.h"
 #include "core/error.h"
+#include "core/log.h"
+#include "measure/doubts.h"
 #include "measure/measurement.h"
 #include "render/job.h"
 #include "render/options.h"
@@ -65,16 +67,19 @@ Rgb outer(RGB c) { return {c.r, c.g, c.b}; }
 Measurement measure(const Scene& scene, std::span<const Vec3> position, std::span<const Vec3> normal,
                     const MeasureOptions& options, const std::function<void(double)>& progress) {
   const Scene::Implementation& inner = scene.implementation();
-  const Sensors sensors = sensors_of(position, normal, *inner.scene);
-  if (!options.on_surfaces) check_outside(sensors, *inner.tracer);
+  const std::shared_ptr<const glowworm::Scene> lit = lit_by_its_own(inner.scene);
+  const auto tracer = lit == inner.scene ? inner.tracer : std::make_shared<const glowworm::Tracer>(*lit);
+  const Sensors sensors = sensors_of(position, normal, *lit);
+  if (!options.on_surfaces) check_outside(sensors, *tracer);
+  for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
   const RenderSettings settings = with_room_for(sensors.size(), measure_settings(options.render));
-  Job job(inner.scene, inner.tracer, settings, nullptr, sensor_time(), grid);
+  Job job(lit, tracer, settings, nullptr, sensor_time(), grid);
   attend(job, progress);
   const Film film = job.snapshot();
   if (film.whole_passes() < 2)
     throw Error("the measurement ended before every sensor had two samples", "Give it more time.");
-  const glowworm::Measurement measured = measurement_of(sensors, film, *inner.scene);
+  const glowworm::Measurement measured = measurement_of(sensors, film, *lit);
   Measurement out;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     out.irradiance.push_back(outer(measured.irradiance[i]));

@@ -51,14 +51,25 @@ void say(fmt::format_string<Values...> format, Values&&... values) {
   write_output(fmt::format(format, std::forward<Values>(values)...));
 }
 
+/// A place of the scene's tables as the user's file has it.
+Vec3 file_place(const Scene& scene, Vec3 place) { return scene.to_file_axes(scene.outside(place)); }
+
+/// The corners of the scene's box, in the axes of the user's file.
+Box3 file_box(const Scene& scene) {
+  Box3 box;
+  box.grow(file_place(scene, scene.bounds().min));
+  box.grow(file_place(scene, scene.bounds().max));
+  return box;
+}
+
 void print_scene(const std::shared_ptr<const Scene>& shared) {
   const Scene& scene = *shared;
   const Geometry& g = scene.geometry();
-  const Box3 b = scene.bounds();
+  const Box3 b = file_box(scene);
   say("scene      {}\n", scene.name());
   say("triangles  {}\n", g.triangle_count());
   say("vertices   {}\n", g.positions.size());
-  say("bounds     {} to {} m\n", place_text(scene.outside(b.min)), place_text(scene.outside(b.max)));
+  say("bounds     {} to {} m\n", place_text(b.min), place_text(b.max));
   if (scene.film().width > 0) say("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
   std::map<std::uint32_t, std::size_t> uses;
   for (const std::uint32_t m : g.material) ++uses[m];
@@ -75,7 +86,8 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
   say("power      {:.4g} W in total (luminance)\n", scene.light_power().total());
   say("cameras    {}\n", scene.cameras().size());
   for (const Camera& c : scene.cameras())
-    say("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name, place_text(scene.outside(c.to_world.translation)));
+    say("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name,
+        place_text(file_place(scene, c.to_world.translation)));
   for (const std::string& note : effect_notes(scene, RenderSettings{})) say("note: {}\n", note);
   for (const std::string& note : scene.notes()) say("note: {}\n", note);
 }
@@ -90,7 +102,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
   json out = {{"name", scene.name()},
               {"triangles", g.triangle_count()},
               {"vertices", g.positions.size()},
-              {"bounds_m", {numbers(scene.outside(scene.bounds().min)), numbers(scene.outside(scene.bounds().max))}},
+              {"bounds_m", {numbers(file_box(scene).min), numbers(file_box(scene).max)}},
               {"picture", {{"width", scene.film().width}, {"height", scene.film().height}}},
               {"textures", scene.textures().size()},
               {"power_w", scene.light_power().total()}};
@@ -106,7 +118,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
   for (const auto& [name, power] : light_powers(shared))
     out["lights"].push_back({{"name", name}, {"power_rgb_w", numbers(power)}});
   for (const Camera& c : scene.cameras())
-    out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(scene.outside(c.to_world.translation))}});
+    out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(file_place(scene, c.to_world.translation))}});
   for (const std::string& note : effect_notes(scene, RenderSettings{})) out["notes"].push_back(note);
   for (const std::string& note : scene.notes()) out["notes"].push_back(note);
   fmt::print("{}\n", out.dump(2, ' ', true, json::error_handler_t::replace));

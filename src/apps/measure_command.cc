@@ -22,6 +22,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "measure/doubts.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
 #include "measure/sky_patches.h"
@@ -134,27 +135,12 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene, MemoryBudget& 
   if (!o.points.empty()) {
     Reservation held(budget, "the file of sensors", 0);
     const std::string text = read_input_file(o.points, held);
-    sensors = parse_points(text, o.points, most_sensors(budget.available()));
-    for (Vec3& p : sensors.position) p = scene.inside(p);
-    return sensors;
+    return brought_inside(parse_points(text, o.points, most_sensors(budget.available())), scene);
   }
   const std::size_t most = most_sensors(budget.limit());
   read_command_line(
       [&] { sensors = o.grid.empty() ? surface_sensors(o.surface, scene, most) : plane_sensors(o.grid, scene, most); });
   return sensors;
-}
-
-/// Prints a note if lights of a glTF file are in candela or lux, which become watts by another efficacy than sensors
-/// use.
-void tell_of_candela(const MeasureOptions& o, const Scene& scene) {
-  const std::string ending = lower_ending(o.scene);
-  const bool is_gltf = ending == ".gltf" || ending == ".glb";
-  const auto is_photometric = [](const Light& light) { return light.kind != LightKind::luminaire; };
-  if (o.sky_patches > 0 || !is_gltf || std::none_of(scene.lights().begin(), scene.lights().end(), is_photometric))
-    return;
-  inform(
-      "note: candela and lux of lights in the file were divided by 683 lm/W, as in Blender; sensors multiply by 179 "
-      "lm/W, so that these lights measure 0.262 times what the file says");
 }
 
 /// Writes the results of a job to all files.
@@ -171,6 +157,9 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
   if (!o.report.statistics.empty())
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   files.throw_if_any_failed();
+  if (o.sky_patches == 0)
+    for (const std::string& doubt : doubts_after(measurement_of(sensors, film, job.scene()), job.scene()))
+      inform("note: " + doubt);
   FilmPicture measured = unfiltered_picture(film, false);
   measured.width = 0;  // sensors need not be beside each other
   inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
@@ -196,8 +185,8 @@ int run_measure(MeasureOptions& o) {
   std::string camera;
   std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
+  scene = lit_by_its_own(scene);
   tell_notes(*scene, o.scene);
-  tell_of_candela(o, *scene);
   if (o.sky_patches > 0) scene = std::make_shared<const Scene>(scene_under_patches(*scene, SkyPatches(o.sky_patches)));
   const auto loaded = std::chrono::steady_clock::now();
   const auto tracer = std::make_shared<const Tracer>(*scene);
@@ -205,6 +194,8 @@ int run_measure(MeasureOptions& o) {
   MemoryBudget budget(asked.memory_bytes);
   Sensors sensors = make_sensors(o, *scene, budget);
   check_inside(o, sensors, *tracer);
+  if (o.sky_patches == 0)
+    for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
   catch_interrupts();
   const auto grid = std::make_shared<const PointGrid>(
       sensor_grid(sensors, !o.surface.empty(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
@@ -231,7 +222,8 @@ constexpr const char* kMeasureFooter = R"help(
 Sensors measure the light that arrives from the half space around their normal:
 irradiance in W m^-2 for each channel of linear RGB, and illuminance in lx by 179 lm/W.
 The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is
-the mean of the channels, relative_error the standard error of E_lx over E_lx.
+the mean of the channels, relative_error the error of E_lx over E_lx: the truth lies
+within twice of it with a chance of 95%.
 A .pts file has a sensor a line: x y z nx ny nz. Sensors inside of objects that are closed
 all around are refused, and left out of --grid. Sensors inside of an object without a
 bottom, or of one that is half as long as the scene, measure darkness. Photons are new

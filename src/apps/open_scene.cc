@@ -72,10 +72,11 @@ void add_scene_options(CLI::App& command, SceneOptions& o) {
       [&c](const std::string& text) { c.environment_turn = parse_number("--environment-turn", text, -3600, 3600); });
   add("--environment-scale", "F [1]", "Multiply the environment's radiance",
       [&c](const std::string& text) { c.environment_scale = parse_number("--environment-scale", text, 0, 1e9f); });
-  add("--up", "y|z [y]", "Axis of the file that points up", [&c](const std::string& text) {
-    if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
-    c.z_up = text == "z";
-  });
+  add("--up", "y|z [y]", "Axis of the file that points up; places and directions of other options have it, too",
+      [&c](const std::string& text) {
+        if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
+        c.z_up = text == "z";
+      });
   add("--scale", "M [1]", "Metres per unit of the file; lights keep their power",
       [&c](const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); });
   add("--fov", "DEGREES", "Angle of view along the picture's shorter side",

@@ -84,7 +84,7 @@ void resolve_options(RenderOptions& o) {
   if (o.picture.illuminance) add_layers_of_illuminance(s.aovs);
   s.separate_layers = !s.aovs.empty();
   read_command_line([&] {
-    if (!o.view.empty()) camera_of_view(Camera(), o.view, {0, 0, 0});
+    if (!o.view.empty()) check_view(o.view);
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
     if (!o.tev.empty()) check_tev_address(o.tev);

@@ -28,7 +28,6 @@ constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kLights = "KHR_lights_punctual";
 constexpr const char* kVariants = "KHR_materials_variants";
-constexpr float kLumensPerWatt = 683;  ///< as the importer takes them
 
 /// A chart and the number of a face there.
 struct FaceInChart {
@@ -404,7 +403,7 @@ class GltfWriter {
     }
     if (!file_.json.contains("extensions") || !file_.json["extensions"].contains(kLights)) return;
     const bool is_baked = format_ == BakeFormat::lightmap && !notes_.indirect_only;
-    const float factor = is_baked ? 0 : light_.gain() / kLumensPerWatt, scale = notes_.metres_per_unit;
+    const float factor = is_baked ? 0 : light_.gain() / kLuminousEfficacy, scale = notes_.metres_per_unit;
     for (json& light : file_.json["extensions"][kLights]["lights"]) {
       const bool has_position = light.value("type", "") != "directional";
       light["intensity"] = light.value("intensity", 1.0f) * factor / (has_position ? scale * scale : 1);

@@ -27,7 +27,8 @@ inline RGB& operator*=(RGB& a, RGB b) { return a = a * b; }
 inline RGB& operator*=(RGB& a, float s) { return a = a * s; }
 inline bool operator==(RGB a, RGB b) { return a.r == b.r && a.g == b.g && a.b == b.b; }
 
-/// Luminous efficacy of white light as Radiance takes it, lm/W: luminance() of watts times this is photometric.
+/// Luminous efficacy of white light as Radiance takes it, lm/W: luminance() of watts times this is photometric. All
+/// photometric units, read and written, become radiometric by it.
 inline constexpr float kLuminousEfficacy = 179;
 
 /// Luminance by the Rec. 709 weights (ITU-R BT.709-6, item 3.2), in the unit of a.

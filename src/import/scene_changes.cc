@@ -33,7 +33,8 @@ std::optional<RGB> parse_radiance(const std::string& text) {
 /// unchanged.
 void change_space(SceneDescription& d, bool z_up, float scale) {
   Transform turn;
-  if (z_up) turn = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}};
+  if (z_up) turn = {turn.x, y_up_from_z_up(turn.y), y_up_from_z_up(turn.z), {0, 0, 0}};
+  d.z_up = z_up;
   const Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
   transform_mesh(d.geometry, map);
   for (Material& material : d.materials) {
@@ -59,8 +60,9 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
 void change_cameras(SceneDescription& d, const SceneChanges& changes) {
   if (changes.look_at) {
     Camera first = d.cameras.empty() ? Camera() : d.cameras.front();
-    const auto& [eye, target] = *changes.look_at;
-    // If the camera looks straight up or down, the file's -z is at the upper edge of the picture.
+    auto [eye, target] = *changes.look_at;
+    if (changes.z_up) eye = y_up_from_z_up(eye), target = y_up_from_z_up(target);
+    // If the camera looks straight up or down, the scene's -z is at the upper edge of the picture.
     const Vec3 way = target - eye;
     const Vec3 up = length(cross(way, {0, 1, 0})) > 1e-4f * length(way) ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
     first.to_world = look_at(eye, target, up, 45).to_world;
@@ -134,7 +136,7 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
   if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
   change_cameras(d, changes);
-  for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text));
+  for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text, changes.z_up));
   if (!changes.sky.empty()) {
     add_sky(changes.sky, d);
   } else if (changes.uniform_radiance) {

@@ -12,12 +12,13 @@ namespace glowworm {
 
 /// Changes of a scene description. The default changes nothing.
 struct SceneChanges {
-  std::string environment_file;                ///< an image; empty: the scene's own environment
-  std::optional<RGB> uniform_radiance;         ///< W sr^-1 m^-2, an environment of constant radiance
-  std::string sky;                             ///< replaces the environment, as add_sky() parses it
-  float environment_turn = 0;                  ///< degrees around the up axis, counter-clockwise seen from above
-  float environment_scale = 1;                 ///< factor on the environment's radiance
-  bool z_up = false;                           ///< the file's z axis points up, instead of its y axis
+  std::string environment_file;         ///< an image; empty: the scene's own environment
+  std::optional<RGB> uniform_radiance;  ///< W sr^-1 m^-2, an environment of constant radiance
+  std::string sky;                      ///< replaces the environment, as add_sky() parses it
+  float environment_turn = 0;           ///< degrees around the up axis, counter-clockwise seen from above
+  float environment_scale = 1;          ///< factor on the environment's radiance
+  /// The file's z axis points up, instead of its y axis. The places and directions of luminaires and look_at have it.
+  bool z_up = false;
   float metres_per_unit = 1;                   ///< scale of the file's lengths
   float field_of_view = 0;                     ///< degrees along the picture's shorter side; 0: that of each camera
   std::vector<std::string> luminaires;         ///< more lights, as luminaire_of_text() reads them

@@ -13,9 +13,11 @@ namespace glowworm {
 
 /// Irradiance at sensors.
 struct Measurement {
-  Sensors sensors;                    ///< in the user's coordinates (Scene::outside())
-  std::vector<RGB> irradiance;        ///< W m^-2 in each channel
-  std::vector<float> relative_error;  ///< standard error of the luminance over itself; 0 where no light is
+  Sensors sensors;              ///< in the coordinates and axes of the user's file
+  bool z_up = false;            ///< whose z axis points up, instead of y
+  std::vector<RGB> irradiance;  ///< W m^-2 in each channel
+  /// Error of the luminance over itself: the truth lies within twice of it with a chance of 95%. 0 where no light is.
+  std::vector<float> relative_error;
 };
 
 /// The settings of a Job over sensor_grid(). Light is not filtered. Photon passes converge, and each has 256 gather
@@ -34,8 +36,15 @@ RenderSettings with_room_for(std::size_t sensors, RenderSettings settings);
 /// Of such a Job: it makes two passes, so that errors are known.
 JobTime sensor_time();
 
+/// Factor on a standard error that is known with so many degrees of freedom, by which twice their product (1.96 times)
+/// holds the truth with a chance of 95%: quantiles of Student's t over those of the normal distribution, exact for 1
+/// and 2 degrees and to 0.2% for more (Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.7.5).
+double student_factor(std::uint32_t degrees);
+
 /// Takes the sensors' cells out of a film of the scene that was rendered over sensor_grid().
-Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene& scene);
+/// @param batches of that grid; few of them know the standard error badly (student_factor())
+Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene& scene,
+                           std::uint32_t batches = kSensorBatches);
 
 /// Illuminance of an irradiance in lx, by kLuminousEfficacy.
 float illuminance(RGB irradiance);

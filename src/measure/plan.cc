@@ -31,7 +31,8 @@ struct Plan {
   double y(Vec3 place) const { return (upwards ? top - place[down] : place[down] - top) / pixel; }
 };
 
-Plan plan_of(const Sensors& sensors) {
+Plan plan_of(const Measurement& m) {
+  const Sensors& sensors = m.sensors;
   Vec3 sum{0, 0, 0};
   Box3 box;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -41,9 +42,11 @@ Plan plan_of(const Sensors& sensors) {
   }
   const int axis = sum.y >= sum.x && sum.y >= sum.z ? 1 : sum.x >= sum.z ? 0 : 2;
   Plan plan;
-  plan.across = axis == 0 ? 2 : 0;
-  plan.down = axis == 1 ? 2 : 1;
-  plan.upwards = axis != 1;
+  // Walls have their top above; of a floor, the axis that is north (-z, or y where z is up) points upwards.
+  const int up = m.z_up ? 2 : 1, north = 3 - up;
+  plan.across = axis == 0 ? north : 0;
+  plan.down = axis == up ? north : up;
+  plan.upwards = axis != up || m.z_up;
   const Vec3 size = box.diagonal();
   const double w = size[plan.across], h = size[plan.down], n = static_cast<double>(sensors.size());
   // (w + s)(h + s) = n s^2
@@ -134,7 +137,7 @@ plan.onpointermove = event => {
 }  // namespace
 
 std::string measurement_png(const Measurement& m, const std::string& about, ColorScale scale) {
-  const Plan plan = plan_of(m.sensors);
+  const Plan plan = plan_of(m);
   if (scale.high == 0) scale = fitting_scale(levels_of(m));
   Image plot = false_color_plot(interpolate(m, plan), plan.width, plan.height, scale, "lx");
   plot.metadata["comments"] = about;
@@ -142,7 +145,7 @@ std::string measurement_png(const Measurement& m, const std::string& about, Colo
 }
 
 std::string measurement_page(const Measurement& m, const std::string& about, ColorScale scale) {
-  const Plan plan = plan_of(m.sensors);
+  const Plan plan = plan_of(m);
   std::string script = "const sensors = [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 p = m.sensors.position[i];

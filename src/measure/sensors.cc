@@ -153,6 +153,12 @@ Sensors parse_points(std::string_view text, const std::string& path, std::size_t
   return out;
 }
 
+Sensors brought_inside(Sensors sensors, const Scene& scene) {
+  for (Vec3& p : sensors.position) p = scene.inside(scene.from_file_axes(p));
+  for (Vec3& n : sensors.normal) n = scene.from_file_axes(n);
+  return sensors;
+}
+
 Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t most) {
   constexpr const char* kForm =
       "Write a plane and a spacing in metres, for example y=0.8,0.5, or -z=2,0.1 to face along -z.";
@@ -163,11 +169,14 @@ Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t m
   const std::vector<float> levels = named ? numbers_of<float>(rest.substr(2)) : std::vector<float>();
   if (levels.size() != 1) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
   const int axis = rest[0] - 'x', across = axis == 0 ? 1 : 0, along = axis == 2 ? 1 : 2;
-  const Box3 box = scene.bounds();
-  const float level = levels[0] - scene.origin()[axis];
+  // In the axes of the file, relative to the scene's origin.
+  Box3 box;
+  for (const Vec3 corner : {scene.bounds().min, scene.bounds().max}) box.grow(scene.to_file_axes(corner));
+  const Vec3 origin = scene.to_file_axes(scene.origin());
+  const float level = levels[0] - origin[axis];
   if (!(level >= box.min[axis] && level <= box.max[axis]))
     throw Error(fmt::format("the plane of --grid '{}' misses the scene, which reaches from {} to {} m", text,
-                            scene.outside(box.min)[axis], scene.outside(box.max)[axis]));
+                            box.min[axis] + origin[axis], box.max[axis] + origin[axis]));
   const Vec3 size = box.diagonal();
   const double columns = std::max(std::round(double{size[across]} / spacing), 1.0);
   const double rows = std::max(std::round(double{size[along]} / spacing), 1.0);
@@ -182,7 +191,7 @@ Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t m
       place[axis] = level;
       place[across] = static_cast<float>(box.min[across] + (i + 0.5) * size[across] / columns);
       place[along] = static_cast<float>(box.min[along] + (j + 0.5) * size[along] / rows);
-      out.add(place, normal);
+      out.add(scene.from_file_axes(place), scene.from_file_axes(normal));
     }
   return out;
 }

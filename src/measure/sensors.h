@@ -33,16 +33,18 @@ struct Sensors {
 
 inline constexpr std::size_t kMaxSensors = 20'000'000;
 
-/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. The positions
-/// are those of the text, so that the caller calls Scene::inside(). Blanks, tabs or commas separate; empty lines and
-/// lines that begin with # are skipped. Throws Error with the line for others, for numbers that are not finite and for
-/// directions of length 0.
-/// Throws MemoryError for more than `most`.
+/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. Positions and
+/// directions are those of the text, so that the caller calls brought_inside(). Blanks, tabs or commas separate; empty
+/// lines and lines that begin with # are skipped. Throws Error with the line for others, for numbers that are not
+/// finite and for directions of length 0, and MemoryError for more than `most`.
 Sensors parse_points(std::string_view text, const std::string& path, std::size_t most = kMaxSensors);
 
+/// Sensors in the coordinates and axes of the user's file, as the scene's tables have them.
+Sensors brought_inside(Sensors sensors, const Scene& scene);
+
 /// The middles of square cells of a plane within the scene's bounds. @param text "PLANE,SPACING", where PLANE is
-/// x=V, y=V or z=V (m), and -x=V, ... for sensors that face the other way. Throws Error for other texts, and where the
-/// plane misses the scene or has more than `most` cells.
+/// x=V, y=V or z=V (m, in the axes of the user's file), and -x=V, ... for sensors that face the other way. Throws Error
+/// for other texts, and where the plane misses the scene or has more than `most` cells.
 Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t most = kMaxSensors);
 
 /// Points on the front of the triangles of an object, cut into parts no longer than the spacing. @param text

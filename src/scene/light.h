@@ -73,6 +73,7 @@ struct Environment {
   /// A formula in the space of lat_long. The image is then only what directions are sampled by.
   std::optional<SkyModel> sky;
   std::shared_ptr<const EnvironmentParts> parts;  ///< null: one light source
+  bool stands_in = false;                         ///< shows a scene that has no light; it is none of the scene's own
 };
 
 }  // namespace glowworm

@@ -26,6 +26,10 @@ struct FilmRequest {
   std::uint32_t samples = 0;     ///< samples of each pixel that its path tracer takes
 };
 
+/// A vector of axes with z up in axes with y up, and back; x stays.
+inline Vec3 y_up_from_z_up(Vec3 v) { return {v.x, v.z, -v.y}; }
+inline Vec3 z_up_from_y_up(Vec3 v) { return {v.x, -v.z, v.y}; }
+
 /// The description that importers and built-in scenes fill in.
 struct SceneDescription {
   std::string name;
@@ -37,6 +41,8 @@ struct SceneDescription {
   std::optional<Environment> environment;
   std::vector<Camera> cameras;
   FilmRequest film;
+  /// The z axis of the file points up. The description has y up; the user writes coordinates with z up.
+  bool z_up = false;
   /// Emission may be decoration for a viewer that adds its own light, unless the scene is a room.
   bool emission_may_be_decoration = false;
   /// Features of the file that are not supported or were guessed; one line each.
@@ -88,6 +94,10 @@ class Scene {
   /// A position (metres) of the user's coordinates in those of the tables, and back. Vertices return unchanged.
   Vec3 inside(Vec3 place) const { return place - origin_; }
   Vec3 outside(Vec3 place) const { return place + origin_; }
+  /// A direction in the axes of the user's file (SceneDescription::z_up) in those of the tables, and back.
+  Vec3 from_file_axes(Vec3 d) const { return d_.z_up ? y_up_from_z_up(d) : d; }
+  Vec3 to_file_axes(Vec3 d) const { return d_.z_up ? z_up_from_y_up(d) : d; }
+  bool z_up() const { return d_.z_up; }
 
   /// Whether any vertex has a shading normal.
   bool smooth() const { return smooth_; }

@@ -22,7 +22,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
-static_assert(sizeof(Light) == 112 && sizeof(Environment) == 200 && sizeof(Camera) == 112);
+static_assert(sizeof(Light) == 112 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
 static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
 void add(ContentHash& hash, const Material& m) {
@@ -109,6 +109,7 @@ void add(ContentHash& hash, const Environment& e) {
   if (e.sky) hash.add(*e.sky);
   // Their function has no bytes to hash; a division into as many parts is taken to be the same.
   hash.add(e.parts ? e.parts->count : 1);
+  hash.add(e.stands_in);
 }
 
 std::uint64_t hash_geometry(const Geometry& g) {

@@ -34,6 +34,7 @@ float studio_radiance(Vec3 d) {
 Environment studio_light(const Camera& camera) {
   Environment e;
   e.name = "studio light";
+  e.stands_in = true;
   e.width = 2 * kHeight;
   e.height = kHeight;
   for (int y = 0; y < e.height; ++y)

@@ -14,12 +14,14 @@ namespace glowworm {
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
                                 const ViewState& state, const std::vector<std::string>& scene_options = {});
 
-/// A camera's position as text for --view: eye, target and up, nine numbers with commas, in the user's coordinates.
-/// @param origin Scene::origin() of its scene
-std::string view_text(const Camera& camera, Vec3 origin);
-/// A camera of the same kind, lens and field of view at the position of a --view text, named after it. Throws Error
-/// with an example if the text is not valid.
-Camera camera_of_view(const Camera& camera, const std::string& text, Vec3 origin);
+/// A camera's position as text for --view: eye, target and up, nine numbers with commas, in the coordinates and axes of
+/// the user's file.
+std::string view_text(const Camera& camera, const Scene& scene);
+/// Throws Error with an example if a --view text is not valid.
+void check_view(const std::string& text);
+/// A camera of the same kind, lens and field of view at the position of a --view text, named after it. Throws Error as
+/// check_view() does.
+Camera camera_of_view(const Camera& camera, const std::string& text, const Scene& scene);
 
 /// The scene with the lights edited as texts say (parse_light_edit()) and, where `view` is not empty, one more camera
 /// of that view, whose name is set in `camera`. The edits become part of the scene's name.

@@ -42,7 +42,8 @@ void play_sun(const ScriptLight& wanted, float step, const RigLight& light, Vec3
 }
 
 /// @param share of the whole move in a frame, @param step of the remaining move
-void play_light(const ScriptLight& wanted, bool first, float share, float step, const LightRig& rig, ViewState& state) {
+void play_light(const ScriptLight& wanted, bool first, float share, float step, const Scene& scene, const LightRig& rig,
+                ViewState& state) {
   const std::size_t i = rig.find(wanted.name);
   state.lights.resize(rig.lights().size());
   LightEdit& edit = state.lights[i];
@@ -50,8 +51,8 @@ void play_light(const ScriptLight& wanted, bool first, float share, float step, 
     edit.on = wanted.on.value_or(edit.on);
     edit.scale = wanted.scale.value_or(edit.scale);
   }
-  edit.move += wanted.move * share;
-  edit.turn += wanted.turn * (share * kDegree);
+  edit.move += scene.from_file_axes(wanted.move) * share;
+  edit.turn += scene.from_file_axes(wanted.turn) * (share * kDegree);
   const RigLight& light = rig.lights()[i];
   if ((wanted.azimuth || wanted.elevation) && length_squared(light.direction) > 0)
     play_sun(wanted, step, light, nearest_up(state.camera), edit);
@@ -99,7 +100,7 @@ void play(const Script& script, std::uint32_t frame, const Scene& scene, const L
       state.camera = orbit(state.camera, state.pivot_distance, up, orbited.x, orbited.y);
     if (looked.x != 0 || looked.y != 0) state.camera = look(state.camera, up, -looked.x, looked.y);
     if (length_squared(move.fly) > 0) state.camera = fly(state.camera, move.fly * share);
-    if (move.light) play_light(*move.light, first, share, step, rig, state);
+    if (move.light) play_light(*move.light, first, share, step, scene, rig, state);
   }
 }
 

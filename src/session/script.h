@@ -17,7 +17,7 @@ struct ScriptLight {
   std::string name;
   std::optional<bool> on;
   std::optional<float> scale;               ///< from the first frame on
-  Vec3 move{0, 0, 0}, turn{0, 0, 0};        ///< in all, spread evenly: metres, degrees about the axes
+  Vec3 move{0, 0, 0}, turn{0, 0, 0};        ///< in all, spread evenly: metres, degrees about the file's axes
   std::optional<float> azimuth, elevation;  ///< degrees at the last frame, approached evenly
 };
 

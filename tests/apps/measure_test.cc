@@ -67,7 +67,7 @@ TEST_F(MeasureTest, StopsAtTheErrorAskedFor) {
   EXPECT_GT(statistics.at("time_s").at("total"), statistics.at("time_s").at("load"));
 }
 
-TEST_F(MeasureTest, TellsOfTheCandelaOfAGltfFile) {
+TEST_F(MeasureTest, GivesTheCandelaOfAGltfFileBack) {
   // A black triangle below a light of 1000 cd.
   write("a.gltf",
         R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "extensionsUsed": ["KHR_lights_punctual"],
@@ -78,17 +78,80 @@ TEST_F(MeasureTest, TellsOfTheCandelaOfAGltfFile) {
     "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, -1, 0], "max": [1, 0, 1]}],
     "bufferViews": [{"buffer": 0, "byteLength": 36}],
     "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgL8AAIA/"}]})");
-  write("a.pts", "0 0 0  0 1 0\n");
-  const auto measure = [&](const char* scene, std::vector<std::string> more) {
-    more.insert(more.begin(), {"measure", scene, "--points", "a.pts", "--samples", "2", "--photons", "1000"});
-    return run(more);
-  };
-  const Outcome outcome = measure("a.gltf", {"-o", "-"});
+  write("a.pts", "0 0 0  0 1 0\n2 0 0  0 1 0\n");
+  const Outcome outcome =
+      run({"measure", "a.gltf", "--points", "a.pts", "--samples", "2", "--photons", "1000", "-o", "a.json"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, testing::HasSubstr("0.262 times"));
-  EXPECT_NEAR(last_row(outcome.out)[10], 262, 1);
-  EXPECT_THAT(measure("a.pbrt", {"-o", "-", "--light", "lamp.ies@0,3,0"}).err,
-              testing::Not(testing::HasSubstr("candela")));
+  const nlohmann::json points = read_json("a.json").at("points");
+  EXPECT_NEAR(points.at(0).at("E_lx").get<double>(), 1000, 1);
+  EXPECT_NEAR(points.at(1).at("E_lx").get<double>(), 1000 / (5 * std::sqrt(5.0)), 0.1);
+}
+
+TEST_F(MeasureTest, MeasuresNothingWithoutLight) {
+  const Outcome outcome =
+      run({"measure", "a.pbrt", "--points", "a.pts", "--samples", "2", "--photons", "1000", "-o", "-"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("warning: the scene has no light"));
+  EXPECT_EQ(last_row(outcome.out)[10], 0);
+}
+
+/// A room with a lamp, once with y up and once with z up.
+std::string room_of(bool z_up) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) {
+    const int x = i & 1 ? 6 : 0, up = i & 2 ? 3 : 0, back = i & 4 ? 4 : 0;
+    text += "v " + std::to_string(x) + " " + std::to_string(z_up ? back : up) + " " +
+            std::to_string(z_up ? up : -back) + "\n";
+  }
+  return text + "f 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+TEST_F(MeasureTest, TurnsSensorsAndLampsWithTheUpAxis) {
+  write("z.obj", room_of(true));
+  write("y.obj", room_of(false));
+  write("z.pts", "3 1 0.75 0 0 1\n1 2 1 1 0 0\n");
+  write("y.pts", "3 0.75 -1 0 1 0\n1 1 -2 1 0 0\n");
+  const auto measure = [&](const std::string& scene, const std::string& lamp, std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", scene, "--light", "lamp.ies@" + lamp, "--samples", "2", "--photons", "1000",
+                               "--gather", "16", "-o", "-"});
+    const Outcome outcome = run(more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.out.substr(outcome.out.find("relative_error\n"));
+  };
+  const std::vector<double> z = last_row(measure("z.obj", "3,2,2.5,0,0,-1", {"--up", "z", "--points", "z.pts"}));
+  const std::vector<double> y = last_row(measure("y.obj", "3,2.5,-2,0,-1,0", {"--points", "y.pts"}));
+  EXPECT_EQ(std::vector<double>(z.begin(), z.begin() + 6), (std::vector<double>{1, 2, 1, 1, 0, 0}));
+  EXPECT_GT(z[10], 10);
+  EXPECT_EQ(std::vector<double>(z.begin() + 6, z.end()), std::vector<double>(y.begin() + 6, y.end()));
+  // The last cell of a plane is another corner: -y where z is up, and that is z.
+  const std::vector<double> level = last_row(measure("z.obj", "3,2,2.5", {"--up", "z", "--grid", "z=0.75,1"}));
+  EXPECT_EQ(std::vector<double>(level.begin(), level.begin() + 6), (std::vector<double>{5.5, 3.5, 0.75, 0, 0, 1}));
+  EXPECT_GT(level[10], 10);
+  const Outcome info = run({"info", "z.obj", "--up", "z", "--json"});
+  ASSERT_EQ(info.status, 0) << info.err;
+  EXPECT_EQ(nlohmann::json::parse(info.out).at("bounds_m"), nlohmann::json({{0, 0, 0}, {6, 4, 3}}));
+}
+
+TEST_F(MeasureTest, WarnsOfWhatIsHardlyMeant) {
+  write("room.obj", room_of(true));
+  write("in.pts", "3 1 0.75 0 0 1\n");
+  write("below.pts", "3 1 0.75 0 0 1\n3 1 -0.75 0 0 1\n");
+  const auto told = [&](const std::string& points, const std::string& lamp, std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", "room.obj", "--up", "z", "--points", points, "--light", "lamp.ies@" + lamp,
+                               "--samples", "2", "--photons", "1000", "--gather", "16", "-o", "-"});
+    const Outcome outcome = run(more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(told("in.pts", "3,2,2.5", {}), testing::Not(HasSubstr("warning")));
+  const std::string above = told("in.pts", "3,2,3.25", {});
+  EXPECT_THAT(above, HasSubstr("no sensor sees the light \"lamp.ies\" at (3, 2, 3.25)"));
+  EXPECT_THAT(above, HasSubstr("1 of 1 sensors measured no light at all"));
+  EXPECT_THAT(told("below.pts", "3,2,2.5", {}),
+              HasSubstr("1 of 2 sensors are outside of the room, the first of them at (3, 1, -0.75)"));
+  write("in.pts", "3000 1000 750 0 0 1\n");
+  EXPECT_THAT(told("in.pts", "3000,2000,2500", {"--scale", "1000"}), HasSubstr("is its unit the metre?"));
 }
 
 TEST_F(MeasureTest, LightsBySkies) {

@@ -294,8 +294,9 @@ TEST_F(BakeCommand, SaysHowProbesNeedLessMemory) {
 TEST_F(BakeCommand, GivesLightsTheIntensityForTheUnitsOfTheFile) {
   GltfFile file;
   file.add_shown_triangle(nlohmann::json::object());
-  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 683}},
-                                                              {{"type", "directional"}, {"intensity", 683}}};
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}, {"intensity", kLuminousEfficacy}},
+      {{"type", "directional"}, {"intensity", kLuminousEfficacy}}};
   for (const int light : {0, 1})
     file.add("nodes", {{"translation", {0, 0, 2}}, {"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
   write("a.bin", file.bytes);

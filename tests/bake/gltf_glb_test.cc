@@ -422,7 +422,7 @@ TEST_F(BakedGltf, BringsLampsAndLightsToItsExposure) {
   add_lamp(file);
   file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorFactor", {0.125, 0.5, 0, 0.5}}}},
                            {"extensions", {{"KHR_materials_unlit", json::object()}}}});
-  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 683}}};
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", kLuminousEfficacy}}};
   file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   const std::string source = write_gltf(file);
   ImportOptions options;
@@ -481,7 +481,8 @@ GltfFile sunlit_floor() {
                     {"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.25, 0.1, 1}}, {"metallicFactor", 0}}},
                     {"extensions", {{"KHR_materials_specular", {{"specularFactor", 0}}}}}});
   file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {floor}}})}});
-  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}, {"intensity", 2 * 683}}};
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "directional"}, {"intensity", 2 * kLuminousEfficacy}}};
   file.add("nodes", {{"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}},
                      {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   return file;

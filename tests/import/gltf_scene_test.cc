@@ -84,10 +84,10 @@ TEST_F(GltfSceneTest, LightsBecomeRadiometric) {
                        {"rotation", {h, 0, 0, h}}});
   }
   file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
-      {{"type", "point"}, {"intensity", 683.0}, {"color", {1, 0.5, 0}}},
-      {{"type", "directional"}, {"intensity", 6830.0}},
+      {{"type", "point"}, {"intensity", kLuminousEfficacy}, {"color", {1, 0.5, 0}}},
+      {{"type", "directional"}, {"intensity", 10 * kLuminousEfficacy}},
       {{"type", "spot"},
-       {"intensity", 68.3},
+       {"intensity", kLuminousEfficacy / 10},
        {"range", 10},
        {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.4}}}}};
   const auto d = load(file);

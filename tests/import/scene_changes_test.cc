@@ -124,6 +124,24 @@ TEST_F(SceneChangesTest, ZUpAndScaleMoveEverything) {
   EXPECT_EQ(d.materials[0].bump.value, 0.125f) << "a displacement is a length";
 }
 
+TEST_F(SceneChangesTest, ZUpHoldsForPlacesOfOptions) {
+  write("lamp.ies", "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 1\n0 90\n0\n10 20\n");
+  SceneChanges changes;
+  changes.z_up = true;
+  changes.look_at = parse_look_at("4,1,2;4,3,2");
+  changes.luminaires = {path("lamp.ies") + "@1,2,3", path("lamp.ies") + "@1,2,3,0,1,0,90"};
+  const SceneDescription d = changed(changes);
+  EXPECT_TRUE(d.z_up);
+  expect_close(d.cameras[0].to_world.translation, {4, 2, -1});
+  expect_close(d.cameras[0].to_world.z, {0, 0, -1});
+  expect_close(d.cameras[0].to_world.y, {0, 1, 0});
+  ASSERT_EQ(d.lights.size(), 3u);
+  for (const std::size_t i : {1, 2}) expect_close(d.lights[i].position, {1, 3, -2});
+  expect_close(d.lights[1].direction, {0, -1, 0});
+  expect_close(d.lights[2].direction, {0, 0, -1});
+  expect_close(d.lights[2].right, {0, 1, 0});
+}
+
 TEST_F(SceneChangesTest, CamerasTakeAngleAndPlace) {
   SceneChanges changes;
   changes.field_of_view = 90;

@@ -45,11 +45,10 @@ void expect_honest_errors(const std::shared_ptr<const Scene>& scene, const Senso
   for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
     Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
     job.wait();
-    const Measurement measured = measurement_of(sensors, job.snapshot(), *scene);
+    const Film film = job.snapshot();
     for (std::size_t i = 0; i < sensors.size(); ++i) {
-      const double light = luminance(measured.irradiance[i]);
-      value[i].add(light);
-      stated[i].add(std::pow(light * measured.relative_error[i], 2));
+      value[i].add(luminance(film.radiance(i, false)));
+      stated[i].add(film.variance(i));
     }
   }
   double statistic = 0;
@@ -120,6 +119,19 @@ Film film_of(const SampleBatches& batches, const std::vector<float>& samples) {
   for (std::size_t i = 0; i < samples.size(); ++i) radiance.direct[i] = RGB(samples[i]);
   film.add({0, 0, 1, 1, 0, static_cast<std::uint32_t>(samples.size())}, radiance, {}, {});
   return film;
+}
+
+TEST(StandardErrors, OfFewBatchesAreWidenedByStudentsT) {
+  // Quantiles of tables.
+  for (const auto& [degrees, quantile] : {std::pair(1, 12.706), {2, 4.303}, {3, 3.182}, {7, 2.365}, {15, 2.131}})
+    EXPECT_NEAR(student_factor(static_cast<std::uint32_t>(degrees)), quantile / 1.96, 0.002 * quantile) << degrees;
+  EXPECT_NEAR(student_factor(100'000), 1, 1e-4);
+  // Two batches of one sample of a sensor: the stated error is the spread's by that factor.
+  Sensors sensor;
+  sensor.add({0, 0, 0}, {0, 0, 1});
+  const Scene scene(lit_floor(LightCase::sky));
+  const Measurement measured = measurement_of(sensor, film_of({3, 0}, {1, 3}), scene);
+  EXPECT_NEAR(measured.relative_error[0], student_factor(1) / 2, 1e-4);
 }
 
 TEST(FilmBatches, TellTheVarianceByTheirMeans) {

@@ -15,6 +15,7 @@
 #include "session/command_text.h"
 #include "session/display.h"
 #include "session/gizmo.h"
+#include "session/script.h"
 #include "session/session_testing.h"
 #include "session/worker.h"
 
@@ -74,7 +75,7 @@ TEST(CommandText, RendersTheSameView) {
   std::string camera;
   const auto scene =
       scene_of_view(test_scene("cornell"), {light_edit_text(session.rig().lights()[0].name, state.lights[0])},
-                    view_text(state.camera, {0, 0, 0}), camera);
+                    view_text(state.camera, session.scene()), camera);
   const Camera& read = scene->camera(camera);
   EXPECT_LT(length(read.to_world.translation - state.camera.to_world.translation), 1e-6f);
   EXPECT_LT(length(read.to_world.x - state.camera.to_world.x), 1e-5f);
@@ -92,12 +93,43 @@ TEST(CommandText, NamesPlacesAsTheFileDoes) {
   translate(d, kFarAway);
   const auto scene = std::make_shared<const Scene>(std::move(d));
   const Camera there = orbit(scene->camera(""), 2, {0, 1, 0}, 0.3f, 0.1f);
-  const std::string text = view_text(there, scene->origin());
+  const std::string text = view_text(there, *scene);
   EXPECT_THAT(text, testing::StartsWith("30000"));
   std::string camera;
   const Camera read = scene_of_view(scene, {}, text, camera)->camera(camera);
   EXPECT_LT(length(read.to_world.translation - there.to_world.translation), 1e-6f);
   EXPECT_LT(length(read.to_world.z - there.to_world.z), 1e-5f);
+}
+
+TEST(CommandText, HasTheAxesOfTheFile) {
+  SceneDescription d = builtin_scene("cornell");
+  d.z_up = true;
+  const auto scene = std::make_shared<const Scene>(std::move(d));
+  const Camera there = orbit(scene->camera(""), 2, {0, 1, 0}, 0.3f, 0.1f);
+  std::string camera;
+  const Camera read = scene_of_view(scene, {}, view_text(there, *scene), camera)->camera(camera);
+  EXPECT_LT(length(read.to_world.translation - there.to_world.translation), 1e-6f);
+  EXPECT_LT(length(read.to_world.z - there.to_world.z), 1e-5f);
+  camera.clear();
+  const Camera down = scene_of_view(scene, {}, "0.5,-0.25,3,0.5,-0.25,0,0,1,0", camera)->camera(camera);
+  EXPECT_LT(length(down.to_world.translation - Vec3{0.5f, 3, 0.25f}), 1e-6f);
+  EXPECT_LT(length(down.to_world.z - Vec3{0, -1, 0}), 1e-6f);
+  EXPECT_LT(length(down.to_world.y - Vec3{0, 0, -1}), 1e-6f);
+  // A light that moves along the file's z axis rises.
+  const LightRig rig(scene);
+  const auto height = [](const Scene& s) {
+    const std::uint32_t t = s.emissive_triangles()[0];
+    return s.geometry().positions[s.geometry().triangles[t][0]].y;
+  };
+  camera.clear();
+  const auto moved = scene_of_view(scene, {"0,move=0:0:-0.125"}, "", camera);
+  EXPECT_NEAR(height(*moved) - height(*scene), -0.125f, 1e-6f);
+  ViewState state;
+  state.camera = there;
+  play(parse_script(R"({"moves": [{"at": 0, "light": {"name": "0", "move": [0, 0, -0.25]}}]})", "a.json"), 0, *scene,
+       rig, nullptr, state);
+  EXPECT_EQ(state.lights.at(0).move, (Vec3{0, -0.25f, 0}));
+  EXPECT_THAT(render_command_text("a.obj", *scene, rig.lights(), state), HasSubstr("move=0:0:-0.25"));
 }
 
 TEST(CommandText, RejectsInvalidViewsAndLights) {

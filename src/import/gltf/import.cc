@@ -32,7 +32,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr float kLumensPerWatt = 683;  ///< luminous efficacy in Blender's exporter and importer
 constexpr int kDeepestNode = 1000;
 
 bool is_finite(const Transform& t) {
@@ -309,7 +308,7 @@ class GltfBuilder {
     const Vec3 tint = vector_of(source.color, {1, 1, 1});
     const RGB color(tint.x, tint.y, tint.z);
     light.intensity =
-        file.empty() ? color * (static_cast<float>(source.intensity) / kLumensPerWatt) : light.intensity * color;
+        file.empty() ? color * (static_cast<float>(source.intensity) / kLuminousEfficacy) : light.intensity * color;
     light.position = to_world.translation;
     light.direction = -unit_or(to_world.z, {0, 0, 1});
     if (!file.empty()) {

@@ -8,8 +8,8 @@
 namespace glowworm {
 
 /// Reads a glTF 2.0 file (Khronos, "glTF 2.0 Specification", 2021): meshes of the nodes in its scene, cameras and
-/// lights. Photometric units of KHR_lights_punctual are converted to radiometric units by 683 lm/W, as in Blender: lux
-/// to W m^-2, candela to W sr^-1. Emissive colours are radiance in W sr^-1 m^-2, also as in Blender. A surface emits
+/// lights. Photometric units of KHR_lights_punctual are converted to radiometric units by 179 lm/W: lux to
+/// W m^-2, candela to W sr^-1. Emissive colours are radiance in W sr^-1 m^-2, as in Blender. A surface emits
 /// from its front, or from both sides if it is doubleSided. Throws Error as load_scene() does.
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options);
 

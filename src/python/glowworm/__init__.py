@@ -296,8 +296,8 @@ def measure(
     photons show caustics there. The other keywords are those of render().
 
     Returns irradiance (m, 3), W m^-2, and its parts direct (from lights), indirect (from surfaces) and caustic (through
-    glass and by mirrors); illuminance (m,), lx by 179 lm/W; and relative_error (m,), the standard error of the
-    illuminance over itself. Raises Error for sensors inside of solid objects.
+    glass and by mirrors); illuminance (m,), lx by 179 lm/W; and relative_error (m,), the error of the illuminance
+    over itself, of which twice holds the truth with a chance of 95%. Raises Error for sensors inside of solid objects.
     """
     options = dict(locals())
     for name in ("scene", "points", "normals", "on_surfaces", "progress"):
