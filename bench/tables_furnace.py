@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""White materials in a white furnace by all integrators: bench/results/furnace.md.
+
+A plane that absorbs nothing, or a ball of glass, lies in light of radiance 1 from all sides. A camera looks at the plane
+at angles of 25 to 65 degrees. Every pixel should be 1.
+
+usage: tables_furnace.py [MATERIAL...]     some of the materials, by the beginning of their names
+"""
+import base64
+import json
+import os
+import struct
+import sys
+import tempfile
+
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
+import glowworm  # noqa: E402
+
+ALPHAS = (0.0, 0.3, 1.0)
+EYE = (0, 2, 2)
+# Samples are for a standard error of about 0.002.
+INTEGRATORS = {
+    "path": {"integrator": "path", "samples": 64},
+    "gather": {"integrator": "gather", "samples": 4, "photons": 100_000},
+    "gather, engine knn": {"integrator": "gather", "engine": "knn", "samples": 4, "photons": 100_000},
+    "photons": {"integrator": "photons", "samples": 16, "photons": 100_000},
+}
+HEAD = """# White materials in a furnace
+
+Written by `bench/tables_furnace.py`. A plane that absorbs nothing, or a ball of glass, in light of radiance 1 from all
+sides; the plane is seen at angles of 25 to 65 degrees: mean over pixels and its standard error by pixels. It should be 1.
+Pixels near each other see the same photons, so that the errors of photons are larger than stated.
+
+| material | alpha | %s |
+| --- | ---: | %s |
+"""
+PBRT = """LookAt 0 2 2  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+Material "%s" %s
+%s
+"""
+PLANE = 'Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-5 0 5  5 0 5  5 0 -5  -5 0 -5]'
+BALL = 'Shape "sphere" "float radius" 1.5'
+
+
+def numbers(**values):
+    return " ".join(f'"float {name}" {value}' for name, value in values.items())
+
+
+def pbrt(kind, extra="", shape=PLANE):
+    """A material of pbrt, by its alpha."""
+    own = '"bool remaproughness" false ' + extra
+    return lambda alpha: (".pbrt", PBRT % (kind, own + numbers(roughness=alpha), shape))
+
+
+def lacquered(coat):
+    white = '"rgb reflectance" [1 1 1] "integer maxdepth" 500 "bool remaproughness" false '
+    return lambda alpha: (".pbrt", PBRT % ("coatedconductor", white + numbers(**{
+        "conductor.roughness": alpha, "interface.roughness": coat, "thickness": 0}), PLANE))
+
+
+def gltf(metallic=0.0, **extensions):
+    """A material of glTF, by its alpha, in a glowing box. Factors that are None are the roughness."""
+    def write(alpha):
+        roughness = alpha ** 0.5
+        factors = {"KHR_materials_" + name: {key: roughness if value is None else value for key, value in factor.items()}
+                   for name, factor in extensions.items()}
+        plane = [-5, 0, 5, 5, 0, 5, 5, 0, -5, -5, 0, -5]
+        box = [x for i in range(8) for x in (12 * (i & 1) - 6, 4 * (i & 2) - 4, 3 * (i & 4) - 6)]
+        corners = [0, 1, 2, 0, 2, 3]
+        # The walls face inwards.
+        walls = [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3]
+        data = b"".join((struct.pack(f"<{len(x)}f", *x) for x in (plane, box)))
+        data += b"".join(struct.pack(f"<{len(x)}H", *x) for x in (corners, walls))
+        views, at = [], 0
+        for length in (48, 96, 12, 72):
+            views.append({"buffer": 0, "byteOffset": at, "byteLength": length})
+            at += length
+        counts = ((4, "VEC3", 5126), (8, "VEC3", 5126), (6, "SCALAR", 5123), (36, "SCALAR", 5123))
+        accessors = [{"bufferView": i, "count": n, "type": kind, "componentType": number}
+                     for i, (n, kind, number) in enumerate(counts)]
+        for i, bound in ((0, (5, 0, 5)), (1, (6, 4, 6))):
+            accessors[i].update(min=[-x for x in bound], max=list(bound))
+        black = {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0},
+                 "emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
+        white = {"pbrMetallicRoughness": {"metallicFactor": metallic, "roughnessFactor": roughness}, "doubleSided": True,
+                 "extensions": factors}
+        meshes = [{"primitives": [{"attributes": {"POSITION": i}, "indices": i + 2, "material": i}]} for i in (0, 1)]
+        uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+        return ".gltf", json.dumps({
+            "asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "scene": 0, "nodes": [{"mesh": 0}, {"mesh": 1}],
+            "meshes": meshes, "materials": [white, black], "accessors": accessors, "bufferViews": views,
+            "buffers": [{"byteLength": len(data), "uri": uri}],
+            "extensionsUsed": ["KHR_materials_specular", *factors]})
+    return write
+
+
+WHITE = '"rgb reflectance" [1 1 1] '
+MATERIALS = {
+    "metal": pbrt("conductor", WHITE),
+    "glass ball": pbrt("dielectric", shape=BALL),
+    "plastic": pbrt("coateddiffuse", WHITE + '"float thickness" 0 "integer maxdepth" 500 '),
+    "metal under a smooth coat": lacquered(0),
+    "metal under a coat of alpha 0.3": lacquered(0.3),
+    "glTF dielectric": gltf(),
+    "glTF half metal": gltf(0.5),
+    "glTF metal": gltf(1.0),
+    "glTF metal, smooth clearcoat": gltf(1.0, clearcoat={"clearcoatFactor": 1}),
+    "glTF dielectric, rough clearcoat": gltf(clearcoat={"clearcoatFactor": 1, "clearcoatRoughnessFactor": None}),
+    "glTF thin glass": gltf(transmission={"transmissionFactor": 1}),
+    "glTF sheen": gltf(sheen={"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": None}),
+    "glTF diffuse transmission": gltf(diffuse_transmission={"diffuseTransmissionFactor": 0.5}),
+    "glTF iridescence": gltf(1.0, iridescence={"iridescenceFactor": 1}),
+    "glTF anisotropy": gltf(1.0, anisotropy={"anisotropyStrength": 0.7}),
+}
+
+
+def furnace(folder, material, alpha):
+    suffix, text = material(alpha)
+    path = os.path.join(folder, "furnace" + suffix)
+    with open(path, "w") as file:
+        file.write(text)
+    return glowworm.Scene.load(path)
+
+
+def main(wanted):
+    rows = []
+    camera = glowworm.Camera(EYE, (0, 0, 0), field_of_view=40)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, material in MATERIALS.items():
+            if wanted and not name.startswith(tuple(wanted)):
+                continue
+            for alpha in ALPHAS:
+                scene = furnace(folder, material, alpha)
+                cells = []
+                for chosen in INTEGRATORS.values():
+                    # Paths in rough glass have much noise, and cost little.
+                    more = 16 if name.startswith("glass") else 1
+                    settings = {**chosen, "samples": more * chosen["samples"]}
+                    picture = glowworm.render(scene, camera=camera, size=(16, 16), filter=False, progress=False, **settings)
+                    values = picture.image.mean(axis=2).ravel()
+                    cells.append(f"{values.mean():.4f} +- {values.std() / len(values) ** 0.5:.4f}")
+                rows.append(f"| {name} | {alpha} | {' | '.join(cells)} |")
+                print(rows[-1], flush=True)
+    with open(os.path.join(ROOT, "bench/results/furnace.md"), "w") as page:
+        page.write(HEAD % (" | ".join(INTEGRATORS), " | ".join("---:" for _ in INTEGRATORS)) + "\n".join(rows) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
