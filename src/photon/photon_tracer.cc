@@ -1,6 +1,8 @@
 #include "photon/photon_tracer.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <span>
@@ -127,7 +129,10 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   if (!settings.only_caustic) pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
   ChunkTracers tracers({&tracer, &settings, false});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
-  std::uint64_t next_chunks = std::max<std::uint64_t>(1, settings.photons / 8 / kPathsPerChunk);
+  // The first paths, of which each may store so many photons; but the first chunk tells whether they store far more.
+  constexpr std::uint64_t kPhotonsAPath = 8;
+  const std::uint64_t first_chunks = std::max<std::uint64_t>(1, settings.photons / kPhotonsAPath / kPathsPerChunk);
+  std::uint64_t next_chunks = 1;
   while (pass.stored < settings.photons && pass.emitted < limit) {
     const std::uint64_t first = pass.emitted / kPathsPerChunk, end = first + next_chunks;
     if (settings.shared)
@@ -144,6 +149,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
     const std::uint64_t left = (limit - std::min(limit, pass.emitted) + kPathsPerChunk - 1) / kPathsPerChunk;
     const std::uint64_t longest = std::min(settings.photons / kPathsPerChunk + 1, left);
     next_chunks = std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1, longest);
+    if (end == 1 && first_chunks > 1 && next_chunks + 1 >= first_chunks) next_chunks = first_chunks - 1;
   }
   if (!settings.demand) pass.used_by_light = pass.stored_by_light;
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));
@@ -152,14 +158,16 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   return pass;
 }
 
-std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSettings& settings, std::uint64_t first,
-                                   std::size_t count) {
-  std::vector<PilotPath> paths(count);
-  ChunkTracers tracers({&tracer, &settings, true});
-  const double power = tracer.scene().light_power().total();
-  parallel_for(0, count, kPathsPerChunk, [&](std::size_t begin, std::size_t end) {
+namespace {
+
+/// Traces paths [first, first + paths.size()) of a pilot pass. Returns how many photons they store.
+std::uint64_t trace_pilot_paths(ChunkTracers& tracers, double power, const PhotonPassSettings& settings,
+                                std::uint64_t first, std::span<PilotPath> paths) {
+  std::atomic<std::uint64_t> stored = 0;
+  parallel_for(0, paths.size(), kPathsPerChunk, [&](std::size_t begin, std::size_t end) {
     PhotonChunk chunk;
     tracers.trace(first + begin, end - begin, chunk);
+    stored += chunk.count;
     for (std::size_t i = 0; i < chunk.numbers.size(); ++i) {
       paths[begin + i].numbers = chunk.numbers[i];
       paths[begin + i].density = 1 / chunk.guide_weight[i];
@@ -171,6 +179,33 @@ std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSetting
           static_cast<float>(demand * luminance(chunk.flux[i]) / static_cast<double>(chunk.guide_weight[path]) / power);
     }
   });
+  return stored;
+}
+
+}  // namespace
+
+std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSettings& settings, std::uint64_t first,
+                                   std::size_t count, std::uint64_t& photons_left) {
+  ChunkTracers tracers({&tracer, &settings, true});
+  const double power = tracer.scene().light_power().total();
+  std::vector<PilotPath> paths;
+  std::uint64_t stored = 0;
+  while (paths.size() < count && photons_left > 0) {
+    // The first chunk tells how many paths store the photons that are left.
+    const double each = static_cast<double>(stored) / static_cast<double>(std::max<std::size_t>(1, paths.size()));
+    std::size_t wave = std::min(count - paths.size(), kPathsPerChunk);
+    if (!paths.empty()) {
+      const double chunks = static_cast<double>(photons_left) / std::max(each, 1e-6) / kPathsPerChunk;
+      wave = static_cast<std::size_t>(
+          std::min(static_cast<double>(count - paths.size()), std::ceil(chunks) * static_cast<double>(kPathsPerChunk)));
+    }
+    const std::size_t before = paths.size();
+    paths.resize(before + wave);
+    const std::uint64_t more =
+        trace_pilot_paths(tracers, power, settings, first + before, std::span(paths).subspan(before));
+    stored += more;
+    photons_left -= std::min(photons_left, more);
+  }
   return paths;
 }
 

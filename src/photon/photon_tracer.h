@@ -61,10 +61,12 @@ struct PhotonPass {
 /// number. Adds to Phase::trace_photons and counts photons_emitted and photons_stored.
 PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& settings, Statistics& statistics);
 
-/// Traces `count` paths of a pilot pass, from path `first` on, with settings.guide. A path's score is its contribution
-/// to settings.demand (everywhere 1 if null) in units of one photon's share of all power, without the guide's factor.
-/// PilotPath::density is that of the guide only. The result does not depend on the number of threads.
+/// Traces `count` paths of a pilot pass, from path `first` on, with settings.guide; fewer, in whole chunks, if they
+/// store `photons_left` photons before, as paths do that bounce on and on in a closed white room. Takes what they store
+/// off `photons_left`. A path's score is its contribution to settings.demand (everywhere 1 if null) in units of one
+/// photon's share of all power, without the guide's factor. PilotPath::density is that of the guide only. The result
+/// does not depend on the number of threads.
 std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSettings& settings, std::uint64_t first,
-                                   std::size_t count);
+                                   std::size_t count, std::uint64_t& photons_left);
 
 }  // namespace glowworm

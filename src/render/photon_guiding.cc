@@ -20,7 +20,8 @@ constexpr std::uint32_t kPilotGatherRays = 6;
 constexpr int kRounds = 4;
 /// Continues with more rounds while less than this share of a round's paths contribute.
 constexpr double kHardShare = 0.2;
-/// Paths of a round: a share of the wanted photons, within bounds.
+/// Paths of a round: a share of the wanted photons, within bounds. Learning ends when its paths have stored so many
+/// photons each.
 constexpr std::uint64_t kPhotonsAPath = 8, kMinPaths = 16384, kMaxPaths = 65536;
 /// If fewer of the first paths than this contribute, more are emitted.
 constexpr std::size_t kMinHits = 128;
@@ -143,14 +144,19 @@ EmissionGuide learn_emission(const Tracer& tracer, PhotonPassSettings pilot, con
   std::vector<EmissionGuide> guides;
   std::vector<std::size_t> counts;
   double share = 0;  // share of contributing paths in the last round
+  // Paths of a closed white room would bounce on and on.
+  std::uint64_t photons_left =
+      kPhotonsAPath * learning.count * (learning.most_in_first + static_cast<std::size_t>(learning.most_rounds));
   for (int round = 0; round < kRounds || (round < learning.most_rounds && share < kHardShare); ++round) {
+    if (photons_left == 0) break;
     const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts, learning.floor);
     pilot.guide = &guide;
     const std::size_t before = paths.size();
     do {
-      const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), learning.count);
+      const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), learning.count, photons_left);
       paths.insert(paths.end(), more.begin(), more.end());
-    } while (round == 0 && count_hits(paths) < kMinHits && paths.size() < learning.most_in_first * learning.count);
+    } while (round == 0 && count_hits(paths) < kMinHits && paths.size() < learning.most_in_first * learning.count &&
+             photons_left > 0);
     guides.push_back(guide);
     counts.push_back(paths.size() - before);
     share = static_cast<double>(count_hits(std::span(paths).subspan(before))) / static_cast<double>(counts.back());

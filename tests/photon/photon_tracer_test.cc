@@ -8,6 +8,7 @@
 
 #include "builtin/builtin.h"
 #include "core/parallel.h"
+#include "photon/photon_chunk.h"
 #include "scene/scene_parts.h"
 #include "support/scene_test_name.h"
 
@@ -144,6 +145,21 @@ TEST(PhotonTracer, EndsIfNothingCanBeStored) {
   EXPECT_EQ(pass.global.size(), 0u);
   EXPECT_GT(pass.emitted, 0u);
   EXPECT_DOUBLE_EQ(pass.balance.escaped[0], pass.balance.emitted[0]);
+}
+
+/// Nothing takes the light away: every path bounces as often as it may.
+TEST(PhotonTracer, EndsInAClosedWhiteRoom) {
+  SceneDescription d = builtin_scene("furnace-box");
+  for (Material& m : d.materials) m.reflectance.value = RGB(1.0f);
+  const Scene scene(std::move(d));
+  const PhotonPass pass = shoot(scene, 500'000);
+  EXPECT_GE(pass.global.size(), 500'000u);
+  EXPECT_EQ(pass.emitted, kPathsPerChunk);
+  const Tracer tracer(scene);
+  PhotonPassSettings settings;
+  std::uint64_t left = 500'000;
+  EXPECT_EQ(trace_pilot(tracer, settings, 0, 16 * kPathsPerChunk, left).size(), kPathsPerChunk);
+  EXPECT_EQ(left, 0u);
 }
 
 TEST(PhotonTracer, CausticPhotonsArriveOnlyBySharpBounces) {
