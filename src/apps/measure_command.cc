@@ -215,6 +215,9 @@ int run_measure(MeasureOptions& o) {
   job.statistics().add_time(Phase::build_accel, std::chrono::duration<double>(built - loaded).count());
   job.statistics().add_time(Phase::total, std::chrono::duration<double>(built - start).count());
   write_results(o, sensors, job, *tracer, files);
+  if (job.samples_not_finite() > 0)
+    warn(fmt::format("{} samples are black, because their light was beyond what can be summed",
+                     job.samples_not_finite()));
   return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 0;
 }
 

@@ -230,7 +230,8 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
   if (!o.report.statistics.empty())
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
   if (job.samples_not_finite() > 0)
-    warn(fmt::format("{} camera samples are black, because their light was not finite", job.samples_not_finite()));
+    warn(fmt::format("{} camera samples are black, because their light was beyond what pictures hold",
+                     job.samples_not_finite()));
   const RenderSettings settings = job.settings();
   const double target = settings.noise_target, photons = std::sqrt(job.photon_variance());
   if (target > 0 && std::hypot(noise_left_to_samples(target, job.photon_variance()), photons) > 1.1 * target)

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/exact_sum.h"
+#include "core/radiance_range.h"
 #include "gather/camera_pass.h"
 #include "points/gather_points.h"
 #include "render/settings.h"
@@ -27,7 +27,7 @@ struct SampleBatches {
 class Film {
  public:
   /// Most samples of a pixel; more could overflow the sums.
-  static constexpr std::uint32_t kMaxSamples = 1u << ExactSum<Int128, 64>::kTermBits;
+  static constexpr std::uint32_t kMaxSamples = 1u << RadianceSum::kTermBits;
 
   /// @param indirect_only the image is the indirect light only
   /// @param layers        keep the parts of the light, and the first hits, apart; without them mean() and depth() are
@@ -169,7 +169,7 @@ class Film {
 
  private:
   /// Radiance with resolution 5e-20, up to 3e11 W sr^-1 m^-2.
-  using LightSum = ExactSum<Int128, 64>;
+  using LightSum = RadianceSum;
   /// Squares of luminance with resolution 9e-16, up to 4e15.
   using SquareSum = ExactSum<Int128, 50>;
   /// Albedo and normal, within [-1, 1], with resolution 4e-12.

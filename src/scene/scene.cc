@@ -178,6 +178,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   material_is_pane_ = find_panes(d_.materials);
   find_repeated();
   find_light_sources();
+  check_dimness(d_, radius_);
   if (light_power_.total() > 0) return;
   if (has_lights(d_, *geometry_)) {
     d_.notes.push_back("all lights of the scene are black");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/radiance_range.h"
 
 namespace glowworm {
 
@@ -110,15 +111,15 @@ void check_materials(const SceneDescription& d) {
 }
 
 /// @param what names the light
-void check_brightness(RGB value, const std::string& what) {
+void check_brightness(RGB value, float most, const std::string& what) {
   const auto numbers = [&] { return fmt::format("({:g}, {:g}, {:g})", value.r, value.g, value.b); };
   if (!is_finite(value))
     throw Error(fmt::format("{} has values that are not finite: {}", what, numbers()), kImporterRemedy);
   // A component may be negative: spectral colours lie outside the triangle of red, green and blue.
   if (luminance(value) < 0)
     throw Error(fmt::format("{} is negative: {}", what, numbers()), "Give it a positive value.");
-  if (std::max({std::abs(value.r), std::abs(value.g), std::abs(value.b)}) > kMaxLight)
-    throw Error(fmt::format("{} is brighter than {:g}: {}", what, kMaxLight, numbers()), "Give it a smaller value.");
+  if (std::max({std::abs(value.r), std::abs(value.g), std::abs(value.b)}) > most)
+    throw Error(fmt::format("{} is brighter than {:g}: {}", what, most, numbers()), "Give it a smaller value.");
 }
 
 }  // namespace
@@ -155,7 +156,7 @@ void check_lights(const SceneDescription& d) {
     if (light.kind == LightKind::luminaire && !light.table)
       throw Error(fmt::format("{} has no table of intensities", what), kImporterRemedy);
     check_brightness(light.kind == LightKind::luminaire ? light.intensity * light.table->greatest() : light.intensity,
-                     what);
+                     kMaxLight, what);
     check_within_bounds(light.position, what);
     if (!is_finite(light.direction))
       throw Error(fmt::format("{} has values that are not finite", what), kImporterRemedy);
@@ -164,16 +165,35 @@ void check_lights(const SceneDescription& d) {
     if (light.kind == LightKind::luminaire && !(length_squared(cross(light.direction, light.right)) > 0))
       throw Error(fmt::format("{} aims along its own right side", what), kImporterRemedy);
   }
-  for (const Emission& e : d.emissions) check_brightness(e.radiance.value, fmt::format("emission \"{}\"", e.name));
+  for (const Emission& e : d.emissions)
+    check_brightness(e.radiance.value, kMaxRadiance, fmt::format("emission \"{}\"", e.name));
   if (!d.environment) return;
   const Environment& e = *d.environment;
   const std::string what = fmt::format("environment \"{}\"", e.name);
-  check_brightness(e.scale, what);
+  check_brightness(e.scale, kMaxLight, what);
   if (e.width < 0 || e.height < 0 ||
       e.pixels.size() != static_cast<std::size_t>(e.width) * static_cast<std::size_t>(e.height))
     throw Error(fmt::format("{} has {} pixels, but {} x {} were expected", what, e.pixels.size(), e.width, e.height));
   if (!(std::abs(e.to_world.determinant()) > 0) || !std::isfinite(e.to_world.determinant()))
     throw Error(fmt::format("{} has a transform without an inverse", what), kImporterRemedy);
+}
+
+void check_dimness(const SceneDescription& d, float radius) {
+  float brightest = 0;
+  for (const Emission& e : d.emissions) brightest = std::max(brightest, max_component(e.radiance.value));
+  // What a light without extent sends to a distance of a metre, or to the far end of a smaller scene.
+  for (const Light& light : d.lights) {
+    const float most = max_component(light.intensity) * (light.table ? light.table->greatest() : 1);
+    const float squared = light.kind == LightKind::directional ? 1.0f : std::min(1.0f, radius * radius);
+    brightest = std::max(brightest, most / squared);
+  }
+  if (d.environment)
+    for (const RGB& texel : d.environment->pixels)
+      brightest = std::max(brightest, max_component(texel * d.environment->scale));
+  if (brightest > 0 && brightest < kMinRadiance)
+    throw Error(fmt::format("the brightest light has {:g} W sr^-1 m^-2; pictures resolve light of {:g} or more",
+                            brightest, kMinRadiance),
+                "Multiply all lights by one factor, and divide the picture by it.");
 }
 
 void check_cameras(const SceneDescription& d) {

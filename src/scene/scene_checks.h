@@ -10,7 +10,8 @@ namespace glowworm {
 /// distances by areas of triangles: beyond 7e12 m these products overflow, and for fine meshes below 1e-11 m they
 /// vanish.
 inline constexpr float kMaxCoordinate = 1e12f, kMinSceneSize = 1e-9f;
-/// Maximum radiance, intensity or irradiance of a light, so that sums over lights and samples stay finite.
+/// Maximum intensity or irradiance of a light, so that sums over lights and samples stay finite. kMaxRadiance bounds
+/// radiance.
 inline constexpr float kMaxLight = 1e30f;
 
 /// The work of one lookup of a texture node.
@@ -35,6 +36,8 @@ void check_within_bounds(Vec3 p, const std::string& what);
 void check_description(const SceneDescription& description);
 /// The same for only lights and cameras, as in a SceneEdit.
 void check_lights(const SceneDescription& description);
+/// Throws Error if even the brightest light is too dim for pictures, but not black. @param radius of the scene, metres
+void check_dimness(const SceneDescription& description, float radius);
 void check_cameras(const SceneDescription& description);
 
 }  // namespace glowworm

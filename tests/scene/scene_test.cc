@@ -578,10 +578,27 @@ TEST(SceneChecks, LightsAreNeitherNegativeNorInfinite) {
   // Within bounds by themselves, but not over the area.
   EXPECT_THAT(refusal_of([](D& d) {
                 for (Vec3& p : d.geometry.positions) p = p * 1e9f;
-                d.emissions.push_back({"tube", {RGB(1e30f)}, false});
-                d.geometry.emission.assign(d.geometry.triangles.size(), 0);
+                d.lights[0].kind = LightKind::directional;
+                d.lights[0].intensity = RGB(1e30f);
               }),
               HasSubstr("a light has a power of"));
+}
+
+TEST(SceneChecks, LightsAreWithinTheRangeOfPictures) {
+  const auto refusal_of_tube = [](float radiance) {
+    return refusal_of([&](SceneDescription& d) {
+      d.lights.clear();
+      d.emissions.push_back({"tube", {RGB(radiance)}, false});
+      d.geometry.emission.assign(d.geometry.triangles.size(), 0);
+    });
+  };
+  EXPECT_EQ(refusal_of_tube(2.7e11f), "");
+  EXPECT_THAT(refusal_of_tube(6e12f), HasSubstr("emission \"tube\" is brighter than 2.74878e+11"));
+  EXPECT_EQ(refusal_of_tube(1e-12f), "");
+  EXPECT_THAT(refusal_of_tube(1e-38f), HasSubstr("the brightest light has 1e-38 W sr^-1 m^-2"));
+  EXPECT_EQ(refusal_of([](SceneDescription& d) { d.lights[0].intensity = RGB(1e-11f); }), "");
+  EXPECT_THAT(refusal_of([](SceneDescription& d) { d.lights[0].intensity = RGB(1e-38f); }),
+              HasSubstr("the brightest light has"));
 }
 
 TEST(SceneChecks, EditsAreCheckedToo) {
