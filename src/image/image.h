@@ -93,7 +93,7 @@ void check_not_empty(const std::string& path, const Image& image);
 
 /// How numbers are stored in an EXR file.
 enum class ExrPrecision {
-  half,   ///< 16-bit floats, clamped to their range. The channel "depth.Z" stays 32-bit.
+  half,  ///< 16-bit floats, but 32-bit ones in layers of depths, positions, ids, and numbers beyond the range of halves
   single  ///< 32-bit floats
 };
 
