@@ -11,6 +11,7 @@
 #include "core/random.h"
 #include "render/aov.h"
 #include "render/render_testing.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 namespace {
@@ -52,6 +53,40 @@ TEST(Filtered, PicturesHaveLessErrorAndEstimateIt) {
   const double error = true_error(filtered, reference);
   EXPECT_LT(error, true_error(unfiltered, reference));
   EXPECT_NEAR(relative_error(filtered), error, 0.3 * error);
+}
+
+/// Seen from 2 m: a surface of 2 x 2 m, and before it a lamp of 0.3 m that shines on it from the given distance.
+SceneDescription lamp_before_a_wall(float distance) {
+  SceneDescription d;
+  d.materials.resize(2);
+  d.materials[0].reflectance.value = RGB(0.5f);
+  d.materials[1].reflectance.value = RGB(0.0f);
+  add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+  add_quad(d, {-0.15f, -0.15f, distance}, {0.02f, 0.3f, 0}, {0.3f, -0.02f, 0}, 1, add_emission(d, RGB(100.0f)));
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 2, 1));
+  return d;
+}
+
+/// Only a few samples beside the lamp meet bright light. If it spreads, the lamp has a halo. Stratified samples err
+/// about half as much as their spread says, by which the filter compares pixels.
+TEST(Filtered, LampsNearSurfacesHaveNoHalo) {
+  for (const float distance : {0.002f, 0.01f}) {
+    const Stage stage(lamp_before_a_wall(distance));
+    const FilmPicture reference = unfiltered_picture(stage.render(filtered_render(32, 100)), false);
+    // Of the pixels that are dark beside those next to the lamp.
+    const auto error = [&](const FilmPicture& picture) {
+      double sum = 0;
+      for (std::size_t i = 0; i < picture.radiance.size(); ++i)
+        if (const float right = luminance(reference.radiance[i]); right < 5 * distance)
+          sum += std::abs(luminance(picture.radiance[i]) - right);
+      return sum;
+    };
+    for (const std::uint32_t samples : {2U, 8U}) {
+      const Film film = stage.render(filtered_render(32, samples));
+      EXPECT_LT(error(filtered_picture(film, false)), 2 * error(unfiltered_picture(film, false)))
+          << distance << " m, " << samples << " samples";
+    }
+  }
 }
 
 /// Pixels of luminance 0.1, of which every hundredth sample is 10 and all others 0. The few bright pixels must not pass
