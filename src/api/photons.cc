@@ -60,7 +60,7 @@ Photons trace_photons(const Scene& scene, const PhotonOptions& options) {
   PhotonPassSettings settings;
   settings.photons = options.photons;
   settings.seed = options.seed;
-  settings.only_caustic = options.caustic;
+  if (options.caustic) settings.choice = PhotonChoice::caustic;
   settings.on_all_surfaces = true;
   Statistics statistics;
   const MaybeInterrupted scope(options.interrupt);

@@ -172,7 +172,9 @@ std::string describe(const RenderSettings& asked, const RenderSettings& s, const
   text += open_ended        ? ", unlimited samples"
           : s.part.is_all() ? fmt::format(", {} samples", s.samples)
                             : fmt::format(", samples {} to {} of {}", range.first + 1, range.end, s.samples);
-  if (s.integrator == Integrator::path) return text + ", path tracing";
+  if (s.integrator == Integrator::path)
+    return text + ", path tracing" +
+           (s.photons > 0 ? fmt::format(", {} photons a sample for lights that mirrors or glass bend", s.photons) : "");
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
   if (s.photons_traced > s.photons)
     text += fmt::format(", {} photons thinned to {}", s.photons_traced, s.photons);

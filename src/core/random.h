@@ -23,9 +23,11 @@ inline std::uint32_t hash_combine(std::uint32_t seed, std::uint32_t value) {
 /// Purposes of random numbers. A purpose is part of a sequence's hash, so that streams are independent of each other.
 /// Changing a value changes the picture. (The bytes are four letters of the name.)
 enum RandomStream : std::uint32_t {
+  kAirStream = 0x61697270,          ///< photons for points in air
   kBoundaryStream = 0x626f756e,     ///< share of a photon's disc that lies on its surface
   kBrightPatchStream = 0x62726967,  ///< gather rays towards bright patches
   kCameraStream = 0x63616d65,       ///< camera rays
+  kChosenStream = 0x63686f73,       ///< photons of a PhotonChoice
   kGatherStream = 0x67617468,       ///< gather rays
   kGatherAgainStream = 0x61676169,  ///< secondary gather rays
   kGuideStream = 0x67756964,        ///< gather rays that the guide of gather rays learns from
@@ -33,6 +35,7 @@ enum RandomStream : std::uint32_t {
   kLobeStream = 0x6c6f6265,         ///< the lobe of a gather ray
   kPathStream = 0x70617468,         ///< the path tracer
   kPhotonStream = 0x70686f74,       ///< photons
+  kPhotonEndStream = 0x70656e64,    ///< photons of very long paths, which end at random
   kPhotonNoiseStream = 0x6e6f6973,  ///< samples that measure the noise of photons
   kPhotonSignStream = 0x7369676e,   ///< signs of photons that measure their noise
   kPilotStream = 0x70696c6f,        ///< pilot passes of photons

@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
+#include "core/roulette.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
 #include "kernels/sobol.h"
@@ -27,8 +28,6 @@ constexpr int kBlock = CameraTask::kBlock;
 constexpr int kSquare = CameraTask::kSquare;
 /// Slot of a camera ray that only fills a packet; its pixel is not of the task.
 constexpr std::uint32_t kNoSlot = 0xffffffffu;
-/// Russian roulette begins after this many sharp bounces, and paths end after so many.
-constexpr int kRouletteAfter = 4, kMaxSharpBounces = 32;
 /// Up to this many bounces, surface samples follow both reflection and refraction by clear glass. With a random choice,
 /// a lamp that is rarely chosen would make single bright pixels.
 constexpr int kSplitBounces = 4;
@@ -304,7 +303,7 @@ class BlockTracer {
       return false;
     }
     path.throughput *= 1 / (1 - broad_probability);
-    return bounce < kMaxSharpBounces && follow(path, ray, point, bsdf, wo, bounce);
+    return follow(path, ray, point, bsdf, wo, bounce);
   }
 
   void add_emission(const CameraPath& path, const SurfacePoint& point, Vec3 wo) {
@@ -349,12 +348,14 @@ class BlockTracer {
     const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
     const Vec2 u{sampler.next1(), u_light.y};
-    const LightSample sample = sample_light(tracer_.scene(), point.position, {0, 0, 0}, u_light.x, u);
-    const UnoccludedLight light = reflected_light(tracer_.scene(), sample, point, bsdf, wo, kSharp, {1, 1});
-    if (!is_black(light.radiance))
-      radiance_.add(radiance_.direct, path.slot,
-                    path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
-    return survives(path, path.throughput * s.weight, bounce) && leave(path, ray, point, s, s.weight);
+    if (takes_light_samples(bsdf)) {
+      const LightSample sample = sample_light(tracer_.scene(), point.position, {0, 0, 0}, u_light.x, u);
+      const UnoccludedLight light = reflected_light(tracer_.scene(), sample, point, bsdf, wo, kSharp, {1, 1});
+      if (!is_black(light.radiance))
+        radiance_.add(radiance_.direct, path.slot,
+                      path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+    }
+    return survives(path, path.throughput * s.weight, kLeastOfChains, bounce) && leave(path, ray, point, s, s.weight);
   }
 
   /// Continues through the sharp lobes, for lamps that are seen through them.
@@ -378,16 +379,16 @@ class BlockTracer {
       }
     }
     const ScatteredRay s = surface.sample(wo, u_lobe, u, kSharp);
-    // Not by throughput: that of split paths is small, and would end them.
-    return survives(path, s.weight, bounce) && leave(path, ray, point, s, s.weight);
+    // Not by throughput: that of split paths is small, and would end them. The first bounces are not left to chance.
+    return (bounce < kSplitBounces || survives(path, s.weight, 1, bounce)) && leave(path, ray, point, s, s.weight);
   }
 
   /// Russian roulette by the largest component of a weight.
-  static bool survives(CameraPath& path, RGB weight, int bounce) {
-    if (bounce < kRouletteAfter) return true;
-    const float survival = std::min(0.95f, max_component(weight));
-    if (!(survival > 0) || path.sampler.next1() >= survival) return false;
-    path.throughput *= 1 / survival;
+  static bool survives(CameraPath& path, RGB weight, float least, int bounce) {
+    const float probability = survival(max_component(weight), least, bounce + 1);
+    if (probability >= 1) return true;
+    if (!(probability > 0) || path.sampler.next1() >= probability) return false;
+    path.throughput *= 1 / probability;
     return true;
   }
 

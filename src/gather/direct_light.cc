@@ -62,6 +62,12 @@ UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, co
   return out;
 }
 
+bool takes_light_samples(const Bsdf& bsdf) {
+  const bool one_roughness = bsdf.kind == BsdfKind::conductor || bsdf.kind == BsdfKind::dielectric;
+  return !(bsdf.kind == BsdfKind::thin_dielectric ||
+           (one_roughness && std::max(bsdf.alpha_x, bsdf.alpha_y) < kSmoothAlpha));
+}
+
 std::uint32_t default_light_samples(std::uint32_t gather_rays) {
   return std::clamp<std::uint32_t>(gather_rays / 3, 2, 16);
 }

@@ -37,6 +37,10 @@ UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, co
                                 const Bsdf& bsdf, Vec3 wo, Lobes lobes, LightSampleCounts counts = {},
                                 const GatherDensity* density = nullptr);
 
+/// Whether light samples may reach some of the viewer. None do from a perfectly smooth surface, so that choosing a
+/// light for it is wasted. Mixtures of smooth lobes with others count as reached.
+bool takes_light_samples(const Bsdf& bsdf);
+
 /// The default number of light samples of a gather point for a number of gather rays.
 std::uint32_t default_light_samples(std::uint32_t gather_rays);
 

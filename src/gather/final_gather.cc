@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
+#include "core/roulette.h"
 #include "gather/direct_light.h"
 #include "gather/gather_rays.h"
 #include "scene/light_sampling.h"
@@ -15,9 +16,6 @@
 namespace glowworm {
 
 namespace {
-
-/// Rays end after so many sharp bounces.
-constexpr int kMaxSharpGatherBounces = 16;
 
 /// Least radius of the spot that rays of a narrow lobe may meet, over that of photons. An estimate has the noise of
 /// some fifty photons, which rays average if they spread over several discs.
@@ -305,18 +303,25 @@ class ChunkGatherer {
 
   /// Continues through the sharp lobes.
   bool follow(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
-    const int bounces = ++rays_.bounces[i];
-    if (bounces > kMaxSharpGatherBounces) return false;
+    const std::uint32_t bounces = ++rays_.bounces[i];
     const std::uint32_t p = rays_.point[i];
     Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], kSharpStream + static_cast<std::uint32_t>(bounces)),
-                                 rays_.stratum[i]),
+                    hash_combine(hash_combine(points_.sequence[p], kSharpStream + bounces), rays_.stratum[i]),
                     points_.sample[p]);
     const RGB weight = rays_.weight[i] * factor;
     const bool second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
     const float u_lobe = sampler.next1();
-    return leave(i, point, shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp), weight,
-                 second ? Segment::secondary_chain : Segment::chain);
+    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
+    if (!s.valid) return false;
+    const float kept = max_component(weight * s.weight) / max_component(rays_.weight[i]);
+    float& chain = rays_.chain[i];
+    chain = bounces == 1 ? kept : kept * chain;
+    const float probability = survival(chain, kLeastOfChains, static_cast<int>(bounces));
+    if (probability < 1) {
+      if (!(probability > 0) || sampler.next1() >= probability) return false;
+      chain /= probability;
+    }
+    return leave(i, point, s, weight / probability, second ? Segment::secondary_chain : Segment::chain);
   }
 
   /// The segment behind a pane.

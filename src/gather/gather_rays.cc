@@ -79,6 +79,7 @@ void GatherRays::for_arrays(const Work& work) {
   work(stratum);
   work(segment);
   work(bounces);
+  work(chain);
   work(absorption);
   work(scattered_at);
 }
@@ -111,6 +112,7 @@ void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t g
   stratum.push_back(cell);
   segment.push_back(Segment::first);
   bounces.push_back(0);
+  chain.push_back(0);
   absorption.push_back(RGB(0.0f));
   scattered_at.emplace_back();
 }

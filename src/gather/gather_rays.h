@@ -30,9 +30,10 @@ struct GatherRays {
   std::vector<std::uint32_t> point;    ///< index of the gather point
   std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
   std::vector<Segment> segment;
-  std::vector<std::uint8_t> bounces;  ///< sharp bounces so far
-  std::vector<RGB> absorption;        ///< absorption of the volume that the last bounce entered
-  std::vector<Vec3> scattered_at;     ///< the place of the last bounce that bent the ray; unset before the first
+  std::vector<std::uint32_t> bounces;  ///< sharp bounces so far
+  std::vector<float> chain;            ///< factor of these bounces on the weight; unset before the first
+  std::vector<RGB> absorption;         ///< absorption of the volume that the last bounce entered
+  std::vector<Vec3> scattered_at;      ///< the place of the last bounce that bent the ray; unset before the first
 
   std::size_t size() const { return rays.size(); }
   /// Calls `work` for each of the arrays but `hits`.

@@ -10,19 +10,35 @@
 #include "core/bytes_error.h"
 #include "core/offset_origin.h"
 #include "core/random.h"
+#include "core/roulette.h"
 #include "kernels/sobol.h"
 #include "photon/emission_block.h"
+#include "photon/material_lobes.h"
 #include "scene/surface.h"
 
 namespace glowworm {
 
 namespace {
 
-/// What the bounces of a path were: its bits. Passing straight through a pane is not a bounce.
-constexpr std::uint8_t kNoneBroad = 1, kAnySharp = 2, kCaustic = kNoneBroad | kAnySharp;
+/// What the bounces of a path were, and whether it comes from a light without size: its bits. Passing straight through
+/// a pane is not a bounce.
+constexpr std::uint8_t kNoneBroad = 1, kAnySharp = 2, kCaustic = kNoneBroad | kAnySharp, kRoughFirst = 4,
+                       kFromDelta = 8;
 /// The bits of a path after a bounce with the bits `bounce`.
 inline std::uint8_t with_bounce(std::uint8_t path, std::uint8_t bounce) {
-  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & kAnySharp));
+  const std::uint8_t first = path & kAnySharp ? path : bounce;
+  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & kAnySharp) |
+                                   (first & kRoughFirst) | (path & kFromDelta));
+}
+/// Whether a path may still leave photons of a choice.
+inline bool may_leave(PhotonChoice choice, std::uint8_t path) {
+  if (choice == PhotonChoice::all) return true;
+  const bool of_any_light = choice == PhotonChoice::caustic || (path & kFromDelta);
+  return (path & kNoneBroad) && of_any_light && !(choice == PhotonChoice::unseen_by_paths && (path & kRoughFirst));
+}
+/// Whether it leaves one now.
+inline bool leaves(PhotonChoice choice, std::uint8_t path) {
+  return may_leave(choice, path) && (choice == PhotonChoice::all || (path & kAnySharp));
 }
 
 /// Light paths in structure-of-arrays form; finished paths are compacted away after every bounce. The arrays have the
@@ -90,6 +106,8 @@ void PhotonChunk::write(ByteWriter& out) const {
   put(flux);
   put(light);
   for (const auto* array : {&caustic, &used}) put(*array);
+  out.put<std::uint64_t>(segments.size());
+  out.put_array(segments);
   out.put(balance);
   out.put<std::uint64_t>(emitted_light.size());
   out.put_array(emitted_light);
@@ -106,6 +124,7 @@ void PhotonChunk::read(ByteReader& in, const Scene& scene) {
   take(flux);
   take(light);
   for (auto* array : {&caustic, &used}) take(*array);
+  in.take_array(segments, in.take<std::uint64_t>());
   balance = in.take<FluxBalance>();
   in.take_array(emitted_light, in.take<std::uint64_t>());
   require(is_possible(scene));
@@ -121,6 +140,12 @@ bool PhotonChunk::is_possible(const Scene& scene) const {
   for (std::size_t i = 0; i < count; ++i) {
     const bool possible = length(position[i] - middle) <= reach && is_unit(direction[i]) && is_unit(normal[i]) &&
                           is_finite(flux[i]) && light[i] < lights && caustic[i] <= 1 && used[i] <= 1;
+    if (!possible) return false;
+  }
+  for (const PhotonSegment& segment : segments) {
+    const bool possible = std::isfinite(dot(segment.origin, segment.origin)) && segment.length >= 0 &&
+                          is_unit(segment.direction) && is_finite(segment.flux) && is_finite(segment.absorption) &&
+                          segment.light < lights;
     if (!possible) return false;
   }
   const auto is_source = [&](std::uint32_t source) { return source == kNone || source < lights; };
@@ -139,6 +164,8 @@ class ChunkTracers::ChunkTracer {
     result_ = &chunk;
     chunk.count = 0;
     chunk.balance = {};
+    chunk.segments.clear();
+    chunk.segment_path.clear();
     chunk.numbers.clear();
     chunk.guide_weight.clear();
     chunk.make_room(kPhotonsEach * count);
@@ -146,6 +173,7 @@ class ChunkTracers::ChunkTracer {
     for (int bounce = 0; paths_.count > 0; ++bounce) {
       const std::span<const Ray> rays(paths_.rays.data(), paths_.count);
       settings_.tracer->intersect(rays, {paths_.hits.data(), paths_.count}, RayOrder::incoherent);
+      if (pass_.discs) keep_segments();
       if (absorbs_) absorb();
       draw_bounce(first_path, bounce);
       std::size_t kept = 0;
@@ -156,6 +184,32 @@ class ChunkTracers::ChunkTracer {
   }
 
  private:
+  /// Notes those straight parts of paths that cross discs of the pass.
+  void keep_segments() {
+    for (std::size_t i = 0; i < paths_.count; ++i) {
+      if (!leaves(pass_.choice, paths_.bounces[i])) continue;
+      const Ray& ray = paths_.rays[i];
+      const Hit& hit = paths_.hits[i];
+      const bool ends = hit.triangle != kNone;
+      PhotonSegment segment{ray.origin,    ends ? hit.distance : std::numeric_limits<float>::infinity(),
+                            ray.direction, paths_.light[i],
+                            flux(i),       absorbs_ ? paths_.absorption[i] : RGB(0.0f)};
+      bool crosses = false;
+      pass_.discs->for_crossed(segment.origin, segment.direction, segment.length, [&](const DiscCrossing&) {
+        crosses = true;
+        return false;
+      });
+      if (!crosses) continue;
+      if (absorbs_ && ends) {
+        // As transmittance() has it.
+        const RGB behind = absorption(scene_, hit.triangle, -ray.direction);
+        for (int c = 0; c < 3; ++c) segment.absorption[c] = std::max(segment.absorption[c], behind[c]);
+      }
+      result_->segments.push_back(segment);
+      if (settings_.pilot) result_->segment_path.push_back(paths_.number[i]);
+    }
+  }
+
   /// Takes off what volumes absorb of the paths on their way to their hits.
   void absorb() {
     for (std::size_t i = 0; i < paths_.count; ++i) {
@@ -211,11 +265,17 @@ class ChunkTracers::ChunkTracer {
       for (int c = 0; c < 3; ++c) paths_.flux[c][at] = flux[c];
       paths_.number[at] = static_cast<std::uint32_t>(first + i);
       paths_.light[at] = emission_.light(i);
-      paths_.bounces[at] = kNoneBroad;
+      paths_.bounces[at] = is_delta(emission_.light(i)) ? kNoneBroad | kFromDelta : kNoneBroad;
       paths_.absorption[at] = RGB(0.0f);
-      at += !is_black(flux);
+      at += !is_black(flux) && may_leave(pass_.choice, paths_.bounces[at]);
     }
     paths_.count = at;
+  }
+
+  /// Whether a light source has no size.
+  bool is_delta(std::uint32_t source) const {
+    const std::size_t first = scene_.emissive_triangles().size();
+    return source >= first && source < first + scene_.lights().size();
   }
 
   /// The random numbers of a bounce for all paths: a pair for the lobe and Russian roulette, and a pair for the
@@ -242,6 +302,7 @@ class ChunkTracers::ChunkTracer {
     for (std::size_t i = 0; i < count; ++i) any_left_over |= block_.left_over(i);
     if (any_left_over)
       for (std::size_t i = 0; i < count; ++i) bounce_[i] = block_.left_over(i) ? scatter_other(first + i, i) : 0;
+    if (bounce + 1 > kEvenBounces) end_long_paths(first, count, bounce + 1);
     const bool last = bounce + 1 >= pass_.max_bounces;
     add_balance(first, count, last);
     store_photons(first, count);
@@ -270,8 +331,10 @@ class ChunkTracers::ChunkTracer {
     const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
     const RGB arriving = flux(path) * dispersed * arrived.factor;
     std::uint32_t outcome = 0;
+    // Estimates reach over all points of a material, also those without a broad lobe: their photons are stored where
+    // other points may have one.
     if (arrived.factor > 0 && (pass_.on_all_surfaces || (lobes(bsdf) & kBroad) ||
-                               is_looked_up(point, scene_.geometry().material[hit.triangle]))) {
+                               may_have_lobes(scene_, point, scene_.geometry().material[hit.triangle], kBroad))) {
       outcome |= kPhotonLeft;
       block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), arriving);
       block_.put_back(i, arrived.back);
@@ -283,33 +346,34 @@ class ChunkTracers::ChunkTracer {
     if (!(outcome & kPathGoesOn)) block_.put_path(i, {}, {}, RGB(0.0f));
     block_.put_outcome(i, outcome);
     if (s.lobe != kSharp) return 0;
-    return s.straight && arrived.back == back ? kNoneBroad : kCaustic;
-  }
-
-  /// Whether pictures look up photons on a surface. Estimates reach over all points of a material, also those without a
-  /// broad lobe: their photons are stored where other points may have one.
-  bool is_looked_up(SurfacePoint point, std::uint32_t material) const {
-    const Material& m = scene_.materials()[material];
-    if (m.kind == MaterialKind::mix) return is_looked_up(point, m.mix_a) || is_looked_up(point, m.mix_b);
-    const bool color = m.reflectance.texture != kNone || m.transmittance.texture != kNone;
-    const bool roughness = m.roughness_u.texture != kNone || m.roughness_v.texture != kNone;
-    bool varies = roughness;
-    if (m.kind == MaterialKind::diffuse || m.kind == MaterialKind::coated_diffuse) varies |= color;
-    if (m.kind == MaterialKind::dielectric || m.kind == MaterialKind::thin_dielectric) varies = false;
-    if (m.kind == MaterialKind::metallic_roughness)
-      varies |= m.metallic.texture != kNone || m.transmission.texture != kNone || (color && m.metallic.value < 1);
-    if (varies) return true;
-    point.material = material;
-    return (lobes(resolve_bsdf(scene_, point)) & kBroad) != 0;
+    if (s.straight && arrived.back == back) return kNoneBroad;
+    return s.delta ? kCaustic : kCaustic | kRoughFirst;
   }
 
   /// Continues a path in the sampled direction, or ends it by Russian roulette.
   bool leave(std::size_t path, std::size_t i, const SurfacePoint& point, RGB arriving, float u, const ScatteredRay& s) {
     const RGB next = arriving * s.weight;
-    const float survival = std::min(1.0f, max_component(next) / std::max(max_component(flux(path)), 1e-30f));
-    if (!(survival > 0) || u >= survival) return false;
-    block_.put_path(i, offset_origin(point.position, s.side, point.offset), s.direction, next / survival);
+    const float kept = max_component(next) / std::max(max_component(flux(path)), 1e-30f);
+    const float probability = survival(kept, kLeastOfPhotons, 1);
+    if (!(probability > 0) || u >= probability) return false;
+    block_.put_path(i, offset_origin(point.position, s.side, point.offset), s.direction, next / probability);
     return true;
+  }
+
+  /// Ends some of paths [first, first + count), a block, by the length that they reach with bounce `bounces`.
+  void end_long_paths(std::size_t first, std::size_t count, int bounces) {
+    const float probability = survival_by_length(bounces);
+    const std::uint32_t key =
+        Sampler::pair_key(pass_.seed, hash_combine(kPhotonEndStream, pass_.pass), static_cast<std::uint32_t>(bounces));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(block_.outcome(i) & kPathGoesOn)) continue;
+      if (to_unit_float(hash_combine(key, index_[first + i])) < probability) {
+        block_.put_path(i, block_.origin(i), block_.direction(i), block_.flux(i) / probability);
+      } else {
+        block_.put_path(i, {}, {}, RGB(0.0f));
+        block_.put_outcome(i, block_.outcome(i) & ~std::uint32_t{kPathGoesOn});
+      }
+    }
   }
 
   /// Adds the flux of paths [first, first + count), a block, to the flux balance.
@@ -349,8 +413,9 @@ class ChunkTracers::ChunkTracer {
     std::uint8_t* const caustic = photons.caustic.data();
     const std::uint32_t* const light_of = paths_.light.data() + first;
     const std::uint8_t* const bounces = paths_.bounces.data() + first;
+    const bool only_segments = pass_.discs && pass_.choice != PhotonChoice::all;
     const auto is_stored = [&](std::size_t i) {
-      const bool in_map = !pass_.only_caustic || bounces[i] == kCaustic;
+      const bool in_map = !only_segments && leaves(pass_.choice, bounces[i]);
       return (block_.outcome(i) / kPhotonLeft) & std::uint32_t{in_map};
     };
     std::size_t at = before;
@@ -360,7 +425,7 @@ class ChunkTracers::ChunkTracer {
       normal[at] = block_.normal(i);
       flux[at] = block_.photon_flux(i);
       light[at] = light_of[i];
-      caustic[at] = bounces[i] == kCaustic;
+      caustic[at] = (bounces[i] & kCaustic) == kCaustic;
       at += is_stored(i);
     }
     photons.count = at;
@@ -389,7 +454,7 @@ class ChunkTracers::ChunkTracer {
       light[kept] = light[first + i];
       bounces[kept] = with_bounce(bounces[first + i], bounce_[i]);
       if (absorbs_) keep_absorption(first + i, i, kept);
-      const bool may_store = !pass_.only_caustic || (bounces[kept] & kNoneBroad);
+      const bool may_store = may_leave(pass_.choice, bounces[kept]);
       kept += (block_.outcome(i) / kPathGoesOn) & std::uint32_t{may_store};
     }
     return kept;
@@ -417,7 +482,7 @@ class ChunkTracers::ChunkTracer {
 
 float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic) {
   if (!pass.demand) return 1;
-  const float gathered = pass.only_caustic ? 0.0f : pass.demand->gathered.value(position, normal);
+  const float gathered = pass.choice != PhotonChoice::all ? 0.0f : pass.demand->gathered.value(position, normal);
   return gathered + (caustic ? pass.demand->seen.value(position, normal) : 0.0f);
 }
 

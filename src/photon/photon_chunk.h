@@ -18,11 +18,13 @@ inline constexpr std::size_t kPathsPerChunk = 1024;
 struct PhotonChunk {
   std::size_t count = 0;  ///< photons
   LargeArray<Vec3> position, direction, normal;
-  LargeArray<RGB> flux;              ///< as emitted, not divided by the number of paths
-  LargeArray<std::uint32_t> light;   ///< source, counted as in Scene::light_power()
-  LargeArray<std::uint32_t> path;    ///< index of the path in the chunk; only in pilot passes
-  LargeArray<std::uint8_t> caustic;  ///< as in PhotonPass::caustic
-  LargeArray<std::uint8_t> used;     ///< whether the image needs the place; only with a PhotonDemand
+  LargeArray<RGB> flux;                     ///< as emitted, not divided by the number of paths
+  LargeArray<std::uint32_t> light;          ///< source, counted as in Scene::light_power()
+  LargeArray<std::uint32_t> path;           ///< index of the path in the chunk; only in pilot passes
+  LargeArray<std::uint8_t> caustic;         ///< as in PhotonPass::caustic
+  LargeArray<std::uint8_t> used;            ///< whether the image needs the place; only with a PhotonDemand
+  std::vector<PhotonSegment> segments;      ///< as in PhotonPass::segments, with flux as emitted
+  std::vector<std::uint32_t> segment_path;  ///< index of the path in the chunk; only in pilot passes
   FluxBalance balance;
   std::vector<std::uint32_t> emitted_light;  ///< of each path; kNone if there is no light
   std::vector<EmissionNumbers> numbers;      ///< emission numbers of each path; only in pilot passes

@@ -12,6 +12,7 @@
 #include "core/bytes_error.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
+#include "photon/material_lobes.h"
 #include "photon/photon_chunk.h"
 
 namespace glowworm {
@@ -55,13 +56,14 @@ void count(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings&
 /// Appends a chunk to the pass.
 void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
   const auto append = [&](auto& to, const auto& from) { to.insert(to.end(), from.data(), from.data() + chunk.count); };
-  if (!settings.only_caustic) {
+  if (settings.choice == PhotonChoice::all) {
     append(pass.global.position, chunk.position);
     append(pass.global.direction, chunk.direction);
     append(pass.global.flux, chunk.flux);
     append(pass.global.normal, chunk.normal);
   }
-  pass.stored += chunk.count;
+  pass.segments.insert(pass.segments.end(), chunk.segments.begin(), chunk.segments.end());
+  pass.stored += chunk.count + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
   count(pass, chunk, settings);
 }
 
@@ -106,27 +108,12 @@ void share_chunks(const Tracer& tracer, ChunkTracers& tracers, std::uint64_t fir
   settings.shared->divide("photons-" + std::to_string(settings.pass) + "-" + std::to_string(first), pieces, make, take);
 }
 
-void scale(PhotonPass& pass, std::uint64_t emitted) {
-  const float factor = static_cast<float>(1.0 / static_cast<double>(emitted));
-  parallel_for_each(pass.global.size(), kScaledAtOnce, [&](std::size_t i) { pass.global.flux[i] *= factor; });
-  for (RGB& flux : pass.caustic.flux) flux *= factor;
-  const double exact = 1.0 / static_cast<double>(emitted);
-  FluxBalance& b = pass.balance;
-  for (auto* sum : {&b.emitted, &b.arrived, &b.scattered, &b.escaped, &b.cut, &b.stored})
-    for (double& v : *sum) v *= exact;
-}
-
-}  // namespace
-
-PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& settings, Statistics& statistics) {
-  const PhaseTimer timer(statistics, Phase::trace_photons);
-  PhotonPass pass;
-  pass.emitted_by_light.resize(tracer.scene().light_source_count());
-  pass.stored_by_light.resize(tracer.scene().light_source_count());
-  pass.used_by_light.resize(tracer.scene().light_source_count());
+/// Traces paths until the pass has the wanted photons, and adds them.
+void trace_waves(const Tracer& tracer, const PhotonPassSettings& settings, PhotonPass& pass) {
   // The last wave exceeds the wanted number; reserved memory that is never written costs nothing. Nothing grows later:
   // other threads append, and this one may place arrays on disk.
-  if (!settings.only_caustic) pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
+  if (settings.choice == PhotonChoice::all)
+    pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
   ChunkTracers tracers({&tracer, &settings, false});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   // The first paths, of which each may store so many photons; but the first chunk tells whether they store far more.
@@ -151,6 +138,31 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
     next_chunks = std::min(static_cast<std::uint64_t>(std::max(missing, 0.0) / yield / kPathsPerChunk) + 1, longest);
     if (end == 1 && first_chunks > 1 && next_chunks + 1 >= first_chunks) next_chunks = first_chunks - 1;
   }
+}
+
+void scale(PhotonPass& pass, std::uint64_t emitted) {
+  const float factor = static_cast<float>(1.0 / static_cast<double>(emitted));
+  parallel_for_each(pass.global.size(), kScaledAtOnce, [&](std::size_t i) { pass.global.flux[i] *= factor; });
+  for (RGB& flux : pass.caustic.flux) flux *= factor;
+  for (PhotonSegment& segment : pass.segments) segment.flux *= factor;
+  const double exact = 1.0 / static_cast<double>(emitted);
+  FluxBalance& b = pass.balance;
+  for (auto* sum : {&b.emitted, &b.arrived, &b.scattered, &b.escaped, &b.cut, &b.stored})
+    for (double& v : *sum) v *= exact;
+}
+
+}  // namespace
+
+PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& settings, Statistics& statistics) {
+  const PhaseTimer timer(statistics, Phase::trace_photons);
+  PhotonPass pass;
+  pass.emitted_by_light.resize(tracer.scene().light_source_count());
+  pass.stored_by_light.resize(tracer.scene().light_source_count());
+  pass.used_by_light.resize(tracer.scene().light_source_count());
+  // Without a place for photons, more paths do not help.
+  if (settings.choice != PhotonChoice::all || settings.discs || settings.on_all_surfaces ||
+      may_have_lobes(tracer.scene(), kBroad))
+    trace_waves(tracer, settings, pass);
   if (!settings.demand) pass.used_by_light = pass.stored_by_light;
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));
   statistics.add(Counter::photons_emitted, pass.emitted);
@@ -172,12 +184,14 @@ std::uint64_t trace_pilot_paths(ChunkTracers& tracers, double power, const Photo
       paths[begin + i].numbers = chunk.numbers[i];
       paths[begin + i].density = 1 / chunk.guide_weight[i];
     }
-    for (std::size_t i = 0; i < chunk.count; ++i) {
-      const std::uint32_t path = chunk.path[i];
-      const float demand = demand_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0);
+    const auto add_score = [&](std::uint32_t path, RGB flux) {
       paths[begin + path].score +=
-          static_cast<float>(demand * luminance(chunk.flux[i]) / static_cast<double>(chunk.guide_weight[path]) / power);
-    }
+          static_cast<float>(luminance(flux) / static_cast<double>(chunk.guide_weight[path]) / power);
+    };
+    for (std::size_t i = 0; i < chunk.count; ++i)
+      add_score(chunk.path[i],
+                chunk.flux[i] * demand_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0));
+    for (std::size_t i = 0; i < chunk.segments.size(); ++i) add_score(chunk.segment_path[i], chunk.segments[i].flux);
   });
   return stored;
 }

@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "core/log.h"
+#include "photon/material_lobes.h"
 #include "render/fixed_radius.h"
 #include "render/gather_guiding.h"
 #include "render/job.h"
@@ -34,12 +35,22 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.demand = made_->demand;
   const bool gathers = s.integrator == Integrator::gather;
   wanted.on_all_surfaces = s.of_points && !gathers;
-  if (s.boundary_correction) wanted.correction = gathers ? BoundaryCorrection::photons : BoundaryCorrection::estimates;
+  if (s.boundary_correction)
+    wanted.correction =
+        s.integrator == Integrator::photons ? BoundaryCorrection::estimates : BoundaryCorrection::photons;
   wanted.secondary_gather = gathers && s.secondary_gather;
   wanted.patches = gathers && s.gather_guiding;
   if (!s.progressive && !s.indirect_only && has_time_for_caustics(s))
     wanted.more_caustic_paths =
         affordable_caustic_paths(static_cast<double>(s.width) * s.height * std::max(s.gather, 1u));
+  const bool by_paths = s.integrator == Integrator::path;
+  if (by_paths) wanted.choice = PhotonChoice::unseen_by_paths;
+  if (points_ && !points_->on_surfaces && (s.integrator == Integrator::photons || bends_delta_lights(*scene_))) {
+    wanted.in_air = points_;
+    wanted.air_choice = by_paths  ? PhotonChoice::unseen_by_paths
+                        : gathers ? PhotonChoice::caustic_of_deltas
+                                  : PhotonChoice::all;
+  }
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
   wanted.narrow = s.place_layers().values.has(SlotValue::bias);
@@ -49,7 +60,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
 }
 
 void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
-  if (!s.guiding || made_->guide) return;
+  if (!s.guiding || made_->guide || s.integrator == Integrator::path) return;
   const PhaseTimer timer(statistics, Phase::trace_photons);
   PhotonGuiding guiding = guide_photons(*tracer_, view(), s, shared_.get());
   made_->guide = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
@@ -114,7 +125,8 @@ void Job::shoot_photons(std::uint32_t sample) {
   const CancellationScope scope(interrupt_);
   const double start = seconds();
   is_mapping_ = true;
-  if (pass_.kind == PassKind::gather && settings_.gather_guiding && !made_->has_gather_guide) {
+  const bool gathers = settings_.integrator == Integrator::gather;
+  if (gathers && settings_.gather_guiding && !made_->has_gather_guide) {
     // From the first map alone, whichever pass comes first here: all passes of all parts have the same guide.
     Statistics not_the_renders;
     const bool is_own = sample == 0 || !settings_.progressive;

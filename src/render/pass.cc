@@ -39,7 +39,9 @@ class PassRenderer {
     GatherPoints& points = memory_.points;
     if (view_.points) {
       point_pass(tracer_.scene(), *view_.points, tasks, out_.radiance, out_.first_hit, points, statistics_);
-      if (settings_.kind == PassKind::photons)
+      if (settings_.kind == PassKind::photons && is_apart())
+        add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.indirect, statistics_);
+      else if (settings_.kind == PassKind::photons)
         look_up_global(gather_points_as_queries(points));
       else
         gather_light(points);
@@ -117,8 +119,12 @@ class PassRenderer {
     if (settings_.direct && !rays_alone)
       add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
                        out_.radiance, statistics_);
-    if (settings_.caustic && !rays_alone && !is_apart())
-      look_up_caustic(gather_points_as_queries(points), out_.radiance.caustic);
+    if (settings_.caustic && !rays_alone) {
+      if (is_apart())
+        add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.caustic, statistics_);
+      else
+        look_up_caustic(gather_points_as_queries(points), out_.radiance.caustic);
+    }
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
   }
@@ -139,7 +145,8 @@ class PassRenderer {
     return out;
   }
 
-  /// Whether the gather points lie apart from surfaces, where no photons are.
+  /// Whether the gather points lie apart from surfaces, where no photons are. Gather rays find lights through sharp
+  /// bounces, and photons that pass bring the light of those without size.
   bool is_apart() const { return view_.points && !view_.points->on_surfaces; }
 
   /// Final gathering in portions: each portion is traced, looked up and completed before the next.

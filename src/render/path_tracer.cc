@@ -5,9 +5,12 @@
 
 #include "core/offset_origin.h"
 #include "core/parallel.h"
+#include "core/part_queue.h"
 #include "core/random.h"
+#include "core/roulette.h"
 #include "gather/cell_place.h"
 #include "gather/direct_light.h"
+#include "gather/final_gather.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
 
@@ -16,7 +19,10 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kSamplesPerChunk = 256;
-constexpr int kRouletteAfter = 3;
+/// Samples whose query points are looked up together: these fit the memory of a thread's rays (kBytesPerThread).
+constexpr std::size_t kSamplesPerLookup = 4096;
+/// Surfaces of the shortest path of a light that photons bring, beyond the one that is looked up.
+constexpr int kLeastBent = 1;
 
 /// Bounces of a path so far, as far as they decide the layer of its light.
 struct History {
@@ -40,18 +46,37 @@ struct History {
   }
 };
 
+/// Places of paths where photons bring light that the paths do not find.
+struct Lookups {
+  QueryPoints caustic, indirect;  ///< by the layer of their light; gather_point is the slot
+  std::vector<AirPoint> air;
+
+  void clear() {
+    caustic.clear();
+    indirect.clear();
+    air.clear();
+  }
+  void append(const Lookups& other) {
+    caustic.append(other.caustic);
+    indirect.append(other.indirect);
+    air.insert(air.end(), other.air.begin(), other.air.end());
+  }
+};
+
 /// One path, from the camera to its end.
 class Path {
  public:
+  /// @param lookups null: none
   Path(const Tracer& tracer, const RenderSettings& settings, Sampler sampler, std::uint32_t slot,
-       SlotRadiance& radiance, FirstHit& first_hit)
+       SlotRadiance& radiance, FirstHit& first_hit, Lookups* lookups)
       : tracer_(tracer),
         scene_(tracer.scene()),
         settings_(settings),
         sampler_(sampler),
         slot_(slot),
         radiance_(radiance),
-        first_hit_(first_hit) {}
+        first_hit_(first_hit),
+        lookups_(lookups) {}
 
   /// The light that arrives at the place of a sample of a cell of the grid.
   void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
@@ -60,7 +85,12 @@ class Path {
     point.position = place_in_cell(grid, cell, sample);
     const Bsdf bsdf = white_bsdf();
     throughput_ = RGB(kPi);
+    start_ = kPi;
     add_sampled_light(point, bsdf, point.geometric_normal);
+    if (lookups_ && !grid.on_surfaces)
+      lookups_->air.push_back(air_point(scene_, grid, cell, slot_));
+    else
+      add_lookup(point, bsdf, point.geometric_normal, 0);
     Ray ray;
     if (scatter(point, shaded(point, bsdf), point.geometric_normal, 0, ray)) trace(ray, 1);
   }
@@ -91,6 +121,7 @@ class Path {
       }
       if (bounce >= settings_.max_bounces) return;
       add_sampled_light(point, bsdf, wo);
+      add_lookup(point, bsdf, wo, bounce);
       if (!scatter(point, surface, wo, bounce, ray)) return;
     }
   }
@@ -113,7 +144,9 @@ class Path {
   /// Next-event estimation, separately for each kind of lobe, whose light belongs to different layers.
   void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo) {
     const Vec2 pair = sampler_.next2();
-    const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, pair.x, {sampler_.next1(), pair.y});
+    const float u = sampler_.next1();
+    if (!takes_light_samples(bsdf)) return;
+    const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, pair.x, {u, pair.y});
     for (const Lobes which : {kBroad, kSharp}) {
       if (!(lobes(bsdf) & which)) continue;
       const UnoccludedLight light = reflected_light(scene_, sample, point, bsdf, wo, which);
@@ -130,6 +163,12 @@ class Path {
     }
   }
 
+  void add_lookup(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
+    if (!lookups_ || !(lobes(bsdf) & kBroad) || bounce + kLeastBent >= settings_.max_bounces) return;
+    add_query(history_.gathered ? lookups_->indirect : lookups_->caustic, point.position,
+              face_forward(point.geometric_normal, wo), point.frame, wo, bsdf, throughput_, slot_);
+  }
+
   /// Continues in a direction sampled from the BSDF; false if the path ends.
   bool scatter(const SurfacePoint& point, const ShadedSurface& surface, Vec3 wo, int bounce, Ray& ray) {
     const float u_lobe = sampler_.next1();
@@ -137,10 +176,10 @@ class Path {
     if (!s.valid) return false;
     throughput_ *= s.weight;
     if (is_black(throughput_)) return false;
-    if (bounce >= kRouletteAfter) {
-      const float survival = std::min(0.95f, max_component(throughput_));
-      if (sampler_.next1() >= survival) return false;
-      throughput_ *= 1 / survival;
+    const float probability = survival(max_component(throughput_) / start_, kLeastOfPaths, bounce + 1);
+    if (probability < 1) {
+      if (sampler_.next1() >= probability) return false;
+      throughput_ *= 1 / probability;
     }
     if (!s.straight) {  // shadow rays pass through panes, too
       history_.mark(s.lobe, s.delta);
@@ -159,56 +198,123 @@ class Path {
   std::uint32_t slot_;
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
+  Lookups* lookups_;
   RGB throughput_{1.0f};
+  float start_ = 1;       // the throughput before the first bounce
   RGB absorption_{0.0f};  // of the volume that the last bounce led into
   float last_pdf_ = 0;    // of the last bounce; 0 for the camera and deltas, at which no light was sampled
   Vec3 last_position_;
   History history_;
 };
 
-}  // namespace
+/// Traces the samples of tasks.
+class PathPass {
+ public:
+  PathPass(const Tracer& tracer, const View& view, const RenderSettings& settings, const PhotonMaps* maps,
+           SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics)
+      : tracer_(tracer),
+        view_(view),
+        settings_(settings),
+        maps_(maps),
+        radiance_(radiance),
+        first_hit_(first_hit),
+        statistics_(statistics) {}
 
-void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,
-                 SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
-  radiance.resize(tasks.slot_count());
-  first_hit.resize(tasks.slot_count(), settings.place_layers().of_triangles());
-  std::size_t first_slot = 0;
-  const auto trace = [&](const CameraTask& task, std::size_t in_task) -> std::uint64_t {
+  /// Traces all samples of a task.
+  void trace(const CameraTask& task, std::size_t first_slot) {
+    const std::size_t at_once = maps_ ? kSamplesPerLookup : task.slot_count();
+    for (std::size_t first = 0; first < task.slot_count(); first += at_once) {
+      trace(task, first_slot, first, std::min(first + at_once, task.slot_count()));
+      if (maps_) look_up();
+    }
+  }
+
+ private:
+  void trace(const CameraTask& task, std::size_t first_slot, std::size_t first, std::size_t last) {
+    found_.clear();
+    const std::size_t chunks = (last - first + kSamplesPerChunk - 1) / kSamplesPerChunk;
+    PartQueue<Lookups> queue(chunks, [&](const Lookups& lookups) { found_.append(lookups); });
+    parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
+      const std::size_t chunk = queue.take(), begin = first + chunk * kSamplesPerChunk;
+      const std::size_t end = std::min(begin + kSamplesPerChunk, last);
+      std::unique_ptr<Lookups> lookups = queue.borrow();
+      lookups->clear();
+      std::uint64_t shadow_rays = 0;
+      for (std::size_t i = begin; i < end; ++i) shadow_rays += trace_sample(task, first_slot, i, *lookups);
+      statistics_.add(Counter::camera_rays, end - begin);
+      statistics_.add(Counter::occlusion_rays, shadow_rays);
+      queue.put(chunk, std::move(lookups));
+    });
+  }
+
+  /// Returns the number of shadow rays.
+  std::uint64_t trace_sample(const CameraTask& task, std::size_t first_slot, std::size_t in_task, Lookups& lookups) {
     const auto in_tile = static_cast<int>(in_task % task.pixel_count());
     const std::uint32_t sample = task.first_sample + static_cast<std::uint32_t>(in_task / task.pixel_count());
     const int width = task.x1 - task.x0, x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
     if (!task.has(x, y)) return 0;
-    const std::size_t slot = first_slot + in_task;
+    const auto slot = static_cast<std::uint32_t>(first_slot + in_task);
     const auto pixel =
-        static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings.width) + static_cast<std::uint32_t>(x);
-    const PointGrid* const grid = view.points;
-    Sampler sampler(settings.sampler, settings.seed,
+        static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) + static_cast<std::uint32_t>(x);
+    const PointGrid* const grid = view_.points;
+    Sampler sampler(settings_.sampler, settings_.seed,
                     hash_combine(grid ? grid->sequence(pixel, sample) : pixel, kPathStream),
                     grid ? grid->place_in_sequence(sample) : sample);
     const auto start = [&](const Sampler& rest) {
-      return Path(tracer, settings, rest, static_cast<std::uint32_t>(slot), radiance, first_hit);
+      return Path(tracer_, settings_, rest, slot, radiance_, first_hit_, maps_ ? &lookups : nullptr);
     };
     if (grid) {
-      first_hit.depth[slot] = std::numeric_limits<float>::infinity();
+      first_hit_.depth[slot] = std::numeric_limits<float>::infinity();
       if (!grid->has(pixel)) return 0;
       Path path = start(sampler);
       path.trace_from(*grid, pixel, sample);
       return path.shadow_rays;
     }
     const Vec2 u = sampler.next2();
-    const CameraRay ray = generate_ray(*view.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
-                                       settings.width, settings.height, sampler.next2());
+    const CameraRay ray = generate_ray(*view_.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
+                                       settings_.width, settings_.height, sampler.next2());
     Path path = start(sampler);
     path.trace({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
     return path.shadow_rays;
-  };
+  }
+
+  void look_up() {
+    look_up(found_.caustic, radiance_.caustic);
+    look_up(found_.indirect, radiance_.indirect);
+    add_air_light(tracer_, maps_->air(), found_.air, radiance_, radiance_.caustic, statistics_);
+  }
+
+  void look_up(const QueryPoints& queries, std::vector<RGB>& target) {
+    const PhotonMaps::Engines& engines = maps_->caustic_engines();
+    for (std::size_t i = 0; i < engines.size(); ++i) {
+      found_light_.assign(queries.size(), RGB());
+      engines[i]->estimate(queries, found_light_, statistics_);
+      complete(queries, found_light_, target, statistics_);
+      if (!radiance_.groups.empty()) complete(queries, found_light_, radiance_.groups[i], statistics_);
+    }
+  }
+
+  const Tracer& tracer_;
+  const View& view_;
+  const RenderSettings& settings_;
+  const PhotonMaps* maps_;
+  SlotRadiance& radiance_;
+  FirstHit& first_hit_;
+  Statistics& statistics_;
+  Lookups found_;
+  LargeVector<RGB> found_light_;
+};
+
+}  // namespace
+
+void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,
+                 const PhotonMaps* maps, SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
+  radiance.resize(tasks.slot_count());
+  first_hit.resize(tasks.slot_count(), settings.place_layers().of_triangles());
+  PathPass pass(tracer, view, settings, maps, radiance, first_hit, statistics);
+  std::size_t first_slot = 0;
   for (const CameraTask& task : tasks) {
-    parallel_for(0, task.slot_count(), kSamplesPerChunk, [&](std::size_t first, std::size_t last) {
-      std::uint64_t shadow_rays = 0;
-      for (std::size_t i = first; i < last; ++i) shadow_rays += trace(task, i);
-      statistics.add(Counter::camera_rays, last - first);
-      statistics.add(Counter::occlusion_rays, shadow_rays);
-    });
+    pass.trace(task, first_slot);
     first_slot += task.slot_count();
   }
 }

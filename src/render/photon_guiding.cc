@@ -9,6 +9,7 @@
 #include "core/parallel.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
+#include "photon/material_lobes.h"
 
 namespace glowworm {
 
@@ -129,6 +130,7 @@ PhotonGuiding learn_guiding(const Tracer& tracer, const View& view, const Render
   PhotonGuiding out;
   out.demand = find_demand(tracer, view, settings);
   if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
+  if (!may_have_lobes(tracer.scene(), kBroad)) return out;
   PhotonPassSettings pilot;
   pilot.seed = settings.seed;
   pilot.pass = kPilotStream;  // a pass number that photons never use

@@ -30,6 +30,8 @@ constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uin
 constexpr double kCausticPathsPerRay = 0.25;
 /// Paths of a pilot round that finds where to emit them: one of so many of them, within bounds.
 constexpr std::uint64_t kCausticPilotShare = 8, kMinCausticPilot = 2048, kMaxCausticPilot = 16384;
+/// More of them for chosen photons, until enough of them count.
+constexpr std::size_t kMostChosenPilots = 8;
 /// Their least density: a rare photon of much flux would be a spot in dark parts of a caustic.
 constexpr float kCausticFloor = 0.1f;
 /// Photons in an estimate from the caustic map of a single pass, and at most, as multiples of k. Caustics are seen
@@ -111,6 +113,13 @@ std::uint64_t affordable_caustic_paths(double gather_rays) {
 }
 
 void PhotonMaps::forget() {
+  surface_guide_.reset();
+  air_guide_.reset();
+  discard();
+}
+
+/// Discards what other photons would change.
+void PhotonMaps::discard() {
   *building_ = false;
   traced_ = gridded_ = patched_ = false;
   global_ = Map();
@@ -118,6 +127,7 @@ void PhotonMaps::forget() {
   radius_grid_ = RadiusGrid();
   patches_ = BrightPatches();
   diagnosis_.reset();
+  air_ = AirLight();
   reservation_.reset();
 }
 
@@ -125,10 +135,12 @@ void PhotonMaps::forget() {
 void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   const PhotonMapSettings& now = settings_;
   if (old.photons != now.photons || old.photons_traced != now.photons_traced || old.seed != now.seed ||
-      old.pass != now.pass || old.guide != now.guide || old.max_bounces != now.max_bounces ||
-      old.on_all_surfaces != now.on_all_surfaces || old.light_groups != now.light_groups ||
-      (caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths()))
+      old.guide != now.guide || old.max_bounces != now.max_bounces || old.on_all_surfaces != now.on_all_surfaces ||
+      old.light_groups != now.light_groups || old.choice != now.choice || old.in_air != now.in_air ||
+      old.air_choice != now.air_choice || (caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths()))
     forget();
+  else if (old.pass != now.pass || (now.in_air && old.nearest != now.nearest))
+    discard();
   const bool other_radii = old.radius_scale != now.radius_scale || old.nearest != now.nearest;
   for (Map* map : {&global_, &caustic_}) {
     if (old.fixed_radius != now.fixed_radius || old.radius != now.radius || old.caustic_radius != now.caustic_radius ||
@@ -192,7 +204,12 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   reservation_.reset();
   const PhotonPassSettings wanted = pass_settings();
   reservation_ = reserve_photons(wanted.photons, *budget_);
-  pass_ = trace_photons(tracer, wanted, statistics);
+  pass_ = PhotonPass();
+  if (settings_.in_air) trace_air(tracer, wanted, statistics);
+  if (settings_.choice != PhotonChoice::all)
+    pass_ = trace_chosen(tracer, settings_.choice, nullptr, statistics);
+  else if (pass_.emitted == 0)
+    pass_ = trace_photons(tracer, wanted, statistics);
   *building_ = true;
   if (wanted.photons > settings_.photons) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
@@ -217,6 +234,45 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_paths_ = 0;
   bounds_ = global_.photons.bounds();
   traced_ = true;
+}
+
+/// Traces the photons that pass points in air. If these are all photons, the pass has those on surfaces, too.
+void PhotonMaps::trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics) {
+  air_.nearest =
+      std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(kCausticNearest * settings_.nearest)));
+  air_.kernel = settings_.kernel;
+  air_.radius_scale = settings_.radius_scale;
+  air_.most_radius = most_air_radius(tracer.scene(), pass.photons, air_.nearest);
+  const DiscTree discs = air_discs(tracer.scene(), *settings_.in_air, air_.most_radius);
+  pass.discs = &discs;
+  if (settings_.air_choice == PhotonChoice::all) {
+    pass_ = trace_photons(tracer, pass, statistics);
+    air_.segments = std::exchange(pass_.segments, {});
+  } else {
+    Statistics not_of_the_map;
+    air_.segments = trace_chosen(tracer, settings_.air_choice, &discs, not_of_the_map).segments;
+  }
+}
+
+/// Traces a pass of chosen photons, guided by pilot paths.
+/// @param discs for points in air; null: photons on surfaces
+PhotonPass PhotonMaps::trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs,
+                                    Statistics& statistics) {
+  PhotonPassSettings wanted = pass_settings();
+  wanted.choice = choice;
+  wanted.discs = discs;
+  wanted.demand = nullptr;
+  wanted.max_emitted = wanted.photons;
+  std::shared_ptr<const EmissionGuide>& guide = discs ? air_guide_ : surface_guide_;
+  if (!guide) {
+    wanted.pass = kPilotStream;  // a pass number that photons never use
+    const std::uint64_t pilot = std::clamp(wanted.photons / kCausticPilotShare, kMinCausticPilot, kMaxCausticPilot);
+    guide = std::make_shared<const EmissionGuide>(
+        learn_emission(tracer, wanted, {.count = pilot, .most_in_first = kMostChosenPilots, .floor = kCausticFloor}));
+  }
+  wanted.guide = guide.get();
+  wanted.pass = hash_combine(discs ? kAirStream : kChosenStream, settings_.pass);
+  return trace_photons(tracer, wanted, statistics);
 }
 
 RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
@@ -388,7 +444,7 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   const PhaseTimer timer(statistics, Phase::trace_photons);
   *building_ = false;
   PhotonPassSettings wanted = pass_settings();
-  wanted.only_caustic = true;
+  wanted.choice = PhotonChoice::caustic;
   wanted.photons = settings_.photons - first_caustic_;
   wanted.max_emitted = wanted_caustic_paths();
   wanted.pass = kPilotStream;  // a pass number that photons never use
@@ -471,6 +527,7 @@ void PhotonMaps::hold_result() {
     if (map->query_radii) bytes += QueryRadii::bytes(map->count);
   }
   if (diagnosis_) bytes += diagnosis_->index_bytes(global_.count);
+  bytes += air_.segments.size() * sizeof(PhotonSegment);
   if (settings_.kept)
     bytes += count * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
   else

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/memory_budget.h"
+#include "core/roulette.h"
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
@@ -16,6 +17,7 @@
 #include "gather/bright_patches.h"
 #include "gather/radius_grid.h"
 #include "photon/photon_tracer.h"
+#include "render/air_light.h"
 #include "scene/light_groups.h"
 #include "trace/tracer.h"
 
@@ -41,7 +43,7 @@ struct PhotonMapSettings {
   float caustic_radius = 0;          ///< the same for the caustic map
   std::uint32_t seed = 0, pass = 0;  ///< select the photons
   float radius_scale = 1;            ///< factor on the radii
-  int max_bounces = 1000;            ///< of a photon path
+  int max_bounces = kNoBounceLimit;  ///< of a photon path
   bool on_all_surfaces = false;      ///< PhotonPassSettings::on_all_surfaces
   /// Guide of the emission; null: in proportion to power. Two guides are equal if they are the same object.
   std::shared_ptr<const EmissionGuide> guide;
@@ -54,6 +56,13 @@ struct PhotonMapSettings {
   bool patches = false;           ///< make PhotonMaps::bright_patches()
   /// Paths that may be emitted, towards what makes caustics, for a caustic map of more photons; 0: none.
   std::uint64_t more_caustic_paths = 0;
+
+  /// Photons on surfaces. Other choices than all make the caustic map alone, of paths that may be emitted as often as
+  /// `photons` says.
+  PhotonChoice choice = PhotonChoice::all;
+  /// Points in air, for which PhotonMaps::air() is made; null: none. They must not change.
+  std::shared_ptr<const PointGrid> in_air;
+  PhotonChoice air_choice = PhotonChoice::all;  ///< photons for them
 
   /// Groups of light sources that get an index each; null: one index. Two are equal if they are the same object.
   std::shared_ptr<const LightGroups> light_groups;
@@ -113,6 +122,8 @@ class PhotonMaps {
   const Engines& engines() const { return global_.engines; }
   /// The same over the caustic map; empty if there are no caustics.
   const Engines& caustic_engines() const { return caustic_.engines; }
+  /// Photons that pass PhotonMapSettings::in_air.
+  const AirLight& air() const { return air_; }
   /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
   /// PhotonMapSettings::narrow, and where there are no photons.
   const DensityEngine* narrow() const { return global_.narrow.get(); }
@@ -160,7 +171,10 @@ class PhotonMaps {
   void invalidate(const PhotonMapSettings& old);
   bool is_done() const;
   bool is_done(const Map& map) const;
+  void discard();
   void trace(const Tracer& tracer, Statistics& statistics);
+  void trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
+  PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
   void bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics);
   std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, const Tracer& tracer) const;
   void bring_up_global(const Tracer& tracer, Statistics& statistics);
@@ -185,7 +199,9 @@ class PhotonMaps {
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
   Map global_, caustic_;
-  float common_radius_ = 0;          // of the global map
+  float common_radius_ = 0;  // of the global map
+  AirLight air_;
+  std::shared_ptr<const EmissionGuide> surface_guide_, air_guide_;  // of trace_chosen(); of all passes of a seed
   std::size_t first_caustic_ = 0;    // photons of the caustic map from the pass of the global map
   std::uint64_t caustic_paths_ = 0;  // paths emitted, or enough, for the caustic map alone
   std::unique_ptr<DensityEngine> diagnosis_;

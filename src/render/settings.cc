@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "density/engine.h"
 #include "gather/direct_light.h"
+#include "photon/material_lobes.h"
 #include "render/options.h"
 #include "scene/light_groups.h"
 #include "scene/scene.h"
@@ -33,6 +34,10 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// light leak.
 constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
+/// Photons of a sample of the path tracer at least: they cost as much as some thousand paths.
+constexpr double kMinPhotonsOfPaths = 50'000;
+/// Photons of an estimate: radii hold so many.
+constexpr std::uint32_t kNearest = 50;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
 constexpr double kProgressiveShare = 0.5;
 /// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
@@ -103,6 +108,19 @@ void resolve_photons(RenderSettings& s) {
   if (queries < kQueriesThatPayControl * static_cast<double>(s.photons)) return;
   s.photons_traced = s.photons;
   s.photons /= kShareKept;
+}
+
+/// A path tracer has photons for light that no path finds. Each sample has new ones, so that the spread of the samples
+/// contains their noise.
+void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
+  s.photons = s.photons_traced = 0;
+  if (!bends_delta_lights(scene)) return;
+  s.progressive = true;
+  s.fixed_radius = false;
+  s.engine = engine_traits(kAutomaticEngine).name;
+  s.nearest = kNearest;
+  s.photons = s.photons_traced =
+      static_cast<std::uint64_t>(std::clamp(pixel_count(s), kMinPhotonsOfPaths, kMaxPhotons));
 }
 
 /// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
@@ -195,6 +213,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   if (!s.aovs.empty() || filters(s) || s.light_groups) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
+    resolve_photons_of_paths(s, scene);
     const std::uint32_t usual = scene.film().samples > 0 ? scene.film().samples : kDefaultPathSamples;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : usual;
   } else {
@@ -205,7 +224,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     if (s.photons == 0) resolve_photons(s);
     s.photons_traced = std::max(s.photons_traced, s.photons);
     // The cost of knn grows with k, and final gathering averages many of its estimates. [SF07] and [HHS05] use k >= 30.
-    if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : 50;
+    if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : kNearest;
     if (s.light_samples == 0) s.light_samples = default_light_samples(s.gather);
   }
   if (s.sample_range().count() == 0)
@@ -226,6 +245,11 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
   note(asked.samples == 0, open_ended ? std::string("samples: as many as time or noise allow")
                                       : fmt::format("{} samples: enough for edges{}", chosen.samples,
                                                     by_photons ? ", while gather rays see to the rest" : " and light"));
+  if (!by_photons && chosen.photons > 0)
+    notes.push_back(
+        fmt::format("{} photons for each sample: no path finds light of lamps without size that mirrors or glass bend; "
+                    "photons bring it, a little blurred",
+                    chosen.photons));
   if (!by_photons) return notes;
   note(
       asked.gather == 0 && chosen.integrator == Integrator::gather,

@@ -6,6 +6,7 @@
 
 #include "core/disk_memory.h"
 #include "core/random.h"
+#include "core/roulette.h"
 #include "density/engine.h"
 #include "points/slot_value.h"
 
@@ -132,7 +133,7 @@ struct RenderSettings {
   bool secondary_gather = true;     ///< gather rays that are short beside the photons' radius gather again at their end
   bool gather_guiding = true;       ///< aim gather rays at light (gather/gather_guide.h, gather/bright_patches.h)
   bool boundary_correction = true;  ///< correct kernels that extend over edges (render/boundary.h)
-  int max_bounces = 1000;           ///< most bounces of a path (Russian roulette ends nearly all earlier)
+  int max_bounces = kNoBounceLimit;  ///< most bounces of a path
   SamplerKind sampler = SamplerKind::sobol;
   Filtering filter = Filtering::automatic;
   bool of_points = false;               ///< points are rendered, and not what a camera sees; set by Job

@@ -56,7 +56,7 @@ TEST(Volume, WeakensCameraRays) {
   for (const RGB& seen : radiance.emitted) expect_transmitted(seen, 1.25f);
   RenderSettings paths;
   paths.width = paths.height = 1;
-  trace_paths(tracer, scene.camera(""), task, paths, radiance, first_hit, statistics);
+  trace_paths(tracer, scene.camera(""), task, paths, nullptr, radiance, first_hit, statistics);
   for (const RGB& seen : radiance.emitted) expect_transmitted(seen, 1.25f);
 }
 
@@ -116,7 +116,7 @@ TEST(Volume, WeakensSamplesOfLampsWithinRoughGlass) {
     camera_pass(tracer, scene.camera(""), task, settings, by_photons, first_hit, statistics);
     RenderSettings paths;
     paths.width = paths.height = 1;
-    trace_paths(tracer, scene.camera(""), task, paths, by_paths, first_hit, statistics);
+    trace_paths(tracer, scene.camera(""), task, paths, nullptr, by_paths, first_hit, statistics);
     for (const SlotRadiance* radiance : {&by_photons, &by_paths}) {
       RGB sum(0.0f);
       for (const auto* layer : {&radiance->emitted, &radiance->direct, &radiance->caustic})
@@ -146,7 +146,7 @@ TEST(Volume, WeakensGatherRaysFromEitherEnd) {
     FirstHit first_hit;
     RenderSettings paths;
     paths.width = paths.height = 1;
-    trace_paths(tracer, scene.camera(""), task, paths, radiance, first_hit, statistics);
+    trace_paths(tracer, scene.camera(""), task, paths, nullptr, radiance, first_hit, statistics);
     RGB sum(0.0f);
     for (const RGB& seen : radiance.caustic) sum += seen * (1.0f / 256);
     return sum;

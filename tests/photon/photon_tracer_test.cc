@@ -178,7 +178,7 @@ TEST(PhotonTracer, APassOfCausticPhotonsAloneHasThoseOfTheWholePass) {
   settings.photons = 20000;
   Statistics statistics;
   const PhotonPass whole = trace_photons(tracer, settings, statistics);
-  settings.only_caustic = true;
+  settings.choice = PhotonChoice::caustic;
   settings.max_emitted = whole.emitted;
   const PhotonPass caustic = trace_photons(tracer, settings, statistics);
   EXPECT_EQ(caustic.emitted, whole.emitted);

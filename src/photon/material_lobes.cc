@@ -1,0 +1,55 @@
+#include "photon/material_lobes.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace glowworm {
+
+namespace {
+
+/// Whether textures decide which of the lobes a surface has.
+bool varies(const Material& m, Lobes wanted) {
+  const bool is_glass = m.kind == MaterialKind::dielectric || m.kind == MaterialKind::thin_dielectric;
+  if (m.kind != MaterialKind::diffuse && (m.roughness_u.texture != kNone || m.roughness_v.texture != kNone))
+    return !is_glass || (wanted & kSharp);
+  if (wanted & kBroad) {
+    const bool color = m.reflectance.texture != kNone || m.transmittance.texture != kNone;
+    if (m.kind == MaterialKind::diffuse || m.kind == MaterialKind::coated_diffuse) return color;
+    if (m.kind == MaterialKind::metallic_roughness && color && m.metallic.value < 1) return true;
+  }
+  return m.kind == MaterialKind::metallic_roughness &&
+         (m.metallic.texture != kNone || m.transmission.texture != kNone || m.clearcoat.texture != kNone ||
+          m.coat_roughness.texture != kNone);
+}
+
+}  // namespace
+
+bool may_have_lobes(const Scene& scene, const SurfacePoint& point, std::uint32_t material, Lobes wanted) {
+  const Material& m = scene.materials()[material];
+  if (m.kind == MaterialKind::mix)
+    return may_have_lobes(scene, point, m.mix_a, wanted) || may_have_lobes(scene, point, m.mix_b, wanted);
+  if (varies(m, wanted)) return true;
+  SurfacePoint of_material = point;
+  of_material.material = material;
+  return (lobes(resolve_bsdf(scene, of_material)) & wanted) != 0;
+}
+
+bool may_have_lobes(const Scene& scene, Lobes wanted) {
+  const Geometry& g = scene.geometry();
+  std::vector<bool> seen(scene.materials().size(), false);
+  for (std::uint32_t triangle = 0; triangle < g.triangle_count(); ++triangle) {
+    const std::uint32_t material = g.material[triangle];
+    if (seen[material]) continue;
+    seen[material] = true;
+    constexpr float kThird = 1.0f / 3;
+    if (may_have_lobes(scene, surface_point(scene, triangle, {kThird, kThird}), material, wanted)) return true;
+  }
+  return false;
+}
+
+bool bends_delta_lights(const Scene& scene) {
+  const auto shines = [](const Light& light) { return !is_black(light.intensity); };
+  return std::any_of(scene.lights().begin(), scene.lights().end(), shines) && may_have_lobes(scene, kSharp);
+}
+
+}  // namespace glowworm

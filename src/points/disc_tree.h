@@ -1,0 +1,98 @@
+// A tree over discs, which finds those that a ray crosses.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/box.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// A disc that rays cross from its front, the side of its normal.
+struct Disc {
+  Vec3 center;       ///< metres
+  Vec3 normal;       ///< unit
+  float radius = 0;  ///< metres
+};
+
+/// A place where a ray crosses a disc.
+struct DiscCrossing {
+  std::uint32_t disc = 0;
+  float distance = 0;        ///< along the ray, in multiples of its direction
+  float radius_squared = 0;  ///< from the disc's centre, m^2
+};
+
+/// A binary tree of boxes over discs. Immutable; calls are thread-safe.
+class DiscTree {
+ public:
+  DiscTree() = default;
+  explicit DiscTree(std::vector<Disc> discs);
+
+  bool empty() const { return discs_.empty(); }
+  const std::vector<Disc>& discs() const { return discs_; }
+
+  /// Calls visit(DiscCrossing) for each disc that the ray crosses from its front within `length`, until visit returns
+  /// false. Which discs it finds, and their crossings, depend on the ray and the disc alone.
+  template <class Visit>
+  void for_crossed(Vec3 origin, Vec3 direction, float length, Visit&& visit) const {
+    if (nodes_.empty()) return;
+    const Vec3 inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
+    std::uint32_t stack[kMaxDepth + 1], depth = 0, at = 0;
+    for (;;) {
+      const Node& node = nodes_[at];
+      if (meets(node.box, origin, inverse, length)) {
+        if (node.count == 0) {
+          stack[depth++] = node.first;
+          ++at;
+          continue;
+        }
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+          const DiscCrossing crossing = cross(order_[i], origin, direction, length);
+          if (crossing.distance <= length && !visit(crossing)) return;
+        }
+      }
+      if (depth == 0) return;
+      at = stack[--depth];
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kMaxDepth = 32, kLeaf = 4;
+  /// An inner node has count 0; its left child follows it, and `first` is its right one.
+  struct Node {
+    Box3 box;
+    std::uint32_t first = 0, count = 0;
+  };
+
+  void build(std::uint32_t first, std::uint32_t last);
+  static bool meets(const Box3& box, Vec3 origin, Vec3 inverse, float length) {
+    float near = 0, far = length;
+    for (int axis = 0; axis < 3; ++axis) {
+      float in = (box.min[axis] - origin[axis]) * inverse[axis], out = (box.max[axis] - origin[axis]) * inverse[axis];
+      if (in > out) std::swap(in, out);
+      // A coordinate on the box's side of a ray along it is no number, which changes neither.
+      near = in > near ? in : near;
+      far = out < far ? out : far;
+    }
+    return near <= far * (1 + 0x1p-20f);
+  }
+  /// The distance is no number where the ray misses.
+  DiscCrossing cross(std::uint32_t disc, Vec3 origin, Vec3 direction, float length) const {
+    constexpr DiscCrossing kMissed{0, std::numeric_limits<float>::quiet_NaN(), 0};
+    const Disc& d = discs_[disc];
+    const float facing = dot(direction, d.normal);
+    if (!(facing < 0)) return kMissed;
+    const float distance = dot(d.center - origin, d.normal) / facing;
+    if (!(distance >= 0 && distance <= length)) return kMissed;
+    const float squared = length_squared(origin + direction * distance - d.center);
+    return squared < d.radius * d.radius ? DiscCrossing{disc, distance, squared} : kMissed;
+  }
+
+  std::vector<Disc> discs_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace glowworm
