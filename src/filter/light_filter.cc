@@ -218,8 +218,7 @@ class LightFilter {
             level_.at(x, y),
             variance_.at(x, y),
             spread_.at(x, y),
-            noise_.at(x, y),
-            estimate_.same_noise};
+            noise_.at(x, y)};
   }
 
   void filter_tile(int x0, int y0) {
@@ -238,14 +237,12 @@ class LightFilter {
       for (int x = 0; x < width; ++x) {
         const std::size_t at = WindowSums::at(x, y);
         const std::size_t pixel = index(x0 + x, y0 + y);
-        const float share = 1 / sums.weight[at], kept = sums.kept[at];
-        const RGB others(sums.light[0][at], sums.light[1][at], sums.light[2][at]);
-        out_.light[pixel] = (others + estimate_.light[pixel] * kept) * share;
+        const float share = 1 / sums.weight[at];
+        out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * share;
         const float own = *variance_.at(x0 + x, y0 + y);
-        const float variance = (sums.variance[at] + (squared(1 + kept) - 1) * own) * squared(share);
-        const float apart = 1 - (sums.weight[at] - kept) / sums.surface[at];
+        const float apart = 1 - sums.weight[at] / sums.surface[at];
         out_.variance[pixel] =
-            variance * *stated_.at(x0 + x, y0 + y) + kept_variance(apart) * (1 - (1 + kept) * share) * own;
+            sums.variance[at] * squared(share) * *stated_.at(x0 + x, y0 + y) + kept_variance(apart) * (1 - share) * own;
         out_.unfiltered[pixel] = own;
       }
   }

@@ -26,9 +26,6 @@ struct LightEstimate {
   std::vector<float> level;     ///< its luminance, of which the variance is known
   std::vector<float> variance;  ///< of `level`, from the spread of the samples
   std::vector<std::uint32_t> samples;
-  /// Ratio of the noise of two pixels above which it counts as the same. Where rare samples are bright it must be
-  /// small, because few pixels have met them.
-  float same_noise = 0.03f;
 };
 
 /// Rows [first, end) of a picture.
@@ -51,8 +48,7 @@ struct FilteredLight {
 ///
 /// A test cannot tell a few bright samples beside a lamp from noise, and pixels that have not met such samples have
 /// small variances. So only pixels whose surroundings are equally noisy are averaged (find_noise() in
-/// kernels/light_window.h): noise spreads as far as it occurs. What a pixel does not take from others, it keeps, so no
-/// light is lost.
+/// kernels/light_window.h): noise spreads as far as it occurs.
 ///
 /// Samples of one pixel are stratified, so their spread overstates the error of their mean. Fourth differences of
 /// neighbouring pixels measure by how much. Pixels are compared by variances that are scaled by the fourth root of

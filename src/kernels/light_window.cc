@@ -105,7 +105,7 @@ HWY_INLINE WindowFloats same_noise(const WindowPlanes& p, std::ptrdiff_t here, s
   const WindowFloats least = hn::Add(hn::Mul(hn::Set(f, kLeastNoise), square), hn::Set(f, kLeastVariance));
   const WindowFloats a = hn::LoadU(f, p.noise + here), b = hn::LoadU(f, p.noise + here + to);
   const WindowFloats ratio = hn::Div(hn::Add(hn::Min(a, b), least), hn::Add(hn::Max(a, b), least));
-  return hn::Min(hn::Div(ratio, hn::Set(f, p.same_noise)), hn::Set(f, 1.0f));
+  return hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));
 }
 
 /// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.
@@ -126,13 +126,11 @@ HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float n
         hn::Min(above_zero(hn::Div(hn::Sub(none, excess), hn::Set(f, kNoWeight - kFullWeight))), one);
     // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
     const WindowFloats surface = hn::Mul(hn::Set(f, near), own);
-    const WindowFloats whole = hn::Mul(surface, same);
-    const WindowFloats weight = hn::Mul(whole, same_noise(p, y * p.stride + x, to));
+    const WindowFloats weight = hn::Mul(hn::Mul(surface, same), same_noise(p, y * p.stride + x, to));
     const std::size_t at = WindowSums::at(static_cast<int>(x), y);
     hn::StoreU(hn::Add(hn::LoadU(f, sums.surface + at), surface), f, sums.surface + at);
     for (int c = 0; c < 3; ++c) add_product(weight, p.light[c] + there, sums.light[c] + at);
-    hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), whole), f, sums.weight + at);
-    hn::StoreU(hn::Add(hn::LoadU(f, sums.kept + at), hn::Sub(whole, weight)), f, sums.kept + at);
+    hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), weight), f, sums.weight + at);
     add_product(hn::Mul(weight, weight), p.variance + there, sums.variance + at);
   }
 }

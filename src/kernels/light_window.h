@@ -26,8 +26,6 @@ struct WindowPlanes {
   const float* variance = nullptr;  ///< of the level
   const float* spread = nullptr;    ///< variance of one sample's level, for find_noise()
   const float* noise = nullptr;     ///< of find_noise(), for add_window()
-  /// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight is proportional to it.
-  float same_noise = 1;
 };
 
 /// Sums of a tile, row by row. With the border of a pixel that comparisons need, a row fills whole vectors; the columns
@@ -38,8 +36,7 @@ struct WindowSums {
   static constexpr std::size_t kFloats = static_cast<std::size_t>(kStride * kHeight);
   float light[3][kFloats];
   float weight[kFloats];
-  float kept[kFloats];  ///< the part of the weight that the pixel's own light gets, instead of pixels of other noise
-  float variance[kFloats];  ///< times squared weights, without `kept`
+  float variance[kFloats];  ///< times squared weights
   float surface[kFloats];   ///< weights that the pixels would have if they showed the same light
 
   static std::size_t at(int x, int y) { return static_cast<std::size_t>(y * kStride + x); }
@@ -67,6 +64,10 @@ inline constexpr float kLeastDepth = 1e-18f;
 inline constexpr float kMinVariance = 1e-10f, kLeastVariance = 1e-30f;
 /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
 inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
+/// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight is proportional to it.
+/// Sectors of few samples find no smaller difference than that. Beside a lamp that nearly touches a surface the ratio
+/// is below 1e-3.
+inline constexpr float kSameNoise = 0.03f;
 /// Squared share of the level that is added to noise: less noise than a thousandth of the light tells nothing.
 inline constexpr float kLeastNoise = 1e-6f;
 /// Places of the other pixels of a sector, steps along and across; reflections give the other sectors.

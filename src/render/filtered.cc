@@ -33,10 +33,6 @@ RGB shading_albedo(const Film& film, std::size_t pixel, Layer layer = Layer::alb
 
 LightEstimate estimate_of(const Film& film, Layer layer) {
   LightEstimate estimate;
-  // Each camera sample takes several samples of lights, so bright samples are rare in indirect light alone. Where
-  // direct light changes steeply, noise tells how bright it is.
-  constexpr float kSameNoiseOfDirect = 0.15f;
-  if (layer == Layer::direct) estimate.same_noise = kSameNoiseOfDirect;
   estimate.light.resize(film.pixel_count());
   estimate.level.resize(film.pixel_count());
   estimate.variance.resize(film.pixel_count());

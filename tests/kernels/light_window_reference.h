@@ -36,7 +36,7 @@ inline float same_noise(const WindowPlanes& planes, std::ptrdiff_t here, std::pt
   const float least =
       kLeastNoise * std::min(square(planes.level[here]), square(planes.level[here + to])) + kLeastVariance;
   const float a = planes.noise[here], b = planes.noise[here + to];
-  return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / planes.same_noise, 1.0f);
+  return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
 }
 
 inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance2,
@@ -57,10 +57,9 @@ inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrd
   const Pair own = compare(planes, here, to, distance);
   if (!(own.alike > 0)) return;
   // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-  const float surface = near * own.alike, whole = surface * same, weight = whole * same_noise(planes, here, to);
+  const float surface = near * own.alike, weight = surface * same * same_noise(planes, here, to);
   for (int c = 0; c < 3; ++c) sums.light[c][at] += weight * planes.light[c][here + to];
-  sums.weight[at] += whole;
-  sums.kept[at] += whole - weight;
+  sums.weight[at] += weight;
   sums.surface[at] += surface;
   sums.variance[at] += weight * weight * planes.variance[here + to];
 }

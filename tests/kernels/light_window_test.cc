@@ -49,7 +49,6 @@ class WindowPixels {
     out.variance = plane(9) + kFirst;
     out.spread = plane(10) + kFirst;
     out.noise = plane(11) + kFirst;
-    out.same_noise = 0.1f;
     return out;
   }
 
@@ -81,7 +80,6 @@ TEST(LightWindow, SameBitsAsPlainLoops) {
       for (int y = 0; y < WindowSums::kHeight; ++y) {
         for (int c = 0; c < 3; ++c) EXPECT_TRUE(same_row(sums.light[c], expected.light[c], y)) << y;
         EXPECT_TRUE(same_row(sums.weight, expected.weight, y)) << y;
-        EXPECT_TRUE(same_row(sums.kept, expected.kept, y)) << y;
         EXPECT_TRUE(same_row(sums.variance, expected.variance, y)) << y;
         EXPECT_TRUE(same_row(sums.surface, expected.surface, y)) << y;
       }
