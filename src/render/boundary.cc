@@ -295,10 +295,13 @@ class Factors {
   std::vector<LinePoint> points_;
 };
 
-/// Random numbers of a query point belong to its place: they do not depend on the other points of a call.
+/// Random numbers of a query point belong to its place: they do not depend on the other points of a call. Exponents do
+/// not count, so that a scene may have any scale.
 std::uint32_t key_of(Vec3 p) {
+  constexpr std::uint32_t kSignAndMantissa = 0x807fffff;
   std::uint32_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) key = hash_combine(key, std::bit_cast<std::uint32_t>(p[axis]));
+  for (int axis = 0; axis < 3; ++axis)
+    key = hash_combine(key, std::bit_cast<std::uint32_t>(p[axis]) & kSignAndMantissa);
   return key;
 }
 
