@@ -69,7 +69,10 @@ class PassRenderer {
   }
 
   void look_up_global(const QueryPoints& queries) {
-    const auto correct = [&](bool is_narrow) { maps_.correct(tracer_, queries, memory_.found, is_narrow); };
+    const auto correct = [&](bool is_narrow) {
+      const PhaseTimer timer(statistics_, Phase::density);
+      maps_.correct(tracer_, queries, memory_.found, is_narrow);
+    };
     look_up(queries, maps_.engines(), maps_.narrow(), correct, out_.radiance.indirect);
   }
 
