@@ -154,11 +154,12 @@ TEST(PhotonTracer, EndsInAClosedWhiteRoom) {
   const Scene scene(std::move(d));
   const PhotonPass pass = shoot(scene, 500'000);
   EXPECT_GE(pass.global.size(), 500'000u);
-  EXPECT_EQ(pass.emitted, kPathsPerChunk);
+  EXPECT_LT(pass.global.size(), 750'000u);
+  EXPECT_LT(pass.emitted, 8 * kPathsPerChunk);
   const Tracer tracer(scene);
   PhotonPassSettings settings;
   std::uint64_t left = 500'000;
-  EXPECT_EQ(trace_pilot(tracer, settings, 0, 16 * kPathsPerChunk, left).size(), kPathsPerChunk);
+  EXPECT_LT(trace_pilot(tracer, settings, 0, 16 * kPathsPerChunk, left).size(), 8 * kPathsPerChunk);
   EXPECT_EQ(left, 0u);
 }
 
