@@ -1,5 +1,5 @@
 # Two commands do all the set-up: `make demo` and `make test`. docs/architecture.md says more.
-.PHONY: help packages fuzz build demo test check format bench bench-tables test-references tsan docs web-demo
+.PHONY: help packages fuzz build demo test check format bench bench-tables test-references check-cases tsan docs web-demo
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
@@ -16,6 +16,7 @@ help:
 	@echo 'make bench            the micro-benchmarks'
 	@echo 'make bench-tables     the tables of the papers, into bench/results/'
 	@echo 'make test-references  pictures against those of another renderer, where ../shared has them'
+	@echo 'make check-cases      small inputs against their right values, where ../shared has them'
 
 packages:
 	@scripts/install-packages
@@ -76,3 +77,6 @@ bench-tables: build
 
 test-references: build
 	scripts/test-references
+
+check-cases: build
+	scripts/check-cases
