@@ -8,7 +8,7 @@ namespace glowworm {
 
 /// Maximum coordinate and length of a scene, and minimum diagonal of the box around it, in metres. Embree multiplies
 /// three lengths of triangles: beyond 7e12 m these products overflow, and in fine meshes of smaller scenes they vanish.
-inline constexpr float kMaxCoordinate = 1e12f, kMinSceneSize = 1e-6f;
+inline constexpr float kMaxCoordinate = 1e12f, kMinSceneSize = 1e-7f;
 /// Maximum intensity or irradiance of a light, so that sums over lights and samples stay finite. kMaxRadiance bounds
 /// radiance.
 inline constexpr float kMaxLight = 1e30f;

@@ -226,7 +226,9 @@ TEST_F(StatisticsTest, PhasesAddUpToTheTotal) {
     const auto seconds = [&](const char* phase) { return s["time_s"][phase].get<double>(); };
     EXPECT_LE(sum, seconds("total") * 1.0001) << integrator;
     EXPECT_GE(sum, seconds("total") * 0.95) << integrator;
-    EXPECT_LT(seconds("other"), 0.2 * seconds("total")) << integrator << ": most work has a phase of its own";
+    constexpr double kScheduling = 0.05;  // s, on a busy machine
+    EXPECT_LT(seconds("other"), 0.2 * seconds("total") + kScheduling)
+        << integrator << ": most work has a phase of its own";
     EXPECT_EQ(seconds("trace_paths") > 0, integrator == "path");
     if (integrator == "gather") {
       EXPECT_GT(seconds("photon_noise"), 0);

@@ -551,7 +551,7 @@ TEST(SceneChecks, RejectsValuesBeyondTheRangeOfEmbree) {
   EXPECT_THAT(refusal_of([](D& d) {
                 for (Vec3& p : d.geometry.positions) p = p * 1e-10f;
               }),
-              HasSubstr("m across, but its size must be at least 1e-09 m"));
+              HasSubstr("m across, but its size must be at least 1e-07 m"));
 }
 
 TEST(SceneChecks, LightsAreNeitherNegativeNorInfinite) {
