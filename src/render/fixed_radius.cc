@@ -11,7 +11,7 @@ namespace glowworm {
 namespace {
 
 /// Rounds end when the mean is within this share of the number that is wanted; five or fewer suffice.
-constexpr double kTolerance = 0.02;
+constexpr double kDeviation = 0.02;  // of the k reached from the k asked for
 constexpr int kMostRounds = 8;
 
 /// The mean number of photons of the maps within reach of query points.
@@ -47,7 +47,7 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
     const float radius = maps.common_radius();
     const double mean = maps.empty() ? 0 : mean_count(tracer, maps, view, tasks, pass, budget);
     const double ratio = mean / wanted.nearest;
-    if (!(ratio > 0) || std::abs(ratio - 1) < kTolerance || round == kMostRounds) return radius;
+    if (!(ratio > 0) || std::abs(ratio - 1) < kDeviation || round == kMostRounds) return radius;
     wanted.radius = radius / static_cast<float>(std::sqrt(ratio));
   }
 }
