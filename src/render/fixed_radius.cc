@@ -11,7 +11,7 @@ namespace glowworm {
 namespace {
 
 /// Rounds end when the mean is within this share of the number that is wanted; five or fewer suffice.
-constexpr double kDeviation = 0.02;  // of the k reached from the k asked for
+constexpr double kDeviation = 0.02;
 constexpr int kMostRounds = 8;
 
 /// The mean number of photons of the maps within reach of query points.
