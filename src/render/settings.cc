@@ -34,8 +34,9 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// light leak.
 constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
-/// Photons of a sample of the path tracer at least: they cost as much as some thousand paths.
-constexpr double kMinPhotonsOfPaths = 50'000;
+/// Photons of all samples of the path tracer together, at least, and of one sample, as multiples of k: they cost as
+/// much as paths, and a map of fewer photons than this blurs their light over the scene.
+constexpr double kMinPhotonsOfPaths = 1'000'000, kMinMapOfPaths = 20;
 /// Photons of an estimate: radii hold so many.
 constexpr std::uint32_t kNearest = 50;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
@@ -119,8 +120,11 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   s.fixed_radius = false;
   s.engine = engine_traits(kAutomaticEngine).name;
   s.nearest = kNearest;
+  // Renders with an open end may stop after a few samples.
+  const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
+  const double least = std::max(kMinPhotonsOfPaths / samples, kMinMapOfPaths * kNearest);
   s.photons = s.photons_traced =
-      static_cast<std::uint64_t>(std::clamp(pixel_count(s), kMinPhotonsOfPaths, kMaxPhotons));
+      static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
 }
 
 /// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
@@ -213,9 +217,9 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   if (!s.aovs.empty() || filters(s) || s.light_groups) s.separate_layers = true;
   const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
   if (s.integrator == Integrator::path) {
-    resolve_photons_of_paths(s, scene);
     const std::uint32_t usual = scene.film().samples > 0 ? scene.film().samples : kDefaultPathSamples;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : usual;
+    resolve_photons_of_paths(s, scene);
   } else {
     s.engine = engine_traits(s.engine).name;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kDefaultSamples;
