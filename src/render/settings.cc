@@ -123,8 +123,7 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   // Renders with an open end may stop after a few samples.
   const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
   const double least = std::max(kMinPhotonsOfPaths / samples, kMinMapOfPaths * kNearest);
-  s.photons = s.photons_traced =
-      static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
+  s.photons = s.photons_traced = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
 }
 
 /// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
