@@ -68,7 +68,7 @@ Photons trace_photons(const Scene& scene, const PhotonOptions& options) {
   auto out = std::make_shared<Photons::Implementation>();
   out->batch = std::move(options.caustic ? pass.caustic : pass.global);
   out->emitted = pass.emitted;
-  for (glowworm::Vec3& p : out->batch.position) p = scene.implementation().scene->outside(p);
+  for (glowworm::Vec3& p : out->batch.position) p = narrow(scene.implementation().scene->outside(p));
   return Photons(std::move(out));
 }
 

@@ -25,7 +25,7 @@ struct Scene::Implementation {
         tracer(std::make_shared<const glowworm::Tracer>(*traced)) {
     if (scene->origin() == glowworm::Vec3{0, 0, 0}) return;
     auto moved = std::make_shared<std::vector<glowworm::Vec3>>(scene->geometry().positions);
-    for (glowworm::Vec3& p : *moved) p = scene->outside(p);
+    for (glowworm::Vec3& p : *moved) p = narrow(scene->outside(p));
     positions = std::move(moved);
   }
   /// The scene with more cameras, which the tracer does not know of.

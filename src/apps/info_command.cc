@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -42,7 +43,7 @@ std::vector<NamedPower> light_powers(const std::shared_ptr<const Scene>& scene) 
 }
 
 /// "(x, y, z)".
-std::string place_text(Vec3 v) {
+std::string place_text(Vec3d v) {
   return fmt::format("({}, {}, {})", coordinate_text(v.x), coordinate_text(v.y), coordinate_text(v.z));
 }
 
@@ -52,24 +53,23 @@ void say(fmt::format_string<Values...> format, Values&&... values) {
 }
 
 /// A place of the scene's tables as the user's file has it.
-Vec3 file_place(const Scene& scene, Vec3 place) { return scene.to_file_axes(scene.outside(place)); }
+Vec3d file_place(const Scene& scene, Vec3 place) { return scene.to_file_axes(scene.outside(place)); }
 
-/// The corners of the scene's box, in the axes of the user's file.
-Box3 file_box(const Scene& scene) {
+/// The least and the greatest corner of the scene's box in the coordinates and axes of the user's file.
+std::array<Vec3d, 2> file_corners(const Scene& scene) {
   Box3 box;
-  box.grow(file_place(scene, scene.bounds().min));
-  box.grow(file_place(scene, scene.bounds().max));
-  return box;
+  for (const Vec3 corner : {scene.bounds().min, scene.bounds().max}) box.grow(scene.to_file_axes(corner));
+  return {file_place(scene, scene.from_file_axes(box.min)), file_place(scene, scene.from_file_axes(box.max))};
 }
 
 void print_scene(const std::shared_ptr<const Scene>& shared) {
   const Scene& scene = *shared;
   const Geometry& g = scene.geometry();
-  const Box3 b = file_box(scene);
+  const auto [least, greatest] = file_corners(scene);
   say("scene      {}\n", scene.name());
   say("triangles  {}\n", g.triangle_count());
   say("vertices   {}\n", g.positions.size());
-  say("bounds     {} to {} m\n", place_text(b.min), place_text(b.max));
+  say("bounds     {} to {} m\n", place_text(least), place_text(greatest));
   if (scene.film().width > 0) say("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
   std::map<std::uint32_t, std::size_t> uses;
   for (const std::uint32_t m : g.material) ++uses[m];
@@ -92,7 +92,7 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
   for (const std::string& note : scene.notes()) say("note: {}\n", note);
 }
 
-nlohmann::json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
+nlohmann::json numbers(Vec3d v) { return {v.x, v.y, v.z}; }
 nlohmann::json numbers(RGB c) { return {c.r, c.g, c.b}; }
 
 void print_json(const std::shared_ptr<const Scene>& shared) {
@@ -102,7 +102,8 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
   json out = {{"name", scene.name()},
               {"triangles", g.triangle_count()},
               {"vertices", g.positions.size()},
-              {"bounds_m", {numbers(file_box(scene).min), numbers(file_box(scene).max)}},
+              {"bounds_m", {numbers(file_corners(scene)[0]), numbers(file_corners(scene)[1])}},
+              {"origin_m", numbers(file_place(scene, {0, 0, 0}))},
               {"picture", {{"width", scene.film().width}, {"height", scene.film().height}}},
               {"textures", scene.textures().size()},
               {"power_w", scene.light_power().total()}};

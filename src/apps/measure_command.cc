@@ -135,7 +135,8 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene, MemoryBudget& 
   if (!o.points.empty()) {
     Reservation held(budget, "the file of sensors", 0);
     const std::string text = read_input_file(o.points, held);
-    return brought_inside(parse_points(text, o.points, most_sensors(budget.available())), scene);
+    const Vec3 origin = scene.to_file_axes(scene.origin());
+    return from_file_axes(parse_points(text, o.points, origin, most_sensors(budget.available())), scene);
   }
   const std::size_t most = most_sensors(budget.limit());
   read_command_line(

@@ -68,6 +68,7 @@ ProbeGrid make_probes(const Scene& scene, const Tracer& tracer, float spacing) {
   const Box3 bounds = scene.bounds();
   ProbeGrid out;
   out.spacing = spacing;
+  Vec3 first;
   double count = 1;
   for (int axis = 0; axis < 3; ++axis) {
     const float extent = bounds.max[axis] - bounds.min[axis];
@@ -77,14 +78,14 @@ ProbeGrid make_probes(const Scene& scene, const Tracer& tracer, float spacing) {
       throw Error(fmt::format("probes every {:g} m are more than {:g}", spacing, kMaxProbes),
                   "Give a larger --spacing.");
     out.counts[static_cast<std::size_t>(axis)] = static_cast<int>(along);
-    out.origin[axis] = bounds.min[axis] + 0.5f * (extent - spacing * static_cast<float>(along - 1));
+    first[axis] = bounds.min[axis] + 0.5f * (extent - spacing * static_cast<float>(along - 1));
   }
   for (int z = 0; z < out.counts[2]; ++z)
     for (int y = 0; y < out.counts[1]; ++y)
       for (int x = 0; x < out.counts[0]; ++x)
-        out.position.push_back(out.origin +
+        out.position.push_back(first +
                                Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} * spacing);
-  out.origin = scene.outside(out.origin);
+  out.origin = scene.outside(first);
   out.is_inside.resize(out.position.size());
   parallel_for(0, out.position.size(), 64, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) out.is_inside[i] = is_inside_solid(scene, tracer, out.position[i]);

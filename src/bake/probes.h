@@ -13,7 +13,7 @@ namespace glowworm {
 
 /// Probes at the corners of cubes that fill the scene's bounds.
 struct ProbeGrid {
-  Vec3 origin;                          ///< the first probe in the user's coordinates (Scene::outside()), metres
+  Vec3d origin;                         ///< the first probe in the user's coordinates (Scene::outside()), metres
   float spacing = 0;                    ///< metres
   std::array<int, 3> counts{0, 0, 0};   ///< along x, y and z
   std::vector<Vec3> position;           ///< x runs fastest, then y

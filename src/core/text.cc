@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -16,9 +17,10 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-std::string coordinate_text(float metres) {
+std::string coordinate_text(double metres) {
   // Adding zero turns a zero below into one above, as people write it.
-  return fmt::format("{:.{}g}", metres + 0.0f, std::abs(metres) < 1000 ? 4 : 7);
+  return fmt::format("{:.{}g}", metres + 0.0,
+                     std::abs(metres) < 1000 ? 4 : 4 + static_cast<int>(std::log10(std::abs(metres))));
 }
 
 std::string lower_ending(const std::string& path) { return lower(std::filesystem::path(path).extension().string()); }

@@ -21,8 +21,8 @@ std::string shell_word(const std::string &word);
 /// change the direction of writing, and bytes that are not UTF-8 become escapes such as \x1b.
 std::string printable(std::string_view text);
 
-/// A coordinate in metres: four digits, or all seven of float from a thousand metres on.
-std::string coordinate_text(float metres);
+/// A coordinate in metres: four digits, and millimetres from a thousand metres on.
+std::string coordinate_text(double metres);
 
 /// Finite numbers with a separator between them; empty if the text is anything else.
 template <typename T>

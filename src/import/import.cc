@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "builtin/builtin.h"
+#include "core/coordinate_origin.h"
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/text.h"
@@ -36,17 +37,25 @@ void check_is_file(const std::string& path) {
   check_input_file(path);
 }
 
-SceneDescription load_file(const std::string& path, const ImportOptions& options) {
-  check_is_file(path);
+SceneDescription load_format(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
   const std::string extension = lower_ending(path);
-  if (extension == ".pbrt") return load_pbrt(path, options);
-  if (extension == ".gltf" || extension == ".glb") return load_gltf(path, options);
-  if (extension == ".obj") return load_obj(path, options);
-  if (extension == ".ply") return load_ply(path, options);
-  if (extension == ".stl") return load_stl(path, options);
-  if (assimp_reads(extension)) return load_assimp(path, options);
+  if (extension == ".pbrt") return load_pbrt(path, options, origin);
+  if (extension == ".gltf" || extension == ".glb") return load_gltf(path, options, origin);
+  if (extension == ".obj") return load_obj(path, options, origin);
+  if (extension == ".ply") return load_ply(path, options, origin);
+  if (extension == ".stl") return load_stl(path, options, origin);
+  if (assimp_reads(extension)) return load_assimp(path, options, origin);
   throw Error({path}, "files of type '" + extension + "' are not supported",
               "Supported: .pbrt, .gltf, .glb, .obj, .ply, .stl and what Assimp reads (.fbx, .dae, .blend, .3ds, ...).");
+}
+
+SceneDescription load_file(const std::string& path, const ImportOptions& options) {
+  check_is_file(path);
+  CoordinateOrigin origin;
+  SceneDescription scene = read_near(origin, [&] { return load_format(path, options, origin); });
+  scene.origin = origin.origin();
+  scene.origin_is_exact = !origin.is_rounded();
+  return scene;
 }
 
 }  // namespace

@@ -38,15 +38,15 @@ SceneDescription scene_of(Geometry mesh, const PhongMaterial& material, const st
   return description;
 }
 
-Geometry read_stl(const std::string& path, MemoryBudget& budget) {
+Geometry read_stl(const std::string& path, MemoryBudget& budget, CoordinateOrigin& origin) {
   Reservation held(budget, "scene files", 0);
-  return parse_stl(read_input_file(path, held), path, budget);
+  return parse_stl(read_input_file(path, held), path, budget, origin);
 }
 
 }  // namespace
 
-SceneDescription load_ply(const std::string& path, const ImportOptions& options) {
-  PlyMesh source = read_ply(path, *options.budget);
+SceneDescription load_ply(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
+  PlyMesh source = read_ply(path, *options.budget, origin);
   NoteCounter notes;
   notes.add("face of fewer than three corners, left out", source.smaller_faces);
   if (source.has_colors) notes.add("mesh with colours at its vertices, not used");
@@ -62,8 +62,8 @@ SceneDescription load_ply(const std::string& path, const ImportOptions& options)
   return scene_of(std::move(source), material, path, options, notes);
 }
 
-SceneDescription load_stl(const std::string& path, const ImportOptions& options) {
-  Geometry mesh = read_stl(path, *options.budget);
+SceneDescription load_stl(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
+  Geometry mesh = read_stl(path, *options.budget, origin);
   NoteCounter notes;
   notes.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
   // The facet's normal now adds nothing to the winding.

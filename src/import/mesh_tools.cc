@@ -35,8 +35,10 @@ std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices) {
   return triangles * kBytesPerTriangle + std::min(vertices, 3 * triangles) * kBytesPerVertex;
 }
 
-void transform_mesh(Geometry& mesh, const Transform& to_world) {
-  for (Vec3& p : mesh.positions) p = to_world.point(p);
+namespace {
+
+/// Transforms normals, and reverses the winding if the transform mirrors.
+void turn_mesh(Geometry& mesh, const Transform& to_world) {
   for (Vec3& n : mesh.normals) {
     const Vec3 mapped = to_world.normal(n);
     const float l = length(mapped);
@@ -45,6 +47,20 @@ void transform_mesh(Geometry& mesh, const Transform& to_world) {
   if (to_world.determinant() < 0) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }
+}
+
+}  // namespace
+
+void transform_mesh(Geometry& mesh, const Transform& to_world) {
+  for (Vec3& p : mesh.positions) p = to_world.point(p);
+  turn_mesh(mesh, to_world);
+}
+
+void place_mesh(Geometry& mesh, const TransformDouble& to_world, CoordinateOrigin& origin) {
+  const Box3 box = mesh.bounds();
+  if (!(origin_for(Vec3d(box.min), Vec3d(box.max)) == Vec3{0, 0, 0})) origin.set_rounded();
+  for (Vec3& p : mesh.positions) p = origin.take(to_world.point(Vec3d(p)));
+  turn_mesh(mesh, to_world.relative_to(origin.origin()));
 }
 
 void merge_identical_vertices(Geometry& mesh) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "core/coordinate_origin.h"
 #include "core/transform.h"
 #include "import/notes.h"
 #include "scene/geometry.h"
@@ -44,6 +45,10 @@ std::uint64_t scene_bytes(std::uint64_t triangles, std::uint64_t vertices);
 /// Transforms a mesh to world space. Normals stay unit vectors. If the transform mirrors, the winding of triangles is
 /// reversed, so that their outside stays outside (glTF 2.0, section 3.7.4).
 void transform_mesh(Geometry& mesh, const Transform& to_world);
+
+/// The same in double precision, to places relative to the origin. A mesh whose own coordinates lie far from (0, 0, 0)
+/// was rounded before.
+void place_mesh(Geometry& mesh, const TransformDouble& to_world, CoordinateOrigin& origin);
 
 /// Merges vertices whose position, normal and texture coordinates have the same bits.
 void merge_identical_vertices(Geometry& mesh);

@@ -35,7 +35,11 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   Transform turn;
   if (z_up) turn = {turn.x, y_up_from_z_up(turn.y), y_up_from_z_up(turn.z), {0, 0, 0}};
   d.z_up = z_up;
-  const Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
+  Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
+  // The new origin is rounded to floats; positions take up the difference.
+  const Vec3d origin = TransformDouble{Vec3d(map.x), Vec3d(map.y), Vec3d(map.z), {}}.point(Vec3d(d.origin));
+  d.origin = narrow(origin);
+  map.translation = narrow(origin - Vec3d(d.origin));
   transform_mesh(d.geometry, map);
   for (Material& material : d.materials) {
     material.absorption *= 1 / scale;
@@ -60,8 +64,10 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
 void change_cameras(SceneDescription& d, const SceneChanges& changes) {
   if (changes.look_at) {
     Camera first = d.cameras.empty() ? Camera() : d.cameras.front();
-    auto [eye, target] = *changes.look_at;
-    if (changes.z_up) eye = y_up_from_z_up(eye), target = y_up_from_z_up(target);
+    const auto inside = [&](Vec3d place) {
+      return narrow((changes.z_up ? y_up_from_z_up(place) : place) - Vec3d(d.origin));
+    };
+    const Vec3 eye = inside((*changes.look_at)[0]), target = inside((*changes.look_at)[1]);
     // If the camera looks straight up or down, the scene's -z is at the upper edge of the picture.
     const Vec3 way = target - eye;
     const Vec3 up = length(cross(way, {0, 1, 0})) > 1e-4f * length(way) ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
@@ -93,16 +99,16 @@ void parse_environment(const std::string& text, SceneChanges& changes) {
                 "Give an image file, or a radiance such as 1 or 0.5,0.6,0.8.");
 }
 
-std::array<Vec3, 2> parse_look_at(const std::string& text) {
+std::array<Vec3d, 2> parse_look_at(const std::string& text) {
   const std::size_t half = text.find(';');
-  const bool in_halves = half != std::string::npos && numbers_of<float>(text.substr(0, half)).size() == 3;
+  const bool in_halves = half != std::string::npos && numbers_of<double>(text.substr(0, half)).size() == 3;
   std::string with_commas = text;
   if (in_halves) with_commas[half] = ',';
-  const std::vector<float> v = numbers_of<float>(with_commas);
+  const std::vector<double> v = numbers_of<double>(with_commas);
   if (v.size() != 6 || (v[0] == v[3] && v[1] == v[4] && v[2] == v[5]))
     throw Error(fmt::format("--look-at '{}' is not an eye and a target", text),
                 "Give six numbers, the places of two different points, for example 0,1.6,5,0,1,0.");
-  return {Vec3{v[0], v[1], v[2]}, Vec3{v[3], v[4], v[5]}};
+  return {Vec3d{v[0], v[1], v[2]}, Vec3d{v[3], v[4], v[5]}};
 }
 
 Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget) {
@@ -136,7 +142,8 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
   if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
   change_cameras(d, changes);
-  for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text, changes.z_up));
+  for (const std::string& text : changes.luminaires)
+    d.lights.push_back(luminaire_of_text(text, changes.z_up, d.origin));
   if (!changes.sky.empty()) {
     add_sky(changes.sky, d);
   } else if (changes.uniform_radiance) {

@@ -19,10 +19,10 @@ struct SceneChanges {
   float environment_scale = 1;          ///< factor on the environment's radiance
   /// The file's z axis points up, instead of its y axis. The places and directions of luminaires and look_at have it.
   bool z_up = false;
-  float metres_per_unit = 1;                   ///< scale of the file's lengths
-  float field_of_view = 0;                     ///< degrees along the picture's shorter side; 0: that of each camera
-  std::vector<std::string> luminaires;         ///< more lights, as luminaire_of_text() reads them
-  std::optional<std::array<Vec3, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
+  float metres_per_unit = 1;                    ///< scale of the file's lengths
+  float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
+  std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
+  std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };
 
 /// Parses a value of --environment: "R,G,B" or "L" is a radiance; anything else is a file name. Throws Error for a
@@ -30,7 +30,7 @@ struct SceneChanges {
 void parse_environment(const std::string& text, SceneChanges& changes);
 
 /// Parses a value of --look-at: eye and target as "X,Y,Z,X,Y,Z" or "X,Y,Z;X,Y,Z". Throws Error for anything else.
-std::array<Vec3, 2> parse_look_at(const std::string& text);
+std::array<Vec3d, 2> parse_look_at(const std::string& text);
 
 /// Reads an image as an environment. A square image is an equal-area map with its centre upwards; any other is a
 /// lat-long map. Throws Error if the file is missing or not an image, and MemoryError if it exceeds the budget.

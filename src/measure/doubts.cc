@@ -18,7 +18,7 @@ constexpr float kHighest = 100;
 /// Sensors of which one must see a light.
 constexpr std::size_t kSensorsTried = 256;
 
-std::string place_text(Vec3 p) {
+std::string place_text(Vec3d p) {
   return fmt::format("({}, {}, {})", coordinate_text(p.x), coordinate_text(p.y), coordinate_text(p.z));
 }
 
@@ -106,7 +106,7 @@ std::vector<std::string> doubts_after(const Measurement& measured, const Scene& 
   return {
       fmt::format("{} of {} sensors measured no light at all, the first of them at {}: they may lie outside of the "
                   "room or inside of a solid",
-                  count, e.size(), place_text(measured.sensors.position[first]))};
+                  count, e.size(), place_text(measured.place(first)))};
 }
 
 }  // namespace glowworm

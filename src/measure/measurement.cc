@@ -11,6 +11,22 @@
 
 namespace glowworm {
 
+namespace {
+
+/// The type of coordinates in files: float, unless the origin would round them.
+const char* coordinate_type(const Measurement& m) { return m.origin == Vec3{0, 0, 0} ? "float" : "double"; }
+
+/// The three coordinates with a separator between them, and all digits that they have.
+std::string place_of(const Measurement& m, std::size_t sensor, char separator) {
+  const auto coordinate = [&](int axis) {
+    return m.origin[axis] == 0 ? fmt::format("{}", m.sensors.position[sensor][axis])
+                               : fmt::format("{:.12g}", m.place(sensor)[axis]);
+  };
+  return fmt::format("{}{}{}{}{}", coordinate(0), separator, coordinate(1), separator, coordinate(2));
+}
+
+}  // namespace
+
 RenderSettings sensor_settings(RenderSettings settings) {
   settings.progressive = settings.integrator != Integrator::path;
   settings.default_gather = 256;
@@ -61,8 +77,9 @@ Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene
   Measurement out;
   out.sensors = sensors;
   const Vec3 zero{0, 0, 0};  // + 0 writes 0 in place of -0
-  for (Vec3& p : out.sensors.position) p = scene.to_file_axes(scene.outside(p)) + zero;
+  for (Vec3& p : out.sensors.position) p = scene.to_file_axes(p) + zero;
   for (Vec3& n : out.sensors.normal) n = scene.to_file_axes(n) + zero;
+  out.origin = scene.to_file_axes(scene.origin()) + zero;
   out.z_up = scene.z_up();
   out.irradiance.reserve(sensors.size());
   out.relative_error.reserve(sensors.size());
@@ -93,10 +110,10 @@ std::string measurement_csv(const Measurement& m, const std::string& about) {
       "x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error\n",
       one_line(about), kLuminousEfficacy);
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
-    const Vec3 p = m.sensors.position[i], n = m.sensors.normal[i];
+    const Vec3 n = m.sensors.normal[i];
     const RGB e = m.irradiance[i];
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.3g}\n", p.x, p.y,
-                   p.z, n.x, n.y, n.z, mean(e), e.r, e.g, e.b, illuminance(e), m.relative_error[i]);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.3g}\n",
+                   place_of(m, i, ','), n.x, n.y, n.z, mean(e), e.r, e.g, e.b, illuminance(e), m.relative_error[i]);
   }
   return text;
 }
@@ -109,7 +126,8 @@ std::string measurement_json(const Measurement& m, const std::string& about) {
   text.resize(text.size() - 2);  // without the end
   text += ",\n \"points\": [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
-    const Vec3 p = m.sensors.position[i], n = m.sensors.normal[i];
+    const Vec3d p = m.place(i);
+    const Vec3 n = m.sensors.normal[i];
     const RGB e = m.irradiance[i];
     const json point = {{"x", p.x},
                         {"y", p.y},
@@ -132,11 +150,11 @@ std::string measurement_ply(const Measurement& m, const std::string& about) {
   std::string text =
       fmt::format("ply\nformat ascii 1.0\ncomment {}\nelement vertex {}\n", one_line(about), m.sensors.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "E_W_m2", "E_lx", "relative_error"})
-    text += fmt::format("property float {}\n", name);
+    text += fmt::format("property {} {}\n", name[1] == '\0' ? coordinate_type(m) : "float", name);
   text += "end_header\n";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
-    const Vec3 p = m.sensors.position[i], n = m.sensors.normal[i];
-    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {:.6g} {:.6g} {:.3g}\n", p.x, p.y, p.z, n.x, n.y, n.z,
+    const Vec3 n = m.sensors.normal[i];
+    fmt::format_to(std::back_inserter(text), "{} {} {} {} {:.6g} {:.6g} {:.3g}\n", place_of(m, i, ' '), n.x, n.y, n.z,
                    mean(m.irradiance[i]), illuminance(m.irradiance[i]), m.relative_error[i]);
   }
   return text;
@@ -145,9 +163,9 @@ std::string measurement_ply(const Measurement& m, const std::string& about) {
 std::string measurement_vtk(const Measurement& m, const std::string& about) {
   const std::size_t count = m.sensors.size();
   // The format allows a title of 256 characters.
-  std::string text = fmt::format("# vtk DataFile Version 3.0\n{}\nASCII\nDATASET POLYDATA\nPOINTS {} float\n",
-                                 one_line(about).substr(0, 255), count);
-  for (const Vec3 p : m.sensors.position) fmt::format_to(std::back_inserter(text), "{} {} {}\n", p.x, p.y, p.z);
+  std::string text = fmt::format("# vtk DataFile Version 3.0\n{}\nASCII\nDATASET POLYDATA\nPOINTS {} {}\n",
+                                 one_line(about).substr(0, 255), count, coordinate_type(m));
+  for (std::size_t i = 0; i < count; ++i) text += place_of(m, i, ' ') + "\n";
   text += fmt::format("VERTICES {} {}\n", count, 2 * count);
   for (std::size_t i = 0; i < count; ++i) fmt::format_to(std::back_inserter(text), "1 {}\n", i);
   text += fmt::format("POINT_DATA {}\nNORMALS normals float\n", count);

@@ -13,11 +13,15 @@ namespace glowworm {
 
 /// Irradiance at sensors.
 struct Measurement {
-  Sensors sensors;              ///< in the coordinates and axes of the user's file
+  Sensors sensors;              ///< in the axes of the user's file, relative to the origin
+  Vec3 origin{0, 0, 0};         ///< in the coordinates and axes of the user's file, metres
   bool z_up = false;            ///< whose z axis points up, instead of y
   std::vector<RGB> irradiance;  ///< W m^-2 in each channel
   /// Error of the luminance over itself: the truth lies within twice of it with a chance of 95%. 0 where no light is.
   std::vector<float> relative_error;
+
+  /// The place of a sensor in the user's file, metres.
+  Vec3d place(std::size_t sensor) const { return Vec3d(sensors.position[sensor]) + Vec3d(origin); }
 };
 
 /// The settings of a Job over sensor_grid(). Light is not filtered. Photon passes converge, and each has 256 gather

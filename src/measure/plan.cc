@@ -31,6 +31,12 @@ struct Plan {
   double y(Vec3 place) const { return (upwards ? top - place[down] : place[down] - top) / pixel; }
 };
 
+/// The place of a sensor as people write it.
+std::string shown_place(const Measurement& m, std::size_t sensor, const char* separator) {
+  const Vec3d p = m.place(sensor);
+  return coordinate_text(p.x) + separator + coordinate_text(p.y) + separator + coordinate_text(p.z);
+}
+
 Plan plan_of(const Measurement& m) {
   const Sensors& sensors = m.sensors;
   Vec3 sum{0, 0, 0};
@@ -105,9 +111,7 @@ std::string key_figures(const Measurement& m) {
   const double mean = sum / weights;
   const float error = *std::max_element(m.relative_error.begin(), m.relative_error.end());
   const auto place = [&](auto at) {
-    const Vec3 p = m.sensors.position[static_cast<std::size_t>(at - levels.begin())];
-    return fmt::format("{:.5g} lx at {}, {}, {} m", *at, coordinate_text(p.x), coordinate_text(p.y),
-                       coordinate_text(p.z));
+    return fmt::format("{:.5g} lx at {} m", *at, shown_place(m, static_cast<std::size_t>(at - levels.begin()), ", "));
   };
   const auto ratio = [](double a, double b) { return b > 0 ? fmt::format("{:.3f}", a / b) : std::string("no light"); };
   return html_table({{"sensors", fmt::format("{}", levels.size())},
@@ -149,9 +153,8 @@ std::string measurement_page(const Measurement& m, const std::string& about, Col
   std::string script = "const sensors = [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 p = m.sensors.position[i];
-    fmt::format_to(std::back_inserter(script), "[{:.1f},{:.1f},{},{},{},{:.4g},{:.2g}],\n", plan.x(p), plan.y(p),
-                   coordinate_text(p.x), coordinate_text(p.y), coordinate_text(p.z), illuminance(m.irradiance[i]),
-                   m.relative_error[i]);
+    fmt::format_to(std::back_inserter(script), "[{:.1f},{:.1f},{},{:.4g},{:.2g}],\n", plan.x(p), plan.y(p),
+                   shown_place(m, i, ","), illuminance(m.irradiance[i]), m.relative_error[i]);
   }
   const std::string axes = fmt::format("{} to the right, {} {}", "xyz"[plan.across], "xyz"[plan.down],
                                        plan.upwards ? "upwards" : "downwards");

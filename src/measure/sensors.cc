@@ -23,7 +23,7 @@ constexpr std::size_t kSensorsInRow = 1024;
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == ','; }
 
 /// Reads finite numbers with blanks between them; the count, or more than `values` has room for, or 0 for another text.
-std::size_t read_numbers(std::string_view line, std::array<float, 6>& values) {
+std::size_t read_numbers(std::string_view line, std::array<double, 6>& values) {
   std::size_t count = 0;
   while (true) {
     while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
@@ -31,7 +31,7 @@ std::size_t read_numbers(std::string_view line, std::array<float, 6>& values) {
     double value = 0;
     if (!take_number(line, value) || !std::isfinite(static_cast<float>(value))) return 0;
     if (!line.empty() && !is_blank(line.front())) return 0;
-    if (count < values.size()) values[count] = static_cast<float>(value);
+    if (count < values.size()) values[count] = value;
     ++count;
   }
 }
@@ -126,7 +126,7 @@ std::uint32_t object_around(Vec3 place, std::span<const Vec3> directions, const 
 
 }  // namespace
 
-Sensors parse_points(std::string_view text, const std::string& path, std::size_t most) {
+Sensors parse_points(std::string_view text, const std::string& path, Vec3 origin, std::size_t most) {
   Sensors out;
   out.reserve(std::min(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1, most));
   int number = 0;
@@ -136,25 +136,25 @@ Sensors parse_points(std::string_view text, const std::string& path, std::size_t
     ++number;
     while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
     if (line.empty() || line.front() == '#') continue;
-    std::array<float, 6> v;
+    std::array<double, 6> v;
     if (read_numbers(line, v) != v.size())
       throw Error({path, number}, fmt::format("'{}' is not a place and a direction", line.substr(0, 80)),
                   "Write six finite numbers a line: x y z nx ny nz.");
     if (out.size() == most)
       throw Error({path, number}, fmt::format("there are more than {} sensors, for which memory has room", most),
                   "Give a larger --memory or fewer sensors.");
-    const Vec3 normal{v[3], v[4], v[5]};
+    const Vec3 normal = narrow({v[3], v[4], v[5]});
     const float l = length(normal);
     if (!(l > 0 && std::isfinite(l)))
       throw Error({path, number}, "the direction of the sensor has no length", "Give the normal that it faces along.");
-    out.add({v[0], v[1], v[2]}, normalize(normal / l));
+    out.add(narrow(Vec3d{v[0], v[1], v[2]} - Vec3d(origin)), normalize(normal / l));
   }
   if (out.size() == 0) throw Error({path}, "holds no sensors", "Write six numbers a line: x y z nx ny nz.");
   return out;
 }
 
-Sensors brought_inside(Sensors sensors, const Scene& scene) {
-  for (Vec3& p : sensors.position) p = scene.inside(scene.from_file_axes(p));
+Sensors from_file_axes(Sensors sensors, const Scene& scene) {
+  for (Vec3& p : sensors.position) p = scene.from_file_axes(p);
   for (Vec3& n : sensors.normal) n = scene.from_file_axes(n);
   return sensors;
 }
@@ -166,17 +166,17 @@ Sensors plane_sensors(const std::string& text, const Scene& scene, std::size_t m
   const bool turned = plane.starts_with('-');
   const std::string_view rest = std::string_view(plane).substr(turned);
   const bool named = rest.size() > 2 && rest[0] >= 'x' && rest[0] <= 'z' && rest[1] == '=';
-  const std::vector<float> levels = named ? numbers_of<float>(rest.substr(2)) : std::vector<float>();
+  const std::vector<double> levels = named ? numbers_of<double>(rest.substr(2)) : std::vector<double>();
   if (levels.size() != 1) throw Error(fmt::format("--grid '{}' names no plane", text), kForm);
   const int axis = rest[0] - 'x', across = axis == 0 ? 1 : 0, along = axis == 2 ? 1 : 2;
   // In the axes of the file, relative to the scene's origin.
   Box3 box;
   for (const Vec3 corner : {scene.bounds().min, scene.bounds().max}) box.grow(scene.to_file_axes(corner));
-  const Vec3 origin = scene.to_file_axes(scene.origin());
-  const float level = levels[0] - origin[axis];
+  const double origin = scene.to_file_axes(scene.origin())[axis];
+  const auto level = static_cast<float>(levels[0] - origin);
   if (!(level >= box.min[axis] && level <= box.max[axis]))
     throw Error(fmt::format("the plane of --grid '{}' misses the scene, which reaches from {} to {} m", text,
-                            box.min[axis] + origin[axis], box.max[axis] + origin[axis]));
+                            coordinate_text(box.min[axis] + origin), coordinate_text(box.max[axis] + origin)));
   const Vec3 size = box.diagonal();
   const double columns = std::max(std::round(double{size[across]} / spacing), 1.0);
   const double rows = std::max(std::round(double{size[along]} / spacing), 1.0);

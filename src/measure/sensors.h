@@ -33,14 +33,15 @@ struct Sensors {
 
 inline constexpr std::size_t kMaxSensors = 20'000'000;
 
-/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. Positions and
-/// directions are those of the text, so that the caller calls brought_inside(). Blanks, tabs or commas separate; empty
-/// lines and lines that begin with # are skipped. Throws Error with the line for others, for numbers that are not
-/// finite and for directions of length 0, and MemoryError for more than `most`.
-Sensors parse_points(std::string_view text, const std::string& path, std::size_t most = kMaxSensors);
+/// Reads lines "x y z nx ny nz" (metres; a direction of any length), as Radiance's .pts files have them. Positions are
+/// relative to the origin, and have the axes of the text (from_file_axes()), as it has. Blanks, tabs or commas
+/// separate; empty lines and lines that begin with # are skipped. Throws Error with the line for others, for numbers
+/// that are not finite and for directions of length 0, and MemoryError for more than `most`.
+Sensors parse_points(std::string_view text, const std::string& path, Vec3 origin = {0, 0, 0},
+                     std::size_t most = kMaxSensors);
 
-/// Sensors in the coordinates and axes of the user's file, as the scene's tables have them.
-Sensors brought_inside(Sensors sensors, const Scene& scene);
+/// Sensors in the axes of the user's file, as the scene's tables have them.
+Sensors from_file_axes(Sensors sensors, const Scene& scene);
 
 /// The middles of square cells of a plane within the scene's bounds. @param text "PLANE,SPACING", where PLANE is
 /// x=V, y=V or z=V (m, in the axes of the user's file), and -x=V, ... for sensors that face the other way. Throws Error

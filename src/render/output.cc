@@ -102,7 +102,7 @@ PictureInfo picture_info(const Job& job) {
     for (const Material& material : scene.materials()) info.materials.push_back(material.name);
   if (job.light_groups()) info.light_groups = job.light_groups()->names;
   Camera camera = scene.camera(settings.camera);
-  camera.to_world.translation = scene.outside(camera.to_world.translation);
+  camera.to_world.translation = narrow(scene.outside(camera.to_world.translation));
   info.matrices = matrices_of(camera, settings.width, settings.height);
   return info;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/coordinate_origin.h"
 #include "core/error.h"
 #include "core/names.h"
 #include "core/parallel.h"
@@ -97,20 +98,26 @@ void add_studio_light(SceneDescription& d) {
                                           "added");
 }
 
-/// Moves a distant scene to the origin and returns what was subtracted. Differences of its coordinates are exact
-/// (Sterbenz), but positions between vertices would be rounded to the coordinates' last place, and rays begin as far
-/// from surfaces: 128 sizes away along each axis, this changes direct light by 0.1% (built-in atrium).
+/// Moves a distant scene to the origin, unless its reader has done so, and returns what was subtracted. Differences of
+/// its coordinates are exact (Sterbenz).
 Vec3 move_to_origin(SceneDescription& d) {
-  constexpr float kFar = 128;
+  if (!(d.origin == Vec3{0, 0, 0})) return d.origin;
   const Box3 box = d.geometry.bounds();
-  Vec3 origin = box.center();
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(std::abs(origin[axis]) > kFar * length(box.diagonal()))) origin[axis] = 0;
+  const Vec3 origin = origin_for(Vec3d(box.min), Vec3d(box.max));
   if (origin == Vec3{0, 0, 0}) return origin;
   for (Vec3& p : d.geometry.positions) p -= origin;
   for (Light& light : d.lights) light.position -= origin;
   for (Camera& camera : d.cameras) camera.to_world.translation -= origin;
   return origin;
+}
+
+/// Notes what was subtracted from all positions.
+void note_origin(Vec3 origin, std::vector<std::string>& notes) {
+  if (origin == Vec3{0, 0, 0}) return;
+  notes.push_back(
+      fmt::format("the scene lies far from its origin: ({}, {}, {}) m is subtracted from its coordinates while it is "
+                  "rendered. Give places in the file's coordinates",
+                  double{origin.x}, double{origin.y}, double{origin.z}));
 }
 
 /// Share of the triangles that are short compared to the rounding of their coordinates.
@@ -173,7 +180,8 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   if (needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
-  note_rounding(*geometry_, origin_, length(bounds_.diagonal()), d_.notes);
+  note_origin(to_file_axes(origin_) + Vec3{0, 0, 0}, d_.notes);  // + 0 writes 0 in place of -0
+  note_rounding(*geometry_, d_.origin_is_exact ? Vec3{0, 0, 0} : origin_, length(bounds_.diagonal()), d_.notes);
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   material_is_pane_ = find_panes(d_.materials);
   find_repeated();

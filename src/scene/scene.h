@@ -7,6 +7,7 @@
 
 #include "core/box.h"
 #include "core/distribution.h"
+#include "core/transform_double.h"
 #include "scene/camera.h"
 #include "scene/diffuse_triangles.h"
 #include "scene/geometry.h"
@@ -27,8 +28,14 @@ struct FilmRequest {
 };
 
 /// A vector of axes with z up in axes with y up, and back; x stays.
-inline Vec3 y_up_from_z_up(Vec3 v) { return {v.x, v.z, -v.y}; }
-inline Vec3 z_up_from_y_up(Vec3 v) { return {v.x, -v.z, v.y}; }
+template <typename Vector>
+Vector y_up_from_z_up(Vector v) {
+  return {v.x, v.z, -v.y};
+}
+template <typename Vector>
+Vector z_up_from_y_up(Vector v) {
+  return {v.x, -v.z, v.y};
+}
 
 /// The description that importers and built-in scenes fill in.
 struct SceneDescription {
@@ -43,6 +50,11 @@ struct SceneDescription {
   FilmRequest film;
   /// The z axis of the file points up. The description has y up; the user writes coordinates with z up.
   bool z_up = false;
+  /// The point of the file's coordinates, with y up, that all positions are relative to, metres: the reader subtracted
+  /// it in double precision (core/coordinate_origin.h).
+  Vec3 origin{0, 0, 0};
+  /// Positions have all digits of the file, however far the origin. Without, they were rounded where they lie.
+  bool origin_is_exact = false;
   /// Emission may be decoration for a viewer that adds its own light, unless the scene is a room.
   bool emission_may_be_decoration = false;
   /// Features of the file that are not supported or were guessed; one line each.
@@ -88,15 +100,23 @@ class Scene {
   /// The camera of that name; an empty name is the first. Throws Error, which lists the names, for another name.
   const Camera& camera(const std::string& name) const;
 
-  /// The point of the user's coordinates that is (0,0,0) in the scene's tables, metres. Each coordinate is 0 unless the
-  /// scene lies so far away along it that rounding of intermediate positions would show.
+  /// The point of the user's coordinates, with y up, that is (0,0,0) in the scene's tables, metres. Each coordinate is
+  /// 0 unless the scene lies so far away along it that rounding of intermediate positions would show.
   Vec3 origin() const { return origin_; }
-  /// A position (metres) of the user's coordinates in those of the tables, and back. Vertices return unchanged.
+  /// A position (metres) of the user's coordinates, with y up, in those of the tables, and back. Vertices return
+  /// unchanged.
   Vec3 inside(Vec3 place) const { return place - origin_; }
-  Vec3 outside(Vec3 place) const { return place + origin_; }
+  Vec3 inside(Vec3d place) const { return narrow(place - Vec3d(origin_)); }
+  Vec3d outside(Vec3 place) const { return Vec3d(place) + Vec3d(origin_); }
   /// A direction in the axes of the user's file (SceneDescription::z_up) in those of the tables, and back.
-  Vec3 from_file_axes(Vec3 d) const { return d_.z_up ? y_up_from_z_up(d) : d; }
-  Vec3 to_file_axes(Vec3 d) const { return d_.z_up ? z_up_from_y_up(d) : d; }
+  template <typename Vector>
+  Vector from_file_axes(Vector d) const {
+    return d_.z_up ? y_up_from_z_up(d) : d;
+  }
+  template <typename Vector>
+  Vector to_file_axes(Vector d) const {
+    return d_.z_up ? z_up_from_y_up(d) : d;
+  }
   bool z_up() const { return d_.z_up; }
 
   /// Whether any vertex has a shading normal.

@@ -95,12 +95,12 @@ TEST_F(MeasureTest, MeasuresNothingWithoutLight) {
   EXPECT_EQ(last_row(outcome.out)[10], 0);
 }
 
-/// A room with a lamp, once with y up and once with z up.
-std::string room_of(bool z_up) {
+/// A room with y up, or with z up and its corner at a place.
+std::string room_of(bool z_up, double east = 0, double north = 0) {
   std::string text;
   for (int i = 0; i < 8; ++i) {
     const int x = i & 1 ? 6 : 0, up = i & 2 ? 3 : 0, back = i & 4 ? 4 : 0;
-    text += "v " + std::to_string(x) + " " + std::to_string(z_up ? back : up) + " " +
+    text += "v " + std::to_string(east + x) + " " + std::to_string(z_up ? north + back : up) + " " +
             std::to_string(z_up ? up : -back) + "\n";
   }
   return text + "f 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\nf 1 5 7 3\nf 2 4 8 6\n";
@@ -130,6 +130,52 @@ TEST_F(MeasureTest, TurnsSensorsAndLampsWithTheUpAxis) {
   const Outcome info = run({"info", "z.obj", "--up", "z", "--json"});
   ASSERT_EQ(info.status, 0) << info.err;
   EXPECT_EQ(nlohmann::json::parse(info.out).at("bounds_m"), nlohmann::json({{0, 0, 0}, {6, 4, 3}}));
+}
+
+/// Coordinates of a map, whose millimetres floats do not hold, and z up: places of all options and of all results.
+TEST_F(MeasureTest, KeepsTheFilesCoordinatesFarFromTheOrigin) {
+  write("near.obj", room_of(true, -3.002, -2.044));
+  write("far.obj", room_of(true, 512345.123, 5412345.456));
+  write("near.pts", "-1 -1 0.75 0 0 1\n-1.002 1.4 1 1 0 0\n");
+  write("far.pts", "512347.125 5412346.5 0.75 0 0 1\n512347.123 5412348.9 1 1 0 0\n");
+  const auto measure = [&](const std::string& scene, const std::string& lamp, std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", scene, "--up", "z", "--light", "lamp.ies@" + lamp, "--samples", "2",
+                               "--photons", "1000", "--gather", "16", "-o", "-"});
+    const Outcome outcome = run(more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return last_row(outcome.out.substr(outcome.out.find("relative_error\n")));
+  };
+  const std::string near_lamp = "0.25,0,2.5", far_lamp = "512348.375,5412347.5,2.5";
+  const auto expect_same = [](const std::vector<double>& far, const std::vector<double>& near) {
+    EXPECT_NEAR(far.at(0), near.at(0) + 512348.125, 1e-4);
+    EXPECT_NEAR(far.at(1), near.at(1) + 5412347.5, 1e-4);
+    EXPECT_GT(far.at(10), 1);
+    EXPECT_EQ(std::vector<double>(far.begin() + 2, far.end()), std::vector<double>(near.begin() + 2, near.end()));
+  };
+  expect_same(measure("far.obj", far_lamp, {"--points", "far.pts"}),
+              measure("near.obj", near_lamp, {"--points", "near.pts"}));
+  expect_same(measure("far.obj", far_lamp, {"--grid", "-y=5412347.9,1"}),
+              measure("near.obj", near_lamp, {"--grid", "-y=0.4,1"}));
+  const auto picture = [&](const std::string& scene, const std::string& lamp, const std::string& option,
+                           const std::string& places) {
+    const Outcome outcome = run({"render", scene, "--up", "z", "--light", "lamp.ies@" + lamp, "--size", "8x8",
+                                 "--samples", "1", "--photons", "1000", option, places, "-o", scene + ".exr"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+  };
+  picture("far.obj", far_lamp, "--look-at", "512346.126,5412346.5,1,512349.125,5412347.625,1");
+  picture("near.obj", near_lamp, "--look-at", "-1.999,-1,1,1,0.125,1");
+  EXPECT_EQ(run({"compare", "far.obj.exr", "near.obj.exr", "--limit", "0"}).status, 0);
+  picture("far.obj", far_lamp, "--view", "512346.126,5412346.5,1,512349.125,5412347.625,1,0,0,1");
+  picture("near.obj", near_lamp, "--view", "-1.999,-1,1,1,0.125,1,0,0,1");
+  EXPECT_EQ(run({"compare", "far.obj.exr", "near.obj.exr", "--limit", "0"}).status, 0);
+  const Outcome info = run({"info", "far.obj", "--up", "z", "--json"});
+  ASSERT_EQ(info.status, 0) << info.err;
+  const nlohmann::json bounds = nlohmann::json::parse(info.out).at("bounds_m");
+  const double corners[2][3] = {{512345.123, 5412345.456, 0}, {512351.123, 5412349.456, 3}};
+  for (std::size_t corner : {0, 1})
+    for (std::size_t axis : {0, 1, 2})
+      EXPECT_NEAR(bounds.at(corner).at(axis).get<double>(), corners[corner][axis], 1e-4);
+  EXPECT_THAT(info.out, testing::HasSubstr("(512348.125, 5412347.5, 0) m is subtracted"));
 }
 
 TEST_F(MeasureTest, WarnsOfWhatIsHardlyMeant) {

@@ -72,7 +72,7 @@ TEST(BakeProbes, LieInTheCoordinatesOfTheFile) {
   translate(d, kFarAway);
   const Stage far(std::move(d));
   const ProbeGrid here = make_probes(*near.scene, *near.tracer, 1), there = make_probes(*far.scene, *far.tracer, 1);
-  expect_near(there.origin, here.origin + kFarAway, 0.1f);
+  expect_near(narrow(there.origin), narrow(here.origin) + kFarAway, 0.1f);
   EXPECT_EQ(there.origin, far.scene->outside(there.position[0]));
   EXPECT_EQ(there.is_inside, here.is_inside);
 }

@@ -13,7 +13,10 @@ void parse_gltf(std::string_view bytes) {
     const std::span file(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     ImportOptions options;
     options.budget = loading_budget(kBudget);
-    expect_consistent(build_gltf_scene(read_gltf_document(file, "/nonexistent/fuzz.glb", options), options));
+    CoordinateOrigin origin;
+    expect_consistent(read_near(origin, [&] {
+      return build_gltf_scene(read_gltf_document(file, "/nonexistent/fuzz.glb", options), options, origin);
+    }));
   } catch (const Error&) {
   }
 }

@@ -70,7 +70,8 @@ void expect_consistent(const SceneDescription& scene) {
 }
 
 void parse_scene(std::string_view text) {
-  PbrtContext context;
+  CoordinateOrigin origin;
+  PbrtContext context(origin);
   context.main_file = "/nonexistent/fuzz.pbrt";
   context.budget = std::make_shared<MemoryBudget>(kBudget);
   context.load_image = [](const std::string&, const TextureOptions&, StandIn) -> std::shared_ptr<const TextureImage> {
@@ -94,7 +95,8 @@ void parse_scene(std::string_view text) {
 void parse_mesh(std::string_view bytes) {
   MemoryBudget budget(kBudget);
   try {
-    const PlyMesh mesh = parse_ply(bytes, "fuzz.ply", budget);
+    CoordinateOrigin origin;
+    const PlyMesh mesh = read_near(origin, [&] { return parse_ply(bytes, "fuzz.ply", budget, origin); });
     require(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
     require(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size());
     for (const auto& corners : mesh.triangles) {
@@ -111,7 +113,8 @@ void parse_obj_and_mtl(std::string_view text) {
   files.texture = [](const PhongTexture&, const TextureOptions&, StandIn) { return std::make_shared<GreyImage>(); };
   NoteCounter notes;
   try {
-    expect_consistent(parse_obj(text, "fuzz.obj", files, notes, budget));
+    CoordinateOrigin origin;
+    expect_consistent(read_near(origin, [&] { return parse_obj(text, "fuzz.obj", files, notes, budget, origin); }));
   } catch (const Error&) {
   }
 }
@@ -119,7 +122,8 @@ void parse_obj_and_mtl(std::string_view text) {
 void parse_stl_mesh(std::string_view bytes) {
   MemoryBudget budget(kBudget);
   try {
-    const Geometry mesh = parse_stl(bytes, "fuzz.stl", budget);
+    CoordinateOrigin origin;
+    const Geometry mesh = read_near(origin, [&] { return parse_stl(bytes, "fuzz.stl", budget, origin); });
     require(mesh.normals.size() == mesh.positions.size() && mesh.uvs.size() == mesh.positions.size());
     require(mesh.positions.size() == 3 * mesh.triangles.size());
   } catch (const Error&) {
@@ -130,7 +134,8 @@ void parse_hand_over(std::string_view bytes) {
   ImportOptions options;
   options.budget = loading_budget(kBudget);
   try {
-    expect_consistent(build_assimp_scene(bytes, "fuzz.dae", options));
+    CoordinateOrigin origin;
+    expect_consistent(read_near(origin, [&] { return build_assimp_scene(bytes, "fuzz.dae", options, origin); }));
   } catch (const Error&) {
   }
 }

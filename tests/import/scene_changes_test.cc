@@ -51,6 +51,29 @@ class SceneChangesTest : public FileTest {
   }
 };
 
+/// Places on the command line are those of the file, turned and scaled as the scene is.
+TEST_F(SceneChangesTest, PlacesAreInTheFilesCoordinates) {
+  SceneDescription d = small_scene();
+  d.origin = {512345, -100, 5412345};
+  SceneChanges changes;
+  changes.look_at = parse_look_at("512345.125,-99,5412350.001,512345.125,-99,5412345.001");
+  change_scene(d, changes, loading_budget());
+  expect_close(d.cameras[0].to_world.translation, {0.125f, 1, 5.001f});
+  SceneDescription turned = small_scene();
+  turned.origin = {512345, 5412345, 100};
+  const Vec3 before = turned.geometry.positions[2];
+  SceneChanges up;
+  up.z_up = true;
+  up.metres_per_unit = 0.01f;
+  change_scene(turned, up, loading_budget());
+  // Of (x, y, z) to (x, z, -y), hundredths.
+  const Vec3d place = Vec3d(turned.geometry.positions[2]) + Vec3d(turned.origin);
+  const double scale = double{0.01f};
+  EXPECT_NEAR(place.x, scale * (512345.0 + before.x), 1e-6);
+  EXPECT_NEAR(place.y, scale * (100.0 + before.z), 1e-6);
+  EXPECT_NEAR(place.z, -scale * (5412345.0 + before.y), 1e-6);
+}
+
 TEST_F(SceneChangesTest, LatLongImagesReplaceTheEnvironmentTurnedAndScaled) {
   SceneChanges changes;
   // The brightest direction is along -z, a little above the horizon.

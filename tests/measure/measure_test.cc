@@ -34,6 +34,9 @@ TEST(Sensors, ReadsPointsAsRadianceHasThem) {
   EXPECT_EQ(s.position[1], (Vec3{-1.5f, 0, 2}));
   EXPECT_EQ(s.normal[1], (Vec3{0, 0, -1}));
   EXPECT_NEAR(s.normal[2].y, std::sqrt(0.5f), 1e-6f);
+  const Sensors far = parse_points("512345.123,5412345.456,100.251,0,0,1", "a.pts", {512345, 5412345, 0});
+  EXPECT_NEAR(far.position[0].x, 0.123f, 1e-6f);
+  EXPECT_NEAR(far.position[0].y, 0.456f, 1e-6f);
   EXPECT_EQ(parse_points("\xef\xbb\xbf# desks\r1 2 3 0 2 0\r4 5 6 0 1 1", "a.pts").size(), 2u);
 }
 
@@ -126,9 +129,10 @@ TEST(Sensors, LieInTheCoordinatesOfTheFile) {
   const Measurement there = measured(far, sensors), here = measured(near, sensors);
   EXPECT_EQ(there.irradiance, here.irradiance);
   EXPECT_GT(luminance(there.irradiance[0]), 0);
+  EXPECT_EQ(there.origin, far->origin());
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     EXPECT_EQ(here.sensors.position[i], sensors.position[i]);
-    EXPECT_EQ(there.sensors.position[i], far->outside(sensors.position[i]));
+    EXPECT_EQ(there.sensors.position[i], sensors.position[i]);
   }
 }
 
@@ -205,6 +209,14 @@ TEST(MeasurementFiles, HoldTheColumnsOfTheHeader) {
   EXPECT_EQ(json.at("points").at(1).at("nz"), -1.0);
   EXPECT_EQ(json.at("lumens_per_watt"), 179.0);
   EXPECT_THAT(measurement_ply(example(), "a"), HasSubstr("element vertex 2\n"));
+  Measurement far = example();
+  far.origin = {5412345, 0, 0};
+  far.sensors.position[0].x = 0.123f;
+  EXPECT_THAT(measurement_csv(far, "a"), HasSubstr("\n5412345.123,2,3,0,1,0,"));
+  EXPECT_THAT(measurement_ply(far, "a"), HasSubstr("property double x\n"));
+  EXPECT_THAT(measurement_vtk(far, "a"), HasSubstr("POINTS 2 double\n5412345.123 2 3\n"));
+  EXPECT_NEAR(nlohmann::json::parse(measurement_json(far, "a")).at("points").at(0).at("x").get<double>(), 5412345.123,
+              1e-5);
   EXPECT_THAT(measurement_vtk(example(), std::string(400, 'x')),
               HasSubstr("\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n"));
 }

@@ -35,7 +35,7 @@ bool fails_within(const std::string& path, const std::string& message, std::size
     ::setrlimit(RLIMIT_CPU, &seconds);
     int status = 1;
     try {
-      load_pbrt(path);
+      load_scene(path);
     } catch (const Error& error) {
       status = std::string(error.what()).find(message) == std::string::npos ? 2 : 0;
       if (status != 0) std::fprintf(stderr, "%s\n", error.what());
@@ -93,7 +93,7 @@ TEST(PbrtHostile, IncludeCycles) {
   folder.write("b.pbrt", "Identity\n Include \"a.pbrt\"");
   const std::string a = folder.write("a.pbrt", "Include \"b.pbrt\"");
   try {
-    load_pbrt(a);
+    load_scene(a);
     FAIL();
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("b.pbrt:2:2: \"a.pbrt\" includes itself"), std::string::npos)
@@ -112,7 +112,7 @@ TEST(PbrtHostile, IncludesAreBoundedInDepthAndNumber) {
   EXPECT_THROW(
       {
         try {
-          load_pbrt(folder.path("0.pbrt"));
+          load_scene(folder.path("0.pbrt"));
         } catch (const Error& error) {
           EXPECT_NE(std::string(error.what()).find("64.pbrt:1:1: files are included more than 64 deep"),
                     std::string::npos)

@@ -154,7 +154,7 @@ TEST(PbrtLight, EqualAreaImage) {
   pixels[22] = {0, 0, 1};
   for (const int corner : {0, 4, 20, 24}) pixels[corner] = RGB(5.0f);  // the four meet in -z
   write_sky(folder, 5, 5, pixels);
-  const SceneDescription scene = load_pbrt(folder.write(
+  const SceneDescription scene = load_scene(folder.write(
       "s.pbrt",
       "WorldBegin Rotate -90 1 0 0 LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float scale\" 2"));
   const Environment& e = *scene.environment;
@@ -174,7 +174,7 @@ TEST(PbrtLight, ImagesAndConstantsAddUp) {
   const std::string image = "LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float scale\" 2\n";
   const std::string constant = "LightSource \"infinite\" \"rgb L\" [0 0.5 1]\n";
   const auto read = [&](const std::string& lights) {
-    return *load_pbrt(folder.write("s.pbrt", "WorldBegin\n" + lights)).environment;
+    return *load_scene(folder.write("s.pbrt", "WorldBegin\n" + lights)).environment;
   };
   for (const std::string& lights : {image + constant, constant + image}) {
     const Environment e = read(lights);
@@ -198,7 +198,7 @@ TEST(PbrtLight, LatLongImage) {
   pixels[7] = {0, 1, 0};
   write_sky(folder, 6, 3, pixels);
   const SceneDescription scene =
-      load_pbrt(folder.write("s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\""));
+      load_scene(folder.write("s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\""));
   const Environment& e = *scene.environment;
   EXPECT_EQ(e.mapping, EnvironmentMapping::lat_long);
   const auto horizontal = [](double degrees) {
@@ -214,7 +214,7 @@ TEST(PbrtLight, LatLongImage) {
 TEST(PbrtLight, IlluminanceOfAnImage) {
   const TemporaryFolder folder;
   write_sky(folder, 8, 8, std::vector<RGB>(64, RGB(3.0f)));
-  const SceneDescription scene = load_pbrt(folder.write(
+  const SceneDescription scene = load_scene(folder.write(
       "s.pbrt", "WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\" \"float illuminance\" " +
                     std::to_string(2 * M_PI)));
   expect_near(radiance(*scene.environment, {0, 0, 1}), RGB(2.0f), 1e-4f);
@@ -258,9 +258,9 @@ TEST(PbrtLight, PowerIsOfEachFaceOfAPlyMesh) {
                "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
                "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
                "0 0 0 2 0 0 2 2 0 0 2 0 5 1 0 4 0 1 2 3 3 1 4 2\n");
-  const SceneDescription scene = load_pbrt(folder.write("s.pbrt",
-                                                        "WorldBegin AreaLightSource \"diffuse\" \"float power\" 100 "
-                                                        "Shape \"plymesh\" \"string filename\" \"m.ply\""));
+  const SceneDescription scene = load_scene(folder.write("s.pbrt",
+                                                         "WorldBegin AreaLightSource \"diffuse\" \"float power\" 100 "
+                                                         "Shape \"plymesh\" \"string filename\" \"m.ply\""));
   ASSERT_EQ(scene.geometry.triangle_count(), 3u);
   EXPECT_EQ(scene.emissions.size(), 2u);
   double power = 0;

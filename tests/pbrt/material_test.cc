@@ -78,7 +78,7 @@ TEST(PbrtMaterial, ConductorFromFiles) {
   const TemporaryFolder folder;
   folder.write("spds/x.eta.spd", "300 1.5 900 1.5");
   folder.write("spds/x.k.spd", "300 4 900 4");
-  const SceneDescription scene = load_pbrt(folder.write(
+  const SceneDescription scene = load_scene(folder.write(
       "s.pbrt", std::string("WorldBegin Material \"conductor\" \"spectrum eta\" \"spds/x.eta.spd\" \"spectrum k\" "
                             "\"spds/x.k.spd\"\n") +
                     kTriangle));
@@ -196,11 +196,11 @@ TEST(PbrtMaterial, ImageTextures) {
   // Two pixels: sRGB 188 is 0.5 linear, to a part in 256.
   folder.write("tex/a.tga", pbrt_testing::tga_row(2, std::string_view("\xbc\xbc\xbc\x00\x00\xff", 6)));
   const auto load = [&](const std::string& parameters) {
-    return load_pbrt(folder.write("s.pbrt",
-                                  "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" "
-                                  "\"tex/a.tga\" " +
-                                      parameters + " Material \"diffuse\" \"texture reflectance\" \"t\"\n" +
-                                      kTriangle));
+    return load_scene(folder.write("s.pbrt",
+                                   "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" "
+                                   "\"tex/a.tga\" " +
+                                       parameters + " Material \"diffuse\" \"texture reflectance\" \"t\"\n" +
+                                       kTriangle));
   };
   const auto at = [](const SceneDescription& scene, Vec2 uv) {
     return evaluate(scene.textures, scene.materials.at(scene.geometry.material.at(0)).reflectance, uv);
@@ -222,7 +222,7 @@ TEST(PbrtMaterial, FloatTexturesOfImagesWithAlphaShowIt) {
   const TemporaryFolder folder;
   folder.write("a.tga", pbrt_testing::tga_row(1, std::string_view("\xff\xff\xff\x33", 4)));  // alpha 0.2
   const auto alpha = [&](const std::string& image_parameters, const std::string& other_texture = "") {
-    const SceneDescription scene = load_pbrt(folder.write(
+    const SceneDescription scene = load_scene(folder.write(
         "s.pbrt", "WorldBegin Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a.tga\" " + image_parameters +
                       "\n" + other_texture + " Shape \"disk\" \"texture alpha\" \"t\""));
     return evaluate(scene.textures, scene.materials.at(scene.geometry.material.at(0)).alpha, {0.25f, 0.25f});
@@ -241,7 +241,7 @@ TEST(PbrtMaterial, FloatTexturesOfImagesWithAlphaShowIt) {
 TEST(PbrtMaterial, FloatTexturesOfVersion3ShowColoursOfImages) {
   const TemporaryFolder folder;
   folder.write("a.tga", pbrt_testing::tga_row(1, std::string_view("\xff\xff\xff\x33", 4)));  // alpha 0.2
-  const SceneDescription scene = load_pbrt(
+  const SceneDescription scene = load_scene(
       folder.write("s.pbrt",
                    "WorldBegin Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a.tga\" \"float scale\" .5\n"
                    "Shape \"disk\" \"texture alpha\" \"t\" WorldEnd"));
@@ -297,7 +297,7 @@ TEST(PbrtMaterial, AlphaBelongsToTheShape) {
 TEST(PbrtMaterial, BumpAndNormalMaps) {
   const TemporaryFolder folder;
   folder.write("n.tga", pbrt_testing::tga_row(1, "\xff\x80\x80"));
-  const SceneDescription scene = load_pbrt(folder.write(
+  const SceneDescription scene = load_scene(folder.write(
       "s.pbrt", std::string("WorldBegin Texture \"d\" \"float\" \"checkerboard\" \"float tex1\" .1\n"
                             "Material \"diffuse\" \"texture displacement\" \"d\" \"string normalmap\" \"n.tga\"\n") +
                     kTriangle));

@@ -130,7 +130,7 @@ TEST(PbrtParser, EveryParameterType) {
   EXPECT_EQ(p.real("spaced", 0), 3);
   EXPECT_EQ(p.find("p2")->type, PbrtType::point2);
   EXPECT_EQ(p.find("v2")->type, PbrtType::vector2);
-  EXPECT_TRUE(p.point3("p3", {}) == (Vec3{1, 2, 3}));
+  EXPECT_TRUE(p.point3("p3", {}) == (Vec3d{1, 2, 3}));
   EXPECT_EQ(p.find("vv")->type, PbrtType::vector3);
   EXPECT_EQ(p.find("n")->type, PbrtType::normal);
   EXPECT_EQ(p.find("n3")->type, PbrtType::normal);
@@ -248,7 +248,7 @@ TEST(PbrtParser, IncludesWithoutDirectivesCanBeCancelled) {
   Interrupt interrupt;
   interrupt.request();
   const CancellationScope scope(interrupt);
-  EXPECT_THROW(load_pbrt(main), Cancelled);
+  EXPECT_THROW(load_scene(main), Cancelled);
 }
 
 TEST(PbrtParser, ImportIsIsolated) {

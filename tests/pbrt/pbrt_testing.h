@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "import/pbrt/import.h"
+#include "import/import.h"
 
 namespace glowworm::pbrt_testing {
 
@@ -54,7 +54,7 @@ inline std::string tga_row(int width, std::string_view pixels) {
 /// Loads a scene from text.
 inline SceneDescription load_text(std::string_view text, const ImportOptions& options = {}) {
   const TemporaryFolder folder;
-  return load_pbrt(folder.write("scene.pbrt", text), options);
+  return load_scene(folder.write("scene.pbrt", text), options);
 }
 
 /// The message with which loading a text fails, paths of the folder taken out; empty where it succeeds.
@@ -62,7 +62,7 @@ inline std::string error_of(std::string_view text, const ImportOptions& options 
   const TemporaryFolder folder;
   const std::string path = folder.write("scene.pbrt", text);
   try {
-    load_pbrt(path, options);
+    load_scene(path, options);
   } catch (const Error& error) {
     std::string message = error.what();
     const std::string prefix = folder.path("");

@@ -108,12 +108,14 @@ std::string gzip(const std::string& bytes) {
 
 PlyMesh parse(std::string_view bytes, const std::string& file) {
   MemoryBudget budget;
-  return parse_ply(bytes, file, budget);
+  CoordinateOrigin origin;
+  return parse_ply(bytes, file, budget, origin);
 }
 
 PlyMesh read(const std::string& path) {
   MemoryBudget budget;
-  return read_ply(path, budget);
+  CoordinateOrigin origin;
+  return read_ply(path, budget, origin);
 }
 
 std::string ply_error_of(std::string_view bytes) {
@@ -152,7 +154,7 @@ TEST(Ply, GzippedInSeveralMembers) {
 TEST(Ply, InAScene) {
   const TemporaryFolder folder;
   folder.write("models/quad.ply.gz", gzip(kAscii));
-  const SceneDescription scene = load_pbrt(folder.write(
+  const SceneDescription scene = load_scene(folder.write(
       "scene.pbrt", "WorldBegin Scale 2 2 2 Shape \"plymesh\" \"string filename\" \"models/quad.ply.gz\""));
   EXPECT_EQ(scene.geometry.triangle_count(), 3u);
   EXPECT_EQ(scene.geometry.bounds().max.y, 5);
@@ -275,9 +277,10 @@ TEST(Ply, VerticesOfFacesAreWithinTheBudget) {
       "property list uchar uchar texcoord\nend_header\n" +
       std::string("\0\0\0\1\0\0\0\1\0", 9);
   for (std::size_t i = 0; i < kFaces; ++i) file += std::string("\3\0\1\2\6", 5) + std::string(6, '\0');
+  CoordinateOrigin origin;
   MemoryBudget ample, tight(2 << 20);  // the triangles take 0.8 MB, their vertices 3.9 MB
-  EXPECT_EQ(parse_ply(file, "f.ply", ample).positions.size(), 3 + 3 * kFaces);
-  EXPECT_THROW(parse_ply(file, "f.ply", tight), MemoryError);
+  EXPECT_EQ(parse_ply(file, "f.ply", ample, origin).positions.size(), 3 + 3 * kFaces);
+  EXPECT_THROW(parse_ply(file, "f.ply", tight, origin), MemoryError);
 }
 
 TEST(Ply, AMeshIsWithinTheBudget) {
@@ -287,9 +290,10 @@ TEST(Ply, AMeshIsWithinTheBudget) {
   std::string file = header + std::string("\0\0\0\1\0\0\0\1\0", 9);
   // A corner of a polygon takes a byte of the file, and a triangle of the mesh.
   for (int face = 0; face < 4; ++face) file += std::string("\0\0\2\0", 4) + std::string(1 << 17, '\1');
+  CoordinateOrigin origin;
   MemoryBudget ample, tight(2 << 20);
-  EXPECT_EQ(parse_ply(file, "f.ply", ample).triangles.size(), 4u * ((1 << 17) - 2));
-  EXPECT_THROW(parse_ply(file, "f.ply", tight), MemoryError);
+  EXPECT_EQ(parse_ply(file, "f.ply", ample, origin).triangles.size(), 4u * ((1 << 17) - 2));
+  EXPECT_THROW(parse_ply(file, "f.ply", tight, origin), MemoryError);
   EXPECT_EQ(tight.available(), tight.limit()) << "all is given back";
 }
 

@@ -144,10 +144,10 @@ TEST(PbrtShape, QuadsWithoutCoordinatesGetThoseOfPbrtsPatches) {
                "0 0 0 2 0 0 3 1 0 1 1 0 0 0 1 2 0 1 1 1 1 -1 1 1 0.5 3 1\n"
                "3 0 1 2 4 0 1 2 3 4 4 5 6 7 5 4 5 6 8 7\n");
   const auto load = [&](const char* end) {
-    return load_pbrt(folder.write("s.pbrt", std::string("WorldBegin Texture \"t\" \"spectrum\" \"checkerboard\"\n"
-                                                        "Material \"diffuse\" \"texture reflectance\" \"t\"\n"
-                                                        "Shape \"plymesh\" \"string filename\" \"m.ply\"\n") +
-                                                end))
+    return load_scene(folder.write("s.pbrt", std::string("WorldBegin Texture \"t\" \"spectrum\" \"checkerboard\"\n"
+                                                         "Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+                                                         "Shape \"plymesh\" \"string filename\" \"m.ply\"\n") +
+                                                 end))
         .geometry;
   };
   const Geometry mesh = load("");

@@ -134,7 +134,7 @@ TEST(EmissionDirections, PanelIsCosineWeighted) {
   expect_directions(LightCase::panel, [](Vec3 w) { return cosine_hemisphere_pdf(-w.z); });
 }
 TEST(EmissionDirections, TwoSidedPanelIsCosineWeightedOnBothSides) {
-  const Vec3 n = normalize(cross({0, 1.5f, 0}, {0.2f, 0, 1}));
+  const Vec3 n = normalize(cross(Vec3{0, 1.5f, 0}, Vec3{0.2f, 0, 1}));
   expect_directions(LightCase::two_sided, [&](Vec3 w) { return std::abs(dot(n, w)) * kInversePi / 2; });
 }
 TEST(EmissionDirections, PointIsUniform) {

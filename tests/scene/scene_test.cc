@@ -53,7 +53,7 @@ TEST(SceneTest, MovesToTheOriginFromAfar) {
   translate(d, kFarAway);
   const Scene far(d);
   for (std::size_t v = 0; v < d.geometry.positions.size(); ++v) {
-    EXPECT_EQ(far.outside(far.geometry().positions[v]), d.geometry.positions[v]);
+    EXPECT_EQ(far.outside(far.geometry().positions[v]), Vec3d(d.geometry.positions[v]));
     EXPECT_EQ(far.inside(d.geometry.positions[v]), far.geometry().positions[v]);
   }
   EXPECT_LT(length(far.center()), 0.1f);

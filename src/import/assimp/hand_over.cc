@@ -10,7 +10,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint32_t kMagic = 0x31617767, kEnd = 0x646e6567;
+constexpr std::uint32_t kMagic = 0x32617767, kEnd = 0x646e6567;
 
 /// The reason why bytes are not a valid scene.
 struct Unsound {
@@ -22,9 +22,9 @@ struct Unsound {
 /// Types that are copied bitwise.
 template <typename T>
 concept Plain = std::is_same_v<T, float> || std::is_same_v<T, std::uint32_t> || std::is_same_v<T, std::int32_t> ||
-    std::is_same_v<T, Vec2> || std::is_same_v<T, Vec3> || std::is_same_v<T, RGB> || std::is_same_v<T, Transform> ||
-    std::is_same_v<T, std::array<std::uint32_t, 3>>;
-static_assert(sizeof(Vec2) == 8 && sizeof(Vec3) == 12 && sizeof(RGB) == 12 && sizeof(Transform) == 48);
+    std::is_same_v<T, Vec2> || std::is_same_v<T, Vec3> || std::is_same_v<T, RGB> ||
+    std::is_same_v<T, TransformDouble> || std::is_same_v<T, std::array<std::uint32_t, 3>>;
+static_assert(sizeof(Vec2) == 8 && sizeof(Vec3) == 12 && sizeof(RGB) == 12 && sizeof(TransformDouble) == 96);
 
 class Writer {
  public:

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/transform.h"
+#include "core/transform_double.h"
 #include "core/vec.h"
 #include "import/phong.h"
 
@@ -27,12 +27,12 @@ struct ForeignMesh {
 /// A mesh placed in the world.
 struct ForeignInstance {
   std::uint32_t mesh = 0;
-  Transform to_world;
+  TransformDouble to_world;
 };
 
 struct ForeignCamera {
   std::string name;
-  Transform to_world;
+  TransformDouble to_world;
   Vec3 position, look_at, up;
   float aspect = 0;              ///< width over height; 0: unknown
   float horizontal_fov = 0;      ///< half the angle, radians
@@ -43,7 +43,7 @@ enum class ForeignLightKind : std::uint8_t { point, spot, directional, other };
 
 struct ForeignLight {
   std::string name;
-  Transform to_world;
+  TransformDouble to_world;
   ForeignLightKind kind = ForeignLightKind::other;
   RGB intensity;
   Vec3 position, direction;

@@ -35,8 +35,10 @@ Vec3 unit_or_zero(Vec3 n) {
 /// Builds a scene description from the output of glowworm-assimp.
 class ForeignBuilder {
  public:
-  ForeignBuilder(const ForeignScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes)
-      : scene_(scene),
+  ForeignBuilder(const ForeignScene& scene, const std::string& path, const ImportOptions& options, NoteCounter& notes,
+                 CoordinateOrigin& origin)
+      : origin_(origin),
+        scene_(scene),
         path_(path),
         notes_(notes),
         triangles_(*options.budget, "triangles", 0),
@@ -74,7 +76,7 @@ class ForeignBuilder {
                                  options, stand_in);
   }
 
-  void add_mesh(const ForeignMesh& source, const Transform& to_world) {
+  void add_mesh(const ForeignMesh& source, const TransformDouble& to_world) {
     if (source.has_points_or_lines) notes_.add("points or lines, left out");
     if (source.has_bones) notes_.add("skin: the mesh is shown as it was modelled");
     if (source.has_colors) notes_.add("mesh with colours at its vertices, not used");
@@ -87,7 +89,7 @@ class ForeignBuilder {
     mesh.triangles = source.triangles;
     merge_identical_vertices(mesh);
     notes_.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
-    transform_mesh(mesh, to_world);
+    place_mesh(mesh, to_world, origin_);
     triangles_.grow(scene_bytes(mesh));
     description_.geometry.begin_object(source.name);
     append_counted(description_.geometry, mesh, path_ + ": " + source.name, source.material,
@@ -95,11 +97,12 @@ class ForeignBuilder {
   }
 
   void add_camera(const ForeignCamera& source) {
+    const Transform to_world = source.to_world.relative_to(origin_.origin());
     Camera camera;
     camera.name = source.name;
-    const Vec3 forward = unit_or_zero(source.to_world.vector(source.look_at));
-    const Vec3 right = unit_or_zero(cross(forward, source.to_world.vector(source.up)));
-    const Vec3 position = source.to_world.point(source.position);
+    const Vec3 forward = unit_or_zero(to_world.vector(source.look_at));
+    const Vec3 right = unit_or_zero(cross(forward, to_world.vector(source.up)));
+    const Vec3 position = origin_.relative(source.to_world.point(Vec3d(source.position)));
     if (length_squared(right) == 0 || !is_finite(position)) {
       notes_.add("camera '" + camera.name + "' has no place or direction, left out");
       return;
@@ -122,9 +125,9 @@ class ForeignBuilder {
     Light light;
     light.name = source.name;
     light.intensity = source.intensity;
-    light.position = source.to_world.point(source.position);
+    light.position = origin_.relative(source.to_world.point(Vec3d(source.position)));
     const bool needs_direction = source.kind != ForeignLightKind::point;
-    if (needs_direction) light.direction = unit_or_zero(source.to_world.vector(source.direction));
+    if (needs_direction) light.direction = unit_or_zero(narrow(source.to_world.vector(Vec3d(source.direction))));
     if (source.kind == ForeignLightKind::point) {
       light.kind = LightKind::point;
     } else if (source.kind == ForeignLightKind::spot) {
@@ -147,6 +150,7 @@ class ForeignBuilder {
     description_.lights.push_back(std::move(light));
   }
 
+  CoordinateOrigin& origin_;
   const ForeignScene& scene_;
   const std::string& path_;
   NoteCounter& notes_;
@@ -175,7 +179,8 @@ std::uint64_t memory_limit(const MemoryBudget& budget, std::uint64_t file_bytes)
 
 }  // namespace
 
-SceneDescription load_assimp(const std::string& path, const ImportOptions& options, const AssimpLimits& limits) {
+SceneDescription load_assimp(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin,
+                             const AssimpLimits& limits) {
   std::error_code error;
   ReaderProcess process;
   process.program = options.assimp_program.empty() ? find_reader() : options.assimp_program;
@@ -186,16 +191,17 @@ SceneDescription load_assimp(const std::string& path, const ImportOptions& optio
   process.cpu_seconds = limits.cpu_seconds > 0 ? limits.cpu_seconds : 60 + 2 * static_cast<unsigned>(mebibytes);
   process.clock_seconds = limits.clock_seconds > 0 ? limits.clock_seconds : 10 * process.cpu_seconds;
   Reservation held(*options.budget, "scene files", 0);
-  return build_assimp_scene(run_reader(path, process, held), path, options);
+  return build_assimp_scene(run_reader(path, process, held), path, options, origin);
 }
 
-SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options) {
+SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options,
+                                    CoordinateOrigin& origin) {
   const Reservation meshes(*options.budget, "meshes", bytes.size());  // both forms have about the same size
   const ForeignScene scene = read_foreign_scene(bytes, path);
   for (const std::string& name : scene.files) record_input_file(name);
   check_room(scene, *options.budget);
   NoteCounter notes;
-  SceneDescription description = ForeignBuilder(scene, path, options, notes).build();
+  SceneDescription description = ForeignBuilder(scene, path, options, notes, origin).build();
   if (description.geometry.triangles.empty()) {
     throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");
   }

@@ -34,6 +34,7 @@ namespace {
 
 constexpr int kDeepestNode = 1000;
 
+/// Whether all numbers are finite as floats.
 bool is_finite(const Transform& t) {
   return glowworm::is_finite(t.x) && glowworm::is_finite(t.y) && glowworm::is_finite(t.z) &&
          glowworm::is_finite(t.translation);
@@ -47,8 +48,9 @@ Vec3 unit_or(Vec3 v, Vec3 otherwise) {
 /// Builds a scene description from a document.
 class GltfBuilder {
  public:
-  GltfBuilder(const GltfDocument& document, const ImportOptions& options)
-      : document_(document),
+  GltfBuilder(const GltfDocument& document, const ImportOptions& options, CoordinateOrigin& origin)
+      : origin_(origin),
+        document_(document),
         model_(*document.model),
         meshes_(*options.budget, "meshes", 0),
         triangles_(*options.budget, "triangles", 0),
@@ -65,7 +67,7 @@ class GltfBuilder {
     material_info_.push_back(materials_.add(tinygltf::Material()));
     description_.materials.back().name = "glTF default";
     // Skinned meshes need the transforms of all joints, so they follow after all nodes are placed.
-    for (const int root : root_nodes()) place(root, Transform{}, true, 0);
+    for (const int root : root_nodes()) place(root, TransformDouble{}, true, 0);
     check_room();
     for (const PlacedNode& node : placed_) add_node(node.index, node.visible);
     note_extensions();
@@ -102,13 +104,13 @@ class GltfBuilder {
   }
 
   /// @param visible whether the nodes above are (KHR_node_visibility)
-  void place(int index, const Transform& parent, bool visible, int depth) {
+  void place(int index, const TransformDouble& parent, bool visible, int depth) {
     if (depth > kDeepestNode || !visited_.insert(index).second) {
       throw Error({document_.path}, fmt::format("nodes[{}] is a child of two nodes, of itself, or too deep", index),
                   kDamagedGltf);
     }
-    const Transform to_world = parent * pose_.local(index);
-    if (!is_finite(to_world)) {
+    const TransformDouble to_world = parent * pose_.local(index);
+    if (!is_finite(to_world.relative_to({0, 0, 0}))) {
       notes_.add("node whose place is beyond the range of numbers, left out");
       return;
     }
@@ -122,19 +124,20 @@ class GltfBuilder {
 
   void add_node(int index, bool visible) {
     const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
-    const Transform& to_world = pose_.to_world(index);
-    if (node.camera >= 0) add_camera(node, to_world);
+    const TransformDouble& to_world = pose_.to_world(index);
+    const Transform relative = to_world.relative_to(origin_.origin());
+    if (node.camera >= 0) add_camera(node, relative);
     if (!visible) return notes_.add("hidden mesh, left out (KHR_node_visibility)", node.mesh >= 0);
     if (node.mesh >= 0) add_instances(index, to_world);
     if (const auto* light = find_extension(node.extensions, "KHR_lights_punctual")) {
-      add_light(node, static_cast<int>(number_member(*light, "light", -1)), to_world);
+      add_light(node, static_cast<int>(number_member(*light, "light", -1)), relative);
     }
   }
 
   /// Adds the mesh of a node, once or at each place of EXT_mesh_gpu_instancing.
-  void add_instances(int index, const Transform& to_world) {
+  void add_instances(int index, const TransformDouble& to_world) {
     const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
-    const GltfDeformation deformation = pose_.deformation(index);
+    const GltfDeformation deformation = pose_.deformation(index, origin_.origin());
     const auto* instancing = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
     if (!instancing || !instancing->Has("attributes")) {
       add_mesh(index, -1, to_world, deformation);
@@ -155,8 +158,8 @@ class GltfBuilder {
       double q[4] = {0, 0, 0, 1};
       if (4 * i + 3 < r.size()) std::copy_n(r.begin() + static_cast<std::ptrdiff_t>(4 * i), 4, q);
       const bool scaled = 3 * i + 2 < s.size();
-      Transform instance =
-          gltf_rotation_and_scale(q, scaled ? Vec3{s[3 * i], s[3 * i + 1], s[3 * i + 2]} : Vec3{1, 1, 1});
+      TransformDouble instance =
+          gltf_rotation_and_scale(q, scaled ? Vec3d{s[3 * i], s[3 * i + 1], s[3 * i + 2]} : Vec3d{1, 1, 1});
       if (3 * i + 2 < t.size()) instance.translation = {t[3 * i], t[3 * i + 1], t[3 * i + 2]};
       add_mesh(index, static_cast<int>(i), to_world * instance, deformation);
     }
@@ -224,7 +227,7 @@ class GltfBuilder {
   }
 
   /// Adds the mesh of a node. @param number of the instance, or -1
-  void add_mesh(int node, int number, const Transform& to_world, const GltfDeformation& deformation) {
+  void add_mesh(int node, int number, const TransformDouble& to_world, const GltfDeformation& deformation) {
     check_cancelled();
     const int index = model_.nodes[static_cast<std::size_t>(node)].mesh;
     const std::string& name = model_.meshes[static_cast<std::size_t>(index)].name;
@@ -236,7 +239,11 @@ class GltfBuilder {
       triangles_.grow(scene_bytes(mesh));
       Geometry instance = mesh;
       deform_gltf_primitive(document_, source, deformation, where, instance);
-      if (deformation.joints.empty()) transform_mesh(instance, to_world);
+      if (deformation.joints.empty()) {
+        place_mesh(instance, to_world, origin_);
+      } else {
+        for (const Vec3 p : instance.positions) origin_.cover(Vec3d(p) + Vec3d(origin_.origin()));
+      }
       const std::size_t first = description_.geometry.triangle_count();
       append_counted(description_.geometry, instance, document_.path + ": " + where, info.index, info.emission, notes_);
       if (parts_) add_part(node, number, source, mesh, instance, first);
@@ -305,7 +312,7 @@ class GltfBuilder {
     Light light;
     if (!file.empty()) light = read_luminaire(file);
     light.name = !node.name.empty() ? node.name : source.name;
-    const Vec3 tint = vector_of(source.color, {1, 1, 1});
+    const Vec3 tint = narrow(vector_of(source.color, {1, 1, 1}));
     const RGB color(tint.x, tint.y, tint.z);
     light.intensity =
         file.empty() ? color * (static_cast<float>(source.intensity) / kLuminousEfficacy) : light.intensity * color;
@@ -369,6 +376,7 @@ class GltfBuilder {
     }
   }
 
+  CoordinateOrigin& origin_;
   const GltfDocument& document_;
   const tinygltf::Model& model_;
   NoteCounter notes_;
@@ -388,13 +396,14 @@ class GltfBuilder {
 
 }  // namespace
 
-SceneDescription load_gltf(const std::string& path, const ImportOptions& options) {
-  return build_gltf_scene(read_gltf_document(path, options), options);
+SceneDescription load_gltf(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
+  return build_gltf_scene(read_gltf_document(path, options), options, origin);
 }
 
-SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options) {
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options,
+                                  CoordinateOrigin& origin) {
   if (options.gltf_parts) *options.gltf_parts = {document.path, {}};
-  SceneDescription description = GltfBuilder(document, options).build();
+  SceneDescription description = GltfBuilder(document, options, origin).build();
   if (description.geometry.triangles.empty()) {
     throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");
   }

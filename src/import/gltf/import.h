@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 
+#include "core/coordinate_origin.h"
 #include "import/import.h"
 #include "scene/scene.h"
 
@@ -11,11 +12,12 @@ namespace glowworm {
 /// lights. Photometric units of KHR_lights_punctual are converted to radiometric units by 179 lm/W: lux to
 /// W m^-2, candela to W sr^-1. Emissive colours are radiance in W sr^-1 m^-2, as in Blender. A surface emits
 /// from its front, or from both sides if it is doubleSided. Throws Error as load_scene() does.
-SceneDescription load_gltf(const std::string& path, const ImportOptions& options);
+/// @param origin is subtracted from all positions; read_near() finds it
+SceneDescription load_gltf(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin);
 
 struct GltfDocument;
 
 /// Builds the scene of a document. Throws Error as load_gltf() does.
-SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options);
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options, CoordinateOrigin& origin);
 
 }  // namespace glowworm

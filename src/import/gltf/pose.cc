@@ -11,31 +11,26 @@ namespace glowworm {
 
 namespace {
 
-Transform matrix_of(const auto& m, std::size_t first) {
+TransformDouble matrix_of(const auto& m, std::size_t first) {
   const auto column = [&](std::size_t i) {
-    return Vec3{static_cast<float>(m[first + 4 * i]), static_cast<float>(m[first + 4 * i + 1]),
-                static_cast<float>(m[first + 4 * i + 2])};
+    return Vec3d{double{m[first + 4 * i]}, double{m[first + 4 * i + 1]}, double{m[first + 4 * i + 2]}};
   };
   return {column(0), column(1), column(2), column(3)};
 }
 
 }  // namespace
 
-Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise) {
-  if (v.size() != 3) return otherwise;
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+Vec3d vector_of(const std::vector<double>& v, Vec3d otherwise) {
+  return v.size() == 3 ? Vec3d{v[0], v[1], v[2]} : otherwise;
 }
 
-Transform gltf_rotation_and_scale(const double q[4], Vec3 scale) {
+TransformDouble gltf_rotation_and_scale(const double q[4], Vec3d scale) {
   const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
   const double s = n > 0 ? 2 / n : 0;
   const double x = q[0], y = q[1], z = q[2], w = q[3];
-  const auto column = [](double a, double b, double c, float factor) {
-    return Vec3{static_cast<float>(a), static_cast<float>(b), static_cast<float>(c)} * factor;
-  };
-  return {column(1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y), scale.x),
-          column(s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x), scale.y),
-          column(s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y), scale.z),
+  return {Vec3d{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)} * scale.x,
+          Vec3d{s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)} * scale.y,
+          Vec3d{s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)} * scale.z,
           {0, 0, 0}};
 }
 
@@ -58,8 +53,8 @@ GltfPose::GltfPose(const GltfDocument& document) : document_(document) {
       local_.push_back(matrix_of(model.nodes[i].matrix, 0));
       continue;
     }
-    Transform t = gltf_rotation_and_scale(rotations[i].size() == 4 ? rotations[i].data() : identity,
-                                          vector_of(scales[i], {1, 1, 1}));
+    TransformDouble t = gltf_rotation_and_scale(rotations[i].size() == 4 ? rotations[i].data() : identity,
+                                                vector_of(scales[i], {1, 1, 1}));
     t.translation = vector_of(translations[i], {0, 0, 0});
     local_.push_back(t);
   }
@@ -97,7 +92,7 @@ void GltfPose::animate(std::vector<std::vector<double>>& translations, std::vect
   }
 }
 
-GltfDeformation GltfPose::deformation(int index) const {
+GltfDeformation GltfPose::deformation(int index, Vec3 origin) const {
   const tinygltf::Node& node = document_.model->nodes[static_cast<std::size_t>(index)];
   GltfDeformation out;
   out.weights = weights_[static_cast<std::size_t>(index)];
@@ -112,8 +107,8 @@ GltfDeformation GltfPose::deformation(int index) const {
                 "The file is damaged or invalid: export it again.");
   }
   for (std::size_t i = 0; i < skin.joints.size(); ++i) {
-    const Transform inverse = inverses.empty() ? Transform{} : matrix_of(inverses, 16 * i);
-    out.joints.push_back(to_world(skin.joints[i]) * inverse);
+    const TransformDouble inverse = inverses.empty() ? TransformDouble{} : matrix_of(inverses, 16 * i);
+    out.joints.push_back((to_world(skin.joints[i]) * inverse).relative_to(origin));
   }
   return out;
 }

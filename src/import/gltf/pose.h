@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "core/transform.h"
+#include "core/transform_double.h"
 #include "import/gltf/mesh.h"
 
 namespace glowworm {
@@ -10,7 +10,7 @@ namespace glowworm {
 struct GltfDocument;
 
 /// The vector of three numbers; `otherwise` if there are not three.
-Vec3 vector_of(const std::vector<double>& v, Vec3 otherwise);
+Vec3d vector_of(const std::vector<double>& v, Vec3d otherwise);
 
 /// The nodes of a file at time 0 of its first animation, or their static transforms if there is none.
 class GltfPose {
@@ -19,23 +19,23 @@ class GltfPose {
   explicit GltfPose(const GltfDocument& document);
 
   /// A node's transform relative to its parent.
-  const Transform& local(int node) const { return local_[static_cast<std::size_t>(node)]; }
+  const TransformDouble& local(int node) const { return local_[static_cast<std::size_t>(node)]; }
   /// Sets a node's transform to the world.
-  void place(int node, const Transform& to_world) { to_world_[static_cast<std::size_t>(node)] = to_world; }
-  const Transform& to_world(int node) const { return to_world_[static_cast<std::size_t>(node)]; }
-  /// The deformation of a mesh by a node. All nodes must be placed.
-  GltfDeformation deformation(int node) const;
+  void place(int node, const TransformDouble& to_world) { to_world_[static_cast<std::size_t>(node)] = to_world; }
+  const TransformDouble& to_world(int node) const { return to_world_[static_cast<std::size_t>(node)]; }
+  /// The deformation of a mesh by a node, to places relative to `origin`. All nodes must be placed.
+  GltfDeformation deformation(int node, Vec3 origin) const;
 
  private:
   void animate(std::vector<std::vector<double>>& translations, std::vector<std::vector<double>>& rotations,
                std::vector<std::vector<double>>& scales);
 
   const GltfDocument& document_;
-  std::vector<Transform> local_, to_world_;
+  std::vector<TransformDouble> local_, to_world_;
   std::vector<std::vector<float>> weights_;  ///< of morph targets, by node
 };
 
 /// A scale, followed by a rotation by a quaternion (x, y, z, w), which need not be exactly unit.
-Transform gltf_rotation_and_scale(const double q[4], Vec3 scale);
+TransformDouble gltf_rotation_and_scale(const double q[4], Vec3d scale);
 
 }  // namespace glowworm

@@ -51,25 +51,25 @@ bool is_luminaire_text(const std::string& text) {
   return at != std::string::npos && is_photometric_file(text.substr(0, at));
 }
 
-Light luminaire_of_text(const std::string& text, bool z_up) {
+Light luminaire_of_text(const std::string& text, bool z_up, Vec3 origin) {
   const std::size_t at = text.rfind('@');
   if (at == std::string::npos) refuse(text);
-  const std::vector<float> v = numbers_of<float>(std::string_view(text).substr(at + 1));
+  const std::vector<double> v = numbers_of<double>(std::string_view(text).substr(at + 1));
   if (v.size() != 3 && v.size() != 6 && v.size() != 7) refuse(text);
   const auto in_scene = [&](std::size_t i) {
-    const Vec3 given{v[i], v[i + 1], v[i + 2]};
+    const Vec3d given{v[i], v[i + 1], v[i + 2]};
     return z_up ? y_up_from_z_up(given) : given;
   };
-  const Vec3 aim = v.size() > 3 ? in_scene(3) : Vec3{0, -1, 0};
+  const Vec3 aim = v.size() > 3 ? narrow(in_scene(3)) : Vec3{0, -1, 0};
   if (!(length_squared(aim) > 0)) refuse(text);
   Light light = read_luminaire(text.substr(0, at));
-  light.position = in_scene(0);
+  light.position = narrow(in_scene(0) - Vec3d(origin));
   light.direction = normalize(aim);
   // Seen along a level aim, x of the table is to the right; straight down or up, it is the scene's x.
   Vec3 right = cross(light.direction, {0, 1, 0});
   right = length(right) > 1e-4f ? normalize(right) : Vec3{1, 0, 0};
   const Vec3 up = cross(right, light.direction);
-  const float turn = v.size() > 6 ? v[6] * kPi / 180 : 0;
+  const float turn = v.size() > 6 ? static_cast<float>(v[6]) * kPi / 180 : 0;
   light.right = right * std::cos(turn) + up * std::sin(turn);
   return light;
 }

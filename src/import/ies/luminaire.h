@@ -29,7 +29,8 @@ bool is_luminaire_text(const std::string& text);
 
 /// Reads FILE@X,Y,Z[,DX,DY,DZ[,TURN]]: a luminaire at a place (m) that aims along D (down where none is given), turned
 /// by TURN degrees around that. Throws Error for other texts, and as read_luminaire() does.
-/// @param z_up the text's axes have z up; the light has y up
-Light luminaire_of_text(const std::string& text, bool z_up = false);
+/// @param z_up   the text's axes have z up; the light has y up
+/// @param origin with y up, is subtracted from the place (SceneDescription::origin)
+Light luminaire_of_text(const std::string& text, bool z_up = false, Vec3 origin = {0, 0, 0});
 
 }  // namespace glowworm

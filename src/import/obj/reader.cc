@@ -35,8 +35,10 @@ constexpr std::size_t kNamedMaterials = 8;  ///< number of undefined materials t
 
 class ObjParser {
  public:
-  ObjParser(const std::string& file, const ObjFiles& files, NoteCounter& notes, MemoryBudget& budget)
-      : file_(file),
+  ObjParser(const std::string& file, const ObjFiles& files, NoteCounter& notes, MemoryBudget& budget,
+            CoordinateOrigin& origin)
+      : origin_(origin),
+        file_(file),
         files_(files),
         notes_(notes),
         budget_(budget),
@@ -108,10 +110,10 @@ class ObjParser {
   }
 
   void visit_vertex(std::string_view rest) {
-    float value[4] = {0, 0, 0, 1};
+    double value[4] = {0, 0, 0, 1};
     int numbers = 0;
     for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
-      const auto number = float_of(word);
+      const auto number = number_of(word);
       if (!number) throw Error({file_, line_}, fmt::format("'{}' is not a number", word), "Expected: v x y z");
       if (numbers < 4) value[numbers] = *number;
       ++numbers;
@@ -120,8 +122,8 @@ class ObjParser {
       throw Error({file_, line_}, fmt::format("vertex with {} coordinates", numbers), "Expected: v x y z");
     }
     if (numbers >= 6) notes_.add("vertex with a colour of its own, not used");
-    const float w = numbers == 4 ? value[3] : 1;  // a fourth number is a weight; the last of six or seven are a colour
-    positions_.push_back(Vec3{value[0], value[1], value[2]} * (1 / w));
+    const double w = numbers == 4 ? value[3] : 1;  // a fourth number is a weight; the last of six or seven are a colour
+    positions_.push_back(origin_.relative(Vec3d{value[0], value[1], value[2]} * (1 / w)));
   }
 
   void visit_face(std::string_view rest) {
@@ -140,6 +142,7 @@ class ObjParser {
     bool has_normals = true;
     for (const Corner& corner : corners_) {
       places_.push_back(positions_[corner.index[0]]);
+      origin_.cover(Vec3d(places_.back()) + Vec3d(origin_.origin()));  // not where no face uses a vertex
       has_normals = has_normals && corner.index[2] != kNone;
     }
     if (!cut_polygon(places_, cut_))
@@ -321,6 +324,7 @@ class ObjParser {
     return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
   }
 
+  CoordinateOrigin& origin_;
   const std::string& file_;
   const ObjFiles& files_;
   NoteCounter& notes_;
@@ -350,11 +354,11 @@ class ObjParser {
 }  // namespace
 
 SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes,
-                           MemoryBudget& budget) {
-  return ObjParser(file, files, notes, budget).run(text);
+                           MemoryBudget& budget, CoordinateOrigin& origin) {
+  return ObjParser(file, files, notes, budget, origin).run(text);
 }
 
-SceneDescription load_obj(const std::string& path, const ImportOptions& options) {
+SceneDescription load_obj(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
   NoteCounter notes;
   TextureCache textures(options, notes);
   const std::filesystem::path full(path);
@@ -373,7 +377,7 @@ SceneDescription load_obj(const std::string& path, const ImportOptions& options)
   files.texture = [&](const PhongTexture& texture, const TextureOptions& texture_options, StandIn stand_in) {
     return textures.load_file(find_texture_file(folder, texture.name), texture_options, stand_in);
   };
-  SceneDescription description = parse_obj(read_input_file(path, held), path, files, notes, *options.budget);
+  SceneDescription description = parse_obj(read_input_file(path, held), path, files, notes, *options.budget, origin);
   description.name = full.stem().string();
   if (description.geometry.triangles.empty()) {
     throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/coordinate_origin.h"
 #include "core/memory_budget.h"
 #include "import/import.h"
 #include "import/notes.h"
@@ -19,7 +20,8 @@ namespace glowworm {
 /// whatever its materials and groups. Notes count unsupported features, faces with fewer than three corners, material
 /// libraries that cannot be read, and undefined materials. Throws Error with file, line and remedy for a face index out
 /// of range or an invalid vertex.
-SceneDescription load_obj(const std::string& path, const ImportOptions& options);
+/// @param origin is subtracted from all positions; read_near() finds it
+SceneDescription load_obj(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin);
 
 /// Access to other files for parse_obj().
 struct ObjFiles {
@@ -31,6 +33,6 @@ struct ObjFiles {
 /// Reads an OBJ file from memory. @param file for messages
 /// @param budget limits memory while reading. Also throws MemoryError.
 SceneDescription parse_obj(std::string_view text, const std::string& file, const ObjFiles& files, NoteCounter& notes,
-                           MemoryBudget& budget);
+                           MemoryBudget& budget, CoordinateOrigin& origin);
 
 }  // namespace glowworm

@@ -47,7 +47,7 @@ bool hides(const PbrtParameters& parameters, const PbrtParameters& others) {
 
 /// The state that AttributeBegin saves.
 struct Attributes {
-  Transform transform;
+  TransformDouble transform;
   bool reverse = false;
   std::uint32_t material = 0;
   bool textured_material = false;
@@ -79,7 +79,7 @@ struct PbrtBuilder::State {
   std::vector<Saved> stack;
   std::vector<std::function<void()>> redefinitions;  ///< of names within open blocks: restore the older value
   std::size_t ignored_nesting = 0;
-  std::map<std::string, Transform, std::less<>> coordinate_systems;
+  std::map<std::string, TransformDouble, std::less<>> coordinate_systems;
   std::map<std::string, std::vector<PbrtShape>, std::less<>> objects;
   std::vector<PbrtShape>* open_object = nullptr;
   std::optional<PbrtDirective> film;
@@ -147,7 +147,7 @@ struct PbrtBuilder::State {
   void light_source(PbrtDirective& d);
   void area_light_source(PbrtDirective& d);
   void shape(PbrtDirective& d);
-  void place(const PbrtShape& shape, const Transform& to_world);
+  void place(const PbrtShape& shape, const TransformDouble& to_world);
   void object_begin(PbrtDirective& d);
   void object_instance(PbrtDirective& d);
 };
@@ -273,9 +273,9 @@ void PbrtBuilder::State::camera(PbrtDirective& d) {
     error(d, "the transform of the camera cannot be inverted", "A scale of 0, or points of LookAt that coincide?");
     return;
   }
-  const Transform to_world = inverse(now.transform);
+  const TransformDouble to_world = inverse(now.transform);
   coordinate_systems["camera"] = to_world;
-  Camera camera = make_camera(d.strings[0], d.parameters, to_world);
+  Camera camera = make_camera(d.strings[0], d.parameters, to_world.relative_to(context.origin.origin()));
   if (!context.scene.cameras.empty()) camera.name += fmt::format("{}", context.scene.cameras.size() + 1);
   // Pictures of pbrt-v3 do not depend on the shutter.
   exposure_seconds = context.v3 ? 1.0f : exposure_time(d.parameters);
@@ -286,7 +286,7 @@ void PbrtBuilder::State::world_begin(PbrtDirective& d) {
   if (has_world_content) {
     error(d, "WorldBegin comes after shapes or lights", "Move them after it: only the camera comes before.");
   }
-  now.transform = Transform();
+  now.transform = TransformDouble();
   now.start_active = true;
   coordinate_systems["world"] = now.transform;
 }
@@ -372,11 +372,11 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
     object_meshes.grow(sizeof shape + mesh_bytes(shape.mesh.geometry));
     open_object->push_back(std::move(shape));
   } else {
-    place(shape, Transform());
+    place(shape, TransformDouble());
   }
 }
 
-void PbrtBuilder::State::place(const PbrtShape& shape, const Transform& to_world) {
+void PbrtBuilder::State::place(const PbrtShape& shape, const TransformDouble& to_world) {
   triangles.grow(scene_bytes(shape.mesh.geometry));
   try {
     place_shape(context, shape, to_world);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/coordinate_origin.h"
 #include "core/memory_budget.h"
 #include "core/rgb.h"
 #include "image/texture_file.h"
@@ -36,6 +37,8 @@ using PbrtImageLoader = std::function<std::shared_ptr<const TextureImage>(
 
 /// The scene under construction, and the names defined in its file.
 struct PbrtContext {
+  explicit PbrtContext(CoordinateOrigin& o) : origin(o) {}
+  CoordinateOrigin& origin;  ///< is subtracted from all positions
   SceneDescription scene;
   PbrtDiagnostics diagnostics;
   std::string main_file;

@@ -11,8 +11,8 @@
 
 namespace glowworm {
 
-SceneDescription load_pbrt(const std::string& path, const ImportOptions& options) {
-  PbrtContext context;
+SceneDescription load_pbrt(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
+  PbrtContext context(origin);
   context.budget = options.budget;
   context.main_file = path;
   context.scene.name = std::filesystem::path(path).stem().string();

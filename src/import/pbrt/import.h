@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 
+#include "core/coordinate_origin.h"
 #include "import/import.h"
 #include "scene/scene.h"
 
@@ -11,6 +12,7 @@ namespace glowworm {
 /// instances are expanded, and spectra become linear Rec. 709 RGB. The description's notes list unsupported features
 /// (media, curves, subsurface scattering, motion, ...) with place and count; everything else is loaded. Throws one
 /// Error that lists up to 20 errors, each with file:line:column and a remedy.
-SceneDescription load_pbrt(const std::string& path, const ImportOptions& options = {});
+/// @param origin is subtracted from all positions; read_near() finds it
+SceneDescription load_pbrt(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin);
 
 }  // namespace glowworm

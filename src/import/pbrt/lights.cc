@@ -52,8 +52,8 @@ Transform rotation_of(const PbrtParameters& parameters, const Transform& to_worl
 
 class LightBuilder {
  public:
-  LightBuilder(PbrtContext& context, const PbrtParameters& parameters, const Transform& to_world)
-      : context_(context), parameters_(parameters), to_world_(to_world) {}
+  LightBuilder(PbrtContext& context, const PbrtParameters& parameters, const TransformDouble& to_world)
+      : context_(context), parameters_(parameters), exact_(to_world), to_world_(to_world.relative_to({0, 0, 0})) {}
 
   void build(const std::string& kind) {
     if (kind == "point") return point();
@@ -86,12 +86,14 @@ class LightBuilder {
     return power > 0 ? color * (power / steradians) : color;
   }
 
+  Vec3 place_of(Vec3d point) const { return context_.origin.relative(exact_.point(point)); }
+
   void point() {
     Light light;
     light.name = name();
     light.kind = LightKind::point;
     light.intensity = intensity(4 * kPi);
-    light.position = to_world_.point(parameters_.point3("from", {0, 0, 0}));
+    light.position = place_of(parameters_.point3("from", {0, 0, 0}));
     context_.scene.lights.push_back(light);
   }
 
@@ -108,7 +110,7 @@ class LightBuilder {
     }
     if (const std::string given = name(); !given.empty()) light.name = given;
     light.intensity *= light_color(context_, parameters_, "I");
-    light.position = to_world_.point({0, 0, 0});
+    light.position = place_of({0, 0, 0});
     light.direction = direction_or_error(parameters_, to_world_.vector({0, 0, -1}));
     light.right = direction_or_error(parameters_, to_world_.vector({1, 0, 0}));
     const float power = parameters_.real("power", -1);
@@ -134,9 +136,9 @@ class LightBuilder {
     const float steradians =
         2 * kPi * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) * mean_spot_falloff(light));
     light.intensity = intensity(steradians);
-    const Vec3 from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
-    light.position = to_world_.point(from);
-    light.direction = direction_or_error(parameters_, to_world_.vector(to - from));
+    const Vec3d from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
+    light.position = place_of(from);
+    light.direction = direction_or_error(parameters_, to_world_.vector(narrow(to - from)));
     context_.scene.lights.push_back(light);
   }
 
@@ -147,8 +149,8 @@ class LightBuilder {
     light.intensity = light_color(context_, parameters_, "L");
     const float illuminance = parameters_.real("illuminance", -1);
     if (illuminance > 0) light.intensity *= illuminance;
-    const Vec3 from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
-    light.direction = direction_or_error(parameters_, to_world_.vector(to - from));
+    const Vec3d from = parameters_.point3("from", {0, 0, 0}), to = parameters_.point3("to", {0, 0, 1});
+    light.direction = direction_or_error(parameters_, to_world_.vector(narrow(to - from)));
     context_.scene.lights.push_back(light);
   }
 
@@ -251,7 +253,8 @@ class LightBuilder {
 
   PbrtContext& context_;
   const PbrtParameters& parameters_;
-  const Transform& to_world_;
+  TransformDouble exact_;
+  Transform to_world_;  ///< for directions
 };
 
 float image_luminance(const TextureImage& image) {
@@ -267,7 +270,7 @@ float image_luminance(const TextureImage& image) {
 }  // namespace
 
 void add_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
-               const Transform& to_world) {
+               const TransformDouble& to_world) {
   LightBuilder(context, parameters, to_world).build(kind);
   parameters.note_unused(fmt::format("light {}", in_quotes(kind)));
 }

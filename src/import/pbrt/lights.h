@@ -9,7 +9,7 @@ namespace glowworm {
 
 /// Adds the light of a LightSource directive to the scene. @param to_world the current transform
 void add_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters,
-               const Transform& to_world);
+               const TransformDouble& to_world);
 
 /// An AreaLightSource directive, which applies to the shapes after it.
 struct PbrtAreaLight {

@@ -144,12 +144,11 @@ std::string PbrtParameters::string(std::string_view name, const std::string& oth
   return otherwise;
 }
 
-Vec3 PbrtParameters::point3(std::string_view name, Vec3 otherwise) const {
+Vec3d PbrtParameters::point3(std::string_view name, Vec3d otherwise) const {
   const PbrtParameter* found = find_number(name, 3);
   if (!found) return otherwise;
-  const Vec3 value{static_cast<float>(found->numbers[0]), static_cast<float>(found->numbers[1]),
-                   static_cast<float>(found->numbers[2])};
-  if (is_finite(value)) return value;
+  const Vec3d value{found->numbers[0], found->numbers[1], found->numbers[2]};
+  if (is_finite(narrow(value))) return value;
   error(*found, fmt::format("parameter {} is too large", in_quotes(name)), "Give numbers within single precision.");
   return otherwise;
 }

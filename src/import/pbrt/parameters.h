@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/vec.h"
+#include "core/transform_double.h"
 #include "import/pbrt/diagnostics.h"
 
 namespace glowworm {
@@ -67,7 +67,7 @@ class PbrtParameters {
   int integer(std::string_view name, int otherwise) const;
   bool boolean(std::string_view name, bool otherwise) const;
   std::string string(std::string_view name, const std::string& otherwise) const;
-  Vec3 point3(std::string_view name, Vec3 otherwise) const;
+  Vec3d point3(std::string_view name, Vec3d otherwise) const;
   /// All numbers of a parameter of a numeric type; empty if it is not given.
   std::span<const double> numbers(std::string_view name, PbrtType type) const;
   std::span<const std::string> strings(std::string_view name) const;

@@ -77,18 +77,20 @@ std::vector<std::uint32_t> emissions_of(PbrtContext& context, const PbrtShape& s
 
 }  // namespace
 
-Geometry to_world_space(const PbrtShape& shape, const Transform& to_world) {
-  const Transform total = to_world * shape.to_outer;
+Geometry to_world_space(const PbrtShape& shape, const TransformDouble& to_world, CoordinateOrigin& origin) {
+  TransformDouble exact = to_world * shape.to_outer;
+  exact.translation = exact.point(Vec3d(shape.mesh.origin));
+  const Transform total = exact.relative_to(origin.origin());
   Geometry mesh = shape.mesh.geometry;
   if (mesh.uvs.empty() && shape.textured) add_default_uvs(mesh, shape.mesh.patch);
-  for (Vec3& p : mesh.positions) p = total.point(p);
+  for (Vec3& p : mesh.positions) p = origin.take(exact.point(Vec3d(p)));
   for (Vec3& n : mesh.normals) n = shape.reverse ? -total.normal(n) : total.normal(n);
   wind_outwards(mesh, shape.reverse != (total.determinant() < 0));
   return mesh;
 }
 
-void place_shape(PbrtContext& context, const PbrtShape& shape, const Transform& to_world) {
-  Geometry world = to_world_space(shape, to_world);
+void place_shape(PbrtContext& context, const PbrtShape& shape, const TransformDouble& to_world) {
+  Geometry world = to_world_space(shape, to_world, context.origin);
   if (shape.light) world.emission = emissions_of(context, shape, world);
   context.scene.geometry.begin_object(shape.kind + " " + std::to_string(context.scene.geometry.objects.size() + 1));
   const AppendResult result = append_mesh(context.scene.geometry, world, shape.kind.c_str(), shape.material, kNone);

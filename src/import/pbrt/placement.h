@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "core/transform.h"
+#include "core/transform_double.h"
 #include "import/pbrt/context.h"
 #include "import/pbrt/lights.h"
 #include "import/pbrt/tessellation.h"
@@ -11,9 +11,9 @@ namespace glowworm {
 
 /// A shape with the attributes at its directive.
 struct PbrtShape {
-  PbrtMesh mesh;         ///< in its own space
-  Transform to_outer;    ///< from the shape's space to the space of its directive: the world's, or an object's
-  bool reverse = false;  ///< ReverseOrientation applies
+  PbrtMesh mesh;             ///< in its own space
+  TransformDouble to_outer;  ///< from the shape's space to the space of its directive: the world's, or an object's
+  bool reverse = false;      ///< ReverseOrientation applies
   std::uint32_t material = 0;
   bool textured = true;                  ///< texture coordinates are needed
   std::shared_ptr<PbrtAreaLight> light;  ///< null if it does not emit
@@ -26,9 +26,10 @@ struct PbrtShape {
 /// ReverseOrientation does. If the material is textured, triangles without texture coordinates get (0,0), (1,0), (1,1),
 /// and quads also (0,1).
 /// @param to_world applied after shape.to_outer
-Geometry to_world_space(const PbrtShape& shape, const Transform& to_world);
+/// @param origin   is subtracted from the positions
+Geometry to_world_space(const PbrtShape& shape, const TransformDouble& to_world, CoordinateOrigin& origin);
 
 /// Adds a shape to the context's scene. Triangles without area or with infinite corners are left out, with a note.
-void place_shape(PbrtContext& context, const PbrtShape& shape, const Transform& to_world);
+void place_shape(PbrtContext& context, const PbrtShape& shape, const TransformDouble& to_world);
 
 }  // namespace glowworm

@@ -56,6 +56,30 @@ class ShapeBuilder {
     return out;
   }
 
+  /// What `read` returns, which takes its positions from an origin. In a scene that lies far away, that is one near the
+  /// shape. In others, shapes that share an edge must round its ends alike.
+  template <typename Read>
+  auto near_shape(Vec3& origin, const Read& read) {
+    CoordinateOrigin near;
+    const bool is_far = !(context_.origin.origin() == Vec3{0, 0, 0});
+    auto out = is_far ? read_near(near, [&] { return read(near); }) : read(near);
+    origin = is_far ? near.origin() : Vec3{0, 0, 0};
+    if (near.is_rounded() && !(origin == Vec3{0, 0, 0})) context_.origin.set_rounded();
+    return out;
+  }
+
+  /// The points "P". @param origin receives what they are relative to
+  std::vector<Vec3> positions(Vec3& origin) {
+    const auto numbers = parameters_.numbers("P", PbrtType::point3);
+    return near_shape(origin, [&](CoordinateOrigin& near) {
+      std::vector<Vec3> out;
+      out.reserve(numbers.size() / 3);
+      for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+        out.push_back(near.take({numbers[i], numbers[i + 1], numbers[i + 2]}));
+      return out;
+    });
+  }
+
   std::vector<Vec2> texture_coordinates() {
     std::vector<Vec2> out;
     const char* name = parameters_.has("uv") ? "uv" : "st";
@@ -105,7 +129,7 @@ class ShapeBuilder {
   std::optional<PbrtMesh> triangle_mesh() {
     PbrtMesh mesh;
     Geometry& geometry = mesh.geometry;
-    geometry.positions = points("P");
+    geometry.positions = positions(mesh.origin);
     geometry.normals = points("N");
     geometry.uvs = texture_coordinates();
     if (geometry.positions.empty()) return fail("a mesh without points", "Give \"point3 P\".");
@@ -136,7 +160,9 @@ class ShapeBuilder {
     }
     PbrtMesh mesh;
     try {
-      PlyMesh file_mesh = read_ply(context_.resolve(name, parameters_.place()), *context_.budget);
+      const std::string path = context_.resolve(name, parameters_.place());
+      PlyMesh file_mesh =
+          near_shape(mesh.origin, [&](CoordinateOrigin& near) { return read_ply(path, *context_.budget, near); });
       if (file_mesh.smaller_faces > 0) parameters_.note("left out: faces of fewer than three corners");
       mesh.patch = std::move(file_mesh.face_of);
       mesh.geometry = std::move(file_mesh);
@@ -189,7 +215,8 @@ class ShapeBuilder {
   }
 
   std::optional<PbrtMesh> bilinear_mesh() {
-    const std::vector<Vec3> positions = points("P"), normals = points("N");
+    PbrtMesh mesh;
+    const std::vector<Vec3> positions = this->positions(mesh.origin), normals = points("N");
     const std::vector<Vec2> uvs = texture_coordinates();
     if (positions.empty()) return fail("a mesh without points", "Give \"point3 P\".");
     if (!fits(normals, positions.size(), "normals N") || !fits(uvs, positions.size(), "uv")) return std::nullopt;
@@ -198,7 +225,6 @@ class ShapeBuilder {
     if (parameters_.has("emissionfilename")) {
       parameters_.note("not supported: emissionfilename of a bilinearmesh");
     }
-    PbrtMesh mesh;
     Reservation held(*context_.budget, "meshes", 0);
     for (std::size_t i = 0; i < corners->size(); i += 4) {
       held.cover(mesh_bytes(mesh.geometry));
@@ -217,8 +243,9 @@ class ShapeBuilder {
   }
 
   std::optional<PbrtMesh> loop_subdivision() {
+    PbrtMesh mesh;
     Geometry control;
-    control.positions = points("P");
+    control.positions = positions(mesh.origin);
     if (control.positions.empty()) return fail("a mesh without points", "Give \"point3 P\".");
     const auto corners = indices(control.positions.size(), 3);
     if (!corners) return std::nullopt;
@@ -240,7 +267,6 @@ class ShapeBuilder {
     constexpr std::uint64_t kBytesPerTriangle = 200;
     const Reservation held(*context_.budget, "subdivision",
                            (std::uint64_t{control.triangles.size()} << (2 * levels)) * kBytesPerTriangle);
-    PbrtMesh mesh;
     mesh.geometry = loop_subdivide(control, levels);
     context_.subdivided_triangles += mesh.geometry.triangles.size();
     one_patch_a_triangle(mesh);

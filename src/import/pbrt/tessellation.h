@@ -13,6 +13,7 @@ namespace glowworm {
 struct PbrtMesh {
   Geometry geometry;  ///< without materials and emissions; normals and uvs may be empty
   std::vector<std::uint32_t> patch;
+  Vec3 origin{0, 0, 0};  ///< in the shape's space, the place that the positions are relative to
 };
 
 /// A part of a sphere around the origin, as in pbrt: cut off below z_min and above z_max, and after phi_max (radians,

@@ -2,16 +2,16 @@
 #pragma once
 #include <optional>
 
-#include "core/transform.h"
+#include "core/transform_double.h"
 #include "import/pbrt/parser.h"
 
 namespace glowworm {
 
 /// The transform after an Identity, Transform, ConcatTransform, Translate, Scale, Rotate or LookAt directive. Empty
 /// after an error, which is recorded.
-std::optional<Transform> apply_transform(const PbrtDirective& directive, const Transform& current);
+std::optional<TransformDouble> apply_transform(const PbrtDirective& directive, const TransformDouble& current);
 
 /// Whether a transform is finite and has an inverse.
-bool is_invertible(const Transform& transform);
+bool is_invertible(const TransformDouble& transform);
 
 }  // namespace glowworm

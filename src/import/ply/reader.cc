@@ -27,6 +27,7 @@ class ValueReader {
   ValueReader(std::string_view bytes, const PlyHeader& header, const std::string& file)
       : bytes_(bytes), at_(header.data_begin), format_(header.format), file_(file) {}
 
+  bool is_ascii() const { return format_ == PlyFormat::ascii; }
   double value(PlyType type) { return format_ == PlyFormat::ascii ? ascii_value() : binary_value(type); }
 
   /// Reads a list's length. Throws if the rest of the file is too short for it.
@@ -121,7 +122,7 @@ int vertex_role(std::string_view name) {
 }
 
 void read_vertices(ValueReader& reader, const PlyElement& element, const std::string& file, Reservation& held,
-                   PlyMesh& mesh) {
+                   PlyMesh& mesh, CoordinateOrigin& origin) {
   bool present[8] = {};
   std::vector<int> roles;
   for (const PlyProperty& property : element.properties) {
@@ -129,6 +130,7 @@ void read_vertices(ValueReader& reader, const PlyElement& element, const std::st
     roles.push_back(role);
     mesh.has_colors = mesh.has_colors || property.name == "red" || property.name == "diffuse_red";
     if (role >= 0) present[role] = true;
+    if (role >= 0 && role < 3 && !reader.is_ascii() && property.type == PlyType::float32) origin.set_rounded();
   }
   if (!present[0] || !present[1] || !present[2]) {
     throw Error({file}, "the vertices lack x, y or z", "Export the mesh with positions.");
@@ -144,19 +146,19 @@ void read_vertices(ValueReader& reader, const PlyElement& element, const std::st
   if (has_normals) mesh.normals.reserve(count);
   if (has_uvs) mesh.uvs.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    float value[8] = {};
+    double value[8] = {};
     for (std::size_t p = 0; p < roles.size(); ++p) {
       const PlyProperty& property = element.properties[p];
       if (property.is_list) {
         reader.skip(property.type, reader.length(property));
       } else {
-        const auto number = static_cast<float>(reader.value(property.type));
+        const double number = reader.value(property.type);
         if (roles[p] >= 0) value[roles[p]] = number;
       }
     }
-    mesh.positions.push_back({value[0], value[1], value[2]});
-    if (has_normals) mesh.normals.push_back({value[3], value[4], value[5]});
-    if (has_uvs) mesh.uvs.push_back({value[6], value[7]});
+    mesh.positions.push_back(origin.take({value[0], value[1], value[2]}));
+    if (has_normals) mesh.normals.push_back(narrow({value[3], value[4], value[5]}));
+    if (has_uvs) mesh.uvs.push_back({static_cast<float>(value[6]), static_cast<float>(value[7])});
   }
 }
 
@@ -309,7 +311,7 @@ void skip_element(ValueReader& reader, const PlyElement& element) {
 
 }  // namespace
 
-PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
+PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget, CoordinateOrigin& origin) {
   const PlyHeader header = read_ply_header(bytes, file);
   ValueReader reader(bytes, header, file);
   Reservation held(budget, "meshes", 0);
@@ -321,7 +323,7 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget&
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" && !has_vertices) {
       has_vertices = true;
-      read_vertices(reader, element, file, held, mesh);
+      read_vertices(reader, element, file, held, mesh, origin);
       vertices = mesh.positions.size();
     } else if ((element.name == "face" || element.name == "tristrips") && !element.properties.empty()) {
       if (!has_vertices) throw Error({file}, "the faces come before the vertices", "Export the mesh again.");
@@ -341,9 +343,9 @@ PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget&
   return mesh;
 }
 
-PlyMesh read_ply(const std::string& path, MemoryBudget& budget) {
+PlyMesh read_ply(const std::string& path, MemoryBudget& budget, CoordinateOrigin& origin) {
   Reservation held(budget, "scene files", 0);
-  return parse_ply(read_pbrt_file(path, held), path, budget);
+  return parse_ply(read_pbrt_file(path, held), path, budget, origin);
 }
 
 }  // namespace glowworm

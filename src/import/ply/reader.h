@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/coordinate_origin.h"
 #include "core/memory_budget.h"
 #include "scene/geometry.h"
 
@@ -29,10 +30,11 @@ struct PlyMesh : Geometry {
 /// header names a texture, optionally "texcoord"; or there are triangle strips ("tristrips"). Other elements and
 /// properties are skipped. Memory is proportional to the file's size, whatever its header declares.
 /// @param budget limits memory of file and mesh while reading
+/// @param origin is subtracted from all positions; read_near() finds it
 /// Throws Error with file (and line) and remedy, and MemoryError.
-PlyMesh read_ply(const std::string& path, MemoryBudget& budget);
+PlyMesh read_ply(const std::string& path, MemoryBudget& budget, CoordinateOrigin& origin);
 
 /// Reads a PLY file from memory. @param file for messages
-PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget);
+PlyMesh parse_ply(std::string_view bytes, const std::string& file, MemoryBudget& budget, CoordinateOrigin& origin);
 
 }  // namespace glowworm

@@ -39,7 +39,7 @@ std::uint32_t facet_count(std::string_view bytes) {
   return count;
 }
 
-Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
+Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBudget& budget, CoordinateOrigin& origin) {
   if (bytes.size() < kHeaderBytes) throw Error({file}, "is not an STL file: it ends within the header", kDamaged);
   const std::uint32_t count = facet_count(bytes);
   if (count > (bytes.size() - kHeaderBytes) / kFacetBytes) {
@@ -47,6 +47,7 @@ Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBud
   }
   if (count > kNone / 3) throw Error({file}, fmt::format("{} facets are too many", count), "Split the mesh.");
   const Reservation held(budget, "meshes", count * kMeshBytes);
+  origin.set_rounded();  // the file has floats
   Geometry mesh;
   mesh.positions.reserve(3 * std::size_t{count});
   mesh.normals.reserve(3 * std::size_t{count});
@@ -55,6 +56,7 @@ Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBud
   for (std::uint32_t i = 0; i < count; ++i) {
     Vec3 values[4];  // the normal and three vertices
     std::memcpy(values, bytes.data() + kHeaderBytes + kFacetBytes * i, sizeof values);
+    for (int v = 1; v < 4; ++v) values[v] = origin.take(Vec3d(values[v]));
     add_facet(mesh, values + 1, values[0]);
   }
   return mesh;
@@ -62,7 +64,8 @@ Geometry parse_binary(std::string_view bytes, const std::string& file, MemoryBud
 
 class AsciiParser {
  public:
-  AsciiParser(const std::string& file, MemoryBudget& budget) : file_(file), held_(budget, "meshes", 0) {}
+  AsciiParser(const std::string& file, MemoryBudget& budget, CoordinateOrigin& origin)
+      : file_(file), origin_(origin), held_(budget, "meshes", 0) {}
 
   Geometry run(std::string_view text) {
     LineReader lines(text);
@@ -84,12 +87,12 @@ class AsciiParser {
   void visit(const std::string& word, std::string_view& rest) {
     if (word == "facet") {
       if (lower(next_word(rest)) != "normal") fail("'facet' without 'normal'");
-      normal_ = vector(rest);
+      normal_ = narrow(vector(rest));
       inside_ = true;
       count_ = 0;
     } else if (word == "vertex") {
       if (!inside_ || count_ == 3) fail("a vertex that belongs to no facet of three");
-      vertices_[count_++] = vector(rest);
+      vertices_[count_++] = origin_.take(vector(rest));
     } else if (word == "endfacet") {
       if (!inside_ || count_ != 3) fail(fmt::format("a facet of {} vertices", count_));
       if (mesh_.positions.size() > kNone - 3) fail("more vertices than can be indexed");
@@ -101,10 +104,10 @@ class AsciiParser {
     }
   }
 
-  Vec3 vector(std::string_view& rest) const {
-    Vec3 out;
+  Vec3d vector(std::string_view& rest) const {
+    Vec3d out;
     for (int i = 0; i < 3; ++i) {
-      const auto number = float_of(next_word(rest));
+      const auto number = number_of(next_word(rest));
       if (!number) fail("expected three numbers");
       out[i] = *number;
     }
@@ -114,6 +117,7 @@ class AsciiParser {
   [[noreturn]] void fail(const std::string& message) const { throw Error({file_, line_}, message, kDamaged); }
 
   const std::string& file_;
+  CoordinateOrigin& origin_;
   Reservation held_;
   Geometry mesh_;
   int line_ = 0, count_ = 0;
@@ -123,13 +127,13 @@ class AsciiParser {
 
 }  // namespace
 
-Geometry parse_stl(std::string_view bytes, const std::string& file, MemoryBudget& budget) {
+Geometry parse_stl(std::string_view bytes, const std::string& file, MemoryBudget& budget, CoordinateOrigin& origin) {
   // Binary files may begin with "solid", too.
   const bool has_binary_size =
       bytes.size() >= kHeaderBytes && bytes.size() - kHeaderBytes == kFacetBytes * std::size_t{facet_count(bytes)};
   const std::string_view begin = trimmed(without_byte_order_mark(bytes).substr(0, 256));
-  if (!has_binary_size && lower(begin).starts_with("solid")) return AsciiParser(file, budget).run(bytes);
-  return parse_binary(bytes, file, budget);
+  if (!has_binary_size && lower(begin).starts_with("solid")) return AsciiParser(file, budget, origin).run(bytes);
+  return parse_binary(bytes, file, budget, origin);
 }
 
 }  // namespace glowworm

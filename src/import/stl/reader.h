@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/coordinate_origin.h"
 #include "core/memory_budget.h"
 #include "scene/geometry.h"
 
@@ -13,6 +14,7 @@ namespace glowworm {
 /// @param file for messages
 /// @param budget limits the memory of the mesh while reading
 /// Throws Error with file, and line if it is ASCII, and MemoryError.
-Geometry parse_stl(std::string_view bytes, const std::string& file, MemoryBudget& budget);
+/// @param origin is subtracted from all positions; read_near() finds it
+Geometry parse_stl(std::string_view bytes, const std::string& file, MemoryBudget& budget, CoordinateOrigin& origin);
 
 }  // namespace glowworm

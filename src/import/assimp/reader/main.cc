@@ -2,6 +2,7 @@
 // files, so this is a separate process with limits.
 // usage: glowworm-assimp FILE DESCRIPTOR MEMORY_BYTES CPU_SECONDS
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/commonMetaData.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -21,6 +22,7 @@
 #include <map>
 #include <new>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -91,7 +93,7 @@ class RegularFiles final : public Assimp::DefaultIOSystem {
 
 Vec3 vector_of(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
-Transform transform_of(const aiMatrix4x4& m) {
+TransformDouble transform_of(const aiMatrix4x4& m) {
   return {{m.a1, m.b1, m.c1}, {m.a2, m.b2, m.c2}, {m.a3, m.b3, m.c3}, {m.a4, m.b4, m.c4}};
 }
 
@@ -130,12 +132,12 @@ class Collector {
  private:
   /// Visits parents before children, and children in order. Not recursive, because trees may be deep.
   void visit_nodes() {
-    std::vector<std::pair<const aiNode*, Transform>> pending;
-    if (scene_.mRootNode) pending.emplace_back(scene_.mRootNode, Transform{});
+    std::vector<std::pair<const aiNode*, TransformDouble>> pending;
+    if (scene_.mRootNode) pending.emplace_back(scene_.mRootNode, TransformDouble{});
     while (!pending.empty()) {
       const auto [node, parent] = pending.back();
       pending.pop_back();
-      const Transform to_world = parent * transform_of(node->mTransformation);
+      const TransformDouble to_world = parent * transform_of(node->mTransformation);
       for (unsigned i = 0; i < node->mNumMeshes; ++i) out_.instances.push_back({node->mMeshes[i], to_world});
       const std::string name = node->mName.C_Str();
       for (auto [at, last] = cameras_.equal_range(name); at != last; ++at)
@@ -150,7 +152,7 @@ class Collector {
     PhongMaterial m;
     m.name = source.GetName().C_Str();
     m.diffuse = RGB(kDefaultAlbedo);
-    color(source, AI_MATKEY_COLOR_DIFFUSE, m.diffuse);
+    const bool has_color = color(source, AI_MATKEY_COLOR_DIFFUSE, m.diffuse);
     // Assimp paints what has no material in a grey of its own.
     if ((m.name.empty() || m.name == AI_DEFAULT_MATERIAL_NAME) && m.diffuse == RGB(0.6f))
       m.diffuse = RGB(kDefaultAlbedo);
@@ -169,15 +171,26 @@ class Collector {
         source.GetTextureCount(aiTextureType_METALNESS) + source.GetTextureCount(aiTextureType_DIFFUSE_ROUGHNESS) > 0;
     m.diffuse_map = texture_of(source, aiTextureType_DIFFUSE);
     if (m.diffuse_map.name.empty()) m.diffuse_map = texture_of(source, aiTextureType_BASE_COLOR);
+    // A texture without a colour is taken whole. Collada gives one or the other, and Assimp then makes up a colour.
+    if (!m.diffuse_map.name.empty() && (!has_color || is_collada())) m.diffuse = RGB(1.0f);
     m.opacity_map = texture_of(source, aiTextureType_OPACITY);
     m.emissive_map = texture_of(source, aiTextureType_EMISSIVE);
     m.normal_map = texture_of(source, aiTextureType_NORMALS);
     return m;
   }
 
-  static void color(const aiMaterial& source, const char* key, unsigned type, unsigned index, RGB& value) {
+  bool is_collada() const {
+    aiString format;
+    return scene_.mMetaData && scene_.mMetaData->Get(AI_METADATA_SOURCE_FORMAT, format) &&
+           std::string_view(format.C_Str()).starts_with("Collada");
+  }
+
+  /// Returns whether the material gives the colour.
+  static bool color(const aiMaterial& source, const char* key, unsigned type, unsigned index, RGB& value) {
     aiColor3D c(value.r, value.g, value.b);
-    if (source.Get(key, type, index, c) == aiReturn_SUCCESS) value = {c.r, c.g, c.b};
+    if (source.Get(key, type, index, c) != aiReturn_SUCCESS) return false;
+    value = {c.r, c.g, c.b};
+    return true;
   }
 
   PhongTexture texture_of(const aiMaterial& source, aiTextureType type) const {
@@ -218,7 +231,7 @@ class Collector {
     return mesh;
   }
 
-  void add_camera(const aiCamera& source, const Transform& to_world) {
+  void add_camera(const aiCamera& source, const TransformDouble& to_world) {
     ForeignCamera camera;
     camera.name = source.mName.C_Str();
     camera.to_world = to_world;
@@ -231,7 +244,7 @@ class Collector {
     out_.cameras.push_back(std::move(camera));
   }
 
-  void add_light(const aiLight& source, const Transform& to_world) {
+  void add_light(const aiLight& source, const TransformDouble& to_world) {
     ForeignLight light;
     light.name = source.mName.C_Str();
     light.to_world = to_world;
