@@ -8,6 +8,8 @@ namespace glowworm {
 
 /// Maximum coordinate and length of a scene, and minimum diagonal of the box around it, in metres. Embree multiplies
 /// three lengths of triangles: beyond 7e12 m these products overflow, and in fine meshes of smaller scenes they vanish.
+/// Embree gives no barycentric coordinates (0, 0) where four times a triangle's area, seen along the ray, is below
+/// 1e-18 m^2: triangles with sides of half a nanometre show the normal and texture of their first vertex.
 inline constexpr float kMaxCoordinate = 1e12f, kMinSceneSize = 1e-7f;
 /// Maximum intensity or irradiance of a light, so that sums over lights and samples stay finite. kMaxRadiance bounds
 /// radiance.
