@@ -1,10 +1,6 @@
 // The public header glowworm/render.h.
 #include "glowworm/render.h"
 
-#include <algorithm>
-#include <chrono>
-#include <thread>
-
 #include "api/picture_implementation.h"
 #include "api/run_job.h"
 #include "api/scene_implementation.h"
@@ -62,22 +58,9 @@ RenderSettings settings_of(const RenderOptions& o) {
   return s;
 }
 
-bool wait_for(const Job& job, double seconds) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
-  const auto spent = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  // Short renders end while pauses are still short.
-  constexpr double kShortest = 1e-4, kLongest = 0.01;
-  while (!job.done() && spent() < seconds) {
-    const double pause = std::min(std::clamp(spent() / 8, kShortest, kLongest), std::max(seconds - spent(), kShortest));
-    std::this_thread::sleep_for(std::chrono::duration<double>(pause));
-  }
-  return job.done();
-}
-
 void attend(Job& job, const std::function<void(double)>& progress) {
   constexpr double kInterval = 0.1;  // seconds
-  while (progress && !wait_for(job, kInterval)) progress(job.progress());
+  while (progress && !job.wait_for(kInterval)) progress(job.progress());
   job.wait();
 }
 
@@ -110,7 +93,7 @@ void Render::wait() { implementation_->job.wait(); }
 bool Render::done() const { return implementation_->job.done(); }
 bool Render::cancelled() const { return implementation_->job.ending() == Ending::cancelled; }
 
-bool Render::wait_for(double seconds) { return glowworm::api::wait_for(implementation_->job, seconds); }
+bool Render::wait_for(double seconds) { return implementation_->job.wait_for(seconds); }
 double Render::progress() const { return implementation_->job.progress(); }
 
 Picture Render::picture() const {

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <string>
-#include <thread>
 
 #include "apps/interrupt.h"
 #include "apps/progress_bar.h"
@@ -44,7 +42,9 @@ bool is_late(const Job& job) {
 std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated) {
   ProgressBar bar(!quiet);
   bool warned = false;
-  while (!job.done()) {
+  // Signals are seen at the next look.
+  const auto interval_s = [&job] { return job.seconds() < 2 ? 0.005 : 0.05; };
+  for (; !job.done(); job.wait_for(interval_s())) {
     if (caught_interrupt()) job.cancel();
     if (!warned && is_late(job)) {
       bar.finish();
@@ -55,7 +55,6 @@ std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeat
     }
     for (RepeatedWork& work : repeated) run_if_due(job, work);
     bar.update(job.progress(), caught_interrupt() ? "stopping" : work_of(job));
-    std::this_thread::sleep_for(std::chrono::milliseconds(job.seconds() < 2 ? 5 : 50));
   }
   bar.finish();
   try {

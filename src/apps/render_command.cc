@@ -293,7 +293,7 @@ void warn_of_unused_formats(const RenderOptions& o) {
 void help_rank_0(Job& job) {
   while (!job.done()) {
     if (caught_interrupt()) job.cancel();
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    job.wait_for(0.02);
   }
   job.wait();
 }

@@ -144,6 +144,11 @@ void Job::wait() {
   if (failure_) std::rethrow_exception(failure_);
 }
 
+bool Job::wait_for(double seconds) const {
+  std::unique_lock lock(done_mutex_);
+  return done_changes_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return done_.load(); });
+}
+
 double Job::seconds() const {
   if (done_) return end_seconds_;
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
@@ -231,7 +236,11 @@ void Job::run() {
   if (crew_) crew_->stop(1);
   end_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   statistics_.add_time(Phase::total, end_seconds_);
-  done_ = true;
+  {
+    const std::lock_guard lock(done_mutex_);
+    done_ = true;
+  }
+  done_changes_.notify_all();
 }
 
 bool Job::should_stop(double next_s) {

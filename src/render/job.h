@@ -1,6 +1,7 @@
 // A running render: one future-like object for the command line, tests and benchmarks.
 #pragma once
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -89,6 +90,8 @@ class Job {
   void wait();
   /// True once the render has ended, for any reason.
   bool done() const { return done_; }
+  /// Waits for the end, but no longer than this (s). Returns whether it is done.
+  bool wait_for(double seconds) const;
   Ending ending() const { return ending_; }
 
   /// Finished share of the work, in [0, 1]: by samples, or by time if the time limit ends it first. That time includes
@@ -237,6 +240,8 @@ class Job {
   mutable std::mutex film_mutex_;
   Film film_;
   SquareSamples round_;  // under way; empty: none
+  mutable std::mutex done_mutex_;
+  mutable std::condition_variable done_changes_;
   mutable std::mutex key_mutex_;
   mutable std::optional<RenderKey> key_;
   std::vector<LightPhotons> light_photons_;

@@ -14,8 +14,10 @@ constexpr int kSide = 32, kSamples = 2, kGather = 8;
 class StatisticsTest : public ProgramTest {
  protected:
   json statistics(const std::string& scene, std::vector<std::string> more) {
-    more.insert(more.end(), {"--stats", "s.json", "-o", "a.exr", "-q", "--size", "32x32", "--samples", "2"});
-    if (std::find(more.begin(), more.end(), "path") == more.end()) more.insert(more.end(), {"--gather", "8"});
+    const auto has = [&](const char* word) { return std::find(more.begin(), more.end(), word) != more.end(); };
+    if (!has("--samples")) more.insert(more.end(), {"--samples", "2"});
+    if (!has("path")) more.insert(more.end(), {"--gather", "8"});
+    more.insert(more.end(), {"--stats", "s.json", "-o", "a.exr", "-q", "--size", "32x32"});
     const Outcome outcome = render(scene, more);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return read_json("s.json");
@@ -211,7 +213,7 @@ TEST_F(StatisticsTest, ActiveLanesAreAtMostAllLanes) {
 
 TEST_F(StatisticsTest, PhasesAddUpToTheTotal) {
   const std::vector<std::vector<std::string>> renders = {{"--integrator", "gather"},
-                                                         {"--integrator", "path"},
+                                                         {"--samples", "64", "--integrator", "path"},
                                                          {"--integrator", "photons"},
                                                          {"--progressive"},
                                                          {"--noise", "20%"}};
@@ -226,15 +228,21 @@ TEST_F(StatisticsTest, PhasesAddUpToTheTotal) {
     const auto seconds = [&](const char* phase) { return s["time_s"][phase].get<double>(); };
     EXPECT_LE(sum, seconds("total") * 1.0001) << integrator;
     EXPECT_GE(sum, seconds("total") * 0.95) << integrator;
-    constexpr double kScheduling = 0.05;  // s, on a busy machine
-    EXPECT_LT(seconds("other"), 0.2 * seconds("total") + kScheduling)
-        << integrator << ": most work has a phase of its own";
     EXPECT_EQ(seconds("trace_paths") > 0, integrator == "path");
     if (integrator == "gather") {
       EXPECT_GT(seconds("photon_noise"), 0);
     }
     EXPECT_GT(s["time_s"]["output"], 0);
     EXPECT_GT(s["time_s"]["load"], 0);
+    // A busy machine lets a thread wait between phases, too: the least share of some runs is the program's.
+    constexpr double kMostBetween = 0.05;
+    constexpr int kMostRuns = 8;
+    double between = seconds("other") / seconds("total");
+    for (int run = 1; run < kMostRuns && between > kMostBetween; ++run) {
+      const json again = statistics("builtin:cornell", options)["time_s"];
+      between = std::min(between, again["other"].get<double>() / again["total"].get<double>());
+    }
+    EXPECT_LE(between, kMostBetween) << integrator << ": work has a phase of its own";
   }
 }
 
