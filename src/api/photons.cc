@@ -176,10 +176,9 @@ std::vector<Rgb> PhotonMap::radiance(std::span<const Vec3> position, std::span<c
   queries.reserve(position.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const glowworm::Vec3 towards = normalize(inner(normal[i]));
-    SurfacePoint point = surface_point(tracer.scene(), hits[i].triangle, hits[i].barycentric);
-    const Bsdf bsdf = resolve_bsdf(tracer.scene(), point);
-    add_query(queries, point.position, face_forward(point.geometric_normal, towards), point.frame, towards, bsdf,
-              RGB(1.0f), static_cast<std::uint32_t>(i));
+    Vertex vertex = vertex_at(tracer.scene(), hits[i], towards);
+    vertex.bsdf = resolve_bsdf(tracer.scene(), vertex.point);
+    add_query(queries, vertex, RGB(1.0f), static_cast<std::uint32_t>(i));
   }
   return implementation_->estimate(queries, position.size());
 }

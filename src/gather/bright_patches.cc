@@ -6,8 +6,8 @@
 
 #include "core/random.h"
 #include "core/warp.h"
-#include "gather/direct_light.h"
 #include "scene/surface.h"
+#include "transport/light_connection.h"
 
 namespace glowworm {
 

@@ -6,16 +6,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
-#include "core/roulette.h"
-#include "gather/direct_light.h"
 #include "gather/final_gather.h"
 #include "kernels/sobol.h"
-#include "scene/light_sampling.h"
 #include "scene/surface.h"
+#include "transport/light_connection.h"
+#include "transport/step.h"
 
 namespace glowworm {
 
@@ -33,15 +31,9 @@ constexpr std::uint32_t kNoSlot = 0xffffffffu;
 constexpr int kSplitBounces = 4;
 
 /// State of a camera path between bounces.
-struct CameraPath {
-  RGB throughput;
+struct CameraPath : PathState {
   Sampler sampler;
   std::uint32_t slot, sequence, sample;
-  /// Density of the last bounce per steradian, and its position. 0 for the camera and for perfectly smooth bounces,
-  /// where no light was sampled.
-  float bounce_pdf;
-  Vec3 bounce_position;
-  RGB absorption;  ///< of the volume that the last bounce entered
 };
 
 /// Working memory, reused for one block after another.
@@ -50,9 +42,8 @@ struct BlockMemory {
   std::vector<Hit> hits;
   std::vector<std::uint32_t> slot, pixel;  // of the camera rays
   std::vector<CameraPath> paths;           // paths that continue through a sharp bounce
-  std::vector<Ray> split_rays;             // of surface samples that continue on a second path
-  std::vector<CameraPath> split_paths;
-  GatherPoints points;  // the one or the other
+  std::vector<CameraPath> split_paths;     // of surface samples that continue on a second path
+  GatherPoints points;                     // the one or the other
   QueryPoints queries;
   std::vector<std::uint32_t> stream;  // streams of random numbers of the points that follow
   std::vector<float> film_x, film_y, lens_x, lens_y;
@@ -97,29 +88,23 @@ class BlockTracer {
     paths_.clear();
     start(x0, y0);
     intersect_camera_rays();
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < slot_.size(); ++i)
-      if (see(i)) rays_[kept++] = rays_[i];
-    keep_paths(kept);
+    for (std::size_t i = 0; i < slot_.size(); ++i) see(i);
+    keep_paths(paths_.size());
     for (int bounce = 1; !rays_.empty(); ++bounce) {
       intersect();
-      kept = 0;
-      for (std::size_t i = 0; i < rays_.size(); ++i) {
-        if (!advance(paths_[i], rays_[i], hits_[i], bounce)) continue;
-        paths_[kept] = paths_[i];
-        rays_[kept++] = rays_[i];
-      }
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < rays_.size(); ++i)
+        if (advance(paths_[i], hits_[i], bounce)) paths_[kept++] = paths_[i];
       keep_paths(kept);
     }
   }
 
   /// Keeps that many paths, and adds those that were split off.
   void keep_paths(std::size_t kept) {
-    rays_.resize(kept);
     paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(kept), paths_.end());
-    rays_.insert(rays_.end(), memory_.split_rays.begin(), memory_.split_rays.end());
     paths_.insert(paths_.end(), memory_.split_paths.begin(), memory_.split_paths.end());
-    memory_.split_rays.clear();
+    rays_.clear();
+    for (const CameraPath& path : paths_) rays_.push_back(path.ray);
     memory_.split_paths.clear();
   }
 
@@ -199,20 +184,18 @@ class BlockTracer {
     rays_traced_ += rays_.size();
   }
 
-  /// Processes the hit of camera ray i. Returns true if the path continues; it is then the last of the paths.
-  bool see(std::size_t i) {
-    if (slot_[i] == kNoSlot) return false;
+  /// Processes the hit of camera ray i. Appends its path if it continues.
+  void see(std::size_t i) {
+    if (slot_[i] == kNoSlot) return;
     const Hit& hit = hits_[i];
-    if (is_surface_sample() ? hit.triangle != kNone && look_at_diffuse(i) : see_first(i)) return false;
+    if (is_surface_sample() ? hit.triangle != kNone && look_at_diffuse(i) : see_first(i)) return;
     const std::size_t per_sample = slot_.size() / task_.sample_count;
     const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
     Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), in_stream(sample));
     // Film and lens have used the first two pairs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
-    paths_.push_back({RGB(1.0f), sampler, slot_[i], pixel_[i], sample, 0, {}, RGB(0.0f)});
-    if (advance(paths_.back(), rays_[i], hit, 0)) return true;
-    paths_.pop_back();
-    return false;
+    paths_.push_back({{rays_[i]}, sampler, slot_[i], pixel_[i], sample});
+    if (!advance(paths_.back(), hit, 0)) paths_.pop_back();
   }
 
   /// Records the first hit of camera ray i. Returns true if the path ends there.
@@ -261,59 +244,50 @@ class BlockTracer {
     return true;
   }
 
-  /// Processes a path's hit. Returns true if the path continues through a sharp bounce, along `ray`.
-  bool advance(CameraPath& path, Ray& ray, const Hit& hit, int bounce) {
+  /// What camera paths do on their step.
+  struct Policy {
+    BlockTracer& tracer;
+    CameraPath& path;
+    int bounce;
+
+    bool finds_light() const { return true; }
+    template <typename Density>
+    void add_light(RGB light, std::uint32_t source, Density&& density) {
+      tracer.add_emitted(path.slot, path.throughput * light * weight_of_met_light(path, density), source);
+    }
+    float wavelength_number() { return path.sampler.next1(); }
+    bool scatter(const Vertex& vertex) { return tracer.scatter(path, vertex, bounce); }
+  };
+
+  /// Processes a path's hit. Returns true if the path continues through a sharp bounce.
+  bool advance(CameraPath& path, const Hit& hit, int bounce) {
     const Scene& scene = tracer_.scene();
-    const std::uint32_t slot = path.slot;
-    const Vec3 direction = ray.direction;
-    if (hit.triangle == kNone) {
-      const RGB sky = environment_radiance(scene, direction);
-      float weight = 1;
-      if (path.bounce_pdf > 0)
-        weight = balance_heuristic(1, path.bounce_pdf, 1,
-                                   environment_pdf(scene, path.bounce_position, {0, 0, 0}, direction));
-      add_emitted(slot, path.throughput * sky * weight, environment_source(scene, direction));
-      return false;
-    }
-    SurfacePoint point = surface_point(scene, hit.triangle, hit.barycentric);
-    const Vec3 wo = -direction;
-    path.throughput *= transmittance(path.absorption, absorption(scene, hit.triangle, wo), hit.distance);
-    add_emission(path, point, wo);
-    Bsdf bsdf = resolve_bsdf(scene, point);
-    Sampler& sampler = path.sampler;
-    if (bsdf.dispersion > 0) path.throughput *= choose_wavelength(bsdf, path.throughput, sampler.next1());
-    const ShadedSurface surface = shaded(point, bsdf);
-    const Lobes have = lobes(bsdf);
-    if (bounce == 0 && is_surface_sample()) {
-      add_fine(first_hit_.fine_albedo, slot, surface.albedo(wo, kAllLobes));
-    } else if (bounce == 0) {
-      first_hit_.normal[slot] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
-      first_hit_.albedo[slot] = surface.albedo(wo, kAllLobes);
-    }
-    // Surface samples see light through the sharp lobes alone.
-    if (is_surface_sample()) return (have & kSharp) && follow_surface_sample(path, ray, point, bsdf, wo, bounce);
-    float broad_probability = have & kBroad ? 1.0f : 0.0f;
-    if ((have & kBroad) && (have & kSharp)) {
-      const float broad = luminance(surface.albedo(wo, kBroad));
-      const float sharp = luminance(surface.albedo(wo, kSharp));
-      broad_probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
-    }
-    if (broad_probability >= 1 || sampler.next1() < broad_probability) {
-      add_point(path, point, bsdf, wo, path.throughput / broad_probability);
-      return false;
-    }
-    path.throughput *= 1 / (1 - broad_probability);
-    return follow(path, ray, point, bsdf, wo, bounce);
+    if (hit.triangle != kNone) path.throughput *= transmittance(scene, path.medium, path.ray, hit);
+    return meet(scene, path, hit, Policy{*this, path, bounce});
   }
 
-  void add_emission(const CameraPath& path, const SurfacePoint& point, Vec3 wo) {
-    const RGB emitted = emitted_radiance(tracer_.scene(), point, wo);
-    if (is_black(emitted)) return;
-    float weight = 1;
-    if (path.bounce_pdf > 0)
-      weight =
-          balance_heuristic(1, path.bounce_pdf, 1, light_pdf(tracer_.scene(), path.bounce_position, {0, 0, 0}, point));
-    add_emitted(path.slot, path.throughput * emitted * weight, tracer_.scene().emissive_index(point.triangle));
+  bool scatter(CameraPath& path, const Vertex& vertex, int bounce) {
+    if (bounce == 0) record_surface(path, vertex);
+    // Surface samples see light through the sharp lobes alone.
+    if (is_surface_sample()) return vertex.has(kSharp) && follow_surface_sample(path, vertex, bounce);
+    const float broad = broad_probability(vertex);
+    if (broad >= 1 || path.sampler.next1() < broad) {
+      add_point(path, vertex, path.throughput / broad);
+      return false;
+    }
+    path.throughput *= 1 / (1 - broad);
+    return follow(path, vertex, bounce);
+  }
+
+  void record_surface(const CameraPath& path, const Vertex& vertex) {
+    const RGB albedo = vertex.surface().albedo(vertex.wo, kAllLobes);
+    if (is_surface_sample()) {
+      add_fine(first_hit_.fine_albedo, path.slot, albedo);
+      return;
+    }
+    first_hit_.normal[path.slot] =
+        shading_normal_towards(vertex.point.frame.n, vertex.point.geometric_normal, vertex.wo);
+    first_hit_.albedo[path.slot] = albedo;
   }
 
   void add_emitted(std::uint32_t slot, RGB light, std::uint32_t source) {
@@ -323,85 +297,71 @@ class BlockTracer {
       radiance_.add(radiance_.emitted, slot, light, source);
   }
 
-  void add_point(const CameraPath& path, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB throughput) {
-    const Vec3 normal = face_forward(point.geometric_normal, wo);
+  void add_point(const CameraPath& path, const Vertex& vertex, RGB throughput) {
     if (as_queries_) {
-      add_query(queries_, point.position, normal, point.frame, wo, bsdf, throughput, path.slot);
+      add_query(queries_, vertex, throughput, path.slot);
       return;
     }
     points_.slot.push_back(path.slot);
     points_.sequence.push_back(path.sequence);
     points_.sample.push_back(path.sample);
-    points_.position.push_back(point.position);
-    points_.normal.push_back(normal);
-    points_.offset.push_back(point.offset);
-    points_.frame.push_back(point.frame);
-    points_.wo.push_back(wo);
-    points_.bsdf.push_back(bsdf);
+    points_.position.push_back(vertex.point.position);
+    points_.normal.push_back(vertex.normal());
+    points_.offset.push_back(vertex.point.offset);
+    points_.frame.push_back(vertex.point.frame);
+    points_.wo.push_back(vertex.wo);
+    points_.bsdf.push_back(vertex.bsdf);
     points_.throughput.push_back(throughput);
   }
 
   /// Continues through the sharp lobes of the surface, and adds the light of lamps that rough ones reflect.
-  bool follow(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
+  bool follow(CameraPath& path, const Vertex& vertex, int bounce) {
     Sampler& sampler = path.sampler;
+    const Scene& scene = tracer_.scene();
     const float u_lobe = sampler.next1();
-    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSharp);
     const Vec2 u_light = sampler.next2();
     const Vec2 u{sampler.next1(), u_light.y};
-    if (takes_light_samples(bsdf)) {
-      const LightSample sample = sample_light(tracer_.scene(), point.position, {0, 0, 0}, u_light.x, u);
-      const UnoccludedLight light = reflected_light(tracer_.scene(), sample, point, bsdf, wo, kSharp, {1, 1});
+    if (takes_light_samples(vertex.bsdf)) {
+      const LightSample sample = sample_light(scene, vertex.point.position, {0, 0, 0}, u_light.x, u);
+      const UnoccludedLight light = reflected_light(scene, sample, vertex, kSharp, 1, 1,
+                                                    [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kSharp); });
       if (!is_black(light.radiance))
         radiance_.add(radiance_.direct, path.slot,
                       path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
     }
-    return survives(path, path.throughput * s.weight, kLeastOfChains, bounce) && leave(path, ray, point, s, s.weight);
+    return leave(scene, path, vertex, s, s.weight) &&
+           survives(path, max_component(path.throughput), kLeastOfChains, bounce);
   }
 
   /// Continues through the sharp lobes, for lamps that are seen through them.
-  bool follow_surface_sample(CameraPath& path, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo,
-                             int bounce) {
-    const ShadedSurface surface = shaded(point, bsdf);
+  bool follow_surface_sample(CameraPath& path, const Vertex& vertex, int bounce) {
+    const Scene& scene = tracer_.scene();
+    const ShadedSurface surface = vertex.surface();
     const float u_lobe = path.sampler.next1();
     const Vec2 u = path.sampler.next2();
     if (bounce < kSplitBounces) {
       constexpr float kAlmostOne = 0x1.fffffep-1f;
-      const ScatteredRay first = surface.sample(wo, 0, u, kSharp), last = surface.sample(wo, kAlmostOne, u, kSharp);
+      const ScatteredRay first = surface.sample(vertex.wo, 0, u, kSharp),
+                         last = surface.sample(vertex.wo, kAlmostOne, u, kSharp);
       // Both lobes are perfectly smooth, and there are no others.
       if (first.valid && last.valid && first.delta && last.delta && std::abs(first.pdf + last.pdf - 1) < 1e-5f) {
         memory_.split_paths.push_back(path);
-        memory_.split_rays.push_back(ray);
-        if (!leave(memory_.split_paths.back(), memory_.split_rays.back(), point, last, last.weight * last.pdf)) {
+        if (!leave(scene, memory_.split_paths.back(), vertex, last, last.weight * last.pdf))
           memory_.split_paths.pop_back();
-          memory_.split_rays.pop_back();
-        }
-        return leave(path, ray, point, first, first.weight * first.pdf);
+        return leave(scene, path, vertex, first, first.weight * first.pdf);
       }
     }
-    const ScatteredRay s = surface.sample(wo, u_lobe, u, kSharp);
+    const ScatteredRay s = surface.sample(vertex.wo, u_lobe, u, kSharp);
     // Not by throughput: that of split paths is small, and would end them. The first bounces are not left to chance.
-    return (bounce < kSplitBounces || survives(path, s.weight, 1, bounce)) && leave(path, ray, point, s, s.weight);
+    return leave(scene, path, vertex, s, s.weight) &&
+           (bounce < kSplitBounces || survives(path, max_component(s.weight), 1, bounce));
   }
 
-  /// Russian roulette by the largest component of a weight.
-  static bool survives(CameraPath& path, RGB weight, float least, int bounce) {
-    const float probability = survival(max_component(weight), least, bounce + 1);
-    if (probability >= 1) return true;
-    if (!(probability > 0) || path.sampler.next1() >= probability) return false;
+  static bool survives(CameraPath& path, float weight, float least, int bounce) {
+    const float probability = roulette(weight, least, bounce + 1, [&] { return path.sampler.next1(); });
+    if (!(probability > 0)) return false;
     path.throughput *= 1 / probability;
-    return true;
-  }
-
-  /// Sends a path in a sampled direction; false if nothing goes there.
-  bool leave(CameraPath& path, Ray& ray, const SurfacePoint& point, const ScatteredRay& s, RGB weight) const {
-    path.throughput *= weight;
-    if (!s.valid || is_black(path.throughput)) return false;
-    if (!s.straight) {  // shadow rays pass through panes, too
-      path.bounce_pdf = s.delta ? 0 : s.pdf;
-      path.bounce_position = point.position;
-    }
-    path.absorption = absorption(tracer_.scene(), point.triangle, s.direction);
-    ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
     return true;
   }
 

@@ -7,11 +7,10 @@
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
-#include "core/roulette.h"
-#include "gather/direct_light.h"
 #include "gather/gather_rays.h"
-#include "scene/light_sampling.h"
 #include "scene/surface.h"
+#include "transport/light_connection.h"
+#include "transport/step.h"
 
 namespace glowworm {
 
@@ -21,8 +20,6 @@ namespace {
 /// some fifty photons, which rays average if they spread over several discs.
 constexpr float kSpotRadii = 3;
 
-/// Samples of the direct light at the end of a short ray.
-constexpr LightSampleCounts kSecondaryCounts{1, 1};
 /// Most likely survival of a ray that is short again: white rooms smaller than the photons' radius would never end.
 constexpr float kMostSurvival = 0.9f;
 
@@ -114,9 +111,7 @@ class ChunkGatherer {
       fetch_ahead<false>(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
       if (!counts(i)) continue;
       if (absorbs_ && rays_.hits[i].triangle != kNone)
-        rays_.weight[i] *=
-            transmittance(rays_.absorption[i], absorption(scene_, rays_.hits[i].triangle, -rays_.rays[i].direction),
-                          rays_.hits[i].distance);
+        rays_.weight[i] *= transmittance(scene_, rays_.medium[i], rays_.rays[i], rays_.hits[i]);
       if (rays_.hits[i].triangle != kNone && !weighs_patches(i) && ends_on_diffuse(i)) continue;
       if (advance(i)) rays_.move(i, kept++);
     }
@@ -143,48 +138,48 @@ class ChunkGatherer {
     return true;
   }
 
+  /// What gather rays do on their step.
+  struct Policy {
+    ChunkGatherer& gatherer;
+    std::size_t ray;
+    PathState& path;
+
+    bool finds_light() const { return gatherer.counts_light(ray); }
+    template <typename Density>
+    void add_light(RGB light, std::uint32_t source, Density&& density) {
+      gatherer.add_light(ray, path, light, source, density);
+    }
+    float wavelength_number() const { return gatherer.number(ray, kWavelengthStream + gatherer.rays_.bounces[ray]); }
+    bool scatter(Vertex& vertex) { return gatherer.scatter(ray, path, vertex); }
+  };
+
   /// Processes the hit of ray i. Returns true if the ray continues.
   bool advance(std::size_t i) {
     const Hit& hit = rays_.hits[i];
-    if (weighs_patches(i) && hit.triangle != kNone) weigh_against_patches(i, hit);
-    const Vec3 wo = -rays_.rays[i].direction;
-    if (hit.triangle == kNone) {
-      if (!counts_light(i)) return false;
-      add_light(i, environment_radiance(scene_, rays_.rays[i].direction),
-                environment_source(scene_, rays_.rays[i].direction), [&](Vec3 from) {
-                  return environment_pdf(scene_, from, {0, 0, 0}, rays_.rays[i].direction);
-                });
-      return false;
+    if (weighs_patches(i) && hit.triangle != kNone) {
+      weigh_against_patches(i, hit);
+      if (ends_on_diffuse(i)) return false;
     }
-    return !ends_on_diffuse(i) && advance_in_full(i, hit, wo);
+    PathState path = rays_.path(i);
+    if (!meet(scene_, path, hit, Policy{*this, i, path})) return false;
+    rays_.put(i, path);
+    return true;
   }
 
-  /// The same for any surface.
-  bool advance_in_full(std::size_t i, const Hit& hit, Vec3 wo) {
-    SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
-    if (scene_.geometry().emission[hit.triangle] != kNone && counts_light(i))
-      add_light(i, emitted_radiance(scene_, point, wo), scene_.emissive_index(hit.triangle), [&](Vec3 from) {
-        return light_pdf(scene_, from, {0, 0, 0}, point);
-      });
-    Bsdf bsdf = resolve_bsdf(scene_, point);
-    if (bsdf.dispersion > 0)
-      rays_.weight[i] *= choose_wavelength(bsdf, rays_.weight[i],
-                                           gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed,
-                                                             kWavelengthStream + rays_.bounces[i]));
-    if (is_lambertian(bsdf)) return arrive(i, hit, point, bsdf, wo, 1);
-    const Lobes have = lobes(bsdf);
-    if (!(have & kSharp)) return arrive(i, hit, point, bsdf, wo, 1);
-    if (!(have & kBroad)) return follow(i, point, bsdf, wo, 1);
-    const ShadedSurface surface = shaded(point, bsdf);
-    const float broad = luminance(surface.albedo(wo, kBroad)), sharp = luminance(surface.albedo(wo, kSharp));
-    const float probability = broad + sharp > 0 ? broad / (broad + sharp) : 1;
+  float number(std::size_t i, std::uint32_t what) const {
+    return gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, what);
+  }
+
+  bool scatter(std::size_t i, PathState& path, Vertex& vertex) {
+    const float before = max_component(path.throughput), broad = broad_probability(vertex);
+    if (broad >= 1) return arrive(i, path, vertex);
+    if (!vertex.has(kBroad)) return follow(i, path, vertex, before);
     // A secondary ray exists only for some numbers of the rays before it, so it needs another one.
-    const bool is_second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
     const std::uint32_t first_choice = kSplitStream + rays_.bounces[i];
-    const std::uint32_t choice = is_second ? hash_combine(first_choice, segments_) : first_choice;
-    const float u = gather_ray_number(points_, rays_.point[i], rays_.stratum[i], settings_.seed, choice);
-    return u < probability ? arrive(i, hit, point, bsdf, wo, 1 / probability)
-                           : follow(i, point, bsdf, wo, 1 / (1 - probability));
+    const float u = number(i, is_second(i) ? hash_combine(first_choice, segments_) : first_choice);
+    const bool arrives = u < broad;
+    path.throughput *= 1 / (arrives ? broad : 1 - broad);
+    return arrives ? arrive(i, path, vertex) : follow(i, path, vertex, before);
   }
 
   /// Whether light that ray i meets is direct light of the gather point, which light samples bring, too.
@@ -226,102 +221,99 @@ class ChunkGatherer {
   /// Adds the light that a ray meets, if counts_light(i). A ray straight from the gather point, or from the end of a
   /// short ray, is a sample of direct light there, and is weighted against the light samples.
   /// @param source light source, counted as in Scene::light_power()
-  template <typename PdfFrom>
-  void add_light(std::size_t i, RGB emitted, std::uint32_t source, PdfFrom&& light_density_from) {
-    if (is_black(emitted)) return;
+  template <typename Density>
+  void add_light(std::size_t i, const PathState& path, RGB emitted, std::uint32_t source, Density&& density) {
     const std::uint32_t p = rays_.point[i];
     const Segment segment = rays_.segment[i];
     const bool secondary = segment == Segment::secondary;
     float weight = 1;
     if (is_direct(i))
-      weight =
-          balance_heuristic(static_cast<float>(settings_.rays), maker_.density(p).weighing_pdf(rays_.rays[i].direction),
-                            static_cast<float>(settings_.light_samples), light_density_from(points_.position[p]));
+      weight = balance_heuristic(static_cast<float>(settings_.rays), maker_.density(p).weighing_pdf(path.ray.direction),
+                                 static_cast<float>(settings_.light_samples), density(points_.position[p]));
     else if (secondary)
-      weight = balance_heuristic(kSecondaryCounts.directions, rays_.pdf[i], kSecondaryCounts.light,
-                                 light_density_from(rays_.scattered_at[i]));
+      weight = weight_of_met_light(path, density);
     std::vector<RGB>& target = is_direct(i)                                       ? radiance_.direct
                                : secondary || segment == Segment::secondary_chain ? radiance_.indirect
                                                                                   : radiance_.caustic;
-    radiance_.add(target, points_.slot[p], rays_.weight[i] * emitted * weight, source);
+    radiance_.add(target, points_.slot[p], path.throughput * emitted * weight, source);
   }
 
   /// Processes a ray that ends on a broad lobe: makes query points, or starts a secondary gather if the ray is too
   /// short.
-  bool arrive(std::size_t i, const Hit& hit, SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
-    const RGB weight = rays_.weight[i] * factor;
-    if (is_short(i, hit, point.position)) return secondary_gather(i, point, bsdf, wo, weight);
-    const std::uint32_t slot = points_.slot[rays_.point[i]];
-    const Vec3 normal = face_forward(point.geometric_normal, wo);
-    add_query(queries_, point.position, normal, point.frame, wo, bsdf, weight, slot);
+  bool arrive(std::size_t i, PathState& path, Vertex& vertex) {
+    if (is_short(i, rays_.hits[i], vertex.point.position)) return secondary_gather(i, path, vertex);
+    add_query(queries_, vertex, path.throughput, points_.slot[rays_.point[i]]);
     return false;
   }
 
   bool is_secondary(std::size_t i) const { return rays_.segment[i] == Segment::secondary; }
+  bool is_second(std::size_t i) const { return is_secondary(i) || rays_.segment[i] == Segment::secondary_chain; }
 
   /// Secondary gather: caustics by their map, all other light by one more ray, whose direct light is weighted against
   /// that of one light sample. The sample alone would have no bound where a light touches a corner. Roulette ends rays
   /// that are short again.
-  bool secondary_gather(std::size_t i, SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, RGB weight) {
+  bool secondary_gather(std::size_t i, PathState& path, Vertex& vertex) {
     const std::uint32_t p = rays_.point[i];
-    Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], kGatherAgainStream + segments_), rays_.stratum[i]),
-                    points_.sample[p]);
+    Sampler sampler = sampler_of(i, kGatherAgainStream + segments_);
     const Vec2 u_light = sampler.next2();
-    const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
-    const UnoccludedLight light = reflected_light(scene_, sample, point, bsdf, wo, kBroad, kSecondaryCounts);
+    const LightSample sample =
+        sample_light(scene_, vertex.point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
+    const UnoccludedLight light = reflected_light(scene_, sample, vertex, kBroad, 1, 1,
+                                                  [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kBroad); });
     if (!settings_.photons_alone && !is_black(light.radiance)) {
       ++shadow_rays;
       radiance_.add(radiance_.indirect, points_.slot[p],
-                    weight * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+                    path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
     }
-    if (caustic_queries_)
-      add_query(*caustic_queries_, point.position, face_forward(point.geometric_normal, wo), point.frame, wo, bsdf,
-                weight, points_.slot[p]);
+    if (caustic_queries_) add_query(*caustic_queries_, vertex, path.throughput, points_.slot[p]);
     const float u_lobe = sampler.next1();
     Vec2 u = sampler.next2();
-    float factor = guide(point, bsdf, wo, u);
-    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, u, kBroad);
+    float factor = guide(vertex, u);
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, u, kBroad);
     if (is_secondary(i)) {
       const float survival = std::min(max_component(s.weight * factor), kMostSurvival);
       if (!(sampler.next1() < survival)) return false;
       factor /= survival;
     }
-    return leave(i, point, s, weight * factor, Segment::secondary);
+    path.throughput *= factor;
+    return leave_for(i, path, vertex, s, Segment::secondary);
+  }
+
+  /// Random numbers of a ray's bounce.
+  Sampler sampler_of(std::size_t i, std::uint32_t stream) const {
+    const std::uint32_t p = rays_.point[i];
+    return {SamplerKind::sobol, settings_.seed,
+            hash_combine(hash_combine(points_.sequence[p], stream), rays_.stratum[i]), points_.sample[p]};
   }
 
   /// Warps the random numbers of a ray from a diffuse point where the guide knows more light, and turns the point's
   /// frame to that of the guide. Returns the factor on the ray's weight.
-  float guide(SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, Vec2& u) const {
-    if (!settings_.guide || !is_lambertian(bsdf)) return 1;
-    const Vec3 normal = face_forward(point.frame.n, wo);
-    const std::uint32_t region = settings_.guide->region(point.position, normal);
+  float guide(Vertex& vertex, Vec2& u) const {
+    if (!settings_.guide || !is_lambertian(vertex.bsdf)) return 1;
+    const Vec3 normal = face_forward(vertex.point.frame.n, vertex.wo);
+    const std::uint32_t region = settings_.guide->region(vertex.point.position, normal);
     if (region == kNoTable) return 1;
-    point.frame = GatherGuide::frame(normal);
+    vertex.point.frame = GatherGuide::frame(normal);
     return settings_.guide->warp(region, u);
   }
 
-  /// Continues through the sharp lobes.
-  bool follow(std::size_t i, const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, float factor) {
+  /// Continues through the sharp lobes. @param before largest component of the throughput that arrived
+  bool follow(std::size_t i, PathState& path, const Vertex& vertex, float before) {
     const std::uint32_t bounces = ++rays_.bounces[i];
-    const std::uint32_t p = rays_.point[i];
-    Sampler sampler(SamplerKind::sobol, settings_.seed,
-                    hash_combine(hash_combine(points_.sequence[p], kSharpStream + bounces), rays_.stratum[i]),
-                    points_.sample[p]);
-    const RGB weight = rays_.weight[i] * factor;
-    const bool second = rays_.segment[i] == Segment::secondary || rays_.segment[i] == Segment::secondary_chain;
+    Sampler sampler = sampler_of(i, kSharpStream + bounces);
+    const Segment next = is_second(i) ? Segment::secondary_chain : Segment::chain;
     const float u_lobe = sampler.next1();
-    const ScatteredRay s = shaded(point, bsdf).sample(wo, u_lobe, sampler.next2(), kSharp);
-    if (!s.valid) return false;
-    const float kept = max_component(weight * s.weight) / max_component(rays_.weight[i]);
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSharp);
+    if (!leave_for(i, path, vertex, s, next)) return false;
+    const float kept = max_component(path.throughput) / before;
     float& chain = rays_.chain[i];
     chain = bounces == 1 ? kept : kept * chain;
-    const float probability = survival(chain, kLeastOfChains, static_cast<int>(bounces));
-    if (probability < 1) {
-      if (!(probability > 0) || sampler.next1() >= probability) return false;
-      chain /= probability;
-    }
-    return leave(i, point, s, weight / probability, second ? Segment::secondary_chain : Segment::chain);
+    const float probability =
+        roulette(chain, kLeastOfChains, static_cast<int>(bounces), [&] { return sampler.next1(); });
+    if (!(probability > 0)) return false;
+    chain /= probability;
+    path.throughput *= 1 / probability;
+    return true;
   }
 
   /// The segment behind a pane.
@@ -329,20 +321,10 @@ class ChunkGatherer {
     return before == Segment::first || before == Segment::to_patch ? Segment::through_panes : before;
   }
 
-  /// Makes ray i leave a point where it ended. Returns whether it has anywhere to go.
-  bool leave(std::size_t i, const SurfacePoint& point, const ScatteredRay& s, RGB weight, Segment next) {
-    if (!s.valid || is_black(s.weight)) return false;
-    rays_.rays[i] = leave_surface(point.position, s.side, point.offset, s.direction);
-    rays_.weight[i] = weight * s.weight;
-    if (s.straight) {
-      rays_.segment[i] = behind_pane(rays_.segment[i]);
-    } else {
-      rays_.segment[i] = next;
-      rays_.pdf[i] = s.pdf;
-      rays_.scattered_at[i] = point.position;
-    }
-    rays_.absorption[i] = absorption(scene_, point.triangle, s.direction);
-    return true;
+  /// Sends ray i on from a vertex. Returns whether it has anywhere to go.
+  bool leave_for(std::size_t i, PathState& path, const Vertex& vertex, const ScatteredRay& s, Segment next) {
+    rays_.segment[i] = s.straight ? behind_pane(rays_.segment[i]) : next;
+    return leave(scene_, path, vertex, s, s.weight);
   }
 
   const Tracer& tracer_;
@@ -395,10 +377,12 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   });
 }
 
-void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
-               RGB weight, std::uint32_t target) {
+void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target) {
+  const Bsdf& bsdf = vertex.bsdf;
+  const Vec3 position = vertex.point.position, normal = vertex.normal();
   if (bsdf.kind != BsdfKind::lambertian) {
-    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, ShadedSurface(bsdf, frame, normal).seen_from(wo)};
+    const Frame& frame = vertex.point.frame;
+    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, vertex.surface().seen_from(vertex.wo)};
     queries.push_back(position, normal, query, weight, target);
     if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0)
       queries.push_back(position, -normal, query, weight, target);
@@ -412,8 +396,7 @@ QueryPoints gather_points_as_queries(const GatherPoints& points) {
   QueryPoints queries;
   queries.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    add_query(queries, points.position[i], points.normal[i], points.frame[i], points.wo[i], points.bsdf[i],
-              points.throughput[i], points.slot[i]);
+    add_query(queries, vertex_of(points, i), points.throughput[i], points.slot[i]);
   return queries;
 }
 

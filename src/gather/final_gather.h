@@ -50,11 +50,8 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
                   Statistics& statistics);
 
 /// Appends a surface point as query points: one; two if it transmits light diffusely; none if it is black.
-/// @param frame  shading frame
-/// @param wo     unit, world space, towards the viewer
 /// @param target QueryPoints::gather_point
-void add_query(QueryPoints& queries, Vec3 position, Vec3 normal, const Frame& frame, Vec3 wo, const Bsdf& bsdf,
-               RGB weight, std::uint32_t target);
+void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target);
 
 /// The gather points as query points for the caustic map, weighted by the throughput.
 QueryPoints gather_points_as_queries(const GatherPoints& points);

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/offset_origin.h"
 #include "core/random.h"
 #include "core/warp.h"
 #include "kernels/diffuse_rays.h"
 #include "scene/surface.h"
+#include "transport/step.h"
 
 namespace glowworm {
 
@@ -80,7 +80,7 @@ void GatherRays::for_arrays(const Work& work) {
   work(segment);
   work(bounces);
   work(chain);
-  work(absorption);
+  work(medium);
   work(scattered_at);
 }
 
@@ -93,6 +93,14 @@ void GatherRays::clear() { shrink(0); }
 
 void GatherRays::move(std::size_t from, std::size_t to) {
   if (from != to) for_arrays([from, to](auto& array) { array[to] = array[from]; });
+}
+
+void GatherRays::put(std::size_t i, const PathState& path) {
+  rays[i] = path.ray;
+  weight[i] = path.throughput;
+  pdf[i] = path.pdf;
+  scattered_at[i] = path.scattered_at;
+  medium[i] = path.medium;
 }
 
 void GatherRays::shrink(std::size_t n) {
@@ -113,7 +121,7 @@ void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t g
   segment.push_back(Segment::first);
   bounces.push_back(0);
   chain.push_back(0);
-  absorption.push_back(RGB(0.0f));
+  medium.emplace_back();
   scattered_at.emplace_back();
 }
 
@@ -329,8 +337,15 @@ float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint
   return to_unit_float(hash_combine(key, points.sample[point]));
 }
 
-Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction) {
-  return {offset_origin(position, side, offset), 0, direction, std::numeric_limits<float>::infinity()};
+Vertex vertex_of(const GatherPoints& points, std::size_t i) {
+  Vertex out;
+  out.point.position = points.position[i];
+  out.point.geometric_normal = points.normal[i];
+  out.point.offset = points.offset[i];
+  out.point.frame = points.frame[i];
+  out.wo = points.wo[i];
+  out.bsdf = points.bsdf[i];
+  return out;
 }
 
 }  // namespace glowworm

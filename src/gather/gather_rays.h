@@ -8,6 +8,7 @@
 #include "gather/gather_guide.h"
 #include "points/gather_points.h"
 #include "trace/tracer.h"
+#include "transport/step.h"
 
 namespace glowworm {
 
@@ -26,14 +27,14 @@ struct GatherRays {
   std::vector<Ray> rays;
   std::vector<Hit> hits;
   std::vector<RGB> weight;             ///< factor on the radiance along the ray: throughput f_r cos / (pdf N)
-  std::vector<float> pdf;              ///< density of the direction at the last bounce that bent the ray, per steradian
+  std::vector<float> pdf;              ///< of the direction, per steradian; as PathState::pdf
   std::vector<std::uint32_t> point;    ///< index of the gather point
   std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
   std::vector<Segment> segment;
   std::vector<std::uint32_t> bounces;  ///< sharp bounces so far
   std::vector<float> chain;            ///< factor of these bounces on the weight; unset before the first
-  std::vector<RGB> absorption;         ///< absorption of the volume that the last bounce entered
-  std::vector<Vec3> scattered_at;      ///< the place of the last bounce that bent the ray; unset before the first
+  std::vector<Medium> medium;          ///< that the last bounce entered
+  std::vector<Vec3> scattered_at;      ///< as PathState::scattered_at; unset before the first bounce
 
   std::size_t size() const { return rays.size(); }
   /// Calls `work` for each of the arrays but `hits`.
@@ -43,6 +44,9 @@ struct GatherRays {
   void clear();
   /// Overwrites ray `to` with ray `from`.
   void move(std::size_t from, std::size_t to);
+  /// Ray i as a path, and the path as ray i.
+  PathState path(std::size_t i) const { return {rays[i], weight[i], pdf[i], scattered_at[i], medium[i]}; }
+  void put(std::size_t i, const PathState& path);
   /// Keeps the first n rays.
   void shrink(std::size_t n);
   /// Resizes to n rays. New rays are of stratum `cell`, straight from the gather point; their other values are unset.
@@ -135,8 +139,7 @@ Vec2 gather_square(std::uint32_t sequence, std::uint32_t sample, std::uint32_t r
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,
                         std::uint32_t what);
 
-/// A ray that leaves a surface. @param side the geometric normal on the side where the ray leaves
-/// @param offset distance along `side` at which the ray starts (offset_origin()), metres
-Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction);
+/// A gather point as the vertex of a path, of no triangle.
+Vertex vertex_of(const GatherPoints& points, std::size_t i);
 
 }  // namespace glowworm

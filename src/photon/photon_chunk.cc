@@ -8,13 +8,12 @@
 #include <utility>
 
 #include "core/bytes_error.h"
-#include "core/offset_origin.h"
 #include "core/random.h"
-#include "core/roulette.h"
 #include "kernels/sobol.h"
 #include "photon/emission_block.h"
 #include "photon/material_lobes.h"
 #include "scene/surface.h"
+#include "transport/step.h"
 
 namespace glowworm {
 
@@ -54,7 +53,7 @@ struct Paths {
   std::array<std::vector<float>, 3> flux;                                          // W
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
-  std::vector<RGB> absorption = std::vector<RGB>(kPathsPerChunk);  // of the volume that the last bounce led into
+  std::vector<Medium> medium = std::vector<Medium>(kPathsPerChunk);               // that the last bounce led into
   std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
 };
 
@@ -193,7 +192,7 @@ class ChunkTracers::ChunkTracer {
       const bool ends = hit.triangle != kNone;
       PhotonSegment segment{ray.origin,    ends ? hit.distance : std::numeric_limits<float>::infinity(),
                             ray.direction, paths_.light[i],
-                            flux(i),       absorbs_ ? paths_.absorption[i] : RGB(0.0f)};
+                            flux(i),       absorbs_ ? paths_.medium[i].absorption : RGB(0.0f)};
       bool crosses = false;
       pass_.discs->for_crossed(segment.origin, segment.direction, segment.length, [&](const DiscCrossing&) {
         crosses = true;
@@ -215,8 +214,7 @@ class ChunkTracers::ChunkTracer {
     for (std::size_t i = 0; i < paths_.count; ++i) {
       const Hit& hit = paths_.hits[i];
       if (hit.triangle == kNone) continue;
-      const RGB left = transmittance(paths_.absorption[i], absorption(scene_, hit.triangle, -paths_.rays[i].direction),
-                                     hit.distance);
+      const RGB left = transmittance(scene_, paths_.medium[i], paths_.rays[i], hit);
       for (int c = 0; c < 3; ++c) {
         const float before = paths_.flux[c][i];
         paths_.flux[c][i] *= left[c];
@@ -266,7 +264,7 @@ class ChunkTracers::ChunkTracer {
       paths_.number[at] = static_cast<std::uint32_t>(first + i);
       paths_.light[at] = emission_.light(i);
       paths_.bounces[at] = is_delta(emission_.light(i)) ? kNoneBroad | kFromDelta : kNoneBroad;
-      paths_.absorption[at] = RGB(0.0f);
+      paths_.medium[at] = {};
       at += !is_black(flux) && may_leave(pass_.choice, paths_.bounces[at]);
     }
     paths_.count = at;
@@ -318,31 +316,31 @@ class ChunkTracers::ChunkTracer {
     block_.put_outcome(i, 0);
     const Hit& hit = paths_.hits[path];
     const Vec3 back = block_.back(i);
-    SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
-    Bsdf bsdf = resolve_bsdf(scene_, point);
+    Vertex vertex = vertex_at(scene_, hit, back);
     float u_lobe = choice_.x[path], u_roulette = choice_.y[path];
-    RGB dispersed(1.0f);
-    if (bsdf.dispersion > 0) {
+    RGB arriving = flux(path);
+    resolve_material(scene_, vertex, arriving, [&] {
       // The wavelength takes a share of the number that chooses the lobe: its digits beyond the third.
       const float thousand = u_lobe * 1024;
-      dispersed = choose_wavelength(bsdf, flux(path), thousand - std::floor(thousand));
-    }
-    const ShadedSurface surface = shaded(point, bsdf);
+      return thousand - std::floor(thousand);
+    });
+    const ShadedSurface surface = vertex.surface();
     const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
-    const RGB arriving = flux(path) * dispersed * arrived.factor;
+    arriving *= arrived.factor;
     std::uint32_t outcome = 0;
     // Estimates reach over all points of a material, also those without a broad lobe: their photons are stored where
     // other points may have one.
-    if (arrived.factor > 0 && (pass_.on_all_surfaces || (lobes(bsdf) & kBroad) ||
-                               may_have_lobes(scene_, point, scene_.geometry().material[hit.triangle], kBroad))) {
+    if (arrived.factor > 0 &&
+        (pass_.on_all_surfaces || vertex.has(kBroad) ||
+         may_have_lobes(scene_, vertex.point, scene_.geometry().material[hit.triangle], kBroad))) {
       outcome |= kPhotonLeft;
-      block_.put_photon(i, point.position, face_forward(point.geometric_normal, back), arriving);
+      block_.put_photon(i, vertex.point.position, vertex.normal(), arriving);
       block_.put_back(i, arrived.back);
     }
     ScatteredRay s;
     if (arrived.factor > 0)
       s = surface.scatter_photon(arrived.back, u_lobe, {direction_.x[path], direction_.y[path]}, u_roulette);
-    if (s.valid && leave(path, i, point, arriving, u_roulette, s)) outcome |= kPathGoesOn;
+    if (s.valid && leave(path, i, vertex, arriving, u_roulette, s)) outcome |= kPathGoesOn;
     if (!(outcome & kPathGoesOn)) block_.put_path(i, {}, {}, RGB(0.0f));
     block_.put_outcome(i, outcome);
     if (s.lobe != kSharp) return 0;
@@ -351,12 +349,13 @@ class ChunkTracers::ChunkTracer {
   }
 
   /// Continues a path in the sampled direction, or ends it by Russian roulette.
-  bool leave(std::size_t path, std::size_t i, const SurfacePoint& point, RGB arriving, float u, const ScatteredRay& s) {
+  bool leave(std::size_t path, std::size_t i, const Vertex& vertex, RGB arriving, float u, const ScatteredRay& s) {
     const RGB next = arriving * s.weight;
     const float kept = max_component(next) / std::max(max_component(flux(path)), 1e-30f);
-    const float probability = survival(kept, kLeastOfPhotons, 1);
-    if (!(probability > 0) || u >= probability) return false;
-    block_.put_path(i, offset_origin(point.position, s.side, point.offset), s.direction, next / probability);
+    const float probability = roulette(kept, kLeastOfPhotons, 1, [u] { return u; });
+    if (!(probability > 0)) return false;
+    const Ray ray = leave_surface(vertex.point.position, s.side, vertex.point.offset, s.direction);
+    block_.put_path(i, ray.origin, ray.direction, next / probability);
     return true;
   }
 
@@ -453,7 +452,7 @@ class ChunkTracers::ChunkTracer {
       number[kept] = number[first + i];
       light[kept] = light[first + i];
       bounces[kept] = with_bounce(bounces[first + i], bounce_[i]);
-      if (absorbs_) keep_absorption(first + i, i, kept);
+      if (absorbs_) keep_medium(first + i, i, kept);
       const bool may_store = may_leave(pass_.choice, bounces[kept]);
       kept += (block_.outcome(i) / kPathGoesOn) & std::uint32_t{may_store};
     }
@@ -461,9 +460,9 @@ class ChunkTracers::ChunkTracer {
   }
 
   /// Notes the volume that path number i of its block goes on in.
-  void keep_absorption(std::size_t path, std::size_t i, std::size_t kept) {
+  void keep_medium(std::size_t path, std::size_t i, std::size_t kept) {
     const std::uint32_t triangle = paths_.hits[path].triangle;
-    paths_.absorption[kept] = triangle == kNone ? RGB(0.0f) : absorption(scene_, triangle, block_.direction(i));
+    paths_.medium[kept] = {triangle == kNone ? RGB(0.0f) : absorption(scene_, triangle, block_.direction(i))};
   }
 
   const Scene& scene_;

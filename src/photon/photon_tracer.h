@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/roulette.h"
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "photon/emission_guide.h"
@@ -13,6 +12,7 @@
 #include "points/photon_batch.h"
 #include "points/photon_segment.h"
 #include "trace/tracer.h"
+#include "transport/roulette.h"
 
 namespace glowworm {
 

@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
-#include "core/roulette.h"
 #include "gather/cell_place.h"
-#include "gather/direct_light.h"
 #include "gather/final_gather.h"
-#include "scene/light_sampling.h"
 #include "scene/surface.h"
+#include "transport/light_connection.h"
+#include "transport/step.h"
 
 namespace glowworm {
 
@@ -81,54 +79,57 @@ class Path {
   /// The light that arrives at the place of a sample of a cell of the grid.
   void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
     mark_point(grid, cell, first_hit_, slot_);
-    SurfacePoint point = white_point(scene_, grid, cell);
-    point.position = place_in_cell(grid, cell, sample);
-    const Bsdf bsdf = white_bsdf();
-    throughput_ = RGB(kPi);
+    Vertex vertex{white_point(scene_, grid, cell), {}, white_bsdf()};
+    vertex.point.position = place_in_cell(grid, cell, sample);
+    vertex.wo = vertex.point.geometric_normal;
+    state_.throughput = RGB(kPi);
     start_ = kPi;
-    add_sampled_light(point, bsdf, point.geometric_normal);
+    add_sampled_light(vertex);
     if (lookups_ && !grid.on_surfaces)
       lookups_->air.push_back(air_point(scene_, grid, cell, slot_));
     else
-      add_lookup(point, bsdf, point.geometric_normal, 0);
-    Ray ray;
-    if (scatter(point, shaded(point, bsdf), point.geometric_normal, 0, ray)) trace(ray, 1);
+      add_lookup(vertex);
+    if (go_on(vertex)) follow(1);
   }
 
-  /// @param first_bounce number of surfaces before
-  void trace(Ray ray, int first_bounce = 0) {
-    for (int bounce = first_bounce;; ++bounce) {
-      const Hit hit = tracer_.intersect(ray, bounce == 0 ? RayOrder::camera : RayOrder::incoherent);
-      if (bounce == 0) see(hit);
-      if (hit.triangle == kNone) {
-        add_light(environment_radiance(scene_, ray.direction), environment_source(scene_, ray.direction),
-                  last_pdf_ > 0 ? environment_pdf(scene_, last_position_, {0, 0, 0}, ray.direction) : 0);
-        return;
-      }
-      SurfacePoint point = surface_point(scene_, hit.triangle, hit.barycentric);
-      const Vec3 wo = -ray.direction;
-      throughput_ *= transmittance(absorption_, absorption(scene_, hit.triangle, wo), hit.distance);
-      const RGB emitted = emitted_radiance(scene_, point, wo);
-      if (!is_black(emitted))
-        add_light(emitted, scene_.emissive_index(hit.triangle),
-                  last_pdf_ > 0 ? light_pdf(scene_, last_position_, {0, 0, 0}, point) : 0);
-      Bsdf bsdf = resolve_bsdf(scene_, point);
-      if (bsdf.dispersion > 0) throughput_ *= choose_wavelength(bsdf, throughput_, sampler_.next1());
-      const ShadedSurface surface = shaded(point, bsdf);
-      if (bounce == 0) {
-        first_hit_.normal[slot_] = shading_normal_towards(point.frame.n, point.geometric_normal, wo);
-        first_hit_.albedo[slot_] = surface.albedo(wo, kAllLobes);
-      }
-      if (bounce >= settings_.max_bounces) return;
-      add_sampled_light(point, bsdf, wo);
-      add_lookup(point, bsdf, wo, bounce);
-      if (!scatter(point, surface, wo, bounce, ray)) return;
-    }
+  void trace_from(const CameraRay& camera) {
+    state_.ray = {camera.origin, 0, camera.direction, std::numeric_limits<float>::infinity()};
+    follow(0);
   }
 
   std::uint64_t shadow_rays = 0;
 
+  // What the path does on its step.
+  bool finds_light() const { return true; }
+  template <typename Density>
+  void add_light(RGB light, std::uint32_t source, Density&& density) {
+    radiance_.add(history_.destination(radiance_), slot_,
+                  state_.throughput * light * weight_of_met_light(state_, density), source);
+  }
+  float wavelength_number() { return sampler_.next1(); }
+  bool scatter(const Vertex& vertex) {
+    if (bounce_ == 0) {
+      first_hit_.normal[slot_] = shading_normal_towards(vertex.point.frame.n, vertex.point.geometric_normal, vertex.wo);
+      first_hit_.albedo[slot_] = vertex.surface().albedo(vertex.wo, kAllLobes);
+    }
+    if (bounce_ >= settings_.max_bounces) return false;
+    add_sampled_light(vertex);
+    add_lookup(vertex);
+    return go_on(vertex);
+  }
+
  private:
+  /// @param first_bounce number of surfaces before
+  void follow(int first_bounce) {
+    Hit hit;
+    bounce_ = first_bounce;
+    do {
+      hit = tracer_.intersect(state_.ray, bounce_ == 0 ? RayOrder::camera : RayOrder::incoherent);
+      if (bounce_ == 0) see(hit);
+      if (hit.triangle != kNone) state_.throughput *= transmittance(scene_, state_.medium, state_.ray, hit);
+    } while (meet(scene_, state_, hit, *this) && ++bounce_);
+  }
+
   void see(const Hit& hit) {
     first_hit_.depth[slot_] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
     if (first_hit_.triangle.empty()) return;
@@ -136,58 +137,41 @@ class Path {
     first_hit_.barycentric[slot_] = hit.barycentric;
   }
 
-  void add_light(RGB light, std::uint32_t source, float light_density) {
-    const float weight = last_pdf_ > 0 ? balance_heuristic(1, last_pdf_, 1, light_density) : 1.0f;
-    radiance_.add(history_.destination(radiance_), slot_, throughput_ * light * weight, source);
-  }
-
   /// Next-event estimation, separately for each kind of lobe, whose light belongs to different layers.
-  void add_sampled_light(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo) {
+  void add_sampled_light(const Vertex& vertex) {
     const Vec2 pair = sampler_.next2();
     const float u = sampler_.next1();
-    if (!takes_light_samples(bsdf)) return;
-    const LightSample sample = sample_light(scene_, point.position, {0, 0, 0}, pair.x, {u, pair.y});
+    if (!takes_light_samples(vertex.bsdf)) return;
+    const LightSample sample = sample_light(scene_, vertex.point.position, {0, 0, 0}, pair.x, {u, pair.y});
     for (const Lobes which : {kBroad, kSharp}) {
-      if (!(lobes(bsdf) & which)) continue;
-      const UnoccludedLight light = reflected_light(scene_, sample, point, bsdf, wo, which);
+      if (!vertex.has(which)) continue;
+      const UnoccludedLight light = reflected_light(
+          scene_, sample, vertex, which, 1, 1, [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kAllLobes); });
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
       const RGB passed = tracer_.transmittance(light.shadow_ray);
       if (is_black(passed)) continue;
-      const float weight =
-          sample.delta ? 1.0f
-                       : balance_heuristic(1, sample.pdf, 1, shaded(point, bsdf).pdf(wo, sample.direction, kAllLobes));
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
-      radiance_.add(with.destination(radiance_), slot_, throughput_ * light.radiance * passed * weight, light.source);
+      radiance_.add(with.destination(radiance_), slot_, state_.throughput * light.radiance * passed, light.source);
     }
   }
 
-  void add_lookup(const SurfacePoint& point, const Bsdf& bsdf, Vec3 wo, int bounce) {
-    if (!lookups_ || !(lobes(bsdf) & kBroad) || bounce + kLeastBent >= settings_.max_bounces) return;
-    add_query(history_.gathered ? lookups_->indirect : lookups_->caustic, point.position,
-              face_forward(point.geometric_normal, wo), point.frame, wo, bsdf, throughput_, slot_);
+  void add_lookup(const Vertex& vertex) {
+    if (!lookups_ || !vertex.has(kBroad) || bounce_ + kLeastBent >= settings_.max_bounces) return;
+    add_query(history_.gathered ? lookups_->indirect : lookups_->caustic, vertex, state_.throughput, slot_);
   }
 
   /// Continues in a direction sampled from the BSDF; false if the path ends.
-  bool scatter(const SurfacePoint& point, const ShadedSurface& surface, Vec3 wo, int bounce, Ray& ray) {
+  bool go_on(const Vertex& vertex) {
     const float u_lobe = sampler_.next1();
-    const ScatteredRay s = surface.sample(wo, u_lobe, sampler_.next2(), kAllLobes);
-    if (!s.valid) return false;
-    throughput_ *= s.weight;
-    if (is_black(throughput_)) return false;
-    const float probability = survival(max_component(throughput_) / start_, kLeastOfPaths, bounce + 1);
-    if (probability < 1) {
-      if (sampler_.next1() >= probability) return false;
-      throughput_ *= 1 / probability;
-    }
-    if (!s.straight) {  // shadow rays pass through panes, too
-      history_.mark(s.lobe, s.delta);
-      last_pdf_ = s.delta ? 0 : s.pdf;
-      last_position_ = point.position;
-    }
-    if (point.triangle != kNone) absorption_ = absorption(scene_, point.triangle, s.direction);
-    ray = {offset_origin(point.position, s.side, point.offset), 0, s.direction, std::numeric_limits<float>::infinity()};
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler_.next2(), kAllLobes);
+    if (!leave(scene_, state_, vertex, s, s.weight)) return false;
+    const float probability = roulette(max_component(state_.throughput) / start_, kLeastOfPaths, bounce_ + 1,
+                                       [&] { return sampler_.next1(); });
+    if (!(probability > 0)) return false;
+    state_.throughput *= 1 / probability;
+    if (!s.straight) history_.mark(s.lobe, s.delta);  // shadow rays pass through panes, too
     return true;
   }
 
@@ -199,11 +183,9 @@ class Path {
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
   Lookups* lookups_;
-  RGB throughput_{1.0f};
-  float start_ = 1;       // the throughput before the first bounce
-  RGB absorption_{0.0f};  // of the volume that the last bounce led into
-  float last_pdf_ = 0;    // of the last bounce; 0 for the camera and deltas, at which no light was sampled
-  Vec3 last_position_;
+  PathState state_;
+  float start_ = 1;  // the throughput before the first bounce
+  int bounce_ = 0;   // surfaces before
   History history_;
 };
 
@@ -274,7 +256,7 @@ class PathPass {
     const CameraRay ray = generate_ray(*view_.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
                                        settings_.width, settings_.height, sampler.next2());
     Path path = start(sampler);
-    path.trace({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+    path.trace_from(ray);
     return path.shadow_rays;
   }
 

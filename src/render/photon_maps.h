@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/memory_budget.h"
-#include "core/roulette.h"
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
@@ -20,6 +19,7 @@
 #include "render/air_light.h"
 #include "scene/light_groups.h"
 #include "trace/tracer.h"
+#include "transport/roulette.h"
 
 namespace glowworm {
 

@@ -6,9 +6,9 @@
 
 #include "core/disk_memory.h"
 #include "core/random.h"
-#include "core/roulette.h"
 #include "density/engine.h"
 #include "points/slot_value.h"
+#include "transport/roulette.h"
 
 namespace glowworm {
 

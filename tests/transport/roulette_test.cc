@@ -1,5 +1,5 @@
 // Russian roulette: its rule in numbers.
-#include "core/roulette.h"
+#include "transport/roulette.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,56 @@
+// Light samples of a vertex (next-event estimation), weighted against directions that meet the same light.
+#pragma once
+#include <cstdint>
+
+#include "scene/light_sampling.h"
+#include "transport/step.h"
+
+namespace glowworm {
+
+/// Weight of a sample from a strategy that takes `count` samples of density `pdf`, beside a second strategy: the
+/// balance heuristic (Veach 1997, equation 9.8).
+inline float balance_heuristic(float count, float pdf, float other_count, float other_pdf) {
+  const float own = count * pdf, other = other_count * other_pdf;
+  return own + other > 0 ? own / (own + other) : 0;
+}
+
+/// Weight of light that a path meets, against one light sample where it last scattered.
+/// @param density as Policy::add_light() of meet() gets it
+template <typename Density>
+float weight_of_met_light(const PathState& path, Density&& density) {
+  return path.pdf > 0 ? balance_heuristic(1, path.pdf, 1, density(path.scattered_at)) : 1;
+}
+
+/// Reflected light of one light sample, before the test of what is in its way (Tracer::transmittance()).
+struct UnoccludedLight {
+  RGB radiance{0.0f};  ///< f_r cos L / pdf, W sr^-1 m^-2; black if no test is needed
+  Ray shadow_ray;
+  std::uint32_t source = kNone;  ///< light source, counted as in Scene::light_power()
+};
+
+/// Reflected light of a light sample, where `scattered` is f_r cos of the lobes in question.
+/// @param weight against other ways to find the same light
+UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, RGB scattered,
+                                float weight);
+
+/// What the given lobes of a vertex reflect of a light sample for it: f_r cos L / pdf, weakened by an absorbing medium
+/// that the vertex knows of, and weighted against samples of directions.
+/// @param lights, directions numbers of samples that bring the same light
+/// @param density            gives the density of a sample of a direction, per steradian
+template <typename Density>
+UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes,
+                                float lights, float directions, Density&& density) {
+  if (!(light.pdf > 0) || is_black(light.radiance)) return {};
+  const RGB scattered = vertex.surface().evaluate(vertex.wo, light.direction, lobes);
+  if (is_black(scattered)) return {};
+  const float weight = light.delta ? 1 : balance_heuristic(lights, light.pdf, directions, density(light.direction));
+  return reflected_light(scene, light, vertex, scattered, weight);
+}
+/// The same, where no direction brings this light.
+UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes);
+
+/// Whether light samples may reach some of the viewer. None do from a perfectly smooth surface, so that choosing a
+/// light for it is wasted. Mixtures of smooth lobes with others count as reached.
+bool takes_light_samples(const Bsdf& bsdf);
+
+}  // namespace glowworm

@@ -1,0 +1,98 @@
+// The step that every path takes, from a ray to its hit and on: weaken by the medium, find light, resolve the material,
+// choose a wavelength and a lobe, play roulette, leave. Cameras, gather rays, photons and the path tracer are policies
+// over it: they say what becomes of light that is found, and of a surface that scatters.
+#pragma once
+#include <cstdint>
+
+#include "scene/light_sampling.h"
+#include "scene/surface.h"
+#include "transport/path_state.h"
+#include "transport/roulette.h"
+
+namespace glowworm {
+
+/// A surface where a path scatters.
+struct Vertex {
+  SurfacePoint point;
+  Vec3 wo;  ///< unit, back along the path
+  Bsdf bsdf;
+
+  /// The BSDF in world space. The vertex must outlive it.
+  ShadedSurface surface() const { return shaded(point, bsdf); }
+  /// The geometric normal on the side of wo.
+  Vec3 normal() const { return face_forward(point.geometric_normal, wo); }
+  bool has(Lobes which) const { return (lobes(bsdf) & which) != 0; }
+};
+
+/// A vertex at a hit, without its material.
+inline Vertex vertex_at(const Scene& scene, const Hit& hit, Vec3 wo) {
+  return {surface_point(scene, hit.triangle, hit.barycentric), wo, {}};
+}
+
+/// Resolves the material of a vertex. Where it disperses, chooses a wavelength.
+/// @param number gives a random number in [0, 1); called only then
+template <typename Number>
+void resolve_material(const Scene& scene, Vertex& vertex, RGB& throughput, Number&& number) {
+  vertex.bsdf = resolve_bsdf(scene, vertex.point);
+  if (vertex.bsdf.dispersion > 0) throughput *= choose_wavelength(vertex.bsdf, throughput, number());
+}
+
+/// The probability with which a path takes the broad lobes of a vertex and not the sharp ones: by their albedos.
+float broad_probability(const Vertex& vertex);
+
+/// A ray that leaves a surface. @param side the geometric normal on the side where the ray leaves
+/// @param offset distance along `side` at which the ray starts (offset_origin()), metres
+Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction);
+
+/// Sends a path on from a vertex in a sampled direction. Returns false if it carries nothing there.
+/// @param weight factor on the throughput
+bool leave(const Scene& scene, PathState& path, const Vertex& vertex, const ScatteredRay& sampled, RGB weight);
+
+/// Russian roulette (transport/roulette.h). Returns the probability by which the path survives, for the caller to
+/// divide by, or 0 if it ends.
+/// @param number gives a random number in [0, 1); called only where the path may end
+template <typename Number>
+float roulette(float weight, float least, int bounces, Number&& number) {
+  const float probability = survival(weight, least, bounces);
+  if (probability >= 1) return 1;
+  return probability > 0 && number() < probability ? probability : 0;
+}
+
+/// Share of the light that the medium between a ray's start and its hit leaves.
+inline RGB transmittance(const Scene& scene, const Medium& medium, const Ray& ray, const Hit& hit) {
+  return transmittance(medium.absorption, absorption(scene, hit.triangle, -ray.direction), hit.distance);
+}
+
+/// Takes a path to the surface that it has met, or out of the scene.
+///
+/// The policy has
+///   bool finds_light(): whether it wants the light that the path meets
+///   void add_light(RGB radiance, std::uint32_t source, density): that light, W sr^-1 m^-2, its source as in
+///     Scene::light_power(), and a function that gives the density per steradian by which light samples at a position
+///     choose it
+///   float wavelength_number(): a random number in [0, 1)
+///   bool scatter(Vertex&): whether the path goes on
+/// @return whether the path goes on
+template <typename Policy>
+bool meet(const Scene& scene, PathState& path, const Hit& hit, Policy&& policy) {
+  const Vec3 direction = path.ray.direction;
+  if (hit.triangle == kNone) {
+    if (policy.finds_light())
+      policy.add_light(environment_radiance(scene, direction), environment_source(scene, direction), [&](Vec3 from) {
+        return environment_pdf(scene, from, {0, 0, 0}, direction);
+      });
+    return false;
+  }
+  Vertex vertex = vertex_at(scene, hit, -direction);
+  if (scene.geometry().emission[hit.triangle] != kNone && policy.finds_light()) {
+    const RGB emitted = emitted_radiance(scene, vertex.point, vertex.wo);
+    if (!is_black(emitted))
+      policy.add_light(emitted, scene.emissive_index(hit.triangle), [&](Vec3 from) {
+        return light_pdf(scene, from, {0, 0, 0}, vertex.point);
+      });
+  }
+  resolve_material(scene, vertex, path.throughput, [&] { return policy.wavelength_number(); });
+  return policy.scatter(vertex);
+}
+
+}  // namespace glowworm
