@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -29,6 +30,7 @@ struct CompareOptions {
   std::string command_line, image, reference, difference, page, layer, region;
   double leave_out = 0, limit = std::numeric_limits<double>::infinity();
   bool json = false;
+  TableOptions table;
 };
 
 void print_json(const ImageComparison& c) {
@@ -85,7 +87,8 @@ int run_compare(const CompareOptions& o) {
   prepare_output("-o", o.difference, ".png", files);
   prepare_output("--html", o.page, ".html", files);
   files.throw_if_any_failed();
-  MemoryBudget budget(default_memory_bytes(), "Reduce the pictures.");
+  const std::uint64_t memory = o.table.settings.memory_bytes;
+  MemoryBudget budget(memory > 0 ? memory : default_memory_bytes(), "Give a larger --memory, or reduce the pictures.");
   Reservation held(budget, "pictures", 0);
   Image image = read_image(o.image, held), reference = read_image(o.reference, held);
   // Of both, the layers that are compared.
@@ -137,6 +140,7 @@ void add_compare_command(CLI::App& program, const std::string& command_line, int
              "Exit with status 1 if relRMSE is above this, or a pixel is not finite; 0 takes equal pictures only")
       ->option_text("NUMBER");
   c->add_flag("--json", options->json, "Print a JSON object");
+  add_table_options(*c, "Machine", Command::compare, options->table);
   c->footer(R"(
 I: the picture, R: the reference, both linear; means are over pixels and channels.
   MSE         mean of (I - R)^2

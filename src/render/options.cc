@@ -410,11 +410,13 @@ std::vector<Option> machine_options() {
       count({"--threads", kMachine, nullptr, "N", "one for each core", "one for each core",
              "Threads, at most one for each 32M of --memory unless given; the image does not depend on it"},
             &S::threads, 1024, "0"),
-      number({"--memory", kMachine, "memory_bytes", "SIZE", "half of the machine's", "half of the machine's",
-              "Memory that the scene may take, and that the render may take beside it; for example 800M, "
-              "4G. The image does not depend on it"},
-             &S::memory_bytes,
-             {"auto", kByteUnits, 1e6, 1e15, false, "a size", "Give at least 1M, for example 512M or 4G."}),
+      of_commands(
+          {Command::render, Command::bake, Command::measure, Command::merge, Command::compare},
+          number({"--memory", kMachine, "memory_bytes", "SIZE", "half of the machine's", "half of the machine's",
+                  "Memory that the scene may take, and that the render, or a comparison, may take beside it; for "
+                  "example 800M, 4G. The image does not depend on it"},
+                 &S::memory_bytes,
+                 {"auto", kByteUnits, 1e6, 1e15, false, "a size", "Give at least 1M, for example 512M or 4G."})),
       choice({"--disk", kMachine, "disk", "", "auto", nullptr,
               "Keep image, photons and query points in files (in TMPDIR) where memory is too small for them, or for "
               "fast look-ups; the image does not depend on it"},

@@ -15,7 +15,7 @@
 namespace glowworm {
 
 /// Commands of the program that take options of the table.
-enum class Command { render, bake, measure, merge, view };
+enum class Command { render, bake, measure, merge, compare, view };
 
 struct Option {
   const char* name;               ///< "--samples"; without dashes: not on the command line

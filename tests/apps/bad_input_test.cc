@@ -257,6 +257,17 @@ TEST_F(BadInputTest, InvalidComparisons) {
   EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "d.exr"}), {"d.exr", ".png"}, 2));
   EXPECT_TRUE(refused(run({"compare", "a.exr", "a.exr", "-o", "missing/d.png"}), {"missing/d.png"}));
   EXPECT_THAT(names(), ElementsAre("a.exr", "b.exr", "c.exr"));
+  Image picture(1000, 1000);
+  picture.add_rgb("", std::vector<RGB>(picture.pixel_count()));
+  write_png(path("large.png"), picture);
+  const std::vector<std::string> large{"compare", "large.png", "large.png", "--memory"};
+  const auto within = [&](const char* memory) {
+    std::vector<std::string> words = large;
+    words.emplace_back(memory);
+    return run(words);
+  };
+  EXPECT_TRUE(refused(within("16M"), {"no room for", "of pictures", "larger --memory, or reduce the pictures"}));
+  EXPECT_EQ(within("1G").status, 0);
 }
 
 }  // namespace
