@@ -19,7 +19,7 @@ struct BakeOptions {
   int atlas = 0;                    ///< side of an atlas in texels, from 16 to 16384
   double texels_per_metre = 0;      ///< in as many atlases as that takes
   std::optional<float> exposure;    ///< stops, by which values are multiplied as 2^exposure; none: by the scene
-  bool allow_outside = false;       ///< the file may hold content of files outside of the scene file's folder
+  bool allow_outside = false;       ///< the file may hold files from outside of the scene file's folder
 };
 
 /// Writes a scene with its light as a GLB file, as `glowworm bake` does; whole or not at all. A scene from a glTF file

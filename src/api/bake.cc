@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <utility>
 
@@ -50,7 +51,7 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   const RenderSettings settings = bake_settings(options);
   const AtlasRequest request = atlas_of(options, settings.memory_bytes);
   const Scene::Implementation& inner = scene.implementation();
-  if (!options.allow_outside) refuse_outside_files(inner.outside_files, "allow_outside");
+  if (!options.allow_outside) check_outside_files(inner.outside_files, inner.gltf_parts.get(), "allow_outside");
   const BakeLayout layout = lay_out(inner.scene, inner.tracer, request);
   auto points = std::make_shared<const PointGrid>(texel_points(*inner.scene, *inner.tracer, layout));
   const auto attend_band = [&](const BandRun& run) -> std::exception_ptr {
@@ -70,7 +71,14 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
                              ? *options.exposure
                              : automatic_exposure(*inner.scene, *inner.tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, range_of(*inner.scene, layout, format, exposure));
-  const BakeNotes notes{exposure, "", {}, inner.gltf_parts, settings.indirect_only, 1, options.allow_outside};
+  const BakeNotes notes{exposure,
+                        "",
+                        {},
+                        inner.gltf_parts,
+                        settings.indirect_only,
+                        1,
+                        options.allow_outside,
+                        std::filesystem::path(path).parent_path().string()};
   write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, notes));
 }
 

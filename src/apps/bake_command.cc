@@ -203,9 +203,14 @@ void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& trac
   const float exposure =
       o.exposure ? *o.exposure : automatic_exposure(scene, tracer, layout, light, quantity_of(format));
   const EncodedLight encoded = encode_light(layout, light, range_of(scene, layout, format, exposure));
-  const BakeNotes notes{exposure,       o.command_line,           write_texture_files(o, layout.atlas, light, files),
-                        places.gltf,    o.settings.indirect_only, o.changes.changes.metres_per_unit,
-                        o.allow_outside};
+  const BakeNotes notes{exposure,
+                        o.command_line,
+                        write_texture_files(o, layout.atlas, light, files),
+                        places.gltf,
+                        o.settings.indirect_only,
+                        o.changes.changes.metres_per_unit,
+                        o.allow_outside,
+                        std::filesystem::path(o.output).parent_path().string()};
   const bool written =
       files.write(o.output, [&] { write_file(o.output, glb_of_scene(scene, layout, encoded, format, notes)); });
   if (!o.atlas_picture.empty()) files.write(o.atlas_picture, [&] { write_atlas_picture(o, layout, light, encoded); });
@@ -317,7 +322,8 @@ int run_bake(BakeOptions& o) {
   import_options.gltf_parts = std::make_shared<GltfParts>();
   import_options.outside_files = std::make_shared<std::vector<std::string>>();
   const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
-  if (!o.allow_outside) refuse_outside_files(*import_options.outside_files, "--allow-outside");
+  if (!o.allow_outside)
+    check_outside_files(*import_options.outside_files, import_options.gltf_parts.get(), "--allow-outside");
   tell_notes(*scene, o.scene);
   const auto tracer = std::make_shared<const Tracer>(*scene);
   catch_interrupts();

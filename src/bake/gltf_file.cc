@@ -1,5 +1,7 @@
 #include "bake/gltf_file.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <string_view>
 #include <utility>
@@ -59,25 +61,43 @@ std::string_view media_type(std::string_view bytes) {
   return bytes.starts_with("\xabKTX 20\xbb") ? "image/ktx2" : "";
 }
 
-void take_image(const GltfDocument& document, json& image, bool allow_outside, GlbFile& file) {
+/// A path as a URI: percent-encoded (RFC 3986, section 2.1).
+std::string encode_path(const std::string& path) {
+  std::string out;
+  for (const char c : path) {
+    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (is_letter || std::string_view("-._~/").find(c) != std::string_view::npos)
+      out += c;
+    else
+      out += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return out;
+}
+
+/// Puts an image file into the new file where it may, and else names it from its folder.
+void take_image(const GltfDocument& document, json& image, bool allow_outside, const std::string& folder,
+                GlbFile& file) {
   const std::string uri = image.value("uri", "");
   if (uri.empty() || uri.starts_with("data:")) return;
   const std::string path = find_texture_file(document.folder, decode_uri(uri));
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return;
-  if (!allow_outside && is_outside(path, document.path)) return;
   Reservation held(*document.budget, "image files", 0);
-  const std::string bytes = read_input_file(path, held);
-  const std::string_view type = media_type(bytes);
-  if (type.empty()) return;
-  image.erase("uri");
-  image["mimeType"] = type;
-  image["bufferView"] = file.add_view(bytes, 0);
+  const bool may_copy = allow_outside || !is_outside(path, document.path);
+  const std::string bytes = may_copy ? read_input_file(path, held) : "";
+  if (const std::string_view type = media_type(bytes); !type.empty()) {
+    image.erase("uri");
+    image["mimeType"] = type;
+    image["bufferView"] = file.add_view(bytes, 0);
+    return;
+  }
+  const std::filesystem::path from_there = std::filesystem::relative(path, folder.empty() ? "." : folder, error);
+  if (!error) image["uri"] = encode_path(from_there.generic_string());
 }
 
 }  // namespace
 
-GlbFile glb_of_document(const GltfDocument& document, json whole, bool allow_outside) {
+GlbFile glb_of_document(const GltfDocument& document, json whole, bool allow_outside, const std::string& folder) {
   GlbFile file;
   file.json = std::move(whole);
   const std::vector<BufferPlace> places = join_buffers(document, file);
@@ -89,7 +109,7 @@ GlbFile glb_of_document(const GltfDocument& document, json whole, bool allow_out
         if (view["extensions"].contains(name)) move_view(view["extensions"][name], places);
     }
   if (file.json.contains("images"))
-    for (json& image : file.json["images"]) take_image(document, image, allow_outside, file);
+    for (json& image : file.json["images"]) take_image(document, image, allow_outside, folder, file);
   return file;
 }
 

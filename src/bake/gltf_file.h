@@ -1,6 +1,7 @@
 // glTF files as GLB files to change.
 #pragma once
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "bake/glb.h"
 #include "import/gltf/document.h"
@@ -10,6 +11,8 @@ namespace glowworm {
 /// The file of a document with all its buffers and image files inside. Images that are missing, or whose formats glTF
 /// does not have, stay names of files.
 /// @param allow_outside whether that includes image files outside of the document's folder
-GlbFile glb_of_document(const GltfDocument& document, nlohmann::json whole, bool allow_outside);
+/// @param folder        of the new file, to which names of images are relative
+GlbFile glb_of_document(const GltfDocument& document, nlohmann::json whole, bool allow_outside,
+                        const std::string& folder);
 
 }  // namespace glowworm

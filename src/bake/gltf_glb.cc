@@ -87,7 +87,7 @@ class GltfWriter {
         format_(format),
         notes_(notes),
         light_(layout, light, format, notes),
-        file_(glb_of_document(document, std::move(whole), notes.allow_outside)),
+        file_(glb_of_document(document, std::move(whole), notes.allow_outside, notes.folder)),
         meshes_(file_.json["meshes"]),
         materials_(file_.json.value("materials", json::array())),
         references_(prunable(file_.json) ? references_in(file_.json) : GltfReferences()) {}

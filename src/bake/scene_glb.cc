@@ -17,6 +17,7 @@
 #include "bake/light_writer.h"
 #include "bake/source_texture.h"
 #include "core/error.h"
+#include "core/log.h"
 #include "render/output.h"
 
 namespace glowworm {
@@ -366,12 +367,22 @@ class SceneWriter {
 
 }  // namespace
 
-void refuse_outside_files(const std::vector<std::string>& files, const std::string& option) {
-  if (files.empty()) return;
-  const std::string others = files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "";
-  throw Error(
-      fmt::format("the scene names files outside its folder, which the bake would copy: '{}'{}", files.front(), others),
-      fmt::format("Put them into the folder. If you trust the scene, give {}.", option));
+void check_outside_files(const std::vector<std::string>& files, const GltfParts* gltf, const std::string& option) {
+  std::vector<std::string> images, others;
+  for (const std::string& file : files)
+    (is_gltf(gltf) && !gltf->data_files.contains(file) ? images : others).push_back(file);
+  const auto list = [](const std::vector<std::string>& names) {
+    const std::string more = names.size() > 1 ? fmt::format(" and {} more", names.size() - 1) : "";
+    return fmt::format("'{}'{}", names.front(), more);
+  };
+  if (!others.empty())
+    throw Error("the scene names files outside its folder, which the bake would copy: " + list(others),
+                fmt::format("Put them into the folder. If you trust the scene, give {}.", option));
+  if (!images.empty())
+    inform(
+        fmt::format("note: the bake names images outside the scene's folder and does not copy them: {}. If you "
+                    "trust the scene, give {} to copy them",
+                    list(images), option));
 }
 
 BakeFormat format_of(std::string_view name) {

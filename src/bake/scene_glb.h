@@ -33,10 +33,12 @@ ShownLight shown_light(BakeFormat format, const GltfParts* gltf);
 /// @param scene and layout: must outlive the result
 LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat format, float exposure);
 
-/// Throws Error if a scene read files outside of its folder, because a bake would put their content into its output.
+/// Prints a note about the images outside of its folder that a glTF file shows, because the bake only names them.
+/// Throws Error if a scene read other files there, because the bake would put their content into its output.
 /// @param files  the scene's ImportOptions::outside_files
+/// @param gltf   as BakeNotes::gltf
 /// @param option name of the option that allows it, for the remedy
-void refuse_outside_files(const std::vector<std::string>& files, const std::string& option);
+void check_outside_files(const std::vector<std::string>& files, const GltfParts* gltf, const std::string& option);
 
 /// Metadata of a baked file.
 struct BakeNotes {
@@ -53,6 +55,7 @@ struct BakeNotes {
   bool indirect_only = false;  ///< direct light is left to the viewer
   float metres_per_unit = 1;   ///< of that glTF file in the scene; the bake's file keeps the units
   bool allow_outside = false;  ///< the file may hold image files from outside of the glTF file's folder
+  std::string folder = {};     ///< of the new file, which names images from there
 };
 
 /// The file. A scene that comes from a glTF file is that file with light: each baked mesh gets texture coordinates for

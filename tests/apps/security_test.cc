@@ -69,11 +69,21 @@ TEST_F(SecurityTest, ABakeCopiesNoFilesFromOutsideOfTheScenesFolder) {
   }
   EXPECT_EQ(bake("room/textured.gltf", {"--allow-outside", "--format", "lightmap"}).status, 0);
   EXPECT_THAT(read(path("lit.glb")), HasSubstr(wood));
-  // A picture that the scene does not show stays a name.
+  // Pictures stay names, whether the scene shows them or not.
   fs::remove(path("room/t.bin"));
   fs::copy_file(path("t.bin"), path("room/t.bin"));
-  EXPECT_EQ(bake("room/unused.gltf").status, 0);
-  EXPECT_THAT(read(path("lit.glb")), testing::AllOf(HasSubstr("../wood.png"), Not(HasSubstr(wood))));
+  for (const char* scene : {"room/textured.gltf", "room/unused.gltf"}) {
+    const Outcome outcome = bake(scene, {"--format", "lightmap"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(
+        outcome.err.find("does not copy them: 'room/../wood.png'. If you trust the scene, give --allow-outside") !=
+            std::string::npos,
+        scene == std::string("room/textured.gltf"))
+        << outcome.err;
+    EXPECT_THAT(read(path("lit.glb")), testing::AllOf(HasSubstr(R"("uri":"wood.png")"), Not(HasSubstr(wood))));
+  }
+  EXPECT_EQ(bake("room/textured.gltf", {"--format", "lightmap"}).status, 0);
+  EXPECT_THAT(run({"info", "lit.glb"}).out, Not(HasSubstr("cannot")));
   // Files of other formats, and their files.
   write_in("room/a.obj", "mtllib ../b.mtl\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl m\nf 1 2 3\n");
   write_in("b.mtl", "newmtl m\nKd 1 0 0\n");

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/frame.h"
+#include "core/input_file.h"
 #include "core/parallel.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/check.h"
@@ -397,12 +398,17 @@ class GltfBuilder {
 }  // namespace
 
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
-  return build_gltf_scene(read_gltf_document(path, options), options, origin);
+  const InputRecord record;
+  const GltfDocument document = read_gltf_document(path, options);
+  const std::set<std::string> data_files = record.names();
+  SceneDescription description = build_gltf_scene(document, options, origin);
+  if (options.gltf_parts) options.gltf_parts->data_files = data_files;
+  return description;
 }
 
 SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options,
                                   CoordinateOrigin& origin) {
-  if (options.gltf_parts) *options.gltf_parts = {document.path, {}};
+  if (options.gltf_parts) *options.gltf_parts = {document.path, {}, {}};
   SceneDescription description = GltfBuilder(document, options, origin).build();
   if (description.geometry.triangles.empty()) {
     throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");

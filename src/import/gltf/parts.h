@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ struct GltfPart {
 
 /// All parts of a scene, in the order of its triangles.
 struct GltfParts {
-  std::string path;  ///< of the file; empty: the scene comes from a file of another format
+  std::string path;                  ///< of the file; empty: the scene comes from a file of another format
+  std::set<std::string> data_files;  ///< names of the file and of its buffers, as they were read
   std::vector<GltfPart> parts;
 };
 
