@@ -86,7 +86,7 @@ class GltfWriter {
         layout_(layout),
         format_(format),
         notes_(notes),
-        light_(layout, light, format, notes),
+        light_(layout, light, format, notes, document.light_units),
         file_(glb_of_document(document, std::move(whole), notes.allow_outside, notes.folder)),
         meshes_(file_.json["meshes"]),
         materials_(file_.json.value("materials", json::array())),
@@ -403,10 +403,12 @@ class GltfWriter {
     }
     if (!file_.json.contains("extensions") || !file_.json["extensions"].contains(kLights)) return;
     const bool is_baked = format_ == BakeFormat::lightmap && !notes_.indirect_only;
-    const float factor = is_baked ? 0 : light_.gain() / kLuminousEfficacy, scale = notes_.metres_per_unit;
+    const float gain = is_baked ? 0 : light_.gain(), scale = notes_.metres_per_unit;
+    const GltfLightUnits& units = document_.light_units;
     for (json& light : file_.json["extensions"][kLights]["lights"]) {
       const bool has_position = light.value("type", "") != "directional";
-      light["intensity"] = light.value("intensity", 1.0f) * factor / (has_position ? scale * scale : 1);
+      const float factor = has_position ? gain / units.intensity / (scale * scale) : gain / units.irradiance;
+      light["intensity"] = light.value("intensity", 1.0f) * factor;
     }
   }
 

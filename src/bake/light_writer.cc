@@ -43,8 +43,14 @@ void make_black(json& material) {
 
 bool has_alpha(const json& material) { return material.value("alphaMode", "OPAQUE") != "OPAQUE"; }
 
-LightWriter::LightWriter(const BakeLayout& layout, const EncodedLight& light, BakeFormat format, const BakeNotes& notes)
-    : layout_(layout), light_(light), format_(format), notes_(notes), gain_(std::exp2(notes.exposure)) {}
+LightWriter::LightWriter(const BakeLayout& layout, const EncodedLight& light, BakeFormat format, const BakeNotes& notes,
+                         const GltfLightUnits& units)
+    : layout_(layout),
+      light_(light),
+      format_(format),
+      notes_(notes),
+      gain_(std::exp2(notes.exposure)),
+      glow_gain_(gain_ / units.radiance) {}
 
 void LightWriter::add_textures(GlbFile& file) {
   if (format_ == BakeFormat::vertex) return;
@@ -60,7 +66,8 @@ void LightWriter::add_textures(GlbFile& file) {
 
 json LightWriter::description() const {
   return {{"command", notes_.command_line},
-          {"exposure_stops", notes_.exposure},
+          {kExposureStops, notes_.exposure},
+          {kMetresPerUnit, notes_.metres_per_unit},
           {"unit", format_ == BakeFormat::lightmap ? "W m^-2" : "W sr^-1 m^-2"}};
 }
 
@@ -93,20 +100,20 @@ Vec3 LightWriter::color_at(Vec2 uv, int layer) const {
 }
 
 void LightWriter::scale_glow(json& material) const {
-  if (gain_ == 1) return;
+  if (glow_gain_ == 1) return;
   // What is unlit shows its base colour, which ends at 1, and emits nothing else.
   if (material.contains("extensions") && material["extensions"].contains(kUnlit)) {
     json& pbr = material["pbrMetallicRoughness"];
     if (!pbr.is_object()) pbr = json::object();
     json& color = pbr["baseColorFactor"];
     if (!color.is_array()) color = {1, 1, 1, 1};
-    for (std::size_t c = 0; c < 3; ++c) color.at(c) = std::clamp(color.at(c).get<float>() * gain_, 0.0f, 1.0f);
+    for (std::size_t c = 0; c < 3; ++c) color.at(c) = std::clamp(color.at(c).get<float>() * glow_gain_, 0.0f, 1.0f);
     return;
   }
   const json glow = material.value("emissiveFactor", json({0, 0, 0}));
   if (glow == json({0, 0, 0})) return;
   json& strength = material["extensions"][kEmissiveStrength]["emissiveStrength"];
-  strength = (strength.is_number() ? strength.get<float>() : 1.0f) * gain_;
+  strength = (strength.is_number() ? strength.get<float>() : 1.0f) * glow_gain_;
 }
 
 void LightWriter::light_material(json& material, int layer, int uv_set) const {

@@ -7,6 +7,7 @@
 
 #include "bake/glb.h"
 #include "bake/scene_glb.h"
+#include "import/gltf/light_units.h"
 
 namespace glowworm {
 
@@ -20,7 +21,9 @@ bool has_alpha(const nlohmann::json& material);
 /// Puts the light of a layout into glTF files.
 class LightWriter {
  public:
-  LightWriter(const BakeLayout& layout, const EncodedLight& light, BakeFormat format, const BakeNotes& notes);
+  /// @param units of the glTF materials that scale_glow() changes
+  LightWriter(const BakeLayout& layout, const EncodedLight& light, BakeFormat format, const BakeNotes& notes,
+              const GltfLightUnits& units = {});
 
   /// Adds the light of each atlas, unless vertices hold it.
   void add_textures(GlbFile& file);
@@ -36,7 +39,7 @@ class LightWriter {
   /// Makes a glTF material show the light of a layer.
   /// @param uv_set of the coordinates for light
   void light_material(nlohmann::json& material, int layer, int uv_set) const;
-  /// Multiplies what a glTF material emits by gain().
+  /// Brings what a glTF material emits to the values of the file.
   void scale_glow(nlohmann::json& material) const;
   /// The factor from radiance to the values of the file.
   float gain() const { return gain_; }
@@ -46,7 +49,7 @@ class LightWriter {
   const EncodedLight& light_;
   BakeFormat format_;
   const BakeNotes& notes_;
-  float gain_;
+  float gain_, glow_gain_;
   std::vector<int> textures_;
 };
 

@@ -442,6 +442,46 @@ TEST_F(BakedGltf, BringsLampsAndLightsToItsExposure) {
   }
 }
 
+/// Lamps and lights of baked files are in the units of viewers, at an exposure.
+TEST_F(BakedGltf, GivesBackTheLightOfItsScene) {
+  GltfFile file;
+  file.add("nodes", {{"mesh", file.add("meshes", {{"primitives", {floor_primitive(file)}}})}});
+  add_lamp(file);
+  file.add_shown_triangle({{"pbrMetallicRoughness", {{"baseColorFactor", {0.125, 0.25, 0, 1}}}},
+                           {"extensions", {{"KHR_materials_unlit", json::object()}}}});
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}, {"intensity", 300}, {"color", {1, 0.5, 0}}}, {{"type", "directional"}, {"intensity", 1e5}}};
+  for (const int light : {0, 1}) file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+  const std::string source = write_gltf(file), lit = path("lit.glb");
+  const SceneDescription scene = load_scene(source);
+  ASSERT_EQ(scene.emissions.size(), 2u);
+  ASSERT_EQ(scene.lights.size(), 2u);
+  const auto bake_again = [&](const std::string& from, float exposure, float metres_per_unit) {
+    ImportOptions options;
+    options.gltf_parts = std::make_shared<GltfParts>();
+    const auto read = std::make_shared<const Scene>(load_scene(from, options));
+    const BakeLayout layout = lay_out(read, std::make_shared<const Tracer>(*read), {64, 0});
+    const EncodedLight even = encode_light(layout, std::vector<RGB>(layout.texels.face.size(), RGB(0.5f)), {1});
+    const BakeNotes notes{exposure, "", {}, options.gltf_parts, true, metres_per_unit};
+    write("lit.glb", glb_of_scene(*read, layout, even, BakeFormat::lightmap, notes));
+    const SceneDescription again = load_scene(lit);
+    const auto expect_same = [&](RGB a, RGB b) {
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-5f * b[c]) << from << ", " << exposure << " stops";
+    };
+    ASSERT_EQ(again.emissions.size(), 2u);
+    ASSERT_EQ(again.lights.size(), 2u);
+    for (std::size_t i : {0, 1}) {
+      expect_same(again.emissions[i].radiance.value, scene.emissions[i].radiance.value);
+      expect_same(again.lights[i].intensity, scene.lights[i].intensity);
+    }
+  };
+  bake_again(source, 0, 1);
+  bake_again(source, 1.5f, 1);
+  bake_again(lit, -2, 1);
+  bake_again(lit, 1, 0.25f);
+  bake_again(lit, 0, 0.25f);
+}
+
 /// A picture that takes 12 kB, whatever the compression.
 std::vector<std::uint8_t> noisy_png(std::uint32_t seed) {
   constexpr int kSide = 64;

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -147,6 +149,21 @@ SceneDescription scene_of_glb(const std::string& glb) {
   SceneDescription out = load_scene(folder + "/lit.glb", options);
   std::filesystem::remove_all(folder);
   return out;
+}
+
+TEST(BakedMaterials, GiveBackWhatLampsEmit) {
+  const BakeStage room(room_with_panel({0.02f, 0.03f, 0.01f}, true), {64, 0});
+  const EncodedLight even = encode_light(room.layout, std::vector<RGB>(room.layout.texels.face.size(), RGB(0.5f)), {1});
+  BakeNotes notes;
+  notes.exposure = 3;
+  const SceneDescription again =
+      scene_of_glb(glb_of_scene(*room.stage.scene, room.layout, even, BakeFormat::lightmap, notes));
+  const std::vector<Emission>& lamps = room.stage.scene->emissions();
+  EXPECT_EQ(again.emissions.size(), lamps.size());
+  for (const Emission& lamp : lamps)
+    EXPECT_TRUE(std::any_of(again.emissions.begin(), again.emissions.end(), [&](const Emission& e) {
+      return std::abs(luminance(e.radiance.value) / luminance(lamp.radiance.value) - 1) < 1e-5f;
+    })) << luminance(lamp.radiance.value);
 }
 
 TEST(BakedVertices, LieInTheCoordinatesOfTheFile) {

@@ -104,6 +104,11 @@ TEST_F(GltfSceneTest, LightsBecomeRadiometric) {
   EXPECT_FLOAT_EQ(d.lights[2].cos_inner, std::cos(0.2f));
   EXPECT_FLOAT_EQ(d.lights[2].cos_outer, std::cos(0.4f));
   EXPECT_THAT(d.notes, HasNote("range of a light"));
+  // Files of bakes say what their numbers were multiplied by; what else stands there counts for nothing.
+  for (const nlohmann::json& stops : std::vector<nlohmann::json>{1, 1e9, "1", nullptr}) {
+    file.json["asset"]["extras"]["glowworm"]["exposure_stops"] = stops;
+    EXPECT_FLOAT_EQ(load(file).lights[1].intensity.g, stops == 1 ? 5 * kLuminousEfficacy : 10) << stops;
+  }
 }
 
 TEST_F(GltfSceneTest, LightsTakeIntensitiesFromPhotometricFiles) {

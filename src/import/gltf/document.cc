@@ -224,6 +224,7 @@ GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::s
   check_gltf_json(root, path);
   check_required_extensions(root, path);
   if (whole) *whole = root;
+  document.light_units = light_units(root);
   if (const auto buffers = root.find("buffers"); buffers != root.end()) {
     for (std::size_t i = 0; i < buffers->size(); ++i) {
       document.buffers.push_back(read_buffer((*buffers)[i], i, document, chunks.binary));

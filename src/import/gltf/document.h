@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "import/gltf/light_units.h"
 #include "import/import.h"
 
 namespace tinygltf {
@@ -32,6 +33,7 @@ struct GltfDocument {
   std::vector<std::vector<std::uint8_t>>
       decoded_views;  ///< decompressed buffer views by index; empty if a view is not compressed
   std::vector<GltfImage> images;
+  GltfLightUnits light_units;
   std::shared_ptr<MemoryBudget> budget;
   std::unique_ptr<Reservation> held;  ///< memory of the model and the buffers
 

@@ -315,8 +315,9 @@ class GltfBuilder {
     light.name = !node.name.empty() ? node.name : source.name;
     const Vec3 tint = narrow(vector_of(source.color, {1, 1, 1}));
     const RGB color(tint.x, tint.y, tint.z);
-    light.intensity =
-        file.empty() ? color * (static_cast<float>(source.intensity) / kLuminousEfficacy) : light.intensity * color;
+    const GltfLightUnits& units = document_.light_units;
+    const float unit = source.type == "directional" ? units.irradiance : units.intensity;
+    light.intensity = (file.empty() ? RGB(static_cast<float>(source.intensity) / unit) : light.intensity) * color;
     light.position = to_world.translation;
     light.direction = -unit_or(to_world.z, {0, 0, 1});
     if (!file.empty()) {

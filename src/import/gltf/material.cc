@@ -299,6 +299,7 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
     material.reflectance = {RGB(0.0f), kNone};
     material.normal_map = {};
   }
+  emission.radiance.value = emission.radiance.value / document_.light_units.radiance;
   if (is_black(emission.radiance.value)) return kNone;
   description_.emissions.push_back(std::move(emission));
   return static_cast<std::uint32_t>(description_.emissions.size() - 1);
