@@ -12,6 +12,7 @@ import os
 import struct
 import sys
 import tempfile
+import zlib
 
 import numpy as np
 
@@ -21,12 +22,12 @@ import glowworm  # noqa: E402
 
 ALPHAS = (0.0, 0.3, 1.0)
 EYE = (0, 2, 2)
-# Samples are for a standard error of about 0.002.
+# Samples are for a standard error of about 0.002 to 0.004.
 INTEGRATORS = {
-    "path": {"integrator": "path", "samples": 64},
-    "gather": {"integrator": "gather", "samples": 4, "photons": 100_000},
-    "gather, engine knn": {"integrator": "gather", "engine": "knn", "samples": 4, "photons": 100_000},
-    "photons": {"integrator": "photons", "samples": 16, "photons": 100_000},
+    "path": {"integrator": "path", "samples": 32},
+    "gather": {"integrator": "gather", "samples": 4, "photons": 50_000},
+    "gather, engine knn": {"integrator": "gather", "engine": "knn", "samples": 4, "photons": 50_000},
+    "photons": {"integrator": "photons", "samples": 8, "photons": 50_000},
 }
 HEAD = """# White materials in a furnace
 
@@ -58,6 +59,22 @@ def pbrt(kind, extra="", shape=PLANE):
     return lambda alpha: (".pbrt", PBRT % (kind, own + numbers(roughness=alpha), shape))
 
 
+def brushed(kind, extra="", shape=PLANE):
+    """The same, of four times the alpha along one axis as along the other."""
+    own = '"bool remaproughness" false ' + extra
+    return lambda alpha: (".pbrt", PBRT % (kind, own + numbers(uroughness=alpha, vroughness=alpha / 4), shape))
+
+
+def tilted_normal():
+    """A texture of one normal, as the URI of a PNG."""
+    normal = np.array([0.25, 0.1, 1.0])
+    row = bytes([0, *np.rint(255 * (normal / np.linalg.norm(normal) / 2 + 0.5)).astype(int)])
+    chunks = ((b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(row)), (b"IEND", b""))
+    png = b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(data)) + kind + data +
+                                          struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks)
+    return "data:image/png;base64," + base64.b64encode(png).decode()
+
+
 def lacquered(coat):
     white = '"rgb reflectance" [1 1 1] "integer maxdepth" 500 "bool remaproughness" false '
     return lambda alpha: (".pbrt", PBRT % ("coatedconductor", white + numbers(**{
@@ -75,13 +92,14 @@ def gltf(metallic=0.0, **extensions):
         corners = [0, 1, 2, 0, 2, 3]
         # The walls face inwards.
         walls = [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3]
-        data = b"".join((struct.pack(f"<{len(x)}f", *x) for x in (plane, box)))
+        corner_uv = [0, 0, 1, 0, 1, 1, 0, 1]
+        data = b"".join((struct.pack(f"<{len(x)}f", *x) for x in (plane, box, corner_uv)))
         data += b"".join(struct.pack(f"<{len(x)}H", *x) for x in (corners, walls))
         views, at = [], 0
-        for length in (48, 96, 12, 72):
+        for length in (48, 96, 32, 12, 72):
             views.append({"buffer": 0, "byteOffset": at, "byteLength": length})
             at += length
-        counts = ((4, "VEC3", 5126), (8, "VEC3", 5126), (6, "SCALAR", 5123), (36, "SCALAR", 5123))
+        counts = ((4, "VEC3", 5126), (8, "VEC3", 5126), (4, "VEC2", 5126), (6, "SCALAR", 5123), (36, "SCALAR", 5123))
         accessors = [{"bufferView": i, "count": n, "type": kind, "componentType": number}
                      for i, (n, kind, number) in enumerate(counts)]
         for i, bound in ((0, (5, 0, 5)), (1, (6, 4, 6))):
@@ -90,12 +108,14 @@ def gltf(metallic=0.0, **extensions):
                  "emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
         white = {"pbrMetallicRoughness": {"metallicFactor": metallic, "roughnessFactor": roughness}, "doubleSided": True,
                  "extensions": factors}
-        meshes = [{"primitives": [{"attributes": {"POSITION": i}, "indices": i + 2, "material": i}]} for i in (0, 1)]
+        attributes = ({"POSITION": 0, "TEXCOORD_0": 2}, {"POSITION": 1})
+        meshes = [{"primitives": [{"attributes": attributes[i], "indices": i + 3, "material": i}]} for i in (0, 1)]
         uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
         return ".gltf", json.dumps({
             "asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "scene": 0, "nodes": [{"mesh": 0}, {"mesh": 1}],
             "meshes": meshes, "materials": [white, black], "accessors": accessors, "bufferViews": views,
-            "buffers": [{"byteLength": len(data), "uri": uri}],
+            "buffers": [{"byteLength": len(data), "uri": uri}], "images": [{"uri": tilted_normal()}],
+            "textures": [{"source": 0}],
             "extensionsUsed": ["KHR_materials_specular", *factors]})
     return write
 
@@ -116,7 +136,15 @@ MATERIALS = {
     "glTF sheen": gltf(sheen={"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": None}),
     "glTF diffuse transmission": gltf(diffuse_transmission={"diffuseTransmissionFactor": 0.5}),
     "glTF iridescence": gltf(1.0, iridescence={"iridescenceFactor": 1}),
+    "glTF iridescent dielectric": gltf(iridescence={"iridescenceFactor": 1}),
+    "glTF clearcoat with a normal of its own": gltf(
+        clearcoat={"clearcoatFactor": 1, "clearcoatRoughnessFactor": None, "clearcoatNormalTexture": {"index": 0}}),
+    "glTF sheen under a clearcoat": gltf(sheen={"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": None},
+                                         clearcoat={"clearcoatFactor": 1}),
     "glTF anisotropy": gltf(1.0, anisotropy={"anisotropyStrength": 0.7}),
+    "brushed metal, 4:1": brushed("conductor", WHITE),
+    "brushed glass ball, 4:1": brushed("dielectric", shape=BALL),
+    "brushed plastic, 4:1": brushed("coateddiffuse", WHITE + '"float thickness" 0 "integer maxdepth" 500 '),
 }
 
 
@@ -140,7 +168,7 @@ def main(wanted):
                 cells = []
                 for chosen in INTEGRATORS.values():
                     # Paths in rough glass have much noise, and cost little.
-                    more = 16 if name.startswith("glass") else 1
+                    more = 8 if "glass ball" in name else 1
                     settings = {**chosen, "samples": more * chosen["samples"]}
                     picture = glowworm.render(scene, camera=camera, size=(16, 16), filter=False, progress=False, **settings)
                     values = picture.image.mean(axis=2).ravel()

@@ -58,51 +58,51 @@ struct Coat {
         microfacet(rough(alpha_x, alpha_y)),
         eta(coat_index(bsdf)),
         thickness(bsdf.coat_thickness) {
-    const float alpha = smooth ? 0 : table_alpha(alpha_x, alpha_y);
-    mean_passed = boundary_mean(Boundary::transmit_outside, alpha, eta);
+    const float transmitted_smooth = smooth_transmittance(eta);
+    mean_passed = transmitted_smooth;
     if (smooth) return;
-    const float transmitted_smooth = boundary_mean(Boundary::transmit_outside, 0, eta);
-    reflected = boundary_curve(Boundary::reflect_outside, alpha, eta);
-    transmitted = boundary_curve(Boundary::transmit_outside, alpha, eta);
-    lost = boundary_curve(Boundary::lost_outside, alpha, eta);
-    mean_lost = boundary_mean(Boundary::lost_outside, alpha, eta);
-    const float passing =
-        multiple_passing(transmitted_smooth, mean_lost, boundary_mean(Boundary::lost_inside, alpha, eta));
+    const BoundaryTable table(microfacet, eta);
+    mean_passed = table.mean(Boundary::transmit_outside);
+    reflected = table.curve(Boundary::reflect_outside);
+    transmitted = table.curve(Boundary::transmit_outside);
+    lost = table.curve(Boundary::lost_outside);
+    mean_lost = table.mean(Boundary::lost_outside);
+    const float passing = multiple_passing(transmitted_smooth, mean_lost, table.mean(Boundary::lost_inside));
     through = over_mean(passing, mean_lost);
     mean_passed += passing;
   }
+  Place place(Vec3 w) const { return place_of(microfacet, w); }
   /// A(w) above.
-  float passed(float cosine) const { return entered(cosine) * absorption(inner_cosine(cosine, eta)); }
+  float passed(Place at) const { return entered(at) * absorption(inner_cosine(at.cosine, eta)); }
   /// A(w) without absorption.
-  float entered(float cosine) const {
-    return smooth ? 1 - fresnel_dielectric(cosine, eta) : transmitted(cosine) + through * lost(cosine);
+  float entered(Place at) const {
+    return smooth ? 1 - fresnel_dielectric(at.cosine, eta) : transmitted(at) + through * lost(at);
   }
   /// Transmittance of a passage of the coat.
   float absorption(float inner) const { return thickness > 0 ? std::exp(-thickness / inner) : 1.0f; }
   /// f of the reflection after several facets of the boundary, over lost(wi).
-  float multiple(float cosine_o) const {
-    return smooth ? 0 : kInversePi * (1 - through) * over_mean(lost(cosine_o), mean_lost);
-  }
+  float multiple(Place at) const { return smooth ? 0 : kInversePi * (1 - through) * over_mean(lost(at), mean_lost); }
   /// f of the reflection at the boundary.
   /// @param multiple multiple() of wo
   float reflection(Vec3 wo, Vec3 wi, float multiple) const {
     const Vec3 h = reflection_half(wo, wi);
-    return fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(microfacet, wo, wi, h) + multiple * lost(wi.z);
+    return fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(microfacet, wo, wi, h) +
+           multiple * lost(place(wi));
   }
   /// Share that the boundary reflects.
-  float reflectance(float cosine) const {
-    return smooth ? fresnel_dielectric(cosine, eta) : reflected(cosine) + (1 - through) * lost(cosine);
+  float reflectance(Place at) const {
+    return smooth ? fresnel_dielectric(at.cosine, eta) : reflected(at) + (1 - through) * lost(at);
   }
   void add_components(Vec3 wo, Components& out) const {
     Component c;
     c.lobe = lobe;
     c.shape = smooth ? Shape::mirror : Shape::rough_reflection;
     c.microfacet = microfacet;
-    c.albedo = RGB(smooth ? fresnel_dielectric(wo.z, eta) : reflected(wo.z));
+    c.albedo = RGB(smooth ? fresnel_dielectric(wo.z, eta) : reflected(place(wo)));
     out.add(c);
     if (smooth) return;
     c.shape = Shape::cosine_reflection;
-    c.albedo = RGB((1 - through) * lost(wo.z));
+    c.albedo = RGB((1 - through) * lost(place(wo)));
     out.add(c);
   }
 };
@@ -131,10 +131,10 @@ struct ConductorBase {
   const Coat& coat;
   bool smooth;
   Lobes lobe;
-  Microfacet once, again;  ///< one reflection at the base, and more
-  float at_normal;         ///< reflectance of a smooth boundary at normal incidence
-  float direct;            ///< share that a rough boundary passes as narrowly as a smooth one, on entry and exit
-  SchlickCurves curves_once, curves_again;
+  Microfacet once, again;     ///< one reflection at the base, and more
+  float at_normal;            ///< reflectance of a smooth boundary at normal incidence
+  float direct;               ///< share that a rough boundary passes as narrowly as a smooth one, on entry and exit
+  Curve all_once, all_again;  ///< of MirrorCurve
   Curve trapped_once, trapped_again;
   float mean_spread = 0;   ///< of spread() over directions
   RGB color_spread{0.0f};  ///< of the light that leaves as a diffuse lobe
@@ -149,25 +149,23 @@ struct ConductorBase {
     lobe = lobe_of_alpha(x, y);
     at_normal = fresnel_dielectric(1, coat.eta);
     direct = 1;
-    if (!coat.smooth) direct = std::min(1.0f, coat.transmitted(1) / (1 - at_normal));
+    if (!coat.smooth) direct = std::min(1.0f, coat.transmitted({1}) / (1 - at_normal));
     direct *= direct;
     if (smooth) return;
     once = rough(x, y);
     again = {widened(once.alpha_x), widened(once.alpha_y)};
-    curves_once = schlick_curves(table_alpha(x, y));
-    curves_again = schlick_curves(table_alpha(again.alpha_x, again.alpha_y));
-    trapped_once = boundary_curve(Boundary::trapped, table_alpha(x, y), coat.eta);
-    trapped_again = boundary_curve(Boundary::trapped, table_alpha(again.alpha_x, again.alpha_y), coat.eta);
+    all_once = mirror_curve(once).all;
+    all_again = mirror_curve(again).all;
+    trapped_once = BoundaryTable(once, coat.eta).curve(Boundary::trapped);
+    trapped_again = BoundaryTable(again, coat.eta).curve(Boundary::trapped);
     set_spread();
   }
   /// Doubles the variance, unless GGX would then lose much more energy between facets.
   static float widened(float alpha) { return std::min(alpha * std::sqrt(2.0f), std::max(alpha, 0.5f)); }
 
-  /// Share of the light that has entered at this cosine that leaves after one reflection at the base.
-  float leaves(const SchlickCurves& curves, const Curve& trapped, float cosine) const {
-    const float inner = inner_cosine(cosine, coat.eta);
-    return std::max(0.0f, curves.scale(inner) + curves.bias(inner) - trapped(cosine));
-  }
+  /// Share of the light that has entered from this direction that leaves after one reflection at the base.
+  float leaves_once(Vec3 w) const { return leaves(all_once, trapped_once, place_of(once, w)); }
+  float leaves_again(Vec3 w) const { return leaves(all_again, trapped_again, place_of(again, w)); }
   /// f of the narrow lobes over A(wi), without the facets' part.
   float narrow(float cosine) const { return (1 - fresnel_dielectric(cosine, coat.eta)) / coat.eta; }
   /// Of light that has met the base once, what meets it again in the lobe `again`.
@@ -175,20 +173,23 @@ struct ConductorBase {
     return geometric_sum(fresnel * (at_normal * to_and_fro), bsdf.coat_bounces) - RGB(1.0f);
   }
   /// Share of the light from outside that enters and does not leave in the narrow lobes.
-  float spread(float cosine) const {
-    const float more = at_normal / (1 - at_normal);
-    const float left = leaves(curves_once, trapped_once, cosine) + more * leaves(curves_again, trapped_again, cosine);
-    return std::max(0.0f, coat.entered(cosine) - direct * (1 - fresnel_dielectric(cosine, coat.eta)) * left);
+  float spread(Vec3 w) const {
+    const float more = at_normal / (1 - at_normal), left = leaves_once(w) + more * leaves_again(w);
+    return std::max(0.0f, coat.entered(coat.place(w)) - direct * (1 - fresnel_dielectric(w.z, coat.eta)) * left);
   }
   /// f of the diffuse lobe over spread() and absorption of wi.
-  RGB factor_spread(float cosine) const {
+  RGB factor_spread(Vec3 w) const {
     return color_spread *
-           (kInversePi * over_mean(spread(cosine), mean_spread) * coat.absorption(inner_cosine(cosine, coat.eta)));
+           (kInversePi * over_mean(spread(w), mean_spread) * coat.absorption(inner_cosine(w.z, coat.eta)));
   }
 
  private:
+  float leaves(const Curve& all, const Curve& trapped, Place at) const {
+    const Place inner{inner_cosine(at.cosine, coat.eta), at.along};
+    return std::max(0.0f, all(inner) - trapped(at));
+  }
   void set_spread() {
-    for_mean_cosines([&](float cosine, float weight) { mean_spread += weight * spread(cosine); });
+    for_mean_directions(once, [&](Vec3 w, float weight) { mean_spread += weight * spread(w); });
     // Light that enters diffusely has met the base once; other light has met it twice, and each time the share
     // `returned` of it meets it again.
     const RGB mean = mean_schlick(fresnel_of_base(bsdf, 1, coat.eta), 1);
@@ -207,11 +208,11 @@ void evaluate_coated_diffuse(const View& view, std::span<const Vec3> wi, std::sp
   const bool glossy = !coat.smooth && (view.lobes & coat.lobe);
   const bool diffuse = view.lobes & kDiffuseReflection;
   if (!glossy && !diffuse) return fill_black(out);
-  const RGB base = diffuse ? DiffuseBase(view.bsdf, coat).factor * coat.passed(view.wo.z) : RGB(0.0f);
-  const float multiple = coat.multiple(view.wo.z);
+  const RGB base = diffuse ? DiffuseBase(view.bsdf, coat).factor * coat.passed(coat.place(view.wo)) : RGB(0.0f);
+  const float multiple = coat.multiple(coat.place(view.wo));
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
-    RGB f = diffuse ? base * coat.passed(w.z) : RGB(0.0f);
+    RGB f = diffuse ? base * coat.passed(coat.place(w)) : RGB(0.0f);
     if (glossy) f += RGB(coat.reflection(view.wo, w, multiple));
     return f;
   });
@@ -221,14 +222,14 @@ IsotropicReflection reflection_of_coated_diffuse(const Bsdf& bsdf, float cosine_
   const Coat coat(bsdf, bsdf.alpha_x, bsdf.alpha_y);
   IsotropicReflection out;
   out.alpha = broad_alpha(bsdf.alpha_x);
-  out.diffuse = DiffuseBase(bsdf, coat).factor * coat.passed(cosine_o);
+  out.diffuse = DiffuseBase(bsdf, coat).factor * coat.passed({cosine_o});
   out.eta = coat.eta;
   out.thickness = coat.thickness;
   if (coat.smooth) return out;
   out.curve[0] = coat.transmitted;
   out.curve[1] = coat.lost;
   out.through = coat.through;
-  if (out.alpha > 0) out.multiple = RGB(coat.multiple(cosine_o));
+  if (out.alpha > 0) out.multiple = RGB(coat.multiple({cosine_o}));
   return out;
 }
 
@@ -239,20 +240,20 @@ void coated_diffuse_components(const View& view, Components& out) {
   Component c;
   c.shape = Shape::cosine_reflection;
   c.lobe = kDiffuseReflection;
-  c.albedo = base.factor * (kPi * coat.passed(view.wo.z) * base.mean_passed);
+  c.albedo = base.factor * (kPi * coat.passed(coat.place(view.wo)) * base.mean_passed);
   out.add(c);
 }
 
 void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Bsdf& bsdf = view.bsdf;
   const Coat coat(bsdf, bsdf.coat_alpha, bsdf.coat_alpha);
-  const float multiple = coat.multiple(view.wo.z);
+  const float multiple = coat.multiple(coat.place(view.wo));
   const ConductorBase base(bsdf, coat);
   const bool upper = !coat.smooth && (view.lobes & coat.lobe), lower = !base.smooth && (view.lobes & base.lobe);
   if (!upper && !lower) return fill_black(out);
   const Vec3 o = inner_direction(view.wo, coat.eta);
   const float narrow = lower ? base.direct * base.narrow(view.wo.z) : 0, fro = coat.absorption(o.z);
-  const RGB spread = lower ? base.factor_spread(view.wo.z) : RGB(0.0f);
+  const RGB spread = lower ? base.factor_spread(view.wo) : RGB(0.0f);
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
     RGB f(0.0f);
@@ -263,7 +264,7 @@ void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::
       f = fresnel * (narrow * base.narrow(w.z) * fro * to) *
           (RGB(microfacet_reflection(base.once, o, i, h)) +
            base.repeated(fresnel, fro * to) * microfacet_reflection(base.again, o, i, h));
-      f += spread * (base.spread(w.z) * to);
+      f += spread * (base.spread(w) * to);
     }
     if (upper) f += RGB(coat.reflection(view.wo, w, multiple));
     return f;
@@ -290,7 +291,7 @@ void coated_conductor_components(const View& view, Components& out) {
     Component mirror;
     mirror.lobe = base.lobe;
     mirror.shape = Shape::mirror;
-    mirror.albedo = clamp(mirrored, 0, std::max(0.0f, 1 - coat.reflectance(view.wo.z)));
+    mirror.albedo = clamp(mirrored, 0, std::max(0.0f, 1 - coat.reflectance(coat.place(view.wo))));
     out.add(mirror);
     return;
   }
@@ -299,15 +300,15 @@ void coated_conductor_components(const View& view, Components& out) {
   c.shape = Shape::coated_reflection;
   c.microfacet = base.once;
   c.eta = coat.eta;
-  const float out_once = std::max(1e-3f, base.leaves(base.curves_once, base.trapped_once, view.wo.z));
-  const float out_again = base.leaves(base.curves_again, base.trapped_again, view.wo.z);
+  const float out_once = std::max(1e-3f, base.leaves_once(view.wo));
+  const float out_again = base.leaves_again(view.wo);
   c.albedo =
       fresnel * (passed * base.direct * to_and_fro) * (RGB(out_once) + base.repeated(fresnel, to_and_fro) * out_again);
   out.add(c);
   c.shape = Shape::cosine_reflection;
   c.eta = 1;
   // The absorption of light that leaves is about that of a cosine of 2/3 outside.
-  c.albedo = base.color_spread * (base.spread(view.wo.z) * fro * coat.absorption(inner_cosine(2.0f / 3, coat.eta)));
+  c.albedo = base.color_spread * (base.spread(view.wo) * fro * coat.absorption(inner_cosine(2.0f / 3, coat.eta)));
   out.add(c);
 }
 

@@ -75,10 +75,6 @@ inline float broad_alpha(float alpha) { return lobe_of_alpha(alpha, alpha) == kG
 /// A microfacet distribution unless both alphas are smooth.
 inline Microfacet rough(float alpha_x, float alpha_y) { return {std::max(alpha_x, 1e-4f), std::max(alpha_y, 1e-4f)}; }
 
-/// The isotropic alpha for the tables of a pair: the one with the same variance of slope.
-inline float table_alpha(float alpha_x, float alpha_y) {
-  return std::sqrt(0.5f * (alpha_x * alpha_x + alpha_y * alpha_y));
-}
 /// A dielectric's index on the far side over that on the viewer's. An index of almost exactly 1 is moved invisibly,
 /// because facet normals of unbent transmission are undefined.
 inline float relative_eta(const Bsdf& bsdf, bool inside) {

@@ -8,8 +8,7 @@ namespace {
 
 /// The mean Fresnel term is Schlick's for the same reflectance at normal incidence.
 MultipleReflection multiple_of(const Bsdf& bsdf) {
-  const SchlickCurves curves = schlick_curves(table_alpha(bsdf.alpha_x, bsdf.alpha_y));
-  return {curves, mean_schlick(fresnel_of_base(bsdf, 1, 1), 1)};
+  return {mirror_curve(rough(bsdf.alpha_x, bsdf.alpha_y)), mean_schlick(fresnel_of_base(bsdf, 1, 1), 1)};
 }
 
 }  // namespace
@@ -21,11 +20,12 @@ void evaluate_conductor(const View& view, std::span<const Vec3> wi, std::span<RG
     return fill_black(out);
   const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
   const MultipleReflection multiple = multiple_of(bsdf);
-  const RGB factor = multiple.factor(wo.z);
+  const RGB factor = multiple.factor(place_of(m, wo));
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z < 0) return RGB(0.0f);
     const Vec3 h = reflection_half(wo, w);
-    return fresnel_of_base(bsdf, dot(wo, h), 1) * microfacet_reflection(m, wo, w, h) + factor * multiple.lost(w.z);
+    return fresnel_of_base(bsdf, dot(wo, h), 1) * microfacet_reflection(m, wo, w, h) +
+           factor * multiple.lost(place_of(m, w));
   });
 }
 
@@ -36,9 +36,10 @@ IsotropicReflection reflection_of_conductor(const Bsdf& bsdf, float cosine_o) {
   if (!bsdf.use_reflectance) out.second = bsdf.k;
   if (out.alpha == 0) return out;
   const MultipleReflection multiple = multiple_of(bsdf);
-  out.multiple = multiple.factor(cosine_o);
-  out.curve[0] = multiple.scale;
-  out.curve[1] = multiple.bias;
+  out.multiple = multiple.factor({cosine_o});
+  const SchlickCurves curves = schlick_curves(rough(bsdf.alpha_x, bsdf.alpha_y));
+  out.curve[0] = curves.scale;
+  out.curve[1] = curves.bias;
   return out;
 }
 
@@ -56,10 +57,12 @@ void conductor_components(const View& view, Components& out) {
   // Facets are seen at less grazing angles than the surface. Schlick's angular term, averaged over them, approximates
   // that of the exact formula.
   const MultipleReflection multiple = multiple_of(bsdf);
-  c.albedo = fresnel_of_base(bsdf, 1, 1) * multiple.scale(view.wo.z) + RGB(multiple.bias(view.wo.z));
+  const Place at = place_of(c.microfacet, view.wo);
+  const SchlickCurves curves = schlick_curves(c.microfacet);
+  c.albedo = fresnel_of_base(bsdf, 1, 1) * curves.scale(at) + RGB(curves.bias(at));
   out.add(c);
   c.shape = Shape::cosine_reflection;
-  c.albedo = multiple.color * multiple.lost(view.wo.z);
+  c.albedo = multiple.color * multiple.lost(at);
   out.add(c);
 }
 

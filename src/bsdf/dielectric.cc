@@ -15,14 +15,16 @@ struct MultipleGlass {
 
   /// @param eta far side over near side
   MultipleGlass(const Bsdf& bsdf, float eta) {
-    const float alpha = table_alpha(bsdf.alpha_x, bsdf.alpha_y), dense = std::max(eta, 1 / eta);
+    const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
+    const float dense = std::max(eta, 1 / eta);
     const bool from_dense = eta < 1;
     const Boundary sides[2] = {Boundary::lost_outside, Boundary::lost_inside};
-    near = boundary_curve(sides[from_dense], alpha, dense);
-    far = boundary_curve(sides[!from_dense], alpha, dense);
-    mean_near = boundary_mean(sides[from_dense], alpha, dense);
-    mean_far = boundary_mean(sides[!from_dense], alpha, dense);
-    const float outside = multiple_passing(boundary_mean(Boundary::transmit_outside, 0, dense), mean_near, mean_far);
+    const BoundaryTable table(m, dense);
+    near = table.curve(sides[from_dense]);
+    far = table.curve(sides[!from_dense]);
+    mean_near = table.mean(sides[from_dense]);
+    mean_far = table.mean(sides[!from_dense]);
+    const float outside = multiple_passing(smooth_transmittance(dense), mean_near, mean_far);
     const float passing = from_dense ? outside / (dense * dense) : outside;
     passed = over_mean(passing, mean_near);
     reflected = 1 - passed;
@@ -41,15 +43,15 @@ void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<R
   const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
   const float eta = relative_eta(bsdf, view.inside);
   const MultipleGlass multiple(bsdf, eta);
-  const float lost = over_mean(multiple.near(wo.z), multiple.mean_near);
+  const float lost = over_mean(multiple.near(place_of(m, wo)), multiple.mean_near);
   for_each_direction(view, wi, out, [&](Vec3 w) {
     if (w.z > 0) {
       const Vec3 h = reflection_half(wo, w);
       return bsdf.specular * (fresnel_dielectric(dot(wo, h), eta) * microfacet_reflection(m, wo, w, h) +
-                              multiple.reflection * lost * multiple.near(w.z));
+                              multiple.reflection * lost * multiple.near(place_of(m, w)));
     }
     const Vec3 h = refraction_half(wo, w, eta);
-    float f = multiple.transmission * lost * over_mean(multiple.far(-w.z), multiple.mean_far);
+    float f = multiple.transmission * lost * over_mean(multiple.far(place_of(m, {w.x, w.y, -w.z})), multiple.mean_far);
     if (h.z > 0) f += (1 - fresnel_dielectric(dot(wo, h), eta)) * microfacet_refraction(m, wo, w, h, eta);
     return bsdf.transmission * f;
   });
@@ -74,16 +76,16 @@ void dielectric_components(const View& view, Components& out) {
   c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
   c.reflect = mean(bsdf.specular);
   c.transmit = mean(bsdf.transmission);
-  const float alpha = table_alpha(bsdf.alpha_x, bsdf.alpha_y), dense = std::max(c.eta, 1 / c.eta);
+  const float dense = std::max(c.eta, 1 / c.eta);
   const bool from_dense = c.eta < 1;
-  const Curve reflected =
-      boundary_curve(from_dense ? Boundary::reflect_inside : Boundary::reflect_outside, alpha, dense);
-  const Curve passed =
-      boundary_curve(from_dense ? Boundary::transmit_inside : Boundary::transmit_outside, alpha, dense);
-  c.albedo = bsdf.specular * reflected(view.wo.z) + bsdf.transmission * passed(view.wo.z);
+  const BoundaryTable table(c.microfacet, dense);
+  const Curve reflected = table.curve(from_dense ? Boundary::reflect_inside : Boundary::reflect_outside);
+  const Curve passed = table.curve(from_dense ? Boundary::transmit_inside : Boundary::transmit_outside);
+  const Place at = place_of(c.microfacet, view.wo);
+  c.albedo = bsdf.specular * reflected(at) + bsdf.transmission * passed(at);
   out.add(c);
   const MultipleGlass multiple(bsdf, c.eta);
-  const float lost = multiple.near(view.wo.z);
+  const float lost = multiple.near(at);
   c.shape = Shape::cosine_reflection;
   c.albedo = bsdf.specular * (lost * multiple.reflected);
   out.add(c);

@@ -23,30 +23,40 @@ inline RGB multiple_color(RGB mean_fresnel, float mean_lost) {
   return {channel(mean_fresnel.r), channel(mean_fresnel.g), channel(mean_fresnel.b)};
 }
 
-/// Calls f(cosine, weight) for Gauss's five points of a mean over directions, weighted by the cosine.
+/// Calls f(direction, weight) for points of a mean over directions, weighted by the cosine: Gauss's five cosines, at
+/// `azimuths` azimuths of a part of the circle.
 template <class F>
-void for_mean_cosines(F f) {
+void for_mean_directions(int azimuths, float part, F f) {
   constexpr float kCosines[5] = {0.0469101f, 0.2307653f, 0.5f, 0.7692347f, 0.9530899f};
   constexpr float kWeights[5] = {0.1184634f, 0.2393143f, 0.2844444f, 0.2393143f, 0.1184634f};
-  for (int i = 0; i < 5; ++i) f(kCosines[i], 2 * kCosines[i] * kWeights[i]);
+  for (int a = 0; a < azimuths; ++a) {
+    const float azimuth = (a + 0.5f) / azimuths * part, x = std::cos(azimuth), y = std::sin(azimuth);
+    for (int i = 0; i < 5; ++i) {
+      const float z = kCosines[i], sine = std::sqrt(1 - z * z);
+      f(Vec3{sine * x, sine * y, z}, 2 * z * kWeights[i] / azimuths);
+    }
+  }
+}
+/// The same for a surface that is alike in all quarters of the circle.
+template <class F>
+void for_mean_directions(const Microfacet& m, F f) {
+  if (m.alpha_x == m.alpha_y) return for_mean_directions(1, 0, f);
+  for_mean_directions(4, kPi / 2, f);
 }
 
 /// The lobe of facets that reflect by a Fresnel term and transmit nothing.
 struct MultipleReflection {
-  Curve scale, bias;  ///< of SchlickCurves
+  Curve all;  ///< of MirrorCurve
   float mean_lost = 0;
   RGB color{0.0f};  ///< multiple_color()
 
   MultipleReflection() = default;
-  MultipleReflection(const SchlickCurves& curves, RGB mean_fresnel)
-      : scale(curves.scale),
-        bias(curves.bias),
-        mean_lost(std::max(0.0f, 1 - curves.mean_scale - curves.mean_bias)),
-        color(multiple_color(mean_fresnel, mean_lost)) {}
+  MultipleReflection(const MirrorCurve& mirror, RGB mean_fresnel)
+      : all(mirror.all), mean_lost(std::max(0.0f, 1 - mirror.mean)), color(multiple_color(mean_fresnel, mean_lost)) {}
   /// M, of facets that absorb nothing.
-  float lost(float cosine) const { return std::max(0.0f, 1 - scale(cosine) - bias(cosine)); }
+  float lost(Place at) const { return std::max(0.0f, 1 - all(at)); }
   /// f over M(wi).
-  RGB factor(float cosine_o) const { return color * (kInversePi * over_mean(lost(cosine_o), mean_lost)); }
+  RGB factor(Place at) const { return color * (kInversePi * over_mean(lost(at), mean_lost)); }
 };
 
 /// The mean of Schlick's Fresnel term over directions, weighted by the cosine.

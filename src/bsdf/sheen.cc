@@ -41,38 +41,46 @@ float node(int i, int count) {
 
 using Table = std::array<std::array<float, kCosineNodes>, kSheenAlphaNodes>;
 
-/// Integrates albedos over the hemisphere, before they are limited.
-Table integrate() {
+/// Albedos before they are limited, and the same for Sheen::albedo_out().
+struct Tables {
+  Table albedo{}, out{};
+};
+
+/// Integrates over the hemisphere.
+Tables integrate() {
   constexpr int kPolar = 64, kAzimuth = 32;
-  Table table{};
+  Tables tables;
   for (int row = 0; row < kSheenAlphaNodes; ++row) {
     const float alpha = std::max(kMinAlpha, node(row, kSheenAlphaNodes));
     for (int column = 0; column < kCosineNodes; ++column) {
       const float cosine = std::max(1e-3f, node(column, kCosineNodes));
       const Vec3 wo{std::sqrt(1 - cosine * cosine), 0, cosine};
-      double sum = 0;
+      double sum = 0, sum_out = 0;
       for (int p = 0; p < kPolar; ++p) {
         // Equal steps of angle, to resolve grazing light.
         const float theta = (static_cast<float>(p) + 0.5f) * (kPi / 2 / kPolar);
         for (int a = 0; a < kAzimuth; ++a) {
           const float phi = (static_cast<float>(a) + 0.5f) * (kPi / kAzimuth);
           const Vec3 wi{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
-          sum += static_cast<double>(charlie(wo, wi, alpha) * wi.z * std::sin(theta));
+          const auto part = static_cast<double>(charlie(wo, wi, alpha) * wi.z * std::sin(theta));
+          sum += part;
+          sum_out += part * schlick_term(wi.z);
         }
       }
-      table[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
-          static_cast<float>(sum * (kPi / 2 / kPolar) * (2 * kPi / kAzimuth));
+      constexpr double kStep = (kPi / 2 / kPolar) * (2 * kPi / kAzimuth);
+      tables.albedo[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = static_cast<float>(sum * kStep);
+      tables.out[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = static_cast<float>(sum_out * kStep);
     }
   }
-  return table;
+  return tables;
 }
 
-const Table& albedos() {
-  static const Table table = integrate();
-  return table;
+const Tables& tables() {
+  static const Tables all = integrate();
+  return all;
 }
 
-float unbounded_albedo(const float* const rows[2], float mix, float cosine) {
+float read_rows(const float* const rows[2], float mix, float cosine) {
   const float x = std::sqrt(std::clamp(cosine, 0.0f, 1.0f)) * (kCosineNodes - 1);
   const int i = std::min(static_cast<int>(x), kCosineNodes - 2);
   const float t =
@@ -106,16 +114,22 @@ Sheen::Sheen(float alpha) : alpha_(std::clamp(alpha, kMinAlpha, 1.0f)) {
   const float x = std::sqrt(alpha_) * (kSheenAlphaNodes - 1);
   const int i = std::min(static_cast<int>(x), kSheenAlphaNodes - 2);
   mix_ = (alpha_ - node(i, kSheenAlphaNodes)) / (node(i + 1, kSheenAlphaNodes) - node(i, kSheenAlphaNodes));
-  rows_[0] = albedos()[static_cast<std::size_t>(i)].data();
-  rows_[1] = albedos()[static_cast<std::size_t>(i) + 1].data();
+  for (std::size_t n = 0; n < 2; ++n) {
+    rows_[n] = tables().albedo[static_cast<std::size_t>(i) + n].data();
+    rows_out_[n] = tables().out[static_cast<std::size_t>(i) + n].data();
+  }
 }
 
 float Sheen::evaluate(Vec3 wo, Vec3 wi) const {
-  const float most = std::max({1.0f, unbounded_albedo(rows_, mix_, wo.z), unbounded_albedo(rows_, mix_, wi.z)});
+  const float most = std::max({1.0f, read_rows(rows_, mix_, wo.z), read_rows(rows_, mix_, wi.z)});
   return charlie(wo, wi, alpha_) / most;
 }
 
-float Sheen::albedo(float cosine) const { return std::min(1.0f, unbounded_albedo(rows_, mix_, cosine)); }
+float Sheen::albedo(float cosine) const { return std::min(1.0f, read_rows(rows_, mix_, cosine)); }
+
+float Sheen::albedo_out(float cosine) const {
+  return read_rows(rows_out_, mix_, cosine) / std::max(1.0f, read_rows(rows_, mix_, cosine));
+}
 
 RGB film_reflectance(float cosine, float eta, float thickness, RGB base) {
   const float sin2 = (1 - cosine * cosine) / (eta * eta);

@@ -17,10 +17,13 @@ class Sheen {
   float evaluate(Vec3 wo, Vec3 wi) const;
   /// Directional albedo, at most 1.
   float albedo(float cosine) const;
+  /// The same for reflected light weighted by Schlick's term of the direction in which it leaves.
+  float albedo_out(float cosine) const;
 
  private:
   float alpha_ = 0;
-  const float* rows_[2] = {};  // of the table of albedos
+  const float* rows_[2] = {};      // of the table of albedos
+  const float* rows_out_[2] = {};  // of albedo_out()
   float mix_ = 0;
 };
 

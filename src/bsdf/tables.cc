@@ -3,157 +3,147 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <vector>
 
+#include "bsdf/albedos.h"
 #include "bsdf/fresnel.h"
-#include "bsdf/microfacet.h"
 
 namespace glowworm::bsdf_detail {
 namespace {
 
+// Numbers of nodes; brushed surfaces, of which there are more, have a coarser net.
 constexpr int kAlphaNodes = 32, kEtaNodes = 17, kDepthNodes = 32;
-constexpr int kBoundaries = static_cast<int>(Boundary::schlick_lost_f90_inside) + 1;
+constexpr int kBrushedAlphaNodes = 16, kRatioNodes = 6, kBrushedEtaNodes = 9;
+constexpr int kBoundaries = static_cast<int>(Boundary::count);
 constexpr float kMaxEta = 3, kMaxDepth = 4;
-/// Numbers of quadrature points: normals around and away from the axis.
-constexpr int kAround = 24, kAway = 48;
-
-using Row = std::array<float, kCosineNodes>;
 
 float node_cosine(int i) { return static_cast<float>(i * i) / ((kCosineNodes - 1) * (kCosineNodes - 1)); }
-float node_alpha(int i) { return static_cast<float>(i * i) / ((kAlphaNodes - 1) * (kAlphaNodes - 1)); }
+float node_alpha(int i, int nodes) { return static_cast<float>(i * i) / ((nodes - 1) * (nodes - 1)); }
+float node_ratio(int i) { return static_cast<float>(i) / (kRatioNodes - 1); }
 /// Nodes of the index are equidistant in the amplitude reflected at normal incidence.
-float node_eta(int i) {
-  const float most = (kMaxEta - 1) / (kMaxEta + 1), s = most * i / (kEtaNodes - 1);
+float node_eta(int i, int nodes) {
+  const float most = (kMaxEta - 1) / (kMaxEta + 1), s = most * i / (nodes - 1);
   return (1 + s) / (1 - s);
 }
 
 struct Split {
   int index;
   float fraction;
+  float weight(int i) const { return i ? fraction : 1 - fraction; }
 };
 Split split(float x, int nodes) {
   x = std::clamp(x, 0.0f, static_cast<float>(nodes - 1));
   const int i = std::min(static_cast<int>(x), nodes - 2);
   return {i, x - i};
 }
-Split split_alpha(float alpha) {
-  return split(std::sqrt(std::clamp(alpha, 0.0f, 1.0f)) * (kAlphaNodes - 1), kAlphaNodes);
+Split split_alpha(float alpha, int nodes) {
+  return split(std::sqrt(std::clamp(alpha, 0.0f, 1.0f)) * (nodes - 1), nodes);
 }
-Split split_eta(float eta) {
+Split split_eta(float eta, int nodes) {
   const float most = (kMaxEta - 1) / (kMaxEta + 1);
-  return split((eta - 1) / (eta + 1) / most * (kEtaNodes - 1), kEtaNodes);
+  return split((eta - 1) / (eta + 1) / most * (nodes - 1), nodes);
 }
 
-/// Calls f(microfacet, wo, h, weight) for visible normals h; the weights add up to 1.
-template <class F>
-void for_visible_normals(float alpha, float cosine, F f) {
-  const float z = std::max(cosine, 1e-4f);
-  const Vec3 wo{std::sqrt(std::max(0.0f, 1 - z * z)), 0, z};
-  const Microfacet m{alpha, alpha};
-  for (int j = 0; j < kAway; ++j) {
-    // Denser towards the steepest normals, where masking changes fast.
-    const float rest = 1 - (j + 0.5f) / kAway;
-    // Half of the circle is enough, because it is mirrored at the plane of incidence.
-    for (int i = 0; i < kAround; ++i)
-      f(m, wo, m.sample_visible_normal(wo, {0.5f * (i + 0.5f) / kAround, 1 - rest * rest}),
-        2 * rest / (kAround * kAway));
-  }
-}
+bool is_brushed(const Microfacet& m) { return m.alpha_x != m.alpha_y; }
 
-/// Share of the visible facets' light that is not masked when it leaves.
-float unmasked(const Microfacet& m, Vec3 wo, Vec3 wi) { return m.masking_shadowing(wo, wi) / m.masking(wo); }
-
-/// Mean weighted by the cosine of a function that is linear between the nodes, as Curve reads it.
-float mean_over_cosines(const Row& row) {
-  double sum = 0;
-  for (int i = 0; i + 1 < kCosineNodes; ++i) {
-    const double a = node_cosine(i), b = node_cosine(i + 1);
-    sum += (b - a) / 3 * (row[i] * (2 * a + b) + row[i + 1] * (a + 2 * b));
-  }
-  return static_cast<float>(sum);
-}
-
-/// Shares of light from one side, and what Schlick's Fresnel term makes lost (Boundary).
-struct Shares {
-  float reflect = 0, transmit = 0, lost = 0, schlick_lost = 0, schlick_lost_f0 = 0, schlick_lost_f90 = 0;
-};
-/// @param eta far side over near side
-Shares boundary_shares(float alpha, float cosine, float eta) {
-  Shares out;
-  if (alpha == 0) {
-    out.reflect = fresnel_dielectric(cosine, eta);
-    out.transmit = 1 - out.reflect;
-    return out;
-  }
-  for_visible_normals(alpha, cosine, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
-    const float near = dot(wo, h), f = fresnel_dielectric(near, eta);
-    const Vec3 mirrored = reflect(wo, h);
-    Vec3 refracted;
-    const bool totally_reflected = !refract(wo, h, eta, refracted);
-    const float up = mirrored.z > 0 ? weight * unmasked(m, wo, mirrored) : 0.0f;
-    const float down = !totally_reflected && refracted.z < 0 ? weight * unmasked(m, wo, refracted) : 0.0f;
-    out.reflect += f * up;
-    out.transmit += (1 - f) * down;
-    out.schlick_lost += weight - (totally_reflected ? up : down);
-    if (totally_reflected) return;
-    const float t = schlick_term(eta > 1 ? near : -dot(refracted, h));
-    out.schlick_lost_f0 += (1 - t) * (down - up);
-    out.schlick_lost_f90 += t * (down - up);
-  });
-  out.lost = std::max(0.0f, 1 - out.reflect - out.transmit);
-  return out;
-}
-
-float trapped_share(float alpha, float cosine, float eta) {
-  if (alpha == 0) return fresnel_dielectric(cosine, eta);
-  const float inside = std::sqrt(std::max(0.0f, 1 - (1 - cosine * cosine) / (eta * eta)));
-  float sum = 0;
-  for_visible_normals(alpha, inside, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
-    const Vec3 wi = reflect(wo, h);
-    if (wi.z > 0) sum += weight * unmasked(m, wo, wi) * fresnel_dielectric(wi.z, 1 / eta);
-  });
-  return sum;
-}
-
-/// The tables of one roughness and index.
+/// The rows of N functions at one node.
+template <std::size_t N>
 struct Cell {
-  Row rows[kBoundaries];
-  float means[kBoundaries];
+  std::vector<float> rows;  ///< by function, Place::along if brushed, and cosine
+  std::array<float, N> means;
+  std::size_t row_size;
 
-  Cell(float alpha, float eta) {
-    for (int c = 0; c < kCosineNodes; ++c) {
-      const float cosine = node_cosine(c);
-      const Shares outside = boundary_shares(alpha, cosine, eta), inside = boundary_shares(alpha, cosine, 1 / eta);
-      const auto set = [&](Boundary what, float share) { rows[static_cast<int>(what)][c] = share; };
-      set(Boundary::reflect_outside, outside.reflect);
-      set(Boundary::transmit_outside, outside.transmit);
-      set(Boundary::lost_outside, outside.lost);
-      set(Boundary::reflect_inside, inside.reflect);
-      set(Boundary::transmit_inside, inside.transmit);
-      set(Boundary::lost_inside, inside.lost);
-      set(Boundary::trapped, trapped_share(alpha, cosine, eta));
-      set(Boundary::schlick_lost_outside, outside.schlick_lost);
-      set(Boundary::schlick_lost_f0_outside, outside.schlick_lost_f0);
-      set(Boundary::schlick_lost_f90_outside, outside.schlick_lost_f90);
-      set(Boundary::schlick_lost_inside, inside.schlick_lost);
-      set(Boundary::schlick_lost_f0_inside, inside.schlick_lost_f0);
-      set(Boundary::schlick_lost_f90_inside, inside.schlick_lost_f90);
+  /// @param integrate values of the functions at a Place
+  template <class F>
+  Cell(bool brushed, float ratio, F integrate) : row_size(brushed ? kAlongNodes * kCosineNodes : kCosineNodes) {
+    rows.resize(N * row_size);
+    for (std::size_t at = 0; at < row_size; ++at) {
+      const auto along = static_cast<float>(at / kCosineNodes) / (kAlongNodes - 1);
+      const std::array<float, N> values = integrate(Place{node_cosine(static_cast<int>(at % kCosineNodes)), along});
+      for (std::size_t n = 0; n < N; ++n) rows[n * row_size + at] = values[n];
     }
-    for (int i = 0; i < kBoundaries; ++i) means[i] = mean_over_cosines(rows[i]);
-    // Surfaces without roughness evaluate the Fresnel term itself, not its table.
-    if (alpha == 0) means[static_cast<int>(Boundary::transmit_outside)] = 1 - mean_fresnel(eta);
+    const auto weights = mean_weights_along(brushed ? ratio : 1);
+    for (std::size_t n = 0; n < N; ++n) {
+      means[n] = 0;
+      for (std::size_t a = 0; a < row_size / kCosineNodes; ++a)
+        means[n] += weights[a] * mean_over_cosines(row(n) + a * kCosineNodes);
+    }
   }
+  const float* row(std::size_t n) const { return &rows[n * row_size]; }
 
  private:
-  static float mean_fresnel(float eta) {
-    constexpr int n = 1024;
+  /// Mean weighted by the cosine of a function that is linear between the nodes, as Curve reads it.
+  static float mean_over_cosines(const float* row) {
     double sum = 0;
-    for (int i = 0; i < n; ++i) {
-      const float cosine = (i + 0.5f) / n;
-      sum += 2 * cosine * fresnel_dielectric(cosine, eta) / n;
+    for (int i = 0; i + 1 < kCosineNodes; ++i) {
+      const double a = node_cosine(i), b = node_cosine(i + 1);
+      sum += (b - a) / 3 * (row[i] * (2 * a + b) + row[i + 1] * (a + 2 * b));
     }
     return static_cast<float>(sum);
   }
 };
+
+/// Cells that are computed on first use: most scenes need a few.
+template <std::size_t N, std::size_t Count>
+class Cells {
+ public:
+  /// @param integrate as in Cell, if the cell is not there yet
+  template <class F>
+  const Cell<N>& get(std::size_t i, bool brushed, float ratio, F integrate) {
+    std::call_once(made_[i], [&] { cells_[i] = std::make_unique<const Cell<N>>(brushed, ratio, integrate); });
+    return *cells_[i];
+  }
+
+ private:
+  std::array<std::unique_ptr<const Cell<N>>, Count> cells_;
+  std::array<std::once_flag, Count> made_;
+};
+
+/// Calls f(alpha node, ratio node, weight) for the nodes around a surface.
+template <class F>
+void for_facets(const Microfacet& m, F f) {
+  const float most = std::max(m.alpha_x, m.alpha_y);
+  if (!is_brushed(m)) {
+    const Split a = split_alpha(most, kAlphaNodes);
+    for (int i = 0; i < 2; ++i) f(a.index + i, 0, a.weight(i));
+    return;
+  }
+  const Split a = split_alpha(most, kBrushedAlphaNodes);
+  const Split r = split(std::min(m.alpha_x, m.alpha_y) / most * (kRatioNodes - 1), kRatioNodes);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 2; ++i) f(a.index + i, r.index + j, a.weight(i) * r.weight(j));
+}
+
+/// The surfaces of nodes.
+Facets plain_facets(int alpha) { return {node_alpha(alpha, kAlphaNodes)}; }
+Facets brushed_facets(int alpha, int ratio) { return {node_alpha(alpha, kBrushedAlphaNodes), node_ratio(ratio)}; }
+std::size_t brushed_index(int alpha, int ratio) { return static_cast<std::size_t>(alpha * kRatioNodes + ratio); }
+constexpr std::size_t kBrushed = kBrushedAlphaNodes * kRatioNodes;
+
+using BoundaryCell = Cell<kBoundaries>;
+const BoundaryCell& boundary_cell(int alpha, int ratio, int eta, bool brushed) {
+  if (brushed) {
+    static Cells<kBoundaries, kBrushed * kBrushedEtaNodes> cells;
+    const Facets facets = brushed_facets(alpha, ratio);
+    const std::size_t i = static_cast<std::size_t>(eta) * kBrushed + brushed_index(alpha, ratio);
+    return cells.get(i, true, facets.ratio,
+                     [&](Place at) { return integrate_boundary(facets, at, node_eta(eta, kBrushedEtaNodes)); });
+  }
+  static Cells<kBoundaries, kAlphaNodes * kEtaNodes> cells;
+  return cells.get(static_cast<std::size_t>(eta * kAlphaNodes + alpha), false, 1,
+                   [&](Place at) { return integrate_boundary(plain_facets(alpha), at, node_eta(eta, kEtaNodes)); });
+}
+
+/// 1 - the mean Fresnel term over directions.
+float mean_smooth_transmittance(float eta) {
+  constexpr int n = 1024;
+  double sum = 0;
+  for (int i = 0; i < n; ++i) {
+    const float cosine = (i + 0.5f) / n;
+    sum += 2 * cosine * (1 - fresnel_dielectric(cosine, eta)) / n;
+  }
+  return static_cast<float>(sum);
+}
 
 /// Logarithms of internal_transmittance() for one index.
 std::array<float, kDepthNodes> integrate_absorption(float eta) {
@@ -173,115 +163,144 @@ std::array<float, kDepthNodes> integrate_absorption(float eta) {
   return logs;
 }
 
-// Tables are computed on first use: most scenes need a few.
-const Cell& cell(int alpha_node, int eta_node) {
-  static std::array<std::unique_ptr<const Cell>, kAlphaNodes * kEtaNodes> cells;
-  static std::array<std::once_flag, kAlphaNodes * kEtaNodes> made;
-  const int i = eta_node * kAlphaNodes + alpha_node;
-  std::call_once(made[i], [&] { cells[i] = std::make_unique<const Cell>(node_alpha(alpha_node), node_eta(eta_node)); });
-  return *cells[i];
-}
-const std::array<float, kDepthNodes>& absorption(int eta_node) {
-  static std::array<std::array<float, kDepthNodes>, kEtaNodes> tables;
+/// Tables of one index without roughness.
+struct SmoothTable {
+  std::array<float, kDepthNodes> absorption;
+  float mean_transmittance;
+};
+const SmoothTable& smooth_table(int eta_node) {
+  static std::array<SmoothTable, kEtaNodes> tables;
   static std::array<std::once_flag, kEtaNodes> made;
-  std::call_once(made[eta_node], [&] { tables[eta_node] = integrate_absorption(node_eta(eta_node)); });
+  std::call_once(made[eta_node], [&] {
+    const float eta = node_eta(eta_node, kEtaNodes);
+    tables[eta_node] = {integrate_absorption(eta), mean_smooth_transmittance(eta)};
+  });
   return tables[eta_node];
 }
 
-/// Calls f(cell, weight) for the four nodes around a roughness and an index; those of weight 0 are not computed.
-template <class F>
-void for_nodes(float alpha, float eta, F f) {
-  const Split a = split_alpha(alpha), e = split_eta(eta);
-  const Cell* last = nullptr;
-  for (int i = 0; i < 4; ++i) {
-    const float weight = (i / 2 ? e.fraction : 1 - e.fraction) * (i % 2 ? a.fraction : 1 - a.fraction);
-    if (weight > 0) last = &cell(a.index + i % 2, e.index + i / 2);
-    if (last) f(*last, weight);
-  }
+using SchlickCell = Cell<5>;
+/// The cell of an alpha that both axes have.
+const SchlickCell& plain_schlick_cell(int alpha) {
+  // All at once: checks of what is there would cost the most common materials time.
+  static const std::vector<SchlickCell> cells = [] {
+    std::vector<SchlickCell> out;
+    for (int a = 0; a < kAlphaNodes; ++a)
+      out.emplace_back(false, 1.0f, [a](Place at) { return integrate_schlick(plain_facets(a), at); });
+    return out;
+  }();
+  return cells[alpha];
+}
+const SchlickCell& schlick_cell(int alpha, int ratio, bool brushed) {
+  if (!brushed) return plain_schlick_cell(alpha);
+  static Cells<5, kBrushed> cells;
+  const Facets facets = brushed_facets(alpha, ratio);
+  return cells.get(brushed_index(alpha, ratio), true, facets.ratio,
+                   [&](Place at) { return integrate_schlick(facets, at); });
 }
 
-struct SchlickTable {
-  enum { scale, bias, scale_out, bias_out, kCount };
-  Row rows[kCount][kAlphaNodes];
-  float mean_scale[kAlphaNodes], mean_bias[kAlphaNodes];
-
-  SchlickTable() {
-    for (int a = 0; a < kAlphaNodes; ++a) {
-      for (int c = 0; c < kCosineNodes; ++c) {
-        const auto shares = integrate(node_alpha(a), node_cosine(c));
-        for (int i = 0; i < kCount; ++i) rows[i][a][c] = shares[i];
-      }
-      mean_scale[a] = mean_over_cosines(rows[scale][a]);
-      mean_bias[a] = mean_over_cosines(rows[bias][a]);
-    }
+using FresnelCell = Cell<kFresnelNodes>;
+const FresnelCell& fresnel_cell(int alpha, int ratio, bool brushed) {
+  if (brushed) {
+    static Cells<kFresnelNodes, kBrushed> cells;
+    const Facets facets = brushed_facets(alpha, ratio);
+    return cells.get(brushed_index(alpha, ratio), true, facets.ratio,
+                     [&](Place at) { return integrate_fresnel(facets, at); });
   }
-  static std::array<float, kCount> integrate(float alpha, float cosine) {
-    if (alpha == 0) {
-      const float t = schlick_term(cosine);
-      return {1 - t, t, (1 - t) * t, t * t};
-    }
-    std::array<float, kCount> sums{};
-    for_visible_normals(alpha, cosine, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
-      const Vec3 wi = reflect(wo, h);
-      if (wi.z <= 0) return;
-      const float t = schlick_term(dot(wo, h)), energy = weight * unmasked(m, wo, wi), out = schlick_term(wi.z);
-      sums[scale] += energy * (1 - t);
-      sums[bias] += energy * t;
-      sums[scale_out] += energy * (1 - t) * out;
-      sums[bias_out] += energy * t * out;
-    });
-    // Rounding must not make more light than arrives.
-    const float excess = std::max(1.0f, sums[scale] + sums[bias]);
-    for (float& sum : sums) sum /= excess;
-    return sums;
-  }
-};
+  static Cells<kFresnelNodes, kAlphaNodes> cells;
+  return cells.get(static_cast<std::size_t>(alpha), false, 1,
+                   [&](Place at) { return integrate_fresnel(plain_facets(alpha), at); });
+}
 
 }  // namespace
 
-Curve boundary_curve(Boundary what, float alpha, float eta) {
-  Curve curve;
-  int n = 0;
-  const float* row = nullptr;
-  for_nodes(alpha, eta, [&](const Cell& c, float weight) {
-    row = c.rows[static_cast<int>(what)].data();
-    curve.rows[n] = row;
-    curve.weights[n++] = weight;
-  });
-  while (n < 4) curve.rows[n++] = row;
-  return curve;
+BoundaryTable::BoundaryTable(const Microfacet& m, float eta) : brushed_(is_brushed(m)) {
+  const Split e = split_eta(eta, brushed_ ? kBrushedEtaNodes : kEtaNodes);
+  const BoundaryCell* last = nullptr;
+  for (int i = 0; i < 2; ++i)
+    for_facets(m, [&](int alpha, int ratio, float weight) {
+      weight *= e.weight(i);
+      // Cells of weight 0 are not computed.
+      if (weight > 0 || !last) last = &boundary_cell(alpha, ratio, e.index + i, brushed_);
+      rows_[count_] = last->row(0);
+      means_[count_] = last->means.data();
+      weights_[count_++] = weight;
+    });
+  row_size_ = last->row_size;
 }
 
-float boundary_mean(Boundary what, float alpha, float eta) {
-  float mean = 0;
-  for_nodes(alpha, eta, [&](const Cell& c, float weight) { mean += weight * c.means[static_cast<int>(what)]; });
-  return mean;
+float smooth_transmittance(float eta) {
+  const Split e = split_eta(eta, kEtaNodes);
+  return e.weight(0) * smooth_table(e.index).mean_transmittance +
+         e.weight(1) * smooth_table(e.index + 1).mean_transmittance;
 }
 
 float internal_transmittance(float eta, float depth) {
   if (depth <= 0) return 1;
   if (depth >= kMaxDepth) return std::exp(-2 * depth);
-  const Split e = split_eta(eta), d = split(std::cbrt(depth / kMaxDepth) * (kDepthNodes - 1), kDepthNodes);
+  const Split e = split_eta(eta, kEtaNodes), d = split(std::cbrt(depth / kMaxDepth) * (kDepthNodes - 1), kDepthNodes);
   float sum = 0;
   for (int i = 0; i < 2; ++i) {
-    const std::array<float, kDepthNodes>& row = absorption(e.index + i);
-    sum += (i ? e.fraction : 1 - e.fraction) * (row[d.index] + (row[d.index + 1] - row[d.index]) * d.fraction);
+    const std::array<float, kDepthNodes>& row = smooth_table(e.index + i).absorption;
+    sum += e.weight(i) * (row[d.index] + (row[d.index + 1] - row[d.index]) * d.fraction);
   }
   return std::exp(sum);
 }
 
-SchlickCurves schlick_curves(float alpha) {
-  static const SchlickTable table;
-  const Split a = split_alpha(alpha);
-  const float w = a.fraction;
-  const auto mix = [&](const Row* rows) {
-    const float *low = rows[a.index].data(), *high = rows[a.index + 1].data();
-    return Curve{{low, high, low, low}, {1 - w, w, 0, 0}};
-  };
-  const auto mix_mean = [&](const float* means) { return means[a.index] * (1 - w) + means[a.index + 1] * w; };
-  using T = SchlickTable;
-  return {mix(table.rows[T::scale]),    mix(table.rows[T::bias]),   mix(table.rows[T::scale_out]),
-          mix(table.rows[T::bias_out]), mix_mean(table.mean_scale), mix_mean(table.mean_bias)};
+namespace {
+
+/// Gives curves the rows of cells: cell(alpha node, ratio node) and n of its functions.
+template <class GetCell>
+void set_curves(const Microfacet& m, Curve* const* curves, std::size_t n, GetCell cell) {
+  int count = 0;
+  for_facets(m, [&](int alpha, int ratio, float weight) {
+    const auto& found = cell(alpha, ratio, weight);
+    for (std::size_t i = 0; i < n; ++i) {
+      curves[i]->rows[count] = found.row(i);
+      curves[i]->weights[count] = weight;
+    }
+    ++count;
+  });
+  for (std::size_t i = 0; i < n; ++i) {
+    curves[i]->count = count;
+    curves[i]->brushed = is_brushed(m);
+  }
+}
+
+}  // namespace
+
+SchlickCurves schlick_curves(const Microfacet& m) {
+  SchlickCurves out;
+  const bool brushed = is_brushed(m);
+  Curve* const curves[] = {&out.scale, &out.bias, &out.scale_out, &out.bias_out};
+  set_curves(m, curves, 4, [&](int alpha, int ratio, float weight) -> const SchlickCell& {
+    const SchlickCell& cell = schlick_cell(alpha, ratio, brushed);
+    out.mean_scale += weight * cell.means[0];
+    out.mean_bias += weight * cell.means[1];
+    return cell;
+  });
+  return out;
+}
+
+MirrorCurve mirror_curve(const Microfacet& m) {
+  MirrorCurve out;
+  out.all.brushed = is_brushed(m);
+  for_facets(m, [&](int alpha, int ratio, float weight) {
+    const SchlickCell& cell = schlick_cell(alpha, ratio, out.all.brushed);
+    out.all.rows[out.all.count] = cell.row(4);
+    out.all.weights[out.all.count++] = weight;
+    out.mean += weight * cell.means[4];
+  });
+  return out;
+}
+
+FresnelCurves fresnel_curves(const Microfacet& m) {
+  FresnelCurves out;
+  const bool brushed = is_brushed(m);
+  Curve* curves[kFresnelNodes];
+  for (int i = 0; i < kFresnelNodes; ++i) curves[i] = &out.curve[i];
+  set_curves(m, curves, kFresnelNodes,
+             [&](int alpha, int ratio, float) -> const FresnelCell& { return fresnel_cell(alpha, ratio, brushed); });
+  return out;
 }
 
 }  // namespace glowworm::bsdf_detail

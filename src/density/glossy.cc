@@ -31,9 +31,8 @@ void append_curve(std::vector<float>& tables, const bsdf_detail::Curve& curve) {
   static_assert(kGlossyCurve == bsdf_detail::kCosineNodes);
   const std::size_t first = tables.size();
   tables.resize(first + kGlossyCurve, 0.0f);
-  if (!curve.rows[0]) return;
   for (std::size_t i = 0; i < kGlossyCurve; ++i)
-    for (std::size_t row = 0; row < 4; ++row) tables[first + i] += curve.weights[row] * curve.rows[row][i];
+    for (int row = 0; row < curve.count; ++row) tables[first + i] += curve.weights[row] * curve.rows[row][i];
 }
 
 }  // namespace
@@ -76,7 +75,7 @@ GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point, GlossyModel model)
   if (coated) numbers[kGlossyThrough] = f.through;
   numbers[kGlossyFirstGrazing] = coated ? f.eta : f.first_grazing;
   numbers[kGlossySecondGrazing] = coated ? f.thickness : f.second_grazing;
-  if (!f.curve[0].rows[0]) return numbers;
+  if (f.curve[0].count == 0) return numbers;
 
   const float alpha = point.bsdf.alpha_x, eta = coated ? f.eta : 0.0f;
   const auto last = known_.rbegin(), end = last + static_cast<std::ptrdiff_t>(std::min(kLookBack, known_.size()));
