@@ -10,10 +10,9 @@
 //   eq. 5).
 // - A metal gets the same with W for D: what coat, sheen and facets of reflectance 1 do not reflect. It meets the metal
 //   more than once, as in multiple.h.
-// - Facets under the clearcoat are weakened at both directions by the Fresnel term of a smooth coat, or by Schlick's
-// term
-//   of the same mean as a rough coat's albedo. Light that the coat returns as it would at normal incidence meets the
-//   facets again in the same lobe, other light is part of D and W.
+// - Facets under the clearcoat are weakened at both directions by the Fresnel term of a smooth coat. For a rough coat,
+//   Schlick's term of the coat's mean albedo takes its place. Light that the coat returns as it would at normal
+//   incidence meets the facets again in the same lobe, other light is part of D and W.
 // - Transmission passes through each facet that does not reflect. Thin: straight through, spread by the same lobe
 //   mirrored. Not thin: refracted; the surface then has an inside, which sees neither coat nor diffuse reflection.
 //   Light that meets several facets leaves on both sides (multiple.h).

@@ -5,11 +5,13 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "import/free_borders.h"
 #include "import/mesh_tools.h"
 
 namespace glowworm {
@@ -70,17 +72,51 @@ class GlassSurfaces {
       sum.volume += dot(corner(0), cross(corner(1), corner(2))) / 6;
       sum.normal += geometry_.scaled_normal(triangles_[i]) * 0.5f;
     }
-    std::vector<std::uint32_t> out;
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      const Sum& sum = sums[surfaces.of(corners_[i][0])];
-      const bool both_sides = std::abs(sum.volume) <= kThinnest * std::pow(sum.area, 1.5);
-      if (both_sides || length(sum.normal) >= (1 - kFlat) * sum.area) out.push_back(triangles_[i]);
+    std::vector<bool> is_sheet(places_.size());
+    for (std::size_t s = 0; s < sums.size(); ++s) {
+      const bool both_sides = std::abs(sums[s].volume) <= kThinnest * std::pow(sums[s].area, 1.5);
+      is_sheet[s] = both_sides || length(sums[s].normal) >= (1 - kFlat) * sums[s].area;
     }
+    std::vector<double> areas(sums.size());
+    for (std::size_t s = 0; s < sums.size(); ++s) areas[s] = sums[s].area;
+    add_open(surfaces, areas, is_sheet);
+    std::vector<std::uint32_t> out;
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      if (is_sheet[surfaces.of(corners_[i][0])]) out.push_back(triangles_[i]);
     return out;
   }
 
  private:
   using Corners = std::array<std::uint32_t, 3>;
+
+  /// Marks the surfaces that have a free border.
+  void add_open(Sets& surfaces, const std::vector<double>& areas, std::vector<bool>& is_sheet) const {
+    // Models leave gaps of a hundredth of their size, as between water and the walls around it.
+    constexpr double kGap = 0.02, kHole = 0.1;
+    std::vector<BorderEdge> borders;
+    std::vector<std::uint32_t> surface_of(geometry_.triangle_count(), static_cast<std::uint32_t>(places_.size()));
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+    const auto edge = [&](std::size_t i, std::size_t c) {
+      return std::minmax({corners_[i][c], corners_[i][(c + 1) % 3]});
+    };
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      surface_of[triangles_[i]] = surfaces.of(corners_[i][0]);
+      for (std::size_t c = 0; c < 3; ++c) ++uses[edge(i, c)];
+    }
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const std::uint32_t surface = surface_of[triangles_[i]];
+      for (std::size_t c = 0; c < 3 && !is_sheet[surface]; ++c) {
+        const auto [a, b] = edge(i, c);
+        if (a == b || uses[{a, b}] > 1) continue;
+        borders.push_back(
+            {places_[a], places_[b], triangles_[i], surface, static_cast<float>(kGap * std::sqrt(areas[surface]))});
+      }
+    }
+    if (borders.empty()) return;
+    const std::vector<double> lengths = free_border_lengths(geometry_, std::move(borders), surface_of, areas.size());
+    for (std::size_t s = 0; s < areas.size(); ++s)
+      if (lengths[s] > kHole * std::sqrt(areas[s])) is_sheet[s] = true;
+  }
 
   const Geometry& geometry_;
   std::vector<std::uint32_t> triangles_;  ///< of glass
@@ -110,7 +146,7 @@ void make_panes_of_glass_sheets(SceneDescription& scene, NoteCounter& notes) {
     if (fresh) scene.materials.push_back(pane_of(Material(scene.materials[material])));
     material = found->second;
   }
-  notes.add("triangle of a flat sheet of glass, taken as a thin pane", sheets.size());
+  notes.add("triangle of a sheet of glass, taken as a thin pane", sheets.size());
 }
 
 }  // namespace glowworm

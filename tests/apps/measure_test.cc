@@ -1,4 +1,6 @@
 // glowworm measure: tables of irradiance at sensors.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <sstream>
 
@@ -50,6 +52,26 @@ TEST_F(MeasureTest, MeasuresALuminaireByTheCosineLaw) {
   EXPECT_NEAR(row[6], row[10] / 179, 1e-4);
   EXPECT_LT(row[11], 1e-4);
   EXPECT_NEAR(read_json("a.json").at("points").at(0).at("E_lx").get<double>(), 1000 / 9.0, 0.05);
+}
+
+// A quarter of a cylinder of one sheet is no lens: less light than without it reaches the floor.
+TEST_F(MeasureTest, PassesLightThroughCurvedSheetsOfGlassStraight) {
+  write("m.mtl", "newmtl floor\nKd 0 0 0\nnewmtl glass\nKd 0 0 0\nNi 1.5\nillum 7\n");
+  std::string obj = "mtllib m.mtl\nusemtl floor\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 4 3 2 1\nusemtl glass\n";
+  constexpr int kSteps = 8;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double angle = M_PI / 4 + i * M_PI / 2 / kSteps, x = std::cos(angle), y = 0.5 + std::sin(angle);
+    for (const int z : {-1, 1}) obj += fmt::format("v {} {} {}\n", x, y, z);
+    if (i > 0) obj += fmt::format("f {} {} {} {}\n", 2 * i + 3, 2 * i + 4, 2 * i + 6, 2 * i + 5);
+  }
+  write("sheet.obj", obj);
+  const Outcome outcome = run({"measure", "sheet.obj", "--points", "a.pts", "--light", "lamp.ies@0,3,0", "--samples",
+                               "4", "--photons", "20000", "-o", "a.json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const double lux = read_json("a.json").at("points").at(0).at("E_lx").get<double>();
+  EXPECT_LT(lux, 1000 / 9.0);
+  // At normal incidence, both sides of a pane reflect 0.04.
+  EXPECT_NEAR(lux, 1000 / 9.0 * 0.96 / 1.04, 1);
 }
 
 TEST_F(MeasureTest, StopsAtTheErrorAskedFor) {

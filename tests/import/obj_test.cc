@@ -164,7 +164,7 @@ TEST_F(ObjTest, IlluminationModelsBecomeMirrorGlassAndGloss) {
   EXPECT_EQ(material_of(with_material("Kd 0.5 0.5 0.5\nKs 1 1 1\nNs 9\nillum 1\n")).kind, MaterialKind::diffuse);
 }
 
-TEST_F(ObjTest, FlatSheetsOfGlassArePanes) {
+TEST_F(ObjTest, SheetsOfGlassArePanes) {
   write("m.mtl", "newmtl g\nKd 0 0 0\nTf 0.25 1 1\nNi 1.5\nillum 6\nnewmtl rim\nKd 0 0 0\nNi 1.5\nillum 7\n");
   const auto materials = [&](const std::string& faces) {
     const auto d =
@@ -186,7 +186,10 @@ TEST_F(ObjTest, FlatSheetsOfGlassArePanes) {
   EXPECT_EQ(materials("f 1 2 3 4\nf 4 3 2 1\n"), MaterialKind::thin_dielectric) << "from both sides";
   EXPECT_EQ(materials("f 1 2 3 4\nf 8 7 6 5\n"), MaterialKind::thin_dielectric) << "two sheets that share nothing";
   EXPECT_EQ(materials("f 4 3 2 1\nf 5 6 7 8\n" + rims), MaterialKind::dielectric) << "a plate of two materials";
-  EXPECT_EQ(materials("f 1 2 9\nf 2 3 9\nf 3 4 9\nf 4 1 9\n"), MaterialKind::dielectric) << "a wave";
+  const std::string wave = "f 1 2 9\nf 2 3 9\nf 3 4 9\nf 4 1 9\n";
+  EXPECT_EQ(materials(wave), MaterialKind::thin_dielectric) << "a roof";
+  EXPECT_EQ(materials(wave + "f 4 3 2 1\n"), MaterialKind::dielectric) << "a closed roof";
+  EXPECT_EQ(materials(wave + "f 4 3 2\n"), MaterialKind::thin_dielectric) << "half open below";
 }
 
 TEST_F(ObjTest, OpacityByNumberAndTransparency) {
