@@ -1,7 +1,6 @@
 #include "core/memory_budget.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #ifdef __GLIBC__
@@ -11,6 +10,7 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <string>
 
 namespace glowworm {
 
@@ -82,9 +82,11 @@ void return_free_memory() {
 }
 
 std::uint64_t peak_resident_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  // getrusage() would also count what the program that started this one held.
+  std::ifstream file("/proc/self/status");
+  for (std::string key; file >> key; file.ignore(std::numeric_limits<std::streamsize>::max(), '\n'))
+    if (std::uint64_t kilobytes = 0; key == "VmHWM:" && file >> kilobytes) return kilobytes * 1024;
+  return 0;
 }
 
 std::uint64_t physical_memory_bytes() {

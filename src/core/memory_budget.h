@@ -73,7 +73,7 @@ class Reservation {
 
 /// Resident memory of this process now, in bytes.
 std::uint64_t resident_bytes();
-/// Peak resident memory of this process since restart_peak_resident() or its start, in bytes (getrusage).
+/// Peak resident memory of this process since restart_peak_resident() or its start, in bytes (proc(5)).
 std::uint64_t peak_resident_bytes();
 /// Resets the peak to the present resident memory, if the system can (Linux).
 void restart_peak_resident();

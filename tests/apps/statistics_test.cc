@@ -246,6 +246,14 @@ TEST_F(StatisticsTest, PhasesAddUpToTheTotal) {
   }
 }
 
+TEST_F(StatisticsTest, MemoryIsNotOfWhoStartsTheProgram) {
+  const std::vector<char> held(std::size_t{1} << 30, 1);
+  const json memory = statistics("builtin:cornell", {"--photons", "2000"})["memory_bytes"];
+  EXPECT_GT(memory["peak_rss"], std::size_t{1} << 20);
+  EXPECT_LT(memory["peak_rss"], held.size());
+  EXPECT_LT(memory["peak_beside_scene"], held.size());
+}
+
 TEST_F(StatisticsTest, MemoryIsWithinTheBudget) {
   const json s = statistics("builtin:cornell", {"--memory", "200M"});
   const json& memory = s["memory_bytes"];
