@@ -1,12 +1,13 @@
 # Two commands do all the set-up: `make demo` and `make test`. docs/architecture.md says more.
-.PHONY: help packages fuzz build demo test check format bench bench-tables test-references check-cases tsan docs web-demo
+.PHONY: help packages fuzz build demo test test-all check format bench bench-tables test-references check-cases tsan docs web-demo
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
 
 help:
 	@echo 'make demo             builds, and renders the Cornell box to out/'
-	@echo 'make test             builds, and runs every test'
+	@echo 'make test             builds, and runs the tests of every room but the slow ones'
+	@echo 'make test-all         builds, and runs every test'
 	@echo 'make check            formatting, include arrows, code, the manual and its commands, fast tests with Clang and sanitizers'
 	@echo 'make format           formats every C++ file'
 	@echo 'make docs             the manual and the API reference, into build/docs/'
@@ -33,6 +34,9 @@ demo: packages
 	@echo 'The picture is in $(CURDIR)/out/cornell.exr (linear) and $(CURDIR)/out/cornell.png.'
 
 test: build
+	ctest --preset release -j $(JOBS) -LE slow
+
+test-all: build
 	ctest --preset release -j $(JOBS)
 
 check: packages
