@@ -211,7 +211,9 @@ class BlockedEngine final : public DensityEngine {
  public:
   std::string name() const override { return "blocked"; }
 
-  std::uint64_t index_bytes(std::size_t photons) const override { return BlockedIndex::bytes(photons); }
+  std::uint64_t index_bytes(std::size_t photons) const override {
+    return BlockedIndex::bytes(photons) + index_.cut_bytes();
+  }
 
   void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);

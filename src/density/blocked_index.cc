@@ -26,6 +26,10 @@ constexpr std::size_t kIndexGrain = 1024;
 constexpr std::size_t kIndexAhead = 16;
 // Margin for rounding in tests against the largest radius, so that no photon is lost.
 constexpr float kRadiusMargin = 1 + 1e-5f;
+/// Of photons that no block holds.
+constexpr std::uint32_t kNoPlace = ~std::uint32_t{0};
+/// Distance of a plane that does not exist.
+constexpr float kNoPlane = std::numeric_limits<float>::infinity();
 
 float radius_of(const RadiusPolicy& policy, std::size_t i) {
   return policy.kind == RadiusKind::fixed ? policy.radius : policy.radii[i];
@@ -163,6 +167,10 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
     throw Error("the blocked density engine holds no more than " + std::to_string(kMaxPhotons) + " photons at once",
                 "Trace the photons in several passes.");
   const LargeArray<CompactRow> sorted = sorted_photons(photons, policy, size_);
+  // Bits stay in the caches, unlike numbers.
+  std::vector<bool> is_cut(policy.cuts.empty() ? 0 : photons.size());
+  for (const PhotonCuts& c : policy.cuts) is_cut[c.photon] = true;
+  std::vector<std::uint32_t> place_of_cut(policy.cuts.size(), kNoPlace);
   blocks_ = LargeArray<PhotonBlock>((size_ + kBlockWidth - 1) / kBlockWidth);
   directions_ = LargeArray<Vec3>(blocks_.size() * kBlockWidth);
   const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
@@ -193,9 +201,33 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
       block.g[lane] = flux.g;
       block.b[lane] = flux.b;
       directions_[place] = photons.direction[p];
+      if (!is_cut.empty() && is_cut[p])
+        place_of_cut[cuts_of(policy.cuts, p) - policy.cuts.data()] = static_cast<std::uint32_t>(place);
     }
   });
   build_nodes();
+  if (!policy.cuts.empty()) add_cuts(policy.cuts, place_of_cut);
+}
+
+void BlockedIndex::add_cuts(std::span<const PhotonCuts> cuts, std::span<const std::uint32_t> places) {
+  cut_of_block_ = LargeArray<std::uint32_t>(blocks_.size());
+  std::fill(cut_of_block_.begin(), cut_of_block_.end(), 0);
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    if (places[i] == kNoPlace) continue;
+    std::uint32_t& number = cut_of_block_[places[i] / kBlockWidth];
+    if (number == 0) {
+      cuts_.push_back({});
+      for (auto& distances : cuts_.back().distance) std::fill(std::begin(distances), std::end(distances), kNoPlane);
+      number = static_cast<std::uint32_t>(cuts_.size());
+    }
+    const std::size_t lane = places[i] % kBlockWidth;
+    for (std::size_t c = 0; c < kCuts; ++c) {
+      const KernelCut& cut = cuts[i].cuts[c];
+      if (cut.normal == Vec3{0, 0, 0}) continue;
+      for (int axis = 0; axis < 3; ++axis) cuts_[number - 1].normal[c][axis][lane] = cut.normal[axis];
+      cuts_[number - 1].distance[c][lane] = cut.distance;
+    }
+  }
 }
 
 void BlockedIndex::build_nodes() {
@@ -230,6 +262,8 @@ BlockTree BlockedIndex::tree() const {
   tree.kernel = kernel_;
   tree.min_normal_cosine = min_normal_cosine_;
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
+  tree.cut_of_block = cuts_.empty() ? nullptr : cut_of_block_.data();
+  tree.cuts = cuts_.data();
   tree.directions = directions_.size() > 0 ? &directions_[0].x : nullptr;
   return tree;
 }

@@ -62,6 +62,7 @@ class BruteEngine final : public DensityEngine {
     pairs.clear();
     for (std::uint32_t j = 0; j < photons_.size(); ++j) {
       if (!(dot(photons_.normal[j], normal) > policy_.min_normal_cosine)) continue;
+      if (const PhotonCuts* cuts = cuts_of(policy_.cuts, j); cuts && !cuts->keep(x - photons_.position[j])) continue;
       const double d2 = distance_squared(x, photons_.position[j]);
       if (policy_.kind == RadiusKind::nearest) {
         const double limit = policy_.max_radius;

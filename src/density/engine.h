@@ -1,5 +1,6 @@
 // The density engine: estimates the outgoing radiance of query points from the photons around them.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -14,6 +15,26 @@
 #include "points/query_points.h"
 
 namespace glowworm {
+
+/// A half-space that bounds a photon's kernel: a query point q counts if dot(normal, q - photon) > -distance.
+struct KernelCut {
+  Vec3 normal{0, 0, 0};  ///< unit, from the plane to the photon; 0: no bound
+  float distance = 1;    ///< of the photon from the plane, metres
+};
+
+/// The bounds of a photon's kernel.
+struct PhotonCuts {
+  std::uint32_t photon = 0;  ///< its index in the batch
+  std::array<KernelCut, 2> cuts;
+
+  /// Whether they leave the place at `way` from the photon.
+  bool keep(Vec3 way) const {
+    return dot(cuts[0].normal, way) > -cuts[0].distance && dot(cuts[1].normal, way) > -cuts[1].distance;
+  }
+};
+
+/// The cuts of a photon; null: none. @param cuts in the order of the photons
+const PhotonCuts* cuts_of(std::span<const PhotonCuts> cuts, std::uint32_t photon);
 
 enum class RadiusKind : std::uint8_t {
   nearest,     ///< the k photons nearest to each query point (normal photon mapping; knn and brute only)
@@ -35,6 +56,8 @@ struct RadiusPolicy {
   /// Indices of the photons in a spatially coherent order, each once, if the caller has one; must live while build()
   /// runs. Saves engines that need an order the time to compute it. Empty: engines compute their own.
   std::span<const std::uint32_t> order;
+  /// Kernels that end at walls, in the order of the photons.
+  std::vector<PhotonCuts> cuts;
   KernelShape kernel = KernelShape::epanechnikov;
   float min_normal_cosine = kMinNormalCosine;
 };

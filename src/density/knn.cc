@@ -72,14 +72,20 @@ Vec3 outside(const Box3& box, Vec3 x) {
 
 }  // namespace
 
-void PhotonPlaces::build(std::span<const Vec3> position, std::span<const Vec3> normal) {
+void PhotonPlaces::build(std::span<const Vec3> position, std::span<const Vec3> normal,
+                         std::span<const PhotonCuts> cuts) {
   tree_ = build_kd_tree(position, kKnnLeafSize);
   normal_ = LargeArray<Vec3>(position.size());
   parallel_for_each(size(), kKnnGrain, [&](std::size_t i) { normal_[i] = normal[tree_.points[i].index]; });
+  cuts_.assign(cuts.begin(), cuts.end());
+  cut_of_.assign(cuts.empty() ? 0 : size(), 0);
+  for (std::uint32_t place = 0; place < cut_of_.size(); ++place)
+    if (const PhotonCuts* found = cuts_of(cuts, index(place)))
+      cut_of_[place] = 1 + static_cast<std::uint32_t>(found - cuts.data());
 }
 
-void PhotonMap::build(const PhotonBatch& photons) {
-  PhotonPlaces::build(photons.position, photons.normal);
+void PhotonMap::build(const PhotonBatch& photons, std::span<const PhotonCuts> cuts) {
+  PhotonPlaces::build(photons.position, photons.normal, cuts);
   direction_ = LargeArray<Vec3>(size());
   flux_ = LargeArray<RGB>(size());
   parallel_for_each(size(), kKnnGrain, [&](std::size_t i) {
@@ -112,6 +118,7 @@ std::size_t PhotonPlaces::nearest(Vec3 x, Vec3 normal, float min_cosine, std::si
     for (std::uint32_t place = leaf.first(); place < leaf.first() + leaf.count; ++place) {
       const std::uint64_t candidate = pack(length_squared(tree_.points[place].position - x), place);
       if (candidate >= bound || !(dot(normal_[place], normal) > min_cosine)) continue;
+      if (is_cut_off(place, x)) continue;
       if (size < k) {
         heap[size++] = candidate;
         if (size < k) continue;
@@ -154,9 +161,10 @@ void PhotonPlaces::within(Vec3 x, Vec3 normal, float min_cosine, float radius, s
           static_cast<std::ptrdiff_t>(d2 < r2) & static_cast<std::ptrdiff_t>(dot(normal_[place], normal) > min_cosine);
     }
     found.resize(static_cast<std::size_t>(next - found.data()));
-    if (depth == 0) return;
+    if (depth == 0) break;
     at = stack[--depth];
   }
+  if (!cuts_.empty()) std::erase_if(found, [&](const FoundPhoton& photon) { return is_cut_off(photon.place, x); });
 }
 
 }  // namespace glowworm

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "density/engine.h"
 #include "density/kd_tree.h"
 #include "points/photon_batch.h"
 
@@ -18,8 +19,9 @@ struct FoundPhoton {
 /// Places and normals of photons, in the order of the leaves of a kd-tree.
 class PhotonPlaces {
  public:
-  /// Builds the tree on all threads. @param position, normal of one length
-  void build(std::span<const Vec3> position, std::span<const Vec3> normal);
+  /// Builds the tree on all threads. @param position, normal of one length @param cuts beyond which photons do not
+  /// count
+  void build(std::span<const Vec3> position, std::span<const Vec3> normal, std::span<const PhotonCuts> cuts);
 
   std::size_t size() const { return tree_.points.size(); }
   const KdTree& tree() const { return tree_; }
@@ -45,15 +47,21 @@ class PhotonPlaces {
               std::uint64_t& tested) const;
 
  private:
+  bool is_cut_off(std::uint32_t place, Vec3 x) const {
+    return !cut_of_.empty() && cut_of_[place] > 0 && !cuts_[cut_of_[place] - 1].keep(x - tree_.points[place].position);
+  }
+
   KdTree tree_;
   LargeArray<Vec3> normal_;
+  std::vector<std::uint32_t> cut_of_;  // one more than the place in cuts_, or 0; empty without cuts
+  std::vector<PhotonCuts> cuts_;
 };
 
 /// The photons themselves in that order.
 class PhotonMap : public PhotonPlaces {
  public:
   /// Builds the map on all threads.
-  void build(const PhotonBatch& photons);
+  void build(const PhotonBatch& photons, std::span<const PhotonCuts> cuts = {});
 
   Vec3 direction(std::uint32_t place) const { return direction_[place]; }
   RGB flux(std::uint32_t place) const { return flux_[place]; }

@@ -47,7 +47,8 @@ class KnnEngine final : public DensityEngine {
       throw Error("the knn density engine cannot take a radius for each photon");
     policy_ = policy;
     policy_.radii = {};
-    map_.build(photons);
+    policy_.cuts = {};
+    map_.build(photons, policy.cuts);
   }
 
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {
@@ -93,8 +94,12 @@ class KnnEngine final : public DensityEngine {
       const float reach = (scratch.last_radius + length(x - scratch.last_position)) * 1.0001f;
       first_limit = std::min(limit, reach * reach);
     }
-    const std::size_t count =
-        map_.nearest(x, normal, policy_.min_normal_cosine, policy_.k, first_limit, scratch.heap, scratch.tested);
+    const auto nearest = [&](float within) {
+      return map_.nearest(x, normal, policy_.min_normal_cosine, policy_.k, within, scratch.heap, scratch.tested);
+    };
+    std::size_t count = nearest(first_limit);
+    // Some of the last point's photons may lie behind a wall from here.
+    if (count < policy_.k && first_limit < limit) count = nearest(limit);
     // The order of the heap depends on the previous point; sums go over the photons from near to far.
     std::sort(scratch.heap.begin(), scratch.heap.begin() + static_cast<std::ptrdiff_t>(count));
     for (std::size_t i = 0; i < count; ++i) scratch.found.push_back(PhotonMap::unpack(scratch.heap[i]));

@@ -18,7 +18,7 @@ QueryRadii::QueryRadii(const PhotonBatch& photons, const RadiusPolicy& policy)
     radius_ = policy.radius;
     return;
   }
-  places_.build(photons.position, photons.normal);
+  places_.build(photons.position, photons.normal, policy.cuts);
   if (kind_ == RadiusKind::nearest) {
     sought_ = policy.k;
     radius_ = policy.max_radius;

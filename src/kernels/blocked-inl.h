@@ -162,6 +162,54 @@ inline void find_nodes(const BlockTree& tree, const QueryBounds& bounds, Blocked
   }
 }
 
+/// What the planes of eight photons leave of the points in some bounds: none of them, or possibly not all. Each product
+/// and each sum is monotonic in the point and in the order of cut_at(), so that rounding can't contradict it.
+/// @param near the photons to test
+struct CutBounds {
+  BlockMask ends_before, crosses;
+};
+HWY_INLINE CutBounds cut_bounds(const PhotonBlock& block, const BlockCuts& cuts, std::size_t lane,
+                                const SpreadBounds& q, BlockMask near) {
+  const BlockTag d;
+  const float* const position[3] = {block.x + lane, block.y + lane, block.z + lane};
+  CutBounds found{hn::FirstN(d, 0), hn::FirstN(d, 0)};
+  for (std::size_t c = 0; c < kCuts; ++c) {
+    const BlockVector distance = hn::Load(d, cuts.distance[c] + lane);
+    if (hn::AllFalse(d, hn::And(near, hn::IsFinite(distance)))) continue;
+    BlockVector least[3], most[3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const BlockVector p = hn::Load(d, position[axis]), n = hn::Load(d, cuts.normal[c][axis] + lane);
+      const BlockVector a = hn::Mul(n, hn::Sub(p, q.min[axis])), b = hn::Mul(n, hn::Sub(p, q.max[axis]));
+      least[axis] = hn::Min(a, b);
+      most[axis] = hn::Max(a, b);
+    }
+    const auto sum = [](const BlockVector* x) HWY_ATTR { return hn::Add(hn::Add(x[0], x[1]), x[2]); };
+    found.ends_before = hn::Or(found.ends_before, hn::Ge(sum(least), distance));
+    found.crosses = hn::Or(found.crosses, hn::Ge(sum(most), distance));
+  }
+  return found;
+}
+
+/// The points on a photon's side of its planes. @param photon its place in floats @param position of the points
+HWY_INLINE hn::Mask<TileTag> cut_at(const BlockTree& tree, std::uint32_t photon, const float* p, const float* x,
+                                    const float* y, const float* z, hn::Mask<TileTag> inside) {
+  constexpr auto kBlockFloats = static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float));
+  const BlockCuts* cuts = tree.cuts_of(photon / kBlockFloats);
+  if (!cuts) return inside;
+  const std::size_t lane = photon % kBlockFloats;
+  const TileTag d;
+  const float* const position[3] = {x, y, z};
+  for (std::size_t c = 0; c < kCuts; ++c) {
+    const auto product = [&](std::size_t axis) HWY_ATTR {
+      return hn::Mul(hn::Set(d, cuts->normal[c][axis][lane]),
+                     hn::Sub(hn::Set(d, p[axis * kBlockWidth]), hn::Load(d, position[axis])));
+    };
+    inside = hn::And(inside,
+                     hn::Lt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, cuts->distance[c][lane])));
+  }
+  return inside;
+}
+
 /// Sums the photons of lists at a group of query points. The sums stay in registers; the points are read from memory
 /// each time, because most instruction sets have no registers left for them.
 template <KernelShape shape>
@@ -185,7 +233,8 @@ class Group {
   HWY_INLINE std::size_t valid() const { return valid_; }
 
   /// Adds the photons at floats list[0 .. length) of the tree's blocks. Returns the number of pairs inside.
-  template <bool compare_normals>
+  /// @param compare whether normals and planes may exclude some pair
+  template <bool compare>
   HWY_INLINE std::uint64_t add(const BlockTree& tree, const std::uint32_t* list, std::size_t length) {
     const auto* photons = reinterpret_cast<const float*>(tree.blocks);
     const float min_normal_cosine = tree.min_normal_cosine;
@@ -221,13 +270,15 @@ class Group {
       for (std::size_t v = 0; v < kTileVectors; ++v) {
         t[v] = hn::Mul(t[v], scale);
         hn::Mask<TileTag> inside = hn::Lt(t[v], one);
-        if constexpr (compare_normals) {
+        if constexpr (compare) {
           // Without fused operations, for the same bits as the dot product of two Vec3.
           const auto product = [&](std::size_t axis) HWY_ATTR {
             return hn::Mul(hn::Load(d, normal_[axis] + v * kTileLanes), hn::Set(d, p[(4 + axis) * kBlockWidth]));
           };
           inside = hn::And(inside,
                            hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, min_normal_cosine)));
+          inside = cut_at(tree, list[i], p, position_[0] + v * kTileLanes, position_[1] + v * kTileLanes,
+                          position_[2] + v * kTileLanes, inside);
         }
         t[v] = hn::IfThenElseZero(inside, kernel_profile_at<shape>(d, t[v]));
         // A mask is -1 where it is set.
@@ -287,7 +338,7 @@ class RunSummer {
   /// other points are in the call.
   struct List {
     std::uint32_t *first, *end;
-    bool compares = false;  ///< whether to test normals: some photon of the list is undecided for some point
+    bool compares = false;  ///< whether to test normals and planes: some photon is undecided for some point
     bool full() const { return end - first > kListLength; }
   };
 
@@ -326,6 +377,7 @@ class RunSummer {
         for (std::size_t line = 0; line < offsetof(PhotonBlock, r); line += 64) __builtin_prefetch(ahead + line);
       }
       const PhotonBlock& block = tree_.blocks[*i];
+      const BlockCuts* const cuts = tree_.cuts_of(*i);
       for (std::size_t lane = 0; lane < kBlockWidth; lane += hn::Lanes(d)) {
         const std::uint32_t place =
             *i * static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float)) + static_cast<std::uint32_t>(lane);
@@ -341,9 +393,16 @@ class RunSummer {
           const BlockVector cosine = hn::MulAdd(hn::Load(d, block.nx + lane), q.normal[0],
                                                 hn::MulAdd(hn::Load(d, block.ny + lane), q.normal[1],
                                                            hn::Mul(hn::Load(d, block.nz + lane), q.normal[2])));
-          const BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
+          BlockMask near = hn::And(hn::Lt(t, rim), hn::Gt(cosine, q.lowest_cosine));
           if (hn::AllFalse(d, near)) continue;
-          const bool compares = !hn::AllTrue(d, hn::Or(hn::Gt(cosine, sure_cosine[l]), hn::Not(near)));
+          BlockMask sure = hn::Gt(cosine, sure_cosine[l]);
+          if (cuts) {
+            const CutBounds cut = cut_bounds(block, *cuts, lane, q, near);
+            near = hn::AndNot(cut.ends_before, near);
+            if (hn::AllFalse(d, near)) continue;
+            sure = hn::AndNot(cut.crosses, sure);
+          }
+          const bool compares = !hn::AllTrue(d, hn::Or(sure, hn::Not(near)));
           if (compares != lists_[l].compares) {
             add(l);
             lists_[l].compares = compares;
@@ -409,7 +468,9 @@ void find(const BlockTree& tree, const float position[3], const float normal[3],
       const BlockVector cosine = hn::Add(hn::Add(hn::Mul(q.normal[0], hn::Load(d, block.nx + lane)),
                                                  hn::Mul(q.normal[1], hn::Load(d, block.ny + lane))),
                                          hn::Mul(q.normal[2], hn::Load(d, block.nz + lane)));
-      const BlockMask inside = hn::And(hn::Lt(t, hn::Set(d, 1.0f)), hn::Gt(cosine, hn::Set(d, tree.min_normal_cosine)));
+      BlockMask inside = hn::And(hn::Lt(t, hn::Set(d, 1.0f)), hn::Gt(cosine, hn::Set(d, tree.min_normal_cosine)));
+      if (const BlockCuts* cuts = tree.cuts_of(scratch.blocks[i]))
+        inside = hn::AndNot(cut_bounds(block, *cuts, lane, q, inside).ends_before, inside);
       if (hn::AllFalse(d, inside)) continue;
       hn::Store(kernel_profile_at<shape>(d, t), d, profiles);
       std::uint8_t bits[8] = {};

@@ -14,6 +14,8 @@ namespace glowworm {
 inline constexpr int kBlockWidth = 8;
 /// Query points that are looked up together. Runs are padded to a multiple of this.
 inline constexpr int kTileWidth = 32;
+/// Planes that may end a photon's kernel.
+inline constexpr int kCuts = 2;
 /// Maximum number of query points in a run.
 inline constexpr int kRunPoints = 256;
 
@@ -24,6 +26,12 @@ struct alignas(32) PhotonBlock {
   float nx[kBlockWidth], ny[kBlockWidth], nz[kBlockWidth];  ///< unit normal
   /// flux times all factors of the kernel's profile: norm / (pi radius^2), W m^-2 sr^-1
   float r[kBlockWidth], g[kBlockWidth], b[kBlockWidth];
+};
+
+/// Planes that end the kernels of a block's photons: a point q counts where dot(normal, photon - q) < distance.
+struct alignas(32) BlockCuts {
+  float normal[kCuts][3][kBlockWidth];  ///< unit, from the plane to the photon; 0 without a plane
+  float distance[kCuts][kBlockWidth];   ///< of the photon from the plane, metres; infinite without a plane
 };
 
 /// Bounds of eight children (blocks, or nodes of the level below). A missing child has an empty box.
@@ -45,6 +53,14 @@ struct BlockTree {
   float min_normal_cosine = 0;  ///< photons count if the dot product of the normals is above this
   /// x, y, z of the photons' directions (unit, back along their path), by place: 8 times the block plus the lane.
   const float* directions = nullptr;
+  /// For each block: one more than the place of its planes in `cuts`, or 0. Null: no kernel ends at a plane.
+  const std::uint32_t* cut_of_block = nullptr;
+  const BlockCuts* cuts = nullptr;
+
+  /// The planes of a block; null: none.
+  const BlockCuts* cuts_of(std::size_t block) const {
+    return cut_of_block && cut_of_block[block] > 0 ? cuts + cut_of_block[block] - 1 : nullptr;
+  }
 };
 
 /// Nearby query points. The arrays are padded to a multiple of kTileWidth; elements beyond `count` repeat a point of

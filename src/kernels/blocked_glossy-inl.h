@@ -32,7 +32,7 @@ class GlossyGroup {
 
   HWY_INLINE std::size_t valid() const { return valid_; }
 
-  template <bool compare_normals>
+  template <bool compare>
   HWY_INLINE std::uint64_t add(const BlockTree& tree, const std::uint32_t* list, std::size_t length) {
     constexpr auto kBlockFloats = static_cast<std::uint32_t>(sizeof(PhotonBlock) / sizeof(float));
     const TileTag d;
@@ -49,12 +49,13 @@ class GlossyGroup {
         }
         t = hn::Mul(t, hn::Set(d, p[3 * kBlockWidth]));
         hn::Mask<TileTag> inside = hn::Lt(t, hn::Set(d, 1.0f));
-        if constexpr (compare_normals) {
+        if constexpr (compare) {
           const auto product = [&](std::size_t axis) HWY_ATTR {
             return hn::Mul(hn::Load(d, normal_[axis] + first), hn::Set(d, p[(4 + axis) * kBlockWidth]));
           };
           inside = hn::And(
               inside, hn::Gt(hn::Add(hn::Add(product(0), product(1)), product(2)), hn::Set(d, tree.min_normal_cosine)));
+          inside = cut_at(tree, list[i], p, position_[0] + first, position_[1] + first, position_[2] + first, inside);
         }
         if (hn::AllFalse(d, inside)) continue;
         inside_count += hn::CountTrue(d, inside);

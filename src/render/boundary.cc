@@ -4,7 +4,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <mutex>
 #include <optional>
+#include <utility>
 
 #include "core/bytes.h"
 #include "core/bytes_error.h"
@@ -13,6 +15,7 @@
 #include "core/random.h"
 #include "kernels/kernel_shape.h"
 #include "render/boundary_clusters.h"
+#include "render/kernel_cuts.h"
 #include "render/nearby_surface.h"
 
 namespace glowworm {
@@ -110,7 +113,7 @@ class ClusterMass {
   ClusterMass(const Tracer& tracer, const Kernels& kernels, const std::vector<LinePoint>& points)
       : scene_(tracer.scene()), kernels_(kernels), points_(points), surface_(tracer) {}
 
-  /// Sets the factors of the cluster's kernels where they are not 1.
+  /// Sets the factors of the cluster's kernels where they are not 1. Keeps their cuts.
   /// @param key    of the cluster's random numbers
   /// @param number lines to the area of a kernel's disc where the first ones find a deviation
   void measure(const BoundaryCluster& cluster, std::span<const std::uint32_t> members, std::uint32_t key, float number,
@@ -121,9 +124,15 @@ class ClusterMass {
     lines_.clear();
     places_.clear();
     surface_.approach(cluster);
+    walls_.find(surface_, cluster);
     positions_.clear();
     for (const std::uint32_t p : members_)
       positions_.push_back(surface_.frame().to_local(kernels_.position[p] - cluster.center));
+    member_cuts_.clear();
+    for (std::size_t i = 0; i < members_.size() && !walls_.empty(); ++i) {
+      member_cuts_.push_back(walls_.cuts(positions_[i], kernels_.radius[members_[i]]));
+      add_cuts(members_[i], member_cuts_[i], surface_.frame(), cuts_);
+    }
     trace(kFirstLines);
     if (!surface_.crowded()) {
       if (is_plain()) return;
@@ -134,8 +143,13 @@ class ClusterMass {
       factors[members_[i]] = 1 / (surface_.crowded() ? kMaxMass : std::clamp(mass(i), kMinMass, kMaxMass));
   }
 
+  /// The cuts of the kernels measured so far.
+  const std::vector<PhotonCuts>& cuts() const { return cuts_; }
+
  private:
-  bool is_as_expected(const Line& line) const { return cluster_->flat && line.plain && line.places == 1; }
+  bool is_as_expected(const Line& line) const {
+    return cluster_->flat && walls_.empty() && line.plain && line.places == 1;
+  }
 
   bool is_plain() const {
     for (std::size_t i = 0; i < members_.size() && lines_off_.count() + places_off_.count() > 0; ++i)
@@ -179,8 +193,10 @@ class ClusterMass {
     };
     segments_.count = 0;
     for (std::size_t i = before; i < lines_.size(); ++i) segments_.push_back(positions_[i % positions_.size()], way(i));
+    // What lies behind walls is cut off the kernels.
     for (const Meeting& m : surface_.meetings(segments_, step(), step()))
-      lines_[before + m.segment].cross(dot(local_normal(m.triangle), way(before + m.segment)) < 0);
+      if (!walls_.has(m.triangle))
+        lines_[before + m.segment].cross(dot(local_normal(m.triangle), way(before + m.segment)) < 0);
   }
 
   /// By the winding, unit.
@@ -190,6 +206,7 @@ class ClusterMass {
 
   /// Takes a line through a hit, which is a place unless it is inside a solid.
   void meet(std::uint32_t number, float height, std::uint32_t triangle) {
+    if (walls_.has(triangle)) return;
     Line& line = lines_[number];
     Vec3 normal = local_normal(triangle);
     const float cosine = normal.z;
@@ -226,13 +243,26 @@ class ClusterMass {
     if (!(n.z > 0)) return 1;
     const float radius = kernels_.radius[members_[member]];
     const KernelBall ball{{p.x, p.y, p.z}, {n.x, n.y, n.z}, 1 / (radius * radius)};
-    const auto& off = places_off_;
+    const auto& off = kept_places(member);
     const WeightedPlaces places{off.count(), {off[0], off[1], off[2]}, {off[3], off[4], off[5]}, off[6]};
     const float there = sum_at_places(kernels_.shape, places, ball, kernels_.min_cosine);
     const float expected = sum_on_plane(kernels_.shape, lines_off_[0], lines_off_[1], lines_off_.count(), ball) / n.z;
     const float area = kPi * cluster_->reach * cluster_->reach / static_cast<float>(lines_.size());
     return 1 +
            (there - expected) * area * ball.inverse_squared_radius * static_cast<float>(kernel_norm(kernels_.shape));
+  }
+
+  /// The places of places_off_ that walls leave to the kernel.
+  const Columns<7>& kept_places(std::size_t member) const {
+    if (walls_.empty() || member_cuts_[member][0].normal == Vec3{0, 0, 0}) return places_off_;
+    const PhotonCuts cuts{members_[member], member_cuts_[member]};
+    const auto& off = places_off_;
+    places_kept_.clear();
+    for (std::size_t i = 0; i < off.count(); ++i) {
+      if (cuts.keep(Vec3{off[0][i], off[1][i], off[2][i]} - positions_[member]))
+        places_kept_.push_back({off[0][i], off[1][i], off[2][i], off[3][i], off[4][i], off[5][i], off[6][i]});
+    }
+    return places_kept_;
   }
 
   const Scene& scene_;
@@ -247,6 +277,10 @@ class ClusterMass {
   std::vector<Place> places_;
   Columns<2> lines_off_;   ///< x, y
   Columns<7> places_off_;  ///< position, normal, area
+  NearbyWalls walls_;
+  std::vector<std::array<KernelCut, 2>> member_cuts_;  ///< if there are walls, in the cluster's frame
+  std::vector<PhotonCuts> cuts_;
+  mutable Columns<7> places_kept_;  ///< of places_off_, for one kernel
   Segments segments_;
 };
 
@@ -276,6 +310,8 @@ class Factors {
         const std::span<const std::uint32_t> photons = members(clusters[i]);
         mass.measure(clusters[i], photons, photons[0], kAllLines, factors_);
       }
+      const std::lock_guard lock(mutex_);
+      cuts_.insert(cuts_.end(), mass.cuts().begin(), mass.cuts().end());
     });
     return std::span(clusters).subspan(first, end - first);
   }
@@ -284,6 +320,8 @@ class Factors {
     return std::span(all_->photons).subspan(cluster.first, cluster.count);
   }
   std::vector<float>& values() { return factors_; }
+  /// The cuts of the pieces measured since the last call, in any order.
+  std::vector<PhotonCuts> take_cuts() { return std::exchange(cuts_, {}); }
 
  private:
   const Tracer& tracer_;
@@ -293,6 +331,8 @@ class Factors {
   std::span<const float> radii_;
   std::optional<BoundaryClusters> all_;
   std::vector<LinePoint> points_;
+  std::mutex mutex_;
+  std::vector<PhotonCuts> cuts_;
 };
 
 /// Random numbers of a query point belong to its place: they do not depend on the other points of a call. Exponents do
@@ -311,32 +351,59 @@ struct FactorOf {
   float factor;
 };
 
+/// A piece of shared work: the number of factors that are not 1, these, and cuts.
+std::vector<std::byte> make_piece(Factors& factors, std::size_t piece, std::size_t pieces) {
+  std::vector<FactorOf> made;
+  for (const BoundaryCluster& cluster : factors.measure(piece, pieces))
+    for (const std::uint32_t photon : factors.members(cluster))
+      if (factors.values()[photon] != 1) made.push_back({photon, factors.values()[photon]});
+  ByteWriter out;
+  out.put(std::uint64_t{made.size()});
+  out.put_array(made);
+  out.put_array(factors.take_cuts());
+  return out.take();
+}
+
+void take_piece(std::span<const std::byte> bytes, std::vector<float>& values, std::vector<PhotonCuts>& cuts) {
+  ByteReader in(bytes, "a piece of factors");
+  std::vector<FactorOf> factors;
+  in.take_array(factors, in.take<std::uint64_t>());
+  std::vector<PhotonCuts> more;
+  in.take_array(more, in.left() / sizeof(PhotonCuts));
+  require(in.left() == 0);
+  for (const auto& [photon, factor] : factors) require(photon < values.size() && std::isfinite(factor) && factor > 0);
+  for (const PhotonCuts& c : more) {
+    require(c.photon < values.size());
+    for (const KernelCut& cut : c.cuts) require(is_finite(cut.normal) && std::isfinite(cut.distance));
+  }
+  for (const auto& [photon, factor] : factors) values[photon] = factor;
+  cuts.insert(cuts.end(), more.begin(), more.end());
+}
+
+/// Measures all factors and cuts, or takes those that other processes measure.
+void measure_all(Factors& factors, std::size_t photons, SharedWork* shared, const std::string& name,
+                 std::vector<PhotonCuts>* cuts) {
+  std::vector<PhotonCuts> found;
+  if (shared) {
+    const std::size_t pieces = std::min((photons + kPhotonsPerPiece - 1) / kPhotonsPerPiece, kMostPieces);
+    shared->divide(
+        name, pieces, [&](std::size_t piece) { return make_piece(factors, piece, pieces); },
+        [&](std::size_t, std::span<const std::byte> bytes) { take_piece(bytes, factors.values(), found); });
+  } else {
+    factors.measure(0, 1);
+    found = factors.take_cuts();
+  }
+  sort_cuts(found);
+  if (cuts) *cuts = std::move(found);
+}
+
 }  // namespace
 
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
-                                    SharedWork* shared, const std::string& name) {
+                                    std::vector<PhotonCuts>* cuts, SharedWork* shared, const std::string& name) {
   Factors factors(tracer, photons, policy);
-  std::vector<float>& values = factors.values();
-  if (photons.size() > 0 && !shared) factors.measure(0, 1);
-  if (photons.size() == 0 || !shared) return std::move(values);
-  const std::size_t pieces = std::min((photons.size() + kPhotonsPerPiece - 1) / kPhotonsPerPiece, kMostPieces);
-  const auto make = [&](std::size_t piece) {
-    ByteWriter out;
-    for (const BoundaryCluster& cluster : factors.measure(piece, pieces))
-      for (const std::uint32_t photon : factors.members(cluster))
-        if (values[photon] != 1) out.put(FactorOf{photon, values[photon]});
-    return out.take();
-  };
-  const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
-    std::vector<FactorOf> taken(bytes.size() / sizeof(FactorOf));
-    ByteReader in(bytes, "a piece of factors");
-    in.take_to(std::span(taken));
-    require(in.left() == 0);
-    for (const auto& [photon, factor] : taken) require(photon < values.size() && std::isfinite(factor) && factor > 0);
-    for (const auto& [photon, factor] : taken) values[photon] = factor;
-  };
-  shared->divide(name, pieces, make, take);
-  return std::move(values);
+  if (photons.size() > 0) measure_all(factors, photons.size(), shared, name, cuts);
+  return std::move(factors.values());
 }
 
 void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::span<const float> radii,

@@ -18,9 +18,11 @@ namespace glowworm {
 /// parallel surfaces flux counts more than once. Returns for each photon the factor on its flux that corrects this: one
 /// over the kernel's integral over all surface where query points count the photon, estimated with lines along its
 /// normal. Between 1/4 and 8; 1 on plain surfaces. Uses all threads; deterministic.
+/// @param cuts   receives the kernel_cuts() of the same kernels, which are found on the way; null: not wanted
 /// @param shared processes that divide the work; null: none @param name of the work, for SharedWork::divide()
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
-                                    SharedWork* shared = nullptr, const std::string& name = "");
+                                    std::vector<PhotonCuts>* cuts = nullptr, SharedWork* shared = nullptr,
+                                    const std::string& name = "");
 
 /// Corrects estimates of single query points: multiplies each by one over the integral of a kernel around the point, of
 /// the same radius, over all surface where photons count there. The factors of photons conserve flux, but leave an

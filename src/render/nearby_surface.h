@@ -1,6 +1,7 @@
 // Short segments through all the surface near a cluster of photons.
 #pragma once
 #include <array>
+#include <span>
 #include <vector>
 
 #include "core/frame.h"
@@ -56,18 +57,20 @@ class NearbySurface {
   /// Whether tracing has ended with hits left since approach().
   bool crowded() const { return crowded_; }
 
-  /// All hits of segments that lie in the cylinder, by segment and then distance; fewer if it is crowded().
-  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment
-  const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
-
- private:
   /// A triangle, in the cluster's frame.
   struct Triangle {
     CornerAndEdges place;
     float highest;  ///< z of a corner, metres
     std::uint32_t index;
   };
+  /// The triangles in the cylinder, and possibly some near it; none where they are too many to copy.
+  std::span<const Triangle> triangles() const { return copied_ ? std::span(triangles_) : std::span<const Triangle>(); }
 
+  /// All hits of segments that lie in the cylinder, by segment and then distance; fewer if it is crowded().
+  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment
+  const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
+
+ private:
   bool copy(std::uint32_t triangle);
   bool reaches(const std::array<Vec3, 3>& corner) const;
   void meet_copied(const Segments& segments, float first);

@@ -14,6 +14,7 @@
 #include "density/density_control.h"
 #include "points/query_points.h"
 #include "render/boundary.h"
+#include "render/kernel_cuts.h"
 #include "render/photon_bytes.h"
 #include "render/photon_guiding.h"
 #include "render/scheduler.h"
@@ -142,7 +143,9 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
   else if (old.pass != now.pass || (now.in_air && old.nearest != now.nearest))
     discard();
   const bool other_radii = old.radius_scale != now.radius_scale || old.nearest != now.nearest;
+  const bool other_kind = engine_traits(old.engine).takes_nearest != engine_traits(now.engine).takes_nearest;
   for (Map* map : {&global_, &caustic_}) {
+    if (other_radii || other_kind) map->cut = false;
     if (old.fixed_radius != now.fixed_radius || old.radius != now.radius || old.caustic_radius != now.caustic_radius ||
         old.nearest != now.nearest)
       map->measured = false;
@@ -160,6 +163,7 @@ void PhotonMaps::invalidate(const PhotonMapSettings& old) {
 
 bool PhotonMaps::is_done(const Map& map) const {
   if (map.count == 0) return true;
+  if (settings_.correction != BoundaryCorrection::none && !map.cut) return false;
   if (settings_.correction == BoundaryCorrection::photons && !map.corrected) return false;
   if (settings_.correction == BoundaryCorrection::estimates && !map.query_radii) return false;
   return map.indexed;
@@ -282,6 +286,7 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
   policy.kind = engine_traits(settings_.engine).takes_nearest ? RadiusKind::nearest : RadiusKind::per_photon;
   policy.radii = scaled(map.radii.radii, settings_.radius_scale);
   policy.order = map.radii.order;
+  policy.cuts = map.cuts;
   if (policy.radii.empty()) return policy;
   // Where photons are few, the nearest may be in another part of the scene: an estimate never reaches further than the
   // largest radius that density estimation uses.
@@ -294,10 +299,11 @@ RadiusPolicy PhotonMaps::policy_of(const Map& map) const {
 }
 
 /// Boundary factors for kernels of these radii. @param name of the work, for other processes
+/// @param cuts receives the cuts of these kernels; null: not wanted
 std::vector<float> PhotonMaps::factors_of(const Map& map, RadiusPolicy policy, const char* name,
-                                          const Tracer& tracer) const {
+                                          std::vector<PhotonCuts>* cuts, const Tracer& tracer) const {
   const auto factors = [&](const char* round) {
-    return boundary_factors(tracer, map.photons, policy, settings_.shared,
+    return boundary_factors(tracer, map.photons, policy, cuts, settings_.shared,
                             fmt::format("{}-{}{}", &map == &caustic_ ? "caustic" : "global", name, round));
   };
   if (policy.kind == RadiusKind::nearest) {
@@ -320,7 +326,7 @@ float PhotonMaps::fixed_radius_of(const Map& map) const {
 void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics) {
   if (!map.measured) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
-    map.corrected = map.indexed = false;
+    map.cut = map.corrected = map.indexed = false;
     map.nearest = std::max<std::uint32_t>(1, nearest);
     if (settings_.fixed_radius && map.count > 0)
       map.radii = {std::vector<float>(map.count, fixed_radius_of(map)), {}};
@@ -328,7 +334,7 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
       map.radii = measured_radii(map.photons, map.nearest);
     map.measured = true;
   }
-  correct_map(map, tracer, statistics);
+  if (settings_.correction != BoundaryCorrection::none) correct_map(map, tracer, statistics);
   if (map.indexed) return;
   index(map, statistics);
   map.narrow.reset();
@@ -338,18 +344,29 @@ void PhotonMaps::bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer,
 /// Makes what a correction needs, unless that is done already.
 void PhotonMaps::correct_map(Map& map, const Tracer& tracer, Statistics& statistics) const {
   const PhaseTimer timer(statistics, Phase::build_photon_map);
-  if (settings_.correction == BoundaryCorrection::photons) {
-    map.query_radii.reset();
-    if (map.corrected) return;
-    map.factors = factors_of(map, policy_of(map), "factors", tracer);
+  const bool of_photons = settings_.correction == BoundaryCorrection::photons;
+  if (of_photons && !map.corrected) {
+    const RadiusPolicy policy = policy_of(map);
+    const bool finds_cuts = !map.cut && policy.kind != RadiusKind::nearest;
+    map.factors = factors_of(map, policy, "factors", finds_cuts ? &map.cuts : nullptr, tracer);
     map.corrected = true;
+    map.cut |= finds_cuts;
     map.indexed = false;
-  } else if (settings_.correction == BoundaryCorrection::estimates) {
-    if (!map.query_radii) map.query_radii = std::make_unique<QueryRadii>(map.photons, policy_of(map));
-    if (!map.corrected) return;
-    map.factors = {};
-    map.corrected = map.indexed = false;
   }
+  if (!map.cut) {
+    RadiusPolicy policy = policy_of(map);
+    // The nearest photons may be as far away as the limit.
+    if (policy.kind == RadiusKind::nearest) policy.radii.assign(map.count, policy.max_radius);
+    map.cuts = kernel_cuts(tracer, map.photons, policy.radii);
+    map.cut = true;
+    map.indexed = false;
+    map.query_radii.reset();
+  }
+  if (of_photons) return map.query_radii.reset();
+  if (!map.query_radii) map.query_radii = std::make_unique<QueryRadii>(map.photons, policy_of(map));
+  if (!map.corrected) return;
+  map.factors = {};
+  map.corrected = map.indexed = false;
 }
 
 void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::span<RGB> radiance,
@@ -383,7 +400,8 @@ void PhotonMaps::index_narrow(Map& map, const Tracer& tracer, Statistics& statis
   for (float& radius : policy.radii) radius *= kNarrow;
   std::optional<BorrowedFlux> multiplied;
   if (map.corrected)
-    multiplied.emplace(map.photons, flux_times(map.photons.flux, factors_of(map, policy, "narrow-factors", tracer)));
+    multiplied.emplace(map.photons,
+                       flux_times(map.photons.flux, factors_of(map, policy, "narrow-factors", nullptr, tracer)));
   map.narrow = make_engine(settings_.engine, {.reorder = settings_.reorder});
   map.narrow->build(map.photons, policy, statistics);
 }
@@ -401,8 +419,11 @@ void PhotonMaps::index_groups(Map& map, Statistics& statistics) const {
     RadiusPolicy policy = whole;
     policy.order = {};
     policy.radii.clear();
-    for (const std::uint32_t photon : group)
-      if (!whole.radii.empty()) policy.radii.push_back(whole.radii[photon]);
+    policy.cuts.clear();
+    for (std::uint32_t i = 0; i < group.size(); ++i) {
+      if (!whole.radii.empty()) policy.radii.push_back(whole.radii[group[i]]);
+      if (const PhotonCuts* c = cuts_of(whole.cuts, group[i])) policy.cuts.push_back({i, c->cuts});
+    }
     map.engines.push_back(make_engine(settings_.engine, {.reorder = settings_.reorder}));
     map.engines.back()->build(map.photons.permuted(group), policy, statistics);
   }
@@ -525,6 +546,7 @@ void PhotonMaps::hold_result() {
   for (const Map* map : {&global_, &caustic_}) {
     if (map->narrow) bytes += map->narrow->index_bytes(map->count);
     if (map->query_radii) bytes += QueryRadii::bytes(map->count);
+    bytes += map->cuts.size() * sizeof(PhotonCuts);
   }
   if (diagnosis_) bytes += diagnosis_->index_bytes(global_.count);
   bytes += air_.segments.size() * sizeof(PhotonSegment);

@@ -153,17 +153,19 @@ class PhotonMaps {
     std::size_t count = 0;
     std::uint32_t nearest = 0;           // of the radii
     PhotonRadii radii;                   // for a radius_scale of 1
+    std::vector<PhotonCuts> cuts;        // of kernels at walls; with a correction
     std::vector<float> factors;          // of correction
     std::vector<std::uint32_t> sources;  // light source of each photon; with light groups
     Engines engines;
     std::unique_ptr<DensityEngine> narrow;
     std::unique_ptr<QueryRadii> query_radii;  // with BoundaryCorrection::estimates
-    bool measured = false, corrected = false, indexed = false;
+    bool measured = false, cut = false, corrected = false, indexed = false;
 
     /// Frees all but the engines.
     void drop_photons() {
       photons = PhotonBatch();
       radii = PhotonRadii();
+      cuts = std::vector<PhotonCuts>();
       factors = std::vector<float>();
     }
   };
@@ -176,7 +178,8 @@ class PhotonMaps {
   void trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
   PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
   void bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics);
-  std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, const Tracer& tracer) const;
+  std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, std::vector<PhotonCuts>* cuts,
+                                const Tracer& tracer) const;
   void bring_up_global(const Tracer& tracer, Statistics& statistics);
   void bring_up_caustic(const Tracer& tracer, Statistics& statistics);
   std::uint64_t wanted_caustic_paths() const;

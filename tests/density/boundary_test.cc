@@ -8,6 +8,7 @@
 
 #include "builtin/mesh_builder.h"
 #include "core/parallel.h"
+#include "render/kernel_cuts.h"
 #include "render/nearby_surface.h"
 #include "scene/scene.h"
 
@@ -215,14 +216,45 @@ TEST(BoundaryTest, SurfaceUnderASolidDoesNotCount) {
     mesh.box({0.5f, -1, 0}, {2, 2, 0.2f}, MeshBuilder::kAllFaces & ~MeshBuilder::kMinZ);
   });
   const Tracer tracer(scene);
-  // Half of the disc is under the block. The lines begin inside it where the radius is less than its height; else its
-  // upper side has its part of the ball.
+  // Half of the disc is under the block, at whose side the kernel ends.
   const Vec3 foot{0.4995f, 0.5f, 0};
-  const auto strip = [](double radius) { return 2 * 0.0005 * radius; };
-  const double reach = std::sqrt(0.09 - 0.2 * 0.2);
-  expect_mass(tracer, foot, KernelShape::box, 0.1f, 0.5 + strip(0.1) / (kPi * 0.01));
-  expect_mass(tracer, foot, KernelShape::box, 0.3f,
-              0.5 + (strip(0.3) + 0.5 * kPi * reach * reach - strip(reach)) / (kPi * 0.09));
+  for (const float radius : {0.1f, 0.3f})
+    expect_mass(tracer, foot, KernelShape::box, radius, 0.5 + 2 * 0.0005 * radius / (kPi * radius * radius));
+}
+
+TEST(BoundaryTest, SurfaceBehindAWallDoesNotCount) {
+  constexpr float kRadius = 0.3f;
+  for (const bool flipped : {false, true}) {
+    // A floor, and a wall of one sheet on it at x = 0.5.
+    const Scene scene = copies("floor under wall", [&](MeshBuilder& mesh) {
+      mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+      if (flipped)
+        mesh.quad({0.5f, 0, 0}, {0.5f, 0, 1}, {0.5f, 1, 1}, {0.5f, 1, 0});
+      else
+        mesh.quad({0.5f, 0, 0}, {0.5f, 1, 0}, {0.5f, 1, 1}, {0.5f, 0, 1});
+    });
+    const Tracer tracer(scene);
+    for (const KernelShape shape : kKernelShapes) {
+      expect_mass(tracer, {0.49999f, 0.5f, 0}, shape, kRadius, 0.5);
+      EXPECT_EQ(measure(tracer, {0.15f, 0.5f, 0}, shape, 0.14f).mean, 1.0);
+    }
+    // The same planes by both functions that find them.
+    PhotonBatch photons;
+    for (const float x : {0.1f, 0.4f, 0.55f, 0.9f}) photons.push_back({x, 0.5f, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+    RadiusPolicy policy;
+    policy.radii.assign(photons.size(), kRadius);
+    std::vector<PhotonCuts> cuts;
+    boundary_factors(tracer, photons, policy, &cuts);
+    for (const auto& found : {cuts, kernel_cuts(tracer, photons, policy.radii)}) {
+      ASSERT_EQ(found.size(), 2);
+      for (std::uint32_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(found[i].photon, i + 1);
+        EXPECT_NEAR(found[i].cuts[0].normal.x, i == 0 ? -1 : 1, 1e-5);
+        EXPECT_NEAR(found[i].cuts[0].distance, i == 0 ? 0.1f : 0.05f, 1e-5);
+        EXPECT_EQ(length(found[i].cuts[1].normal), 0);
+      }
+    }
+  }
 }
 
 TEST(BoundaryTest, SurfaceUnderALayerDoesNotCount) {

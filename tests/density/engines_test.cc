@@ -31,15 +31,20 @@ class EveryEngine : public testing::TestWithParam<std::string> {
   }
 
   /// Radii that differ from photon to photon by up to a factor of 5, over what the estimate says; or another radius
-  /// than the tests' for an engine that takes none for each photon.
+  /// than the tests' for an engine that takes none for each photon. Some kernels end at planes.
   RadiusPolicy varied(const PhotonBatch& photons, KernelShape kernel = KernelShape::epanechnikov) const {
-    if (engine_traits(GetParam()).takes_nearest) return fixed(0.25f, kernel);
-    RadiusPolicy policy;
-    policy.kernel = kernel;
+    RadiusPolicy policy = fixed(0.25f, kernel);
     policy.radii = per_photon_radii(photons, 20);
-    for (std::size_t i = 0; i < policy.radii.size(); ++i) {
-      policy.radii[i] *= 0.5f + 2 * to_unit_float(hash32(static_cast<std::uint32_t>(i)));
+    for (std::uint32_t i = 0; i < policy.radii.size(); ++i) {
+      policy.radii[i] *= 0.5f + 2 * to_unit_float(hash32(i));
+      // Every third kernel ends at a plane, every sixth at two.
+      if (i % 3 > 0) continue;
+      const float angle = to_unit_float(hash32(i + 1)), reach = 0.4f * policy.radii[i];
+      PhotonCuts c{i, {KernelCut{{std::cos(6 * angle), 0, std::sin(6 * angle)}, reach * angle}}};
+      if (i % 6 == 0) c.cuts[1] = {{0, 1, 0}, reach};
+      policy.cuts.push_back(c);
     }
+    if (!engine_traits(GetParam()).takes_nearest) policy.kind = RadiusKind::per_photon;
     return policy;
   }
 };
