@@ -133,6 +133,9 @@ class ClusterMass {
       member_cuts_.push_back(walls_.cuts(positions_[i], kernels_.radius[members_[i]]));
       add_cuts(members_[i], member_cuts_[i], surface_.frame(), cuts_);
     }
+    is_cut_ = std::any_of(member_cuts_.begin(), member_cuts_.end(), [](const auto& cuts) {
+      return cuts[0].normal != Vec3{0, 0, 0};
+    });
     trace(kFirstLines);
     if (!surface_.crowded()) {
       if (is_plain()) return;
@@ -147,9 +150,7 @@ class ClusterMass {
   const std::vector<PhotonCuts>& cuts() const { return cuts_; }
 
  private:
-  bool is_as_expected(const Line& line) const {
-    return cluster_->flat && walls_.empty() && line.plain && line.places == 1;
-  }
+  bool is_as_expected(const Line& line) const { return cluster_->flat && !is_cut_ && line.plain && line.places == 1; }
 
   bool is_plain() const {
     for (std::size_t i = 0; i < members_.size() && lines_off_.count() + places_off_.count() > 0; ++i)
@@ -195,7 +196,7 @@ class ClusterMass {
     for (std::size_t i = before; i < lines_.size(); ++i) segments_.push_back(positions_[i % positions_.size()], way(i));
     // What lies behind walls is cut off the kernels.
     for (const Meeting& m : surface_.meetings(segments_, step(), step()))
-      if (!walls_.has(m.triangle))
+      if (!walls_.cuts_at(m.triangle))
         lines_[before + m.segment].cross(dot(local_normal(m.triangle), way(before + m.segment)) < 0);
   }
 
@@ -206,7 +207,7 @@ class ClusterMass {
 
   /// Takes a line through a hit, which is a place unless it is inside a solid.
   void meet(std::uint32_t number, float height, std::uint32_t triangle) {
-    if (walls_.has(triangle)) return;
+    if (walls_.cuts_at(triangle)) return;
     Line& line = lines_[number];
     Vec3 normal = local_normal(triangle);
     const float cosine = normal.z;
@@ -254,7 +255,7 @@ class ClusterMass {
 
   /// The places of places_off_ that walls leave to the kernel.
   const Columns<7>& kept_places(std::size_t member) const {
-    if (walls_.empty() || member_cuts_[member][0].normal == Vec3{0, 0, 0}) return places_off_;
+    if (!is_cut_ || member_cuts_[member][0].normal == Vec3{0, 0, 0}) return places_off_;
     const PhotonCuts cuts{members_[member], member_cuts_[member]};
     const auto& off = places_off_;
     places_kept_.clear();
@@ -278,6 +279,7 @@ class ClusterMass {
   Columns<2> lines_off_;   ///< x, y
   Columns<7> places_off_;  ///< position, normal, area
   NearbyWalls walls_;
+  bool is_cut_ = false;                                ///< whether a member has cuts
   std::vector<std::array<KernelCut, 2>> member_cuts_;  ///< if there are walls, in the cluster's frame
   std::vector<PhotonCuts> cuts_;
   mutable Columns<7> places_kept_;  ///< of places_off_, for one kernel

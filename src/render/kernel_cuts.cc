@@ -48,12 +48,12 @@ void NearbyWalls::find(const NearbySurface& surface, const BoundaryCluster& clus
   rounding_ = 4 * position_rounding(cluster.center);
   for (const NearbySurface::Triangle& t : surface.triangles()) {
     const std::array<Vec3, 3> corner = corners(t.place);
-    const Vec3 scaled = cross(corner[1] - corner[0], corner[2] - corner[0]);
-    if (scaled.z * scaled.z > kSurfaceCosine * kSurfaceCosine * length_squared(scaled)) {
+    for (const Vec3& place : corner) rounding_ = std::max(rounding_, 4 * position_rounding(place));
+    const Vec3 normal = normalize(cross(normalize(corner[1] - corner[0]), normalize(corner[2] - corner[0])));
+    if (std::abs(normal.z) > kSurfaceCosine) {
       surface_corners_.insert(surface_corners_.end(), corner.begin(), corner.end());
     } else if (const auto ends = slice(corner, 0.5f * cluster.high)) {
-      const Vec3 normal = scaled / length(scaled);
-      walls_.push_back({(*ends)[0], (*ends)[1], normal, dot(normal, corner[0]), false, false, t.index});
+      walls_.push_back({(*ends)[0], (*ends)[1], normal, dot(normal, corner[0]), false, false, t.index, false});
     }
   }
   for (Wall& wall : walls_)
@@ -62,29 +62,67 @@ void NearbyWalls::find(const NearbySurface& surface, const BoundaryCluster& clus
       wall.hides_behind |= height < -rounding_;
       wall.hides_before |= height > rounding_;
     }
-  std::erase_if(walls_, [](const Wall& wall) { return !wall.hides_behind && !wall.hides_before; });
+  if (std::none_of(walls_.begin(), walls_.end(),
+                   [](const Wall& wall) { return wall.hides_behind || wall.hides_before; }))
+    walls_.clear();
 }
 
-bool NearbyWalls::has(std::uint32_t triangle) const {
-  return std::any_of(walls_.begin(), walls_.end(), [&](const Wall& wall) { return wall.triangle == triangle; });
+bool NearbyWalls::cuts_at(std::uint32_t triangle) const {
+  return std::any_of(walls_.begin(), walls_.end(),
+                     [&](const Wall& wall) { return wall.cuts && wall.triangle == triangle; });
 }
 
-std::array<KernelCut, 2> NearbyWalls::cuts(Vec3 position, float radius) const {
+bool NearbyWalls::is_coplanar(const Wall& a, const Wall& b) const {
+  return std::max(std::abs(a.height_of(b.from)), std::abs(a.height_of(b.to))) <= rounding_;
+}
+
+/// Whether a wall and those in its plane leave no gap in the chord along which its plane crosses a kernel. In a corner
+/// the chord ends at the next wall, which stands on the kernel's side.
+bool NearbyWalls::spans(const Wall& wall, Vec3 position, float radius) const {
+  const Vec3 way{wall.to.x - wall.from.x, wall.to.y - wall.from.y, 0};
+  const float extent = length(way), height = wall.height_of(position);
+  if (!(extent > 0)) return false;
+  const Vec3 along = way / extent;
+  const auto place = [&](Vec3 p) { return dot(along, p - position); };
+  float high = std::sqrt(std::max(radius * radius - height * height, 0.0f)), low = -high;
+  covered_.clear();
+  for (const Wall& other : walls_) {
+    if (is_coplanar(wall, other)) {
+      covered_.push_back({std::min(place(other.from), place(other.to)), std::max(place(other.from), place(other.to))});
+      continue;
+    }
+    const float side = height < 0 ? -1.0f : 1.0f;
+    const float from = side * wall.height_of(other.from), to = side * wall.height_of(other.to);
+    if (std::min(from, to) > rounding_ || std::max(from, to) <= rounding_) continue;
+    const float end = place(other.from + (other.to - other.from) * std::clamp(from / (from - to), 0.0f, 1.0f));
+    (end < 0 ? low : high) = end < 0 ? std::max(low, end) : std::min(high, end);
+  }
+  std::sort(covered_.begin(), covered_.end());
+  for (const std::array<float, 2>& part : covered_)
+    if (part[0] <= low + rounding_) low = std::max(low, part[1]);
+  return low >= high - rounding_;
+}
+
+std::array<KernelCut, 2> NearbyWalls::cuts(Vec3 position, float radius) {
   std::array<KernelCut, 2> out;
   for (std::size_t number = 0; number < out.size(); ++number) {
     float least = radius * radius;
+    const Wall* nearest = nullptr;
     for (const Wall& wall : walls_) {
       const Vec3 place = nearest_of(wall.from, wall.to, position);
       const Vec3 way{place.x - position.x, place.y - position.y, 0};
       const float squared = length_squared(way);
       // A wall behind the first one, or one that meets it, hides nothing more.
       if (!(squared < least) || (number == 1 && !(dot(out[0].normal, way) > rounding_ - out[0].distance))) continue;
-      const float height = dot(wall.normal, position) - wall.height;
+      const float height = wall.height_of(position);
       if (!(height < 0 ? wall.hides_before : wall.hides_behind) || !(std::abs(height) < radius)) continue;
+      if (!spans(wall, position, radius)) continue;
       least = squared;
+      nearest = &wall;
       out[number] = {height < 0 ? -wall.normal : wall.normal, std::abs(height)};
     }
-    if (!(least < radius * radius)) break;
+    if (!nearest) break;
+    for (Wall& wall : walls_) wall.cuts |= is_coplanar(*nearest, wall);
   }
   return out;
 }

@@ -18,11 +18,12 @@ class NearbyWalls {
   void find(const NearbySurface& surface, const BoundaryCluster& cluster);
 
   bool empty() const { return walls_.empty(); }
-  /// Whether a triangle is part of a wall.
-  bool has(std::uint32_t triangle) const;
-  /// The half-spaces that bound a kernel: those of the nearest wall, and of the nearest wall on this side of it.
+  /// Whether a triangle is part of a wall that cuts() has found.
+  bool cuts_at(std::uint32_t triangle) const;
+  /// The half-spaces that bound a kernel: those of the nearest wall, and of the nearest wall on this side of it. A wall
+  /// counts if it spans the kernel: light passes beside legs of chairs and through doors.
   /// @param position, radius metres
-  std::array<KernelCut, 2> cuts(Vec3 position, float radius) const;
+  std::array<KernelCut, 2> cuts(Vec3 position, float radius);
 
  private:
   /// A triangle of a wall, where it cuts a plane at half the height of the kernels.
@@ -33,10 +34,16 @@ class NearbyWalls {
     /// Whether surface lies behind the wall for places in front of it (by `normal`), and for those behind it.
     bool hides_behind = false, hides_before = false;
     std::uint32_t triangle;
+    bool cuts = false;  ///< cuts() has found it
+
+    float height_of(Vec3 p) const { return dot(normal, p) - height; }
   };
+  bool is_coplanar(const Wall& a, const Wall& b) const;
+  bool spans(const Wall& wall, Vec3 position, float radius) const;
 
   std::vector<Wall> walls_;
   std::vector<Vec3> surface_corners_;
+  mutable std::vector<std::array<float, 2>> covered_;  // working memory
   float rounding_ = 0;
 };
 

@@ -34,9 +34,9 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// light leak.
 constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
-/// Photons of all samples of the path tracer together, at least, and of one sample, as multiples of k: they cost as
-/// much as paths, and a map of fewer photons than this blurs their light over the scene.
-constexpr double kMinPhotonsOfPaths = 1'000'000, kMinMapOfPaths = 20;
+/// Photons of a sample of the path tracer: this number, unless there are so many samples that all together have the
+/// second one, and at least this multiple of k. Their maps cost as much as paths, and few photons blur the light.
+constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinMapOfPaths = 20;
 /// Photons of an estimate: radii hold so many.
 constexpr std::uint32_t kNearest = 50;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
@@ -122,7 +122,7 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   s.nearest = kNearest;
   // Renders with an open end may stop after a few samples.
   const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
-  const double least = std::max(kMinPhotonsOfPaths / samples, kMinMapOfPaths * kNearest);
+  const double least = std::clamp(kAllPhotonsOfPaths / samples, kMinMapOfPaths * kNearest, kPhotonsOfPaths);
   s.photons = s.photons_traced = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
 }
 
