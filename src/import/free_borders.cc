@@ -51,8 +51,8 @@ std::vector<double> free_border_lengths(const Geometry& geometry, std::vector<Bo
     std::array<Vec3, 3> c;
     for (std::size_t i = 0; i < 3; ++i) c[i] = geometry.positions[geometry.triangles[t][i]];
     const auto [low, high] = bounds(c);
-    const auto first = std::partition_point(edges.begin(), edges.end(),
-                                            [&](const BorderEdge& e) { return middle(e).x < low.x - farthest; });
+    const auto first = std::partition_point(
+        edges.begin(), edges.end(), [from = low.x - farthest](const BorderEdge& e) { return middle(e).x < from; });
     for (auto e = first; e != edges.end() && middle(*e).x <= high.x + farthest; ++e) {
       const auto i = static_cast<std::size_t>(e - edges.begin());
       if (!is_free[i] || e->triangle == t) continue;

@@ -26,7 +26,7 @@ namespace {
 /// point has more, because the error of its mass is an error of its estimate, where the errors of many photons average
 /// out.
 constexpr float kFirstLines = 8, kAllLines = 32, kLinesOfQuery = 64;
-constexpr std::size_t kClustersPerChunk = 64, kQueriesPerChunk = 256;
+constexpr std::size_t kQueriesPerChunk = 256;
 /// Photons of a piece of shared work, about a tenth of a second of a core, and most pieces.
 constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
 /// A cluster is plain if the first lines give all its photons a mass within this distance of 1.

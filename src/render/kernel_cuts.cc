@@ -14,7 +14,6 @@ namespace {
 
 /// Triangles whose normal is within this cosine of the photons' are surface; the others may be walls.
 constexpr float kSurfaceCosine = 0.70710678f;
-constexpr std::size_t kClustersPerChunk = 64;
 
 std::array<Vec3, 3> corners(const CornerAndEdges& t) {
   const Vec3 a{t.corner[0], t.corner[1], t.corner[2]};
