@@ -118,6 +118,12 @@ bool is_possible(const Part& part) {
          s.separate_layers >= (s.place_layers().any() || filters(s) || s.light_groups);
 }
 
+/// A number of samples. Others than whole numbers would be undefined behaviour to convert.
+std::uint32_t sample_number(const json& in) {
+  if (!in.is_number_unsigned()) throw Error("a range of samples is not of whole numbers");
+  return in.get<std::uint32_t>();
+}
+
 /// The part whose header this is; nothing if it is none.
 std::optional<Part> parse_header(const std::string& text) {
   const json in = json::parse(text, nullptr, false);
@@ -126,7 +132,7 @@ std::optional<Part> parse_header(const std::string& text) {
   try {
     part.key = parse_key(as_bytes(in.at("key").get<std::string>()));
     for (const json& range : in.at("ranges"))
-      part.ranges.push_back({range.at(0).get<std::uint32_t>(), range.at(1).get<std::uint32_t>()});
+      part.ranges.push_back({sample_number(range.at(0)), sample_number(range.at(1))});
     PictureInfo& p = part.picture;
     p.settings = settings_from_json(in.at("settings"));
     p.scene = as_bytes(in.at("scene").get<std::string>());
