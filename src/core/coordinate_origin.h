@@ -30,7 +30,7 @@ class CoordinateOrigin {
   Vec3 origin() const { return origin_; }
   /// A place relative to the origin.
   Vec3 relative(Vec3d place) const { return narrow(place - Vec3d(origin_)); }
-  /// Takes a place into account for move(). Others than finite ones do not count.
+  /// Takes a place into account for move(), if it is finite.
   void cover(Vec3d place) {
     if (!is_finite(place)) return;
     for (int axis = 0; axis < 3; ++axis) {
@@ -38,17 +38,17 @@ class CoordinateOrigin {
       max_[axis] = std::max(max_[axis], place[axis]);
     }
   }
-  /// Does both.
+  /// Calls cover(), and returns the place relative to the origin.
   Vec3 take(Vec3d place) {
     cover(place);
     return relative(place);
   }
-  /// Says that the file had rounded coordinates far from its origin, which no origin mends.
+  /// Notes that the file itself rounded coordinates far from its origin. No origin restores their digits.
   void set_rounded() { rounded_ = true; }
   bool is_rounded() const { return rounded_; }
 
-  /// Moves to the origin that the places need. Returns whether that is another one: then everything is to be read
-  /// again.
+  /// Moves to the origin that the places need. If it returns true, the origin has changed, and the caller must read
+  /// everything again.
   bool move() {
     if (!(min_.x <= max_.x)) return false;
     const Vec3 wanted = origin_for(min_, max_);

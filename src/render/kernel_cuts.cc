@@ -77,7 +77,7 @@ bool NearbyWalls::is_coplanar(const Wall& a, const Wall& b) const {
 
 /// Whether a wall and those in its plane leave no gap in the chord along which its plane crosses a kernel. In a corner
 /// the chord ends at the next wall, which stands on the kernel's side.
-bool NearbyWalls::spans(const Wall& wall, Vec3 position, float radius) const {
+bool NearbyWalls::spans(const Wall& wall, Vec3 position, float radius) {
   const Vec3 way{wall.to.x - wall.from.x, wall.to.y - wall.from.y, 0};
   const float extent = length(way), height = wall.height_of(position);
   if (!(extent > 0)) return false;

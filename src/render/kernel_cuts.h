@@ -39,11 +39,11 @@ class NearbyWalls {
     float height_of(Vec3 p) const { return dot(normal, p) - height; }
   };
   bool is_coplanar(const Wall& a, const Wall& b) const;
-  bool spans(const Wall& wall, Vec3 position, float radius) const;
+  bool spans(const Wall& wall, Vec3 position, float radius);
 
   std::vector<Wall> walls_;
   std::vector<Vec3> surface_corners_;
-  mutable std::vector<std::array<float, 2>> covered_;  // working memory
+  std::vector<std::array<float, 2>> covered_;  // working memory
   float rounding_ = 0;
 };
 

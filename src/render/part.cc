@@ -118,7 +118,7 @@ bool is_possible(const Part& part) {
          s.separate_layers >= (s.place_layers().any() || filters(s) || s.light_groups);
 }
 
-/// A number of samples. Others than whole numbers would be undefined behaviour to convert.
+/// A number of samples. Converting a number that is not whole would be undefined behaviour.
 std::uint32_t sample_number(const json& in) {
   if (!in.is_number_unsigned()) throw Error("a range of samples is not of whole numbers");
   return in.get<std::uint32_t>();

@@ -53,7 +53,7 @@ struct SceneDescription {
   /// The point of the file's coordinates, with y up, that all positions are relative to, metres: the reader subtracted
   /// it in double precision (core/coordinate_origin.h).
   Vec3 origin{0, 0, 0};
-  /// Positions have all digits of the file, however far the origin. Without, they were rounded where they lie.
+  /// Positions have all digits of the file, however far the origin. If false, the file rounded them.
   bool origin_is_exact = false;
   /// Emission may be decoration for a viewer that adds its own light, unless the scene is a room.
   bool emission_may_be_decoration = false;

@@ -12,8 +12,8 @@ namespace glowworm {
 /// square metre, too, but files do not: viewers show 1 as white, and Blender writes W sr^-1 m^-2
 /// (github.com/KhronosGroup/glTF-Blender-IO/issues/1766). So emission counts as W sr^-1 m^-2.
 ///
-/// A bake writes for viewers, which take both in the same unit: radiometric units times 2^exposure, which its extras
-/// tell. So a baked file gives the light of the scene that was baked, if it is read at the same scale.
+/// A bake writes for viewers, which take both in the same unit: radiometric units times 2^exposure. Its extras hold the
+/// exposure, so reading a baked file at the same scale gives the light of the scene that was baked.
 struct GltfLightUnits {
   float radiance = 1;                    ///< emission of 1 W sr^-1 m^-2
   float irradiance = kLuminousEfficacy;  ///< number of a directional light of 1 W m^-2
