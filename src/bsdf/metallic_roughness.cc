@@ -64,6 +64,11 @@ struct MultipleTransmission {
   /// @param w above; for the far side, mirrored to above
   RGB lost_near(Vec3 w) const { return layers.inside ? from_inside(w) : from_outside(w); }
   RGB lost_far(Vec3 w) const { return layers.inside || !layers.refracts ? from_outside(w) : from_inside(w); }
+  /// Share of the light from an outside direction that facets refract at once, without what coat and film do.
+  RGB passed_outside(const Seen& at) const {
+    const RGB reflected = layers.dielectric_f0 * at.scale + RGB(layers.dielectric_f90 * at.bias);
+    return RGB(1.0f) - reflected - combined(outside, at.place);
+  }
   RGB over_mean_near(RGB lost) const { return divide(lost, mean_near); }
   RGB over_mean_far(RGB lost) const { return divide(lost, mean_far); }
 
@@ -76,11 +81,8 @@ struct MultipleTransmission {
   RGB from_outside(Vec3 w) const {
     const Seen at = layers.outside(w);
     if (!layers.refracts) return RGB(layers.rest(at));
-    const RGB lost = combined(outside, at.place);
-    if (!(layers.coat > 0)) return clamp(lost, 0, 1);
-    const RGB reflected = layers.dielectric_f0 * at.scale + RGB(layers.dielectric_f90 * at.bias);
-    const RGB passed = RGB(1.0f) - reflected - lost;
-    return clamp(RGB(1 - at.coat) - layers.dielectric_facets(at) - passed * at.under, 0, 1);
+    if (!(layers.coat > 0)) return clamp(combined(outside, at.place), 0, 1);
+    return clamp(RGB(1 - at.coat) - layers.dielectric_facets(at) - passed_outside(at) * at.under, 0, 1);
   }
   RGB from_inside(Vec3 w) const {
     const Place at = place_of(layers.microfacet, w);
@@ -237,9 +239,10 @@ FacetAlbedos smooth_albedos(const Layers& layers, const View& view) {
           passed * layers.passes_again(dielectric, returned) * (layers.refracts ? at.direct : both)};
 }
 
-/// Estimates for rough facets. Refraction, and all light from inside, uses a dielectric's exact Fresnel term, because
-/// total reflection dominates.
-FacetAlbedos rough_albedos(const Layers& layers, const View& view) {
+/// Estimates for rough facets. All light from inside uses a dielectric's exact Fresnel term, because total reflection
+/// dominates.
+/// @param multiple null if nothing is transmitted
+FacetAlbedos rough_albedos(const Layers& layers, const View& view, const MultipleTransmission* multiple) {
   const Seen at = layers.near(view.wo);
   const RGB dielectric = layers.dielectric_facets(at);
   FacetAlbedos out;
@@ -248,15 +251,13 @@ FacetAlbedos rough_albedos(const Layers& layers, const View& view) {
     out.passed = layers.transmitted * clamp(RGB(layers.facets(at, 1.0f, 1.0f)) - dielectric, 1e-3f, 1);
     return out;
   }
-  const BoundaryTable table(layers.microfacet, layers.dense);
-  const auto read = [&](Boundary what) { return table.curve(what)(at.place); };
-  const float t = read(layers.inside ? Boundary::transmit_inside : Boundary::transmit_outside);
   if (!layers.inside) {
-    // Schlick's term reflects more than the exact one at grazing angles.
-    out.passed = layers.transmitted * (std::min(t, std::max(1e-3f, 1 - max_component(dielectric))) * at.under);
+    if (multiple) out.passed = layers.transmitted * clamp(multiple->passed_outside(at), 1e-3f, 1) * at.under;
     return out;
   }
-  const float r = read(Boundary::reflect_inside);
+  const BoundaryTable table(layers.microfacet, layers.dense);
+  const auto read = [&](Boundary what) { return table.curve(what)(at.place); };
+  const float t = read(Boundary::transmit_inside), r = read(Boundary::reflect_inside);
   // A metal reflects what a dielectric does at total reflection, and its colour of what that would transmit.
   const float transmitted = std::max(0.0f, at.scale + at.bias - r);
   out.reflected = RGB(r) + layers.metal_f0 * (layers.metallic * transmitted);
@@ -270,7 +271,10 @@ FacetAlbedos rough_albedos(const Layers& layers, const View& view) {
 }
 
 void add_facets(const Layers& layers, const View& view, Components& out) {
-  const FacetAlbedos albedos = layers.smooth ? smooth_albedos(layers, view) : rough_albedos(layers, view);
+  std::optional<MultipleTransmission> multiple;
+  if (!layers.smooth && !is_black(layers.transmitted)) multiple.emplace(layers, view.bsdf);
+  const FacetAlbedos albedos =
+      layers.smooth ? smooth_albedos(layers, view) : rough_albedos(layers, view, multiple ? &*multiple : nullptr);
   Component c;
   c.lobe = layers.lobe;
   c.microfacet = layers.microfacet;
@@ -287,13 +291,12 @@ void add_facets(const Layers& layers, const View& view, Components& out) {
   c.shape = Shape::cosine_reflection;
   c.albedo = layers.rest_color * layers.rest(layers.near(view.wo));
   out.add(c);
-  if (layers.smooth || is_black(layers.transmitted)) return;
-  const MultipleTransmission multiple(layers, view.bsdf);
-  const RGB lost = multiple.lost_near(view.wo);
-  c.albedo = multiple.reflected_share * lost;
+  if (!multiple) return;
+  const RGB lost = multiple->lost_near(view.wo);
+  c.albedo = multiple->reflected_share * lost;
   out.add(c);
   c.shape = Shape::cosine_transmission;
-  c.albedo = multiple.passed_share * lost;
+  c.albedo = multiple->passed_share * lost;
   out.add(c);
 }
 

@@ -307,7 +307,12 @@ Bsdf random_bsdf(Sampler& sampler) {
     const float x = sampler.next1();
     return x < 0.1f ? 0.0f : x > 0.9f ? 1.0f : (x - 0.1f) / 0.8f;
   };
-  const auto color = [&unit] { return RGB(unit(), unit(), unit()); };
+  // Calls in separate statements have the same order with every compiler.
+  const auto color = [&unit] {
+    RGB out(0.0f);
+    for (int c = 0; c < 3; ++c) out[c] = unit();
+    return out;
+  };
   const auto alpha = [&unit] { return unit() * unit() * unit(); };
   Bsdf b;
   b.kind = static_cast<BsdfKind>(std::min(6, static_cast<int>(sampler.next1() * 7)));
@@ -316,7 +321,7 @@ Bsdf random_bsdf(Sampler& sampler) {
   b.transmission = color();
   if (b.kind == BsdfKind::lambertian) b.transmission = b.transmission * (RGB(1.0f) - b.diffuse);
   b.specular = color();
-  b.eta = RGB(0.3f + 3 * unit(), 0.05f + 3 * unit(), 0.05f + 3 * unit());
+  b.eta = 3 * color() + RGB(0.3f, 0.05f, 0.05f);
   b.k = color() * 8;
   b.use_reflectance = sampler.next1() < 0.5f;
   b.alpha_x = alpha();
@@ -354,7 +359,7 @@ TEST(BsdfFuzz, AlwaysReturnsFiniteNumbers) {
     const float density = pdf(b, wo, wi, mask);
     ASSERT_TRUE(is_finite(f) && f.r >= 0 && f.g >= 0 && f.b >= 0) << i;
     ASSERT_TRUE(std::isfinite(density) && density >= 0) << i;
-    ASSERT_TRUE(is_finite(share) && share.r >= 0 && max_component(share) < 1.1f)
+    ASSERT_TRUE(is_finite(share) && share.r >= 0 && max_component(share) < 1.03f)
         << i << ": " << max_component(share) << ", kind " << static_cast<int>(b.kind) << " eta " << b.eta.r << " alpha "
         << b.alpha_x << " " << b.alpha_y << " coat " << b.coat_alpha << " eta " << b.coat_eta << " z " << wo.z;
     const float u_lobe = sampler.next1();
