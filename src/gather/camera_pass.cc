@@ -323,7 +323,7 @@ class BlockTracer {
     const Vec2 u_light = sampler.next2();
     const Vec2 u{sampler.next1(), u_light.y};
     if (takes_light_samples(vertex.bsdf)) {
-      const LightSample sample = sample_light(scene, vertex.point.position, {0, 0, 0}, u_light.x, u);
+      const LightSample sample = sample_light(scene, vertex.point.position, u_light.x, u);
       const UnoccludedLight light = reflected_light(scene, sample, vertex, kSharp, 1, 1,
                                                     [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kSharp); });
       if (!is_black(light.radiance))

@@ -256,8 +256,7 @@ class ChunkGatherer {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler = sampler_of(i, kGatherAgainStream + segments_);
     const Vec2 u_light = sampler.next2();
-    const LightSample sample =
-        sample_light(scene_, vertex.point.position, {0, 0, 0}, u_light.x, {sampler.next1(), u_light.y});
+    const LightSample sample = sample_light(scene_, vertex.point.position, u_light.x, {sampler.next1(), u_light.y});
     const UnoccludedLight light = reflected_light(scene_, sample, vertex, kBroad, 1, 1,
                                                   [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kBroad); });
     if (!settings_.photons_alone && !is_black(light.radiance)) {

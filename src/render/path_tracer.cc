@@ -142,7 +142,7 @@ class Path {
     const Vec2 pair = sampler_.next2();
     const float u = sampler_.next1();
     if (!takes_light_samples(vertex.bsdf)) return;
-    const LightSample sample = sample_light(scene_, vertex.point.position, {0, 0, 0}, pair.x, {u, pair.y});
+    const LightSample sample = sample_light(scene_, vertex.point.position, pair.x, {u, pair.y});
     for (const Lobes which : {kBroad, kSharp}) {
       if (!vertex.has(which)) continue;
       const UnoccludedLight light = reflected_light(

@@ -24,10 +24,6 @@ Choice choose_source(const Scene& scene, float u) {
   return {sample.index, sample.probability, sample.remapped};
 }
 
-bool behind(Vec3 normal, Vec3 direction) {
-  return !(normal.x == 0 && normal.y == 0 && normal.z == 0) && dot(normal, direction) <= 0;
-}
-
 std::uint32_t first_environment_source(const Scene& scene) {
   return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
 }
@@ -192,13 +188,12 @@ RGB mean_emission(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) 
   return evaluate(scene.textures(), emission_of(scene, triangle).radiance, at) * coverage(scene, triangle, at);
 }
 
-LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u) {
+LightSample sample_light(const Scene& scene, Vec3 position, float u_light, Vec2 u) {
   LightSelector::AtPoint lights(scene.light_selector(), position);
-  return sample_light(scene, position, normal, lights, u_light, u);
+  return sample_light(scene, position, lights, u_light, u);
 }
 
-LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, LightSelector::AtPoint& lights, float u_light,
-                         Vec2 u) {
+LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoint& lights, float u_light, Vec2 u) {
   const Choice choice = lights.choose(u_light);
   if (!(choice.probability > 0)) return {};
   if (choice.probability > kMinStretchedProbability) u.x = choice.remapped;
@@ -206,15 +201,13 @@ LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, LightSe
   out.pdf *= choice.probability;
   out.source =
       choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, out.direction);
-  if (behind(normal, out.direction)) out.pdf = 0;
   return out;
 }
 
-float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoint& on_light) {
+float light_pdf(const Scene& scene, Vec3 position, const SurfacePoint& on_light) {
   const std::uint32_t source = scene.emissive_index(on_light.triangle);
   if (source == kNone) return 0;
   const Vec3 offset = on_light.position - position;
-  if (behind(normal, offset)) return 0;
   const float distance = length(offset);
   const float density =
       triangle_solid_angle_pdf(scene.geometry().scaled_normal(on_light.triangle),
@@ -222,8 +215,8 @@ float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoi
   return density > 0 ? scene.light_selector().probability(position, source) * density : 0.0f;
 }
 
-float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction) {
-  if (!scene.environment() || behind(normal, direction)) return 0;
+float environment_pdf(const Scene& scene, Vec3 position, Vec3 direction) {
+  if (!scene.environment()) return 0;
   return scene.light_selector().probability(position, first_environment_source(scene)) *
          radiance_and_pdf(*scene.environment(), scene.environment_distribution(), direction).pdf;
 }

@@ -23,21 +23,19 @@ struct LightSample {
 /// Mean radiance of an emissive triangle at a point, over the rays that meet it and those for which it is absent.
 RGB mean_emission(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
-/// Chooses a light for the point (position, and normal on the lit side; a zero normal: any side), and a direction to
-/// it. pdf = 0 if the light cannot light the point.
+/// Chooses a light for a position (metres), and a direction to it. pdf = 0 if the light cannot light the position.
 /// @param u_light chooses the light. Its remainder replaces u.x, unless the light's probability is tiny, so that (u.x,
 /// u.y) is stratified over all lights together
 /// @param u       the point on the light; all in [0, 1)
-LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, float u_light, Vec2 u);
+LightSample sample_light(const Scene& scene, Vec3 position, float u_light, Vec2 u);
 /// The same for one of many samples of a position.
-LightSample sample_light(const Scene& scene, Vec3 position, Vec3 normal, LightSelector::AtPoint& lights, float u_light,
-                         Vec2 u);
+LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoint& lights, float u_light, Vec2 u);
 
 /// The density per steradian with which sample_light() at `position` samples the direction to `on_light`, a point of an
 /// emissive triangle.
-float light_pdf(const Scene& scene, Vec3 position, Vec3 normal, const SurfacePoint& on_light);
+float light_pdf(const Scene& scene, Vec3 position, const SurfacePoint& on_light);
 /// The same for a direction towards the environment.
-float environment_pdf(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction);
+float environment_pdf(const Scene& scene, Vec3 position, Vec3 direction);
 
 /// The light source of the environment in a direction (unit, world space, towards it), counted as in
 /// Scene::light_power(); the parts of an environment follow each other.

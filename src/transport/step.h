@@ -78,18 +78,16 @@ bool meet(const Scene& scene, PathState& path, const Hit& hit, Policy&& policy) 
   const Vec3 direction = path.ray.direction;
   if (hit.triangle == kNone) {
     if (policy.finds_light())
-      policy.add_light(environment_radiance(scene, direction), environment_source(scene, direction), [&](Vec3 from) {
-        return environment_pdf(scene, from, {0, 0, 0}, direction);
-      });
+      policy.add_light(environment_radiance(scene, direction), environment_source(scene, direction),
+                       [&](Vec3 from) { return environment_pdf(scene, from, direction); });
     return false;
   }
   Vertex vertex = vertex_at(scene, hit, -direction);
   if (scene.geometry().emission[hit.triangle] != kNone && policy.finds_light()) {
     const RGB emitted = emitted_radiance(scene, vertex.point, vertex.wo);
     if (!is_black(emitted))
-      policy.add_light(emitted, scene.emissive_index(hit.triangle), [&](Vec3 from) {
-        return light_pdf(scene, from, {0, 0, 0}, vertex.point);
-      });
+      policy.add_light(emitted, scene.emissive_index(hit.triangle),
+                       [&](Vec3 from) { return light_pdf(scene, from, vertex.point); });
   }
   resolve_material(scene, vertex, path.throughput, [&] { return policy.wavelength_number(); });
   return policy.scatter(vertex);

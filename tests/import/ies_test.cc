@@ -267,7 +267,7 @@ TEST_F(LuminaireScene, LightsThePlaneBelowByTheCosineLaw) {
   const Scene scene(std::move(d));
   EXPECT_NEAR(luminance(scene.source_powers().back()) * kLuminousEfficacy, 1000 * M_PI, 1000 * M_PI * 2e-4) << "lm";
   for (const float x : {0.25f, 1.0f, 3.0f}) {
-    const LightSample s = sample_light(scene, {x, 0, 0.5f}, {0, 1, 0}, 0.5f, {0.5f, 0.5f});
+    const LightSample s = sample_light(scene, {x, 0, 0.5f}, 0.5f, {0.5f, 0.5f});
     const double squared = 9 + (x - 0.25) * (x - 0.25);
     // I cos / d^2 with I = I0 cos, and cos = h / d.
     const double expected = 1000 * 9 / (squared * squared);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/random.h"
 #include "core/warp.h"
 #include "scene/scene_parts.h"
@@ -15,10 +17,10 @@ constexpr int kCases = static_cast<int>(LightCase::count_);
 
 class LightSampling : public ::testing::TestWithParam<LightCase> {};
 
-LightSample light_sample(const Scene& scene, Vec3 position, Vec3 normal, std::uint32_t i) {
+LightSample light_sample(const Scene& scene, Vec3 position, std::uint32_t i) {
   Sampler sampler(SamplerKind::independent, 21, 0, i);
   const float u_light = sampler.next1();
-  return sample_light(scene, position, normal, u_light, sampler.next2());
+  return sample_light(scene, position, u_light, sampler.next2());
 }
 
 /// Where a ray meets a triangle: by barycentric coordinates from the volumes it spans (Moeller and Trumbore 1997).
@@ -34,12 +36,12 @@ bool meet(const Geometry& g, std::uint32_t triangle, Vec3 origin, Vec3 direction
 }
 
 /// All that light_pdf and environment_pdf say about a direction.
-float density(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction) {
-  float sum = environment_pdf(scene, position, normal, direction);
+float density(const Scene& scene, Vec3 position, Vec3 direction) {
+  float sum = environment_pdf(scene, position, direction);
   for (const std::uint32_t triangle : scene.emissive_triangles()) {
     Vec2 barycentric;
     if (meet(scene.geometry(), triangle, position, direction, barycentric))
-      sum += light_pdf(scene, position, normal, surface_point(scene, triangle, barycentric));
+      sum += light_pdf(scene, position, surface_point(scene, triangle, barycentric));
   }
   return sum;
 }
@@ -47,25 +49,23 @@ float density(const Scene& scene, Vec3 position, Vec3 normal, Vec3 direction) {
 TEST_P(LightSampling, FollowsItsDensity) {
   const Scene scene(lit_floor(GetParam()));
   const Vec3 position = {0.1f, 0.2f, 0.05f};
-  for (const Vec3 normal : {Vec3{0, 0, 1}, Vec3{0, 0, 0}, normalize(Vec3{1, 1, 0.2f})}) {
-    const auto direction = [&](int i) -> std::optional<Vec3> {
-      const LightSample s = light_sample(scene, position, normal, static_cast<std::uint32_t>(i));
-      if (s.pdf == 0 || s.delta) return std::nullopt;
-      return s.direction;
-    };
-    const auto result = chi_squared_sphere_of_jumps(
-        direction, [&](Vec3 w) { return density(scene, position, normal, w); }, 40000);
-    EXPECT_LT(result.integral, 1 + 1e-3);
-    expect_fit(result.p_value, 3 * kCases, light_case_name(GetParam()));
-  }
+  const auto direction = [&](int i) -> std::optional<Vec3> {
+    const LightSample s = light_sample(scene, position, static_cast<std::uint32_t>(i));
+    if (s.pdf == 0 || s.delta) return std::nullopt;
+    return s.direction;
+  };
+  const auto result = chi_squared_sphere_of_jumps(
+      direction, [&](Vec3 w) { return density(scene, position, w); }, 40000);
+  EXPECT_LT(result.integral, 1 + 1e-3);
+  expect_fit(result.p_value, kCases, light_case_name(GetParam()));
 }
 
 TEST_P(LightSampling, SamplesAgreeWithTheDensityFunctions) {
   const Scene scene(lit_floor(GetParam()));
-  const Vec3 position = {0.1f, 0.2f, 0.05f}, normal = {0, 0, 1};
+  const Vec3 position = {0.1f, 0.2f, 0.05f};
   int compared = 0;
   for (std::uint32_t i = 0; i < 2000; ++i) {
-    const LightSample s = light_sample(scene, position, normal, i);
+    const LightSample s = light_sample(scene, position, i);
     if (s.pdf == 0) continue;
     EXPECT_NEAR(length(s.direction), 1, 1e-5f);
     EXPECT_TRUE(is_finite(s.radiance));
@@ -77,12 +77,12 @@ TEST_P(LightSampling, SamplesAgreeWithTheDensityFunctions) {
         if (!meet(scene.geometry(), triangle, position, s.direction, barycentric)) continue;
         const SurfacePoint on_light = surface_point(scene, triangle, barycentric);
         if (std::abs(length(on_light.position - position) - s.distance) > 1e-4f) continue;
-        pdf = light_pdf(scene, position, normal, on_light);
+        pdf = light_pdf(scene, position, on_light);
       }
       if (pdf == 0) continue;  // on an edge, by rounding
       EXPECT_NEAR(s.pdf / pdf, 1, 1e-3f);
     } else {
-      EXPECT_EQ(s.pdf, environment_pdf(scene, position, normal, s.direction));
+      EXPECT_EQ(s.pdf, environment_pdf(scene, position, s.direction));
       EXPECT_EQ(s.radiance, environment_radiance(scene, s.direction));
     }
     ++compared;
@@ -104,8 +104,8 @@ struct Irradiance {
 Irradiance irradiance(const Scene& scene, Vec3 position, Vec3 normal, int samples) {
   Irradiance sum;
   for (int i = 0; i < samples; ++i) {
-    const LightSample s = light_sample(scene, position, normal, static_cast<std::uint32_t>(i));
-    const RGB value = s.pdf > 0 ? s.radiance * (dot(s.direction, normal) / s.pdf) : RGB(0.0f);
+    const LightSample s = light_sample(scene, position, static_cast<std::uint32_t>(i));
+    const RGB value = s.pdf > 0 ? s.radiance * (std::max(dot(s.direction, normal), 0.0f) / s.pdf) : RGB(0.0f);
     sum.red.add(value.r);
     sum.green.add(value.g);
     sum.blue.add(value.b);
@@ -139,7 +139,7 @@ TEST(Irradiance, OfAPanelIsItsFormFactor) {
 
 TEST(Irradiance, BehindAOneSidedPanelIsNone) {
   const Scene scene(lit_floor(LightCase::panel));
-  for (std::uint32_t i = 0; i < 1000; ++i) EXPECT_EQ(light_sample(scene, {0, 0, 3}, {0, 0, -1}, i).pdf, 0);
+  for (std::uint32_t i = 0; i < 1000; ++i) EXPECT_EQ(light_sample(scene, {0, 0, 3}, i).pdf, 0);
 }
 
 TEST(Irradiance, OfATwoSidedPanelIsTheSameOnBothSides) {
@@ -176,7 +176,6 @@ TEST(Irradiance, OfAPointFallsWithTheSquareOfTheDistance) {
 TEST(Irradiance, OfASunIsItsIrradianceTimesTheCosine) {
   const Scene scene(lit_floor(LightCase::sun));
   expect_irradiance(irradiance(scene, {0, 0, 0}, {0, 0, 1}, 100), RGB(4, 3, 2) * -sun_light().direction.z);
-  EXPECT_EQ(light_sample(scene, {0, 0, 0}, {0, 0, -1}, 0).pdf, 0);
 }
 
 TEST(Irradiance, OfASpotFadesBetweenItsCones) {
@@ -186,7 +185,7 @@ TEST(Irradiance, OfASpotFadesBetweenItsCones) {
     const Vec3 across = Frame::from_normal(spot.direction).s;
     for (const float angle : {0.0f, 0.2f, 0.5f, 0.6f, 0.8f}) {
       const Vec3 direction = spot.direction * std::cos(angle) + across * std::sin(angle);
-      const LightSample s = light_sample(scene, spot.position + direction * 2, -direction, 1);
+      const LightSample s = light_sample(scene, spot.position + direction * 2, 1);
       const float t = (std::cos(angle) - spot.cos_outer) / (spot.cos_inner - spot.cos_outer);
       const float between = falloff == SpotFalloff::smoothstep  ? 3 * t * t - 2 * t * t * t
                             : falloff == SpotFalloff::quadratic ? t * t

@@ -146,7 +146,7 @@ Estimate irradiance(const Scene& scene, bool by_power) {
   for (std::uint32_t i = 0; i < kCount; ++i) {
     Sampler s(SamplerKind::independent, 4, 5, i);
     const Vec2 u = s.next2();
-    const LightSample light = sample_light(scene, p, {0, 0, 1}, s.next1(), u);
+    const LightSample light = sample_light(scene, p, s.next1(), u);
     double value = light.pdf > 0 ? luminance(light.radiance) * light.direction.z / light.pdf : 0;
     if (by_power) {
       // The same panels, chosen evenly: density by area and the panels' number.

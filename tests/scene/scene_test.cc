@@ -444,7 +444,7 @@ TEST(Geometry, KeepsTrianglesOfEverySize) {
     const Scene scene(d);
     EXPECT_FLOAT_EQ(surface_point(scene, 0, {0.25f, 0.25f}).geometric_normal.z, 1);
     // Half the solid angle of a hemisphere or less, from above: a density of 1 / (2 pi) or more, and finite.
-    const LightSample light = sample_light(scene, {scale, scale, scale}, {0, 0, 0}, 0.25f, {0.5f, 0.5f});
+    const LightSample light = sample_light(scene, {scale, scale, scale}, 0.25f, {0.5f, 0.5f});
     EXPECT_GT(light.pdf, 0.1f) << scale;
     EXPECT_LT(light.pdf, 10) << scale;
   }
