@@ -61,7 +61,7 @@ struct Cloud {
     whole.depth = 21;
     order = hilbert_order(points.position, bounds_of(points.position), photons.size(), whole);
     nanoflann = std::make_unique<NanoflannTree>(3, photon_points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-    map.build(photons);
+    map.build(photons, photons.flux, {});
   }
 };
 Cloud& cloud() {
@@ -150,7 +150,7 @@ void public_sum(benchmark::State& state, bool one_radius) {
       policy.radii = c.radii;
     std::vector<RGB> found(c.points.size());
     const auto engine = make_engine(kAutomaticEngine);
-    engine->build(c.photons, policy, statistics);
+    engine->build(c.photons, c.photons.flux, policy, statistics);
     engine->estimate(c.points, found, statistics);
     pairs = statistics.count(Counter::shader_operations);
   }
@@ -203,7 +203,7 @@ void engine_build(benchmark::State& state, const std::string& name, const Radius
   const auto engine = make_engine(name);
   Statistics statistics;
   set_thread_count(static_cast<int>(state.range(0)));
-  for (auto _ : state) engine->build(cloud().photons, policy, statistics);
+  for (auto _ : state) engine->build(cloud().photons, cloud().photons.flux, policy, statistics);
   set_thread_count(0);
   set_rate(state, "photons", static_cast<double>(cloud().photons.size()));
 }
@@ -213,7 +213,7 @@ void engine_estimate(benchmark::State& state, const std::string& name, const Rad
   const Cloud& c = cloud();
   const auto engine = make_engine(name);
   Statistics statistics;
-  engine->build(c.photons, policy, statistics);
+  engine->build(c.photons, c.photons.flux, policy, statistics);
   std::vector<RGB> radiance(c.points.size(), RGB(0.0f));
   set_thread_count(static_cast<int>(state.range(0)));
   for (auto _ : state) engine->estimate(c.points, radiance, statistics);

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
   policy.order = found.order;
   const auto engine = make_engine(argument(0, "blocked"));
   Statistics s;
-  engine->build(recording.photons, policy, s);
+  engine->build(recording.photons, recording.photons.flux, policy, s);
   std::vector<RGB> radiance(recording.points.size());
   engine->estimate(recording.points, radiance, s);
   fmt::print("engine {} isa {} photons {} query_points {} shader_operations {} pairs_tested {} vector_steps {}\n",

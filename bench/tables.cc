@@ -57,7 +57,7 @@ double active_lanes(const Recording& recording, const QueryPoints& points, const
                     const ReorderSettings& reorder) {
   const auto engine = make_forward_engine({lanes, reorder});
   Statistics s;
-  engine->build(recording.photons, policy, s);
+  engine->build(recording.photons, recording.photons.flux, policy, s);
   look_up(*engine, points, s);
   return static_cast<double>(s.count(Counter::packet_active_lanes)) /
          static_cast<double>(s.count(Counter::packet_steps));
@@ -256,7 +256,7 @@ void table_of_reordering(const Scenes& scenes) {
       const QueryPoints along = runs_of(recording.points, paper_order(recording), kRun, kCut);
       const auto seconds = [&](std::unique_ptr<DensityEngine> engine, const QueryPoints& points, Phase phase) {
         Statistics building;
-        engine->build(recording.photons, policy, building);
+        engine->build(recording.photons, recording.photons.flux, policy, building);
         std::vector<double> times;
         for (int run = 0; run < kRuns; ++run) {
           Statistics s;

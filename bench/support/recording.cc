@@ -130,7 +130,7 @@ RadiusPolicy fixed_radius_for(const Recording& recording, double k) {
   for (int round = 0; round < 6; ++round) {
     const auto engine = make_engine("auto");
     Statistics s;
-    engine->build(recording.photons, policy, s);
+    engine->build(recording.photons, recording.photons.flux, policy, s);
     look_up(*engine, sample, s);
     const double mean = mean_k(s);
     if (mean <= 0 || std::abs(mean / k - 1) < 0.01) break;

@@ -215,11 +215,12 @@ class BlockedEngine final : public DensityEngine {
     return BlockedIndex::bytes(photons) + index_.cut_bytes();
   }
 
-  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+             Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
     check_policy(photons, policy, "blocked");
     index_ = BlockedIndex();
-    index_ = BlockedIndex(photons, policy);
+    index_ = BlockedIndex(photons, flux, policy);
   }
 
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {

@@ -158,7 +158,7 @@ ChildBounds bounds_of_node(const BlockNode& node) {
 
 }  // namespace
 
-BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy)
+BlockedIndex::BlockedIndex(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy)
     : kernel_(policy.kernel), min_normal_cosine_(policy.min_normal_cosine) {
   // Lists hold 32-bit indices of floats in the blocks.
   constexpr std::size_t kMaxPhotons =
@@ -183,7 +183,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
         continue;
       }
       const std::uint32_t soon = sorted[std::min(place + kIndexAhead, size_ - 1)].index();
-      __builtin_prefetch(&photons.flux[soon]);
+      __builtin_prefetch(&fluxes[soon]);
       __builtin_prefetch(&photons.direction[soon]);
       const CompactRow& row = sorted[place];
       const float radius = row.coordinate[CompactRow::kRadius];
@@ -196,7 +196,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& polic
       block.ny[lane] = row.coordinate[4];
       block.nz[lane] = row.coordinate[5];
       const float scale = static_cast<float>(norm / (static_cast<double>(radius) * radius));
-      const RGB flux = photons.flux[p] * scale;
+      const RGB flux = fluxes[p] * scale;
       block.r[lane] = flux.r;
       block.g[lane] = flux.g;
       block.b[lane] = flux.b;

@@ -13,8 +13,9 @@ namespace glowworm {
 /// Photons in blocks. Photons that no kernel can contain (radius 0, or not finite) are left out.
 class BlockedIndex {
  public:
-  /// Builds on all threads; the index does not depend on their number. @param policy fixed or per_photon
-  BlockedIndex(const PhotonBatch& photons, const RadiusPolicy& policy);
+  /// Builds on all threads; the index does not depend on their number. @param fluxes of the photons, W
+  /// @param policy fixed or per_photon
+  BlockedIndex(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy);
   BlockedIndex() = default;
 
   /// The view for the kernels; valid until this object is moved or destroyed.

@@ -30,10 +30,12 @@ class BruteEngine final : public DensityEngine {
     return photons * (PhotonBatch::kBytesEach + sizeof(float));
   }
 
-  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+             Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
     check_policy(photons, policy);
     photons_ = photons;
+    photons_.flux.assign(flux.begin(), flux.end());
     policy_ = policy;
   }
 

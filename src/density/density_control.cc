@@ -40,7 +40,7 @@ struct Flux {
 class Round {
  public:
   Round(const PhotonBatch& photons, std::vector<Flux>& flux) : photons_(photons), flux_(flux) {
-    map_.build(photons);
+    map_.build(photons.position, photons.normal, {});
     around_.resize(photons.size());
     parallel_for(0, photons.size(), kControlGrain, [&](std::size_t first, std::size_t last) {
       std::array<std::uint64_t, kNeighbours + 1> found;
@@ -86,6 +86,8 @@ class Round {
   }
 
  private:
+  Vec3 direction_at(std::uint32_t place) const { return photons_.direction[map_.index(place)]; }
+
   void find(std::uint32_t place, std::span<std::uint64_t> scratch) {
     const Vec3 x = map_.tree().points[place].position;
     std::uint64_t tested = 0;
@@ -94,7 +96,7 @@ class Round {
     Neighbourhood& n = around_[place];
     float farthest = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const FoundPhoton photon = PhotonMap::unpack(scratch[i]);
+      const FoundPhoton photon = PhotonPlaces::unpack(scratch[i]);
       if (photon.place == place || n.count == kNeighbours) continue;
       n.places[n.count++] = photon.place;
       farthest = std::max(farthest, photon.distance_squared);
@@ -114,12 +116,12 @@ class Round {
   /// Gives a photon's flux to its neighbours in equal parts and drops it; returns false if no neighbour is similar.
   bool hand_on(std::uint32_t place, float direction_cosine) {
     const Neighbourhood& n = around_[place];
-    const Vec3 direction = map_.direction(place);
+    const Vec3 direction = direction_at(place);
     std::array<std::uint32_t, kNeighbours> heirs;
     std::size_t count = 0;
     for (std::uint32_t i = 0; i < n.count; ++i) {
       const std::uint32_t other = n.places[i];
-      if (alive_[other] && dot(map_.direction(other), direction) > direction_cosine) heirs[count++] = map_.index(other);
+      if (alive_[other] && dot(direction_at(other), direction) > direction_cosine) heirs[count++] = map_.index(other);
     }
     if (count == 0) return false;
     const Flux own = flux_[map_.index(place)];
@@ -134,7 +136,7 @@ class Round {
 
   const PhotonBatch& photons_;
   std::vector<Flux>& flux_;
-  PhotonMap map_;
+  PhotonPlaces map_;
   std::vector<Neighbourhood> around_;  // by place
   std::vector<bool> alive_;            // by place
 };

@@ -39,9 +39,10 @@ class EngineWithCuts final : public DensityEngine {
     return whole_->index_bytes(photons) + (cut_ ? cut_->index_bytes(cut_photons_) : 0);
   }
 
-  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+             Statistics& statistics) override {
     cut_.reset();
-    if (policy.cuts.empty()) return whole_->build(photons, policy, statistics);
+    if (policy.cuts.empty()) return whole_->build(photons, flux, policy, statistics);
     RadiusPolicy others = policy, near_walls = policy;
     if (policy.kind == RadiusKind::fixed) others.radii.assign(photons.size(), policy.radius);
     others.kind = near_walls.kind = RadiusKind::per_photon;
@@ -57,8 +58,8 @@ class EngineWithCuts final : public DensityEngine {
     }
     cut_photons_ = members.size();
     cut_ = make_blocked_engine();
-    cut_->build(photons.permuted(members), near_walls, statistics);
-    whole_->build(photons, others, statistics);
+    cut_->build(photons.permuted(members), permuted(flux, members), near_walls, statistics);
+    whole_->build(photons, flux, others, statistics);
   }
 
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {

@@ -78,7 +78,9 @@ class DensityEngine {
 
   /// Builds the index over a batch of photons, on all threads (Phase::build_photon_map). Replaces the previous index.
   /// Throws Error if the engine does not support the kind of policy.
-  virtual void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) = 0;
+  /// @param flux what estimate() sums: one value for each photon, W, in place of PhotonBatch::flux
+  virtual void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+                     Statistics& statistics) = 0;
 
   /// Adds to radiance[i] (W sr^-1 m^-2) the radiance that leaves point i from the photons of the index, on all threads
   /// (Phase::reorder and Phase::density; counts query_points, pairs_tested, shader_operations). The amount depends on

@@ -1,6 +1,7 @@
 // Forward SIMD photon mapping: [SF07].
 #pragma once
 #include <memory>
+#include <span>
 
 #include "core/large_array.h"
 #include "density/engine.h"
@@ -24,8 +25,9 @@ struct ForwardMap {
   ForwardTree tree(const RadiusPolicy& policy) const;
 };
 
-/// Builds the map on all threads; the result does not depend on their number. @param policy fixed or per_photon
-ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& policy);
+/// Builds the map on all threads; the result does not depend on their number. @param flux of the photons, W
+/// @param policy fixed or per_photon
+ForwardMap build_forward_map(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy);
 
 struct ForwardOptions {
   /// Query points in a packet: 1, 4, 8 or 16, or 0 for as many as the machine's vectors hold (at least 4).

@@ -59,10 +59,11 @@ class ForwardEngine final : public DensityEngine {
                       sizeof(ForwardReach) + sizeof(std::uint32_t) + sizeof(Vec3));
   }
 
-  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+             Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
     check_policy(photons, policy, "forward");
-    map_ = build_forward_map(photons, policy);
+    map_ = build_forward_map(photons, flux, policy);
     policy_ = policy;
     policy_.radii = {};
   }

@@ -116,8 +116,8 @@ class TreeBuilder {
 };
 
 /// Reorders the photons' data by node.
-void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const LargeArray<std::uint32_t>& order,
-                  ForwardMap& map) {
+void fill_photons(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy,
+                  const LargeArray<std::uint32_t>& order, ForwardMap& map) {
   const bool own = policy.kind == RadiusKind::per_photon;
   const float norm = static_cast<float>(kernel_norm(policy.kernel)) * kInversePi;
   const std::size_t count = order.size();
@@ -125,7 +125,7 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
     // Photons are in memory in the order of tracing, which is random in space.
     const std::uint32_t soon = order[std::min(at + kPrefetchDistance, count - 1)];
     __builtin_prefetch(&photons.position[soon]);
-    __builtin_prefetch(&photons.flux[soon]);
+    __builtin_prefetch(&fluxes[soon]);
     __builtin_prefetch(&photons.normal[soon]);
     __builtin_prefetch(&photons.direction[soon]);
     const std::uint32_t index = order[at];
@@ -133,7 +133,7 @@ void fill_photons(const PhotonBatch& photons, const RadiusPolicy& policy, const 
     const float inverse = 1 / (radius * radius);
     const bool counts = std::isfinite(inverse);
     const Vec3 position = photons.position[index], normal = photons.normal[index];
-    const RGB flux = photons.flux[index] * (counts ? inverse * norm : 0.0f);
+    const RGB flux = fluxes[index] * (counts ? inverse * norm : 0.0f);
     map.hot[at] = {position.x, position.y, position.z, counts ? inverse : std::numeric_limits<float>::infinity()};
     map.cold[at] = {{flux.r, flux.g, flux.b}, {normal.x, normal.y, normal.z}};
     map.direction[at] = photons.direction[index];
@@ -179,7 +179,7 @@ ForwardTree ForwardMap::tree(const RadiusPolicy& policy) const {
   return tree;
 }
 
-ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& policy) {
+ForwardMap build_forward_map(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy) {
   const std::size_t count = photons.size();
   if (count >= std::numeric_limits<std::uint32_t>::max()) throw Error("a photon map holds fewer than 2^32 photons");
   ForwardMap map;
@@ -196,7 +196,7 @@ ForwardMap build_forward_map(const PhotonBatch& photons, const RadiusPolicy& pol
   });
   LargeArray<std::uint32_t> order(count);
   TreeBuilder(map.nodes, order).subtree(points.data(), scratch.data(), count, 0);
-  fill_photons(photons, policy, order, map);
+  fill_photons(photons, flux, policy, order, map);
   const float slack = split_slack(map.bounds);
   map.fixed_reach = widened(policy.radius, slack);
   find_reach(map.nodes, map.reach, slack);

@@ -84,14 +84,14 @@ void PhotonPlaces::build(std::span<const Vec3> position, std::span<const Vec3> n
       cut_of_[place] = 1 + static_cast<std::uint32_t>(found - cuts.data());
 }
 
-void PhotonMap::build(const PhotonBatch& photons, std::span<const PhotonCuts> cuts) {
+void PhotonMap::build(const PhotonBatch& photons, std::span<const RGB> flux, std::span<const PhotonCuts> cuts) {
   PhotonPlaces::build(photons.position, photons.normal, cuts);
   direction_ = LargeArray<Vec3>(size());
   flux_ = LargeArray<RGB>(size());
   parallel_for_each(size(), kKnnGrain, [&](std::size_t i) {
     const auto place = static_cast<std::uint32_t>(i);
     direction_[i] = photons.direction[index(place)];
-    flux_[i] = photons.flux[index(place)];
+    flux_[i] = flux[index(place)];
   });
 }
 

@@ -60,8 +60,8 @@ class PhotonPlaces {
 /// The photons themselves in that order.
 class PhotonMap : public PhotonPlaces {
  public:
-  /// Builds the map on all threads.
-  void build(const PhotonBatch& photons, std::span<const PhotonCuts> cuts = {});
+  /// Builds the map on all threads. @param flux of the photons, W @param cuts beyond which they do not count
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, std::span<const PhotonCuts> cuts);
 
   Vec3 direction(std::uint32_t place) const { return direction_[place]; }
   RGB flux(std::uint32_t place) const { return flux_[place]; }

@@ -40,7 +40,8 @@ class KnnEngine final : public DensityEngine {
     return photons * (2 * sizeof(KdPoint) + 3 * sizeof(Vec3) + 3 * sizeof(float));
   }
 
-  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+             Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
     check_policy(photons, policy);
     if (policy.kind == RadiusKind::per_photon)
@@ -48,7 +49,7 @@ class KnnEngine final : public DensityEngine {
     policy_ = policy;
     policy_.radii = {};
     policy_.cuts = {};
-    map_.build(photons, policy.cuts);
+    map_.build(photons, flux, policy.cuts);
   }
 
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {

@@ -105,7 +105,8 @@ struct DensityIndex::Implementation {
       if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
     policy.kernel = shape_of(kernel);
     Statistics statistics;
-    engine->build(batch_of(photons), policy, statistics);
+    const PhotonBatch batch = batch_of(photons);
+    engine->build(batch, batch.flux, policy, statistics);
   }
 };
 

@@ -204,11 +204,12 @@ class ReverseEngine final : public DensityEngine {
 
   std::uint64_t index_bytes(std::size_t photons) const override { return ReversePhotonArray::bytes(photons); }
 
-  void build(const PhotonBatch& photons, const RadiusPolicy& policy, Statistics& statistics) override {
+  void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
+             Statistics& statistics) override {
     PhaseTimer timer(statistics, Phase::build_photon_map);
     check_policy(photons, policy, "reverse");
     photons_ = ReversePhotonArray();
-    photons_ = ReversePhotonArray(photons, policy, options_.cluster_size);
+    photons_ = ReversePhotonArray(photons, flux, policy, options_.cluster_size);
   }
 
   void estimate(const QueryPoints& points, std::span<RGB> radiance, Statistics& statistics) const override {

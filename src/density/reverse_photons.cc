@@ -42,8 +42,8 @@ bool overlap(const Box3& a, const Box3& b) {
 
 }  // namespace
 
-ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusPolicy& policy,
-                                       std::uint32_t cluster_size)
+ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, std::span<const RGB> fluxes,
+                                       const RadiusPolicy& policy, std::uint32_t cluster_size)
     : min_normal_cosine_(policy.min_normal_cosine), kernel_(policy.kernel) {
   const auto radius_of = [&](std::uint32_t i) {
     return policy.kind == RadiusKind::per_photon ? policy.radii[i] : policy.radius;
@@ -66,7 +66,7 @@ ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, const RadiusP
     const std::uint32_t index = indices[tree.points[i].index];
     const Vec3 p = photons.position[index], normal = photons.normal[index];
     const double h = radius_of(index);
-    const RGB flux = photons.flux[index];
+    const RGB flux = fluxes[index];
     const double scale = norm / (h * h);
     const float values[kFields] = {p.x,
                                    p.y,

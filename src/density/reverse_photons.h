@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "density/engine.h"
@@ -13,9 +14,11 @@ namespace glowworm {
 /// Photons in A_P order. Photons that no kernel can contain (radius 0, or not finite) are left out.
 class ReversePhotonArray {
  public:
+  /// @param fluxes       of the photons, W
   /// @param policy       fixed or per_photon
   /// @param cluster_size most photons in a cluster; 1: every photon searches alone
-  ReversePhotonArray(const PhotonBatch& photons, const RadiusPolicy& policy, std::uint32_t cluster_size);
+  ReversePhotonArray(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy,
+                     std::uint32_t cluster_size);
   ReversePhotonArray() = default;
 
   /// The view for the kernels; valid until this object is moved or destroyed.

@@ -33,12 +33,7 @@ PhotonBatch PhotonBatch::moved(std::span<const std::uint32_t> places) const {
 
 PhotonBatch PhotonBatch::permuted(std::span<const std::uint32_t> order) const {
   PhotonBatch out;
-  out.resize(order.size());
-  for_arrays(
-      [&](auto& to, const auto& from) {
-        for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
-      },
-      out, *this);
+  for_arrays([&](auto& to, const auto& from) { to = glowworm::permuted(std::span(from), order); }, out, *this);
   return out;
 }
 

@@ -50,6 +50,14 @@ struct PhotonBatch {
   static constexpr std::size_t kBytesEach = 3 * sizeof(Vec3) + sizeof(RGB);
 };
 
+/// Element i of the result is element order[i] of `from`.
+template <class T>
+LargeVector<T> permuted(std::span<const T> from, std::span<const std::uint32_t> order) {
+  LargeVector<T> to(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
+  return to;
+}
+
 /// Element i is element places[i] of the result. Throws Cancelled when interrupted: arrays on disk take long.
 template <class Array>
 Array moved(const Array& from, std::span<const std::uint32_t> places) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -43,21 +42,6 @@ constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
 constexpr std::size_t kMostUnordered = std::size_t{1} << 22;
 /// Radius of a kernel of half the area.
 constexpr float kNarrow = 0.70710678f;
-
-/// Replaces the flux of photons while it lives, also if building an index is cancelled.
-class BorrowedFlux {
- public:
-  BorrowedFlux(PhotonBatch& photons, LargeVector<RGB> values) : photons_(photons), own_(std::move(values)) {
-    std::swap(photons_.flux, own_);
-  }
-  ~BorrowedFlux() { std::swap(photons_.flux, own_); }
-  BorrowedFlux(const BorrowedFlux&) = delete;
-  BorrowedFlux& operator=(const BorrowedFlux&) = delete;
-
- private:
-  PhotonBatch& photons_;
-  LargeVector<RGB> own_;
-};
 
 /// Memory for the photons of a pass. Throws Error if they do not fit: fewer photons would change the picture.
 std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget& budget) {
@@ -378,16 +362,13 @@ void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::s
 
 void PhotonMaps::index(Map& map, Statistics& statistics) const {
   map.engines.clear();
-  std::optional<BorrowedFlux> multiplied;
-  if (map.corrected) multiplied.emplace(map.photons, flux_times(map.photons.flux, map.factors));
-  std::optional<BorrowedFlux> with_signs;
-  if (settings_.signs)
-    with_signs.emplace(map.photons, flux_times(map.photons.flux, random_signs(map.count, settings_.seed)));
+  LargeVector<RGB> flux = map.corrected ? flux_times(map.photons.flux, map.factors) : map.photons.flux;
+  if (settings_.signs) flux = flux_times(std::move(flux), random_signs(map.count, settings_.seed));
   if (settings_.light_groups && !settings_.signs) {
-    index_groups(map, statistics);
+    index_groups(map, flux, statistics);
   } else {
     map.engines.push_back(make_engine(settings_.engine, {.reorder = settings_.reorder}));
-    map.engines.front()->build(map.photons, policy_of(map), statistics);
+    map.engines.front()->build(map.photons, flux, policy_of(map), statistics);
   }
   map.indexed = true;
 }
@@ -398,16 +379,14 @@ void PhotonMaps::index_narrow(Map& map, const Tracer& tracer, Statistics& statis
   policy.k = std::max<std::uint32_t>(1, policy.k / 2);
   policy.radius *= kNarrow;
   for (float& radius : policy.radii) radius *= kNarrow;
-  std::optional<BorrowedFlux> multiplied;
-  if (map.corrected)
-    multiplied.emplace(map.photons,
-                       flux_times(map.photons.flux, factors_of(map, policy, "narrow-factors", nullptr, tracer)));
+  LargeVector<RGB> flux = map.photons.flux;
+  if (map.corrected) flux = flux_times(std::move(flux), factors_of(map, policy, "narrow-factors", nullptr, tracer));
   map.narrow = make_engine(settings_.engine, {.reorder = settings_.reorder});
-  map.narrow->build(map.photons, policy, statistics);
+  map.narrow->build(map.photons, flux, policy, statistics);
 }
 
 /// Indexes the photons of each group of lights, with the radii of the whole map.
-void PhotonMaps::index_groups(Map& map, Statistics& statistics) const {
+void PhotonMaps::index_groups(Map& map, std::span<const RGB> flux, Statistics& statistics) const {
   const LightGroups& groups = *settings_.light_groups;
   const RadiusPolicy whole = policy_of(map);
   std::vector<std::vector<std::uint32_t>> members(groups.names.size());
@@ -425,7 +404,7 @@ void PhotonMaps::index_groups(Map& map, Statistics& statistics) const {
       if (const PhotonCuts* c = cuts_of(whole.cuts, group[i])) policy.cuts.push_back({i, c->cuts});
     }
     map.engines.push_back(make_engine(settings_.engine, {.reorder = settings_.reorder}));
-    map.engines.back()->build(map.photons.permuted(group), policy, statistics);
+    map.engines.back()->build(map.photons.permuted(group), permuted(flux, group), policy, statistics);
   }
 }
 
@@ -527,9 +506,8 @@ void PhotonMaps::diagnose(Statistics& statistics) {
     const float h = counting.radii[i];
     counts[i] = {1, h, kPi * h * h};
   }
-  const BorrowedFlux counted(global_.photons, std::move(counts));
   std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
-  engine->build(global_.photons, counting, statistics);
+  engine->build(global_.photons, counts, counting, statistics);
   diagnosis_ = std::move(engine);
 }
 

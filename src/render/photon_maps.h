@@ -188,7 +188,7 @@ class PhotonMaps {
   void correct_map(Map& map, const Tracer& tracer, Statistics& statistics) const;
   void index(Map& map, Statistics& statistics) const;
   void index_narrow(Map& map, const Tracer& tracer, Statistics& statistics) const;
-  void index_groups(Map& map, Statistics& statistics) const;
+  void index_groups(Map& map, std::span<const RGB> flux, Statistics& statistics) const;
   void find_patches(const Tracer& tracer, Statistics& statistics);
   void diagnose(Statistics& statistics);
   RadiusPolicy policy_of(const Map& map) const;

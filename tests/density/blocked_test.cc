@@ -89,7 +89,7 @@ Answer ask(const std::string& engine, const PhotonBatch& photons, const RadiusPo
            const QueryPoints& points) {
   const std::unique_ptr<DensityEngine> made = make_engine(engine);
   Statistics statistics;
-  made->build(photons, policy, statistics);
+  made->build(photons, photons.flux, policy, statistics);
   Answer answer{std::vector<RGB>(points.size()), 0, 0};
   made->estimate(points, answer.radiance, statistics);
   EXPECT_EQ(statistics.count(Counter::query_points), points.size());
@@ -256,7 +256,7 @@ TEST(BlockedEngine, BatchesAddUp) {
   Statistics statistics;
   std::vector<RGB> radiance(points.size());
   for (const PhotonBatch* batch : {&a, &b}) {
-    engine->build(*batch, fixed(0.3f), statistics);
+    engine->build(*batch, batch->flux, fixed(0.3f), statistics);
     engine->estimate(points, radiance, statistics);
   }
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -283,8 +283,9 @@ TEST(BlockedEngine, RejectsUnsupportedOptions) {
   Statistics statistics;
   RadiusPolicy policy;
   policy.kind = RadiusKind::nearest;
-  EXPECT_THROW(engine->build(make_photons(10), policy, statistics), Error);
-  EXPECT_THROW(engine->build(make_photons(10), fixed(std::numeric_limits<float>::quiet_NaN()), statistics), Error);
+  const PhotonBatch photons = make_photons(10);
+  EXPECT_THROW(engine->build(photons, photons.flux, policy, statistics), Error);
+  EXPECT_THROW(engine->build(photons, photons.flux, fixed(std::numeric_limits<float>::quiet_NaN()), statistics), Error);
 }
 
 }  // namespace

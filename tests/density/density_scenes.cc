@@ -71,7 +71,7 @@ std::vector<RGB> run(const std::string& engine, const PhotonBatch& photons, cons
   Statistics own;
   if (!statistics) statistics = &own;
   const auto made = make_engine(engine);
-  made->build(photons, policy, *statistics);
+  made->build(photons, photons.flux, policy, *statistics);
   std::vector<RGB> radiance(points.size(), RGB(0.0f));
   made->estimate(points, radiance, *statistics);
   return radiance;

@@ -36,8 +36,8 @@ TEST(EngineTraits, TakesNearestIsTrueForEnginesThatAcceptItInPlaceOfRadii) {
   for (const std::string& name : engine_names()) {
     if (!engine_traits(name).takes_nearest) continue;
     Statistics statistics;
-    EXPECT_NO_THROW(make_engine(name)->build(photons, policy, statistics)) << name;
-    EXPECT_THROW(make_engine(name)->build(photons, own, statistics), Error) << name;
+    EXPECT_NO_THROW(make_engine(name)->build(photons, photons.flux, policy, statistics)) << name;
+    EXPECT_THROW(make_engine(name)->build(photons, photons.flux, own, statistics), Error) << name;
     ++taken;
   }
   EXPECT_GT(taken, 0);

@@ -176,9 +176,9 @@ TEST_P(EveryEngine, AddsToTheRadianceAndCanBeRebuilt) {
   const auto engine = make_engine(GetParam());
   Statistics statistics;
   std::vector<RGB> sum(points.size(), RGB(1.0f));
-  engine->build(photons, fixed(0.3f), statistics);
+  engine->build(photons, photons.flux, fixed(0.3f), statistics);
   engine->estimate(points, sum, statistics);
-  engine->build(others, fixed(0.2f), statistics);
+  engine->build(others, others.flux, fixed(0.2f), statistics);
   engine->estimate(points, sum, statistics);
   const std::vector<RGB> first = run("brute", photons, fixed(0.3f), points);
   const std::vector<RGB> second = run("brute", others, fixed(0.2f), points);
@@ -245,10 +245,10 @@ TEST_P(EveryEngine, RejectsInvalidRadii) {
   Statistics statistics;
   RadiusPolicy policy;
   policy.radii.assign(9, 0.1f);
-  EXPECT_THROW(make_engine(GetParam())->build(photons, policy, statistics), Error);
+  EXPECT_THROW(make_engine(GetParam())->build(photons, photons.flux, policy, statistics), Error);
   policy.radii.assign(10, std::numeric_limits<float>::quiet_NaN());
-  EXPECT_THROW(make_engine(GetParam())->build(photons, policy, statistics), Error);
-  EXPECT_THROW(make_engine(GetParam())->build(photons, fixed(-1), statistics), Error);
+  EXPECT_THROW(make_engine(GetParam())->build(photons, photons.flux, policy, statistics), Error);
+  EXPECT_THROW(make_engine(GetParam())->build(photons, photons.flux, fixed(-1), statistics), Error);
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EveryEngine, testing::ValuesIn(engine_names()),

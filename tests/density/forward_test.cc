@@ -64,7 +64,7 @@ TEST(ForwardMap, HasEveryPhotonOnOneSplitPlane) {
   for (const std::size_t count : {1, 2, 3, 10, 1000, 20000}) {
     const PhotonBatch photons = room_photons(count);
     const RadiusPolicy policy = per_photon(photons);
-    const ForwardMap map = build_forward_map(photons, policy);
+    const ForwardMap map = build_forward_map(photons, photons.flux, policy);
     ASSERT_EQ(map.nodes.size(), count);
     TreeCheck check{map, policy, std::vector<int>(count, 0)};
     check.subtree(0, 0, std::numeric_limits<float>::infinity());
@@ -119,7 +119,7 @@ TEST_P(EveryInstructionSet, GathersAsPlainCode) {
   const PhotonBatch photons = room_photons(3001);
   for (const KernelShape kernel : kKernelShapes) {
     const RadiusPolicy policy = per_photon(photons, kernel);
-    const ForwardMap map = build_forward_map(photons, policy);
+    const ForwardMap map = build_forward_map(photons, photons.flux, policy);
     for (const std::size_t count : {1, 3, 4, 15, 16, 17, 250}) {
       const QueryPoints points = room_queries(count);
       const Answer expected = ask(map.tree(policy), points, 0);
@@ -141,7 +141,7 @@ TEST_P(EveryInstructionSet, CollectsThePairsThatAreSummed) {
   const PhotonBatch photons = room_photons(2000);
   QueryPoints points = room_queries(37);
   const RadiusPolicy policy = per_photon(photons);
-  const ForwardMap map = build_forward_map(photons, policy);
+  const ForwardMap map = build_forward_map(photons, photons.flux, policy);
   const Answer expected = ask(map.tree(policy), points, 0);
   std::vector<float> arrays[6];
   for (auto& array : arrays) array.assign(points.size() + kForwardMaxLanes, 0.0f);
@@ -179,7 +179,7 @@ TEST_P(EveryInstructionSet, EngineAgreesWithBruteForceAtEveryWidth) {
     const auto engine = make_forward_engine({lanes, {ReorderMethod::octree, 16, kAutomaticDepth}});
     Statistics statistics;
     std::vector<RGB> values(points.size(), RGB(0.0f));
-    engine->build(photons, policy, statistics);
+    engine->build(photons, photons.flux, policy, statistics);
     engine->estimate(points, values, statistics);
     EXPECT_LT(largest_difference(values, expected), 1e-5) << lanes;
   }
@@ -192,7 +192,7 @@ double mean_lanes(const PhotonBatch& photons, const QueryPoints& points, int lan
   const auto engine = make_forward_engine({lanes, {method, 16, kAutomaticDepth}});
   Statistics statistics;
   std::vector<RGB> values(points.size(), RGB(0.0f));
-  engine->build(photons, per_photon(photons), statistics);
+  engine->build(photons, photons.flux, per_photon(photons), statistics);
   engine->estimate(points, values, statistics);
   return double(statistics.count(Counter::packet_active_lanes)) / double(statistics.count(Counter::packet_steps));
 }
@@ -216,7 +216,8 @@ TEST(Forward, RejectsUnsupportedOptions) {
   RadiusPolicy policy;
   policy.kind = RadiusKind::nearest;
   Statistics statistics;
-  EXPECT_THROW(make_engine("forward")->build(room_photons(10), policy, statistics), Error);
+  const PhotonBatch photons = room_photons(10);
+  EXPECT_THROW(make_engine("forward")->build(photons, photons.flux, policy, statistics), Error);
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ class Grouping : public testing::TestWithParam<std::string> {
   void expect_same(const PhotonBatch& photons, const RadiusPolicy& policy, const QueryPoints& points) const {
     const auto engine = make_engine(GetParam());
     Statistics statistics;
-    engine->build(photons, policy, statistics);
+    engine->build(photons, photons.flux, policy, statistics);
     std::vector<RGB> whole(points.size());
     engine->estimate(points, whole, statistics);
     double sum = 0;

@@ -38,7 +38,7 @@ TEST_P(KernelCutsOf, CountOnTheirSideOfThePlanes) {
     policy.kernel = shape;
     const auto engine = make_engine(GetParam());
     Statistics statistics;
-    engine->build(photons, policy, statistics);
+    engine->build(photons, photons.flux, policy, statistics);
     EXPECT_EQ(engine->name(), GetParam());
     std::vector<RGB> found(kPoints);
     engine->estimate(points, found, statistics);

@@ -38,7 +38,7 @@ std::vector<float> map_distances(const PhotonMap& map, Vec3 x, Vec3 normal, std:
 
 void expect_same_distances(const PhotonBatch& photons, const QueryPoints& points) {
   PhotonMap map;
-  map.build(photons);
+  map.build(photons, photons.flux, {});
   for (const std::size_t k : {1, 2, 7, 50, 1000}) {
     for (const float limit : {std::numeric_limits<float>::infinity(), 0.01f}) {
       for (std::size_t i = 0; i < points.size(); ++i) {

@@ -184,7 +184,7 @@ TEST(ReversePhotonArray, ClustersHoldTheirPhotonsSpheres) {
   const PhotonBatch photons = room_photons(20000);
   const RadiusPolicy policy = widely_varied(photons);
   for (const std::uint32_t size : {1u, 7u, 64u}) {
-    const ReversePhotonArray array(photons, policy, size);
+    const ReversePhotonArray array(photons, photons.flux, policy, size);
     const ReversePhotons view = array.view();
     ASSERT_EQ(array.size(), photons.size());
     std::uint32_t next = 0;
@@ -215,7 +215,7 @@ TEST(ReversePhotonArray, ClustersHoldTheirPhotonsSpheres) {
 std::vector<RGB> reverse(const ReverseOptions& options, const PhotonBatch& photons, const RadiusPolicy& policy,
                          const QueryPoints& points, Statistics& statistics) {
   const auto engine = make_reverse_engine(options);
-  engine->build(photons, policy, statistics);
+  engine->build(photons, photons.flux, policy, statistics);
   std::vector<RGB> radiance(points.size(), RGB(0.0f));
   engine->estimate(points, radiance, statistics);
   return radiance;
@@ -324,7 +324,7 @@ TEST(ReverseKernels, AgreeWithPlainCodeOnEveryInstructionSet) {
     const QueryPoints points = count == 1013 ? spread_points(count, 2) : room_queries(count);
     const ReverseTree tree(points, all(points));
     for (const KernelShape kernel : kKernelShapes) {
-      const ReversePhotonArray array(photons, widely_varied(photons, kernel), 64);
+      const ReversePhotonArray array(photons, photons.flux, widely_varied(photons, kernel), 64);
       const ReverseAnswer expected = ask(reverse_sum_reference, tree, array);
       const float largest = *std::max_element(expected.sums.begin(), expected.sums.end());
       for (const std::string& name : simd_names()) {
@@ -344,7 +344,7 @@ TEST(ReverseKernels, CollectThePairsThatAreSummed) {
   const PhotonBatch photons = room_photons(3000);
   const QueryPoints points = room_queries(777);
   const ReverseTree tree(points, all(points));
-  const ReversePhotonArray array(photons, widely_varied(photons), 64);
+  const ReversePhotonArray array(photons, photons.flux, widely_varied(photons), 64);
   const ReversePhotons view = array.view();
   for (const std::string& name : simd_names()) {
     set_simd(name);

@@ -38,7 +38,7 @@ class Leaks : public testing::TestWithParam<std::string> {
     policy.max_radius = 0.2f;
     policy.radii.assign(photons.size(), 0.1f);
     Statistics statistics;
-    engine->build(photons, policy, statistics);
+    engine->build(photons, photons.flux, policy, statistics);
     std::vector<RGB> found(queries.size());
     engine->estimate(queries, found, statistics);
     return found;
