@@ -15,11 +15,13 @@
 #include <vector>
 
 #include "glowworm/glowworm.h"
+#include "support/temporary_folder.h"
 
 namespace gw = glowworm::api;
 
 namespace {
 
+using glowworm::TemporaryFolder;
 using testing::HasSubstr;
 
 /// A white square of side 2 at z = 0, facing +z.
@@ -135,7 +137,8 @@ TEST(Api, PicturesKeepTheirLayersInFiles) {
   picture.width = 2;
   picture.height = 1;
   picture.layers = {{gw::kImageLayer, "RGB", {1, 70000, 1.0001f, 4, 5, 6}}, {"depth", "Z", {0.1f, 7}}};
-  const std::string path = testing::TempDir() + "layers.exr";
+  const TemporaryFolder folder;
+  const std::string path = folder.path("layers.exr");
   gw::write_picture(path, picture);
   const gw::Picture read = gw::read_picture(path);
   EXPECT_EQ(read.layer().samples, picture.layer().samples);
@@ -556,7 +559,8 @@ TEST(Api, AsManyCausticPhotonsAreStoredAsAskedFor) {
 
 /// The bytes of a baked scene.
 std::string baked(const gw::Scene& scene, const gw::BakeOptions& options) {
-  const std::string path = testing::TempDir() + "baked.glb";
+  const TemporaryFolder folder;
+  const std::string path = folder.path("baked.glb");
   gw::bake(scene, path, options);
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -22,12 +22,6 @@ std::string read_whole(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-std::filesystem::path make_folder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "glowworm-apps-XXXXXX").string();
-  if (!mkdtemp(pattern.data())) return {};
-  return pattern;
-}
-
 }  // namespace
 
 Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
@@ -86,34 +80,10 @@ Outcome Running::wait() {
   return outcome;
 }
 
-void ProgramTest::SetUp() {
-  folder_ = make_folder();
-  ASSERT_FALSE(folder_.empty());
-  log_folder_ = folder_.string() + "-logs";
-}
-
-void ProgramTest::TearDown() {
-  std::filesystem::remove_all(folder_);
-  std::filesystem::remove_all(log_folder_);
-}
-
-std::string ProgramTest::write(const std::string& name, const std::string& bytes) const {
-  std::ofstream(folder_ / name, std::ios::binary) << bytes;
-  return path(name);
-}
-
 std::string ProgramTest::read(const std::filesystem::path& file) { return read_whole(file); }
 
 nlohmann::json ProgramTest::read_json(const std::string& name) const {
   return nlohmann::json::parse(read(folder_ / name));
-}
-
-std::vector<std::string> ProgramTest::names() const {
-  std::vector<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_))
-    found.push_back(entry.path().filename().string());
-  std::sort(found.begin(), found.end());
-  return found;
 }
 
 bool ProgramTest::wait_until(const std::function<bool()>& condition, double seconds) {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "support/temporary_folder.h"
+
 namespace glowworm {
 
 /// How a run ended.
@@ -41,18 +43,13 @@ class Running {
   pid_t process_ = -1;
 };
 
-/// A test with a folder of its own, removed at its end; the program runs in it.
-class ProgramTest : public testing::Test {
+/// A test whose program runs in its folder. Logs lie apart, so that names() holds what the program made alone.
+class ProgramTest : public FolderTest {
  protected:
-  void SetUp() override;
-  void TearDown() override;
+  ~ProgramTest() override { std::filesystem::remove_all(folder_.string() + "-logs"); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string write(const std::string& name, const std::string& bytes) const;
   static std::string read(const std::filesystem::path& file);
   nlohmann::json read_json(const std::string& name) const;
-  /// Names of the files in the folder, in order.
-  std::vector<std::string> names() const;
   /// Whether the condition holds before the time is over.
   static bool wait_until(const std::function<bool()>& condition, double seconds);
   /// Whether the file is there before the time is over.
@@ -66,11 +63,6 @@ class ProgramTest : public testing::Test {
   /// Writes scenes of several files: a.pbrt with inner.pbrt, part.ply, wood.png and sky.exr; a.obj with a.mtl and
   /// wood.png; a.gltf with a.bin and wood.png.
   void write_scenes() const;
-
-  std::filesystem::path folder_;
-
- private:
-  std::filesystem::path log_folder_;  // apart, so that names() holds what the program made alone
 };
 
 /// The program refused: "glowworm: error:" with all of the texts, and status 1, or 2 for command lines without sense.

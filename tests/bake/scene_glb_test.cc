@@ -7,11 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -21,6 +19,7 @@
 #include "builtin/builtin.h"
 #include "import/import.h"
 #include "scene/scene_parts.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -141,14 +140,10 @@ TEST(BakedVertices, HaveTheLightOfTheirPlaces) {
 
 /// The scene of a GLB file, as a bake reads it.
 SceneDescription scene_of_glb(const std::string& glb) {
-  std::string folder = (std::filesystem::temp_directory_path() / "glowworm-bake-XXXXXX").string();
-  if (!mkdtemp(folder.data())) throw std::runtime_error("no folder");
-  std::ofstream(folder + "/lit.glb", std::ios::binary) << glb;
+  const TemporaryFolder folder;
   ImportOptions options;
   options.light_uvs = true;
-  SceneDescription out = load_scene(folder + "/lit.glb", options);
-  std::filesystem::remove_all(folder);
-  return out;
+  return load_scene(folder.write("lit.glb", glb), options);
 }
 
 TEST(BakedMaterials, GiveBackWhatLampsEmit) {

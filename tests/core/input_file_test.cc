@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>  // mkdtemp
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,20 +10,15 @@
 #include <thread>
 
 #include "core/error.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
 
 using testing::HasSubstr;
 
-class InputFile : public testing::Test {
+class InputFile : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "glowworm-input-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   static std::string message_of(const std::string& path) {
     try {
       read_input_file(path);
@@ -33,7 +27,6 @@ class InputFile : public testing::Test {
     }
     return "read";
   }
-  std::filesystem::path folder_;
 };
 
 TEST_F(InputFile, IsReadWhole) {

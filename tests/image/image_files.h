@@ -6,12 +6,12 @@
 
 #include "core/random.h"
 #include "image/image.h"
-#include "image/temporary_folder.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 
 /// Test files in a temporary folder.
-class ImageFiles : public TemporaryFolder {
+class ImageFiles : public FolderTest {
  protected:
   // 37 x 23: no side is a multiple of a block of any codec.
   static constexpr int kWidth = 37, kHeight = 23;

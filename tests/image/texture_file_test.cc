@@ -14,9 +14,9 @@
 #include <thread>
 
 #include "core/random.h"
-#include "image/temporary_folder.h"
 #include "image/texel_store.h"
 #include "image/tone_map.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -28,7 +28,7 @@ std::shared_ptr<const TextureFile> open_texture(const std::string& path, const T
   return make_texture(read_texels(path), options);
 }
 
-class TextureFiles : public TemporaryFolder {
+class TextureFiles : public FolderTest {
  protected:
   template <typename T>
   std::string write(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type,

@@ -18,6 +18,7 @@
 #include "import/scene_changes.h"
 #include "scene/light_power.h"
 #include "scene/light_sampling.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -245,16 +246,9 @@ std::string cosine_lamp() {
   return "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 91 1 1 2 0 0 0 1 1 1\n" + angles + "0\n" + values;
 }
 
-class LuminaireScene : public testing::Test {
+class LuminaireScene : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("ies" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "lamp.ies") << cosine_lamp();
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_;
+  LuminaireScene() { write("lamp.ies", cosine_lamp()); }
 };
 
 TEST_F(LuminaireScene, LightsThePlaneBelowByTheCosineLaw) {

@@ -2,7 +2,6 @@
 #pragma once
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>  // mkdtemp
 
 #include <cstdint>
 #include <cstring>
@@ -13,27 +12,13 @@
 
 #include "core/error.h"
 #include "import/import.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 
-/// A test with a folder of its own, removed at its end.
-class FileTest : public testing::Test {
+/// A test that loads files.
+class FileTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "glowworm-import-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  std::string write(const std::string& name, const std::string& bytes) const {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << bytes;
-    return path(name);
-  }
-
   /// Loads a file that must be refused, and returns the message.
   static std::string message_of(const std::string& file) {
     try {
@@ -44,9 +29,6 @@ class FileTest : public testing::Test {
     ADD_FAILURE() << file << " was accepted";
     return "";
   }
-
- private:
-  std::filesystem::path folder_;
 };
 
 /// An uncompressed 32-bit TGA image of one row; pixels are blue, green, red, alpha.

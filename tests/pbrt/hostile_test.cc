@@ -17,7 +17,6 @@ namespace {
 using pbrt_testing::error_of;
 using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
-using pbrt_testing::TemporaryFolder;
 
 // The sanitizers reserve address space without end.
 constexpr bool kLimitsMemory = !kAddressSanitizer && !kThreadSanitizer;

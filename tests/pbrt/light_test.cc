@@ -17,7 +17,6 @@ using pbrt_testing::expect_near;
 using pbrt_testing::has_note;
 using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
-using pbrt_testing::TemporaryFolder;
 
 Light light(const std::string& directives) { return load_text("WorldBegin\n" + directives).lights.at(0); }
 Environment sky(const std::string& directives) { return *load_text("WorldBegin\n" + directives).environment; }

@@ -12,7 +12,6 @@ using pbrt_testing::expect_near;
 using pbrt_testing::has_note;
 using pbrt_testing::kTriangle;
 using pbrt_testing::load_text;
-using pbrt_testing::TemporaryFolder;
 
 /// The material that a triangle gets after `directives`.
 Material material(const std::string& directives) {

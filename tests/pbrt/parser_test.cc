@@ -16,8 +16,6 @@
 namespace glowworm {
 namespace {
 
-using pbrt_testing::TemporaryFolder;
-
 struct Parsed {
   std::vector<PbrtDirective> directives;
   std::string error;

@@ -15,8 +15,6 @@
 namespace glowworm {
 namespace {
 
-using pbrt_testing::TemporaryFolder;
-
 constexpr const char* kAscii = R"(ply
 format ascii 1.0
 comment a quad and a triangle

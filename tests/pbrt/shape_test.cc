@@ -11,7 +11,6 @@ namespace {
 using pbrt_testing::error_of;
 using pbrt_testing::has_note;
 using pbrt_testing::load_text;
-using pbrt_testing::TemporaryFolder;
 using pbrt_testing::total_area;
 
 Geometry shape(const std::string& text) { return load_text("WorldBegin\n" + text).geometry; }
@@ -136,7 +135,7 @@ TEST(PbrtShape, TexturedMeshWithoutCoordinatesGetsPbrts) {
 }
 
 TEST(PbrtShape, QuadsWithoutCoordinatesGetThoseOfPbrtsPatches) {
-  const pbrt_testing::TemporaryFolder folder;
+  const TemporaryFolder folder;
   // A triangle, two quads cut along either diagonal, and a pentagon.
   folder.write("m.ply",
                "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\n"

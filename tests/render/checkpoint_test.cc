@@ -1,23 +1,18 @@
 #include "render/checkpoint.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "builtin/builtin.h"
 #include "core/error.h"
 #include "render/job.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
-
-std::string temporary_path(const char* name) {
-  return (std::filesystem::temp_directory_path() / (std::string(name) + std::to_string(::getpid()))).string();
-}
 
 RenderSettings small_render(std::uint32_t samples, bool progressive) {
   RenderSettings s;
@@ -31,7 +26,7 @@ RenderSettings small_render(std::uint32_t samples, bool progressive) {
   return s;
 }
 
-class CheckpointTest : public testing::Test {
+class CheckpointTest : public FolderTest {
  protected:
   std::shared_ptr<const Scene> scene = std::make_shared<const Scene>(builtin_scene("cornell"));
   std::shared_ptr<const Tracer> tracer = std::make_shared<const Tracer>(*scene);
@@ -41,10 +36,9 @@ TEST_F(CheckpointTest, ResumedRenderHasTheBitsOfAnUninterruptedOne) {
   for (const bool progressive : {false, true}) {
     Job begun(scene, tracer, small_render(2, progressive));
     begun.wait();
-    const std::string path = temporary_path("checkpoint");
-    write_checkpoint(path, begun.checkpoint());
-    const auto read = read_checkpoint(path);
-    std::remove(path.c_str());
+    const std::string saved = path("checkpoint");
+    write_checkpoint(saved, begun.checkpoint());
+    const auto read = read_checkpoint(saved);
     ASSERT_TRUE(read);
     EXPECT_EQ(read->passes, 2u);
     Job resumed(scene, tracer, small_render(5, progressive), &*read);
@@ -208,27 +202,26 @@ TEST_F(CheckpointTest, ForgedCountsAndSumsAreRefused) {
 TEST_F(CheckpointTest, DamagedFilesAreRefusedAndMissingOnesAreNone) {
   Job begun(scene, tracer, small_render(1, false));
   begun.wait();
-  const std::string path = temporary_path("damaged");
-  EXPECT_FALSE(read_checkpoint(path));
-  EXPECT_FALSE(read_key_of_checkpoint(path));
-  write_checkpoint(path, begun.checkpoint());
-  const auto key_alone = read_key_of_checkpoint(path);
+  const std::string saved = path("damaged");
+  EXPECT_FALSE(read_checkpoint(saved));
+  EXPECT_FALSE(read_key_of_checkpoint(saved));
+  write_checkpoint(saved, begun.checkpoint());
+  const auto key_alone = read_key_of_checkpoint(saved);
   ASSERT_TRUE(key_alone);
   EXPECT_EQ(key_alone->key, begun.checkpoint().key);
   EXPECT_TRUE(key_alone->film.empty());
-  const auto size = std::filesystem::file_size(path);
+  const auto size = std::filesystem::file_size(saved);
   for (const std::uintmax_t cut : {size - 1, size / 2, std::uintmax_t{12}, std::uintmax_t{0}}) {
-    write_checkpoint(path, begun.checkpoint());
-    std::filesystem::resize_file(path, cut);
-    EXPECT_THROW(read_checkpoint(path), Error) << cut;
+    write_checkpoint(saved, begun.checkpoint());
+    std::filesystem::resize_file(saved, cut);
+    EXPECT_THROW(read_checkpoint(saved), Error) << cut;
   }
-  write_checkpoint(path, begun.checkpoint());
-  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  write_checkpoint(saved, begun.checkpoint());
+  std::fstream file(saved, std::ios::in | std::ios::out | std::ios::binary);
   file.seekp(static_cast<std::streamoff>(size / 2));
   file.put('\x5a');
   file.close();
-  EXPECT_THROW(read_checkpoint(path), Error);
-  std::remove(path.c_str());
+  EXPECT_THROW(read_checkpoint(saved), Error);
 }
 
 }  // namespace

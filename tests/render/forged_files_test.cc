@@ -1,7 +1,6 @@
 // Files of a render that hold what no render writes, with the right hashes: nothing crashes, and pieces of shared work
 // are made again.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -17,6 +16,7 @@
 #include "render/packed_file.h"
 #include "render/part.h"
 #include "render/render_testing.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -57,15 +57,8 @@ void for_numbers(json& value, const Work& work) {
     for (json& member : value) for_numbers(member, work);
 }
 
-class ForgedFiles : public testing::Test {
+class ForgedFiles : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("glowworm-forged-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::vector<fs::path> pieces() const {
     std::vector<fs::path> out;
     for (const auto& entry : fs::recursive_directory_iterator(folder_))
@@ -74,7 +67,6 @@ class ForgedFiles : public testing::Test {
     return out;
   }
 
-  fs::path folder_;
   std::mt19937 random_{5};
 };
 

@@ -2,7 +2,6 @@
 #include "render/options.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <limits>
@@ -13,6 +12,7 @@
 #include "core/error.h"
 #include "render/render_key.h"
 #include "render_testing.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -112,13 +112,14 @@ TEST(Options, AreInTheKeyOrChangeNoBits) {
   const RenderSettings base = tiny_render();
   const RenderKey key = render_key(*stage.scene, base);
   const std::vector<std::uint32_t> bits = stage.render(base).save();
+  const TemporaryFolder folder;
   for (const Option& option : render_options()) {
     RenderSettings changed = base;
     option.parse(changed, other_value(option, base));
     const bool in_key = render_key(*stage.scene, changed) != key;
     EXPECT_EQ(in_key, option.shows || option.name == std::string("--camera")) << option.name;
     if (!in_key && !ends.contains(option.name)) {
-      if (!changed.share.empty()) changed.share = testing::TempDir() + "options_test." + std::to_string(getpid());
+      if (!changed.share.empty()) changed.share = folder.path("share");
       EXPECT_EQ(stage.render(changed).save(), bits) << option.name;
       if (!changed.share.empty()) {
         EXPECT_GT(std::filesystem::remove_all(changed.share), 1u);

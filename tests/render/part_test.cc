@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "core/error.h"
 #include "render/output.h"
 #include "render/render_testing.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -26,16 +26,8 @@ RenderSettings small_picture(std::uint32_t samples) {
   return s;
 }
 
-class PartTest : public testing::Test {
+class PartTest : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("glowworm_parts" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
   /// Renders a part into a file.
   PartFile render(RenderSettings settings, SampleShare share, const std::string& name) const {
     settings.part = share;
@@ -59,7 +51,6 @@ class PartTest : public testing::Test {
   Stage stage{builtin_scene("cornell")};
 
  private:
-  std::filesystem::path folder_;
 };
 
 /// What the error says that the work throws; "" where it throws none.
@@ -298,11 +289,10 @@ TEST(Parts, NamesOfAnyBytesComeBack) {
   Part part = part_of(job);
   for (int byte = 1; byte < 256; ++byte)
     part.picture.objects.push_back("name" + std::string(2, static_cast<char>(byte)));
-  const std::string path =
-      (std::filesystem::temp_directory_path() / ("glowworm_names" + std::to_string(::getpid()))).string();
+  const TemporaryFolder folder;
+  const std::string path = folder.path("part");
   write_part(path, part, job.snapshot());
   const Part read = read_part(path);
-  std::filesystem::remove(path);
   EXPECT_EQ(read.picture.objects, part.picture.objects);
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <string>
 #include <thread>
@@ -18,6 +17,7 @@
 #include "render/part.h"
 #include "render/render_key.h"
 #include "render/render_testing.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -200,7 +200,8 @@ TEST(PhotonNoise, IsNotMeasuredInLittleMemory) {
 
 TEST(PhotonNoise, ComesBackFromFilesThatCanHoldIt) {
   const Stage stage(builtin_scene("cornell"));
-  const std::string file = testing::TempDir() + "photon_noise_test";
+  const TemporaryFolder folder;
+  const std::string file = folder.path("render");
   Job job(stage.scene, stage.tracer, few_photons(1, 4000));
   job.wait();
   write_checkpoint(file, job.checkpoint());
@@ -218,7 +219,6 @@ TEST(PhotonNoise, ComesBackFromFilesThatCanHoldIt) {
     checkpoint.photon_variance = impossible;
     EXPECT_THROW(Job(stage.scene, stage.tracer, few_photons(1, 4000), &checkpoint), Error) << impossible;
   }
-  std::remove(file.c_str());
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "render/packed_file.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
@@ -27,14 +28,8 @@ using testing::IsEmpty;
 constexpr std::size_t kPieceCount = 6;
 constexpr ShareFolder::Times kQuick{0.02, 0.4, 0.01};
 
-class ShareFolderTest : public testing::Test {
+class ShareFolderTest : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("glowworm-share-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static std::vector<std::byte> content(std::size_t piece) {
     return std::vector<std::byte>(1000 * piece, static_cast<std::byte>(piece + 1));
   }
@@ -69,8 +64,6 @@ class ShareFolderTest : public testing::Test {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
   }
-
-  fs::path folder_;
 };
 
 TEST_F(ShareFolderTest, TheFirstMakesAllAndTheNextReads) {
@@ -212,6 +205,7 @@ TEST_F(ShareFolderTest, WhatIsNoFileNeitherBlocksNorEndsTheRender) {
 }
 
 TEST_F(ShareFolderTest, AFolderThatCannotBeWrittenIsOneWarning) {
+  fs::remove(folder_);
   std::ofstream(folder_).put('\n');
   testing::internal::CaptureStderr();
   EXPECT_EQ(divide_alone().size(), kPieceCount);

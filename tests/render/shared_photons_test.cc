@@ -1,26 +1,20 @@
 // Renders whose photons come from other processes have the bits of renders without them.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <thread>
 
 #include "builtin/builtin.h"
 #include "render/render_testing.h"
+#include "support/temporary_folder.h"
 
 namespace glowworm {
 namespace {
 
 namespace fs = std::filesystem;
 
-class SharedPhotonsTest : public testing::Test {
+class SharedPhotonsTest : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("glowworm-photons-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// Renders alone, then by two processes at once, then by one that finds all.
   /// @param file beginning of the name of a file that they must share
   void expect_same_bits(const Stage& stage, RenderSettings settings, const std::string& file) const {
@@ -43,8 +37,6 @@ class SharedPhotonsTest : public testing::Test {
       files += entry.is_regular_file() && entry.path().filename().string().starts_with(beginning);
     return files;
   }
-
-  fs::path folder_;
 };
 
 TEST_F(SharedPhotonsTest, OfACrowdOfPieces) {
