@@ -21,6 +21,18 @@ enum class Kernel : std::uint8_t {
 /// Names of the kernels, in the order of Kernel: "box" and so on.
 std::vector<std::string> kernel_names();
 
+/// Density engines: ways to look photons up. Given the same radii they agree to rounding.
+enum class Engine : std::uint8_t {
+  automatic,  ///< blocked, the fastest
+  blocked,    ///< blocks of photons in a tree of boxes
+  forward,    ///< packets of points walk a kd-tree of photons (Singh and Faloutsos 2007)
+  reverse,    ///< photons search a kd-tree of the points of a call (Havran, Herzog, Seidel 2005)
+  knn,        ///< each point searches for its k nearest photons; it takes no radii, so not for a DensityIndex
+  brute,      ///< every pair, in double precision; for tests
+};
+/// Names of the engines, in the order of Engine: "auto", "blocked" and so on.
+std::vector<std::string> engine_names();
+
 /// Photons as arrays of one length n. They are copied.
 struct PhotonArrays {
   std::span<const Vec3> position;  ///< n, metres
@@ -35,16 +47,18 @@ struct PhotonArrays {
 std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k = 50);
 
 /// An index over photons. It serves any number of batches of points. The constructors throw Error if lengths differ,
-/// for numbers that are not finite, radii that are not above 0, normals that are not unit and values that are no
-/// Kernel.
+/// for numbers that are not finite, radii that are not above 0, normals that are not unit, values that are no
+/// Kernel or Engine, and Engine::knn.
 class DensityIndex {
  public:
   /// One radius for all photons (Singh and Faloutsos 2007, equation 2).
   /// @param radius metres, > 0
-  DensityIndex(const PhotonArrays& photons, float radius, Kernel kernel = Kernel::epanechnikov);
+  DensityIndex(const PhotonArrays& photons, float radius, Kernel kernel = Kernel::epanechnikov,
+               Engine engine = Engine::automatic);
   /// A radius for each photon (Havran, Herzog, Seidel 2005, equation 3).
   /// @param radii n, metres, > 0
-  DensityIndex(const PhotonArrays& photons, std::span<const float> radii, Kernel kernel = Kernel::epanechnikov);
+  DensityIndex(const PhotonArrays& photons, std::span<const float> radii, Kernel kernel = Kernel::epanechnikov,
+               Engine engine = Engine::automatic);
   ~DensityIndex();
   DensityIndex(DensityIndex&&) noexcept;
   DensityIndex& operator=(DensityIndex&&) noexcept;
@@ -57,6 +71,8 @@ class DensityIndex {
   /// away. Empty if the photons have none.
   /// Throws Error if the lengths differ, for positions that are not finite, and for normals that are not unit.
   std::vector<Rgb> sum(std::span<const Vec3> position, std::span<const Vec3> normal = {}) const;
+  /// As above, into memory of the caller. Throws Error if `out` has another length than `position`, too.
+  void sum(std::span<const Vec3> position, std::span<const Vec3> normal, std::span<Rgb> out) const;
 
   std::size_t photon_count() const;
 

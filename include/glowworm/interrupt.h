@@ -16,3 +16,9 @@ class Interrupt {
 };
 
 }  // namespace glowworm
+
+namespace glowworm::api {
+
+using glowworm::Interrupt;
+
+}  // namespace glowworm::api

@@ -54,7 +54,7 @@ struct PhotonMapOptions {
   std::uint32_t seed = 0;
   std::uint32_t nearest = 50;  ///< photons that an estimate should catch; they set the radii
   Kernel kernel = Kernel::epanechnikov;
-  std::string engine;  ///< density engine; "": "blocked"
+  Engine engine = Engine::automatic;
   /// Correct estimates at points where a kernel extends over the edge of a surface.
   bool boundary_correction = true;
   const Interrupt* interrupt = nullptr;  ///< if requested, the constructor throws Cancelled

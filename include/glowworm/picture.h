@@ -1,6 +1,7 @@
 // Pictures: layers of floats, in memory and in files, and measures of their difference.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <span>
 #include <string>
@@ -38,10 +39,18 @@ struct Picture {
 /// Throws Error if the file is missing, damaged or no image.
 Picture read_picture(const std::string& path);
 
-/// Writes a picture in the format of the path's extension: .exr with all layers, linear, as 32-bit floats; .png with
-/// the image layer and a filmic tone curve. The file appears whole or not at all. Throws Error if it cannot be written.
+/// How numbers are stored in EXR files.
+enum class Precision : std::uint8_t {
+  half,    ///< 16-bit floats, but 32-bit ones in layers of depths, positions, ids, and numbers beyond their range
+  single,  ///< 32-bit floats: the picture's own numbers
+};
+
+/// Writes a picture in the format of the path's extension: .exr with all layers, linear; .png with the image layer and
+/// a filmic tone curve. The file appears whole or not at all. Throws Error if it cannot be written.
 /// @param exposure of a PNG file, stops
-void write_picture(const std::string& path, const Picture& picture, float exposure = 0);
+/// @param precision of an EXR file
+void write_picture(const std::string& path, const Picture& picture, float exposure = 0,
+                   Precision precision = Precision::single);
 
 /// The bytes of a PNG file of a layer of one or three channels, with a filmic tone curve.
 /// @param exposure stops

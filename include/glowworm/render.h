@@ -8,33 +8,41 @@
 #include <utility>
 #include <vector>
 
+#include "glowworm/density.h"
 #include "glowworm/picture.h"
 #include "glowworm/scene.h"
+#include "glowworm/statistics.h"
 
 namespace glowworm::api {
+
+/// Ways to compute light.
+enum class Integrator : std::uint8_t {
+  gather,   ///< photon maps with final gathering
+  path,     ///< path tracing: the reference
+  photons,  ///< the photon map shown directly, without final gathering
+};
 
 /// A part of a picture, as fractions of its width and height from the upper left corner.
 struct Crop {
   double x0 = 0, y0 = 0, x1 = 1, y1 = 1;
 };
 
-/// Settings of a render. 0 and "" leave the choice to Glowworm.
+/// Settings of a render. 0, "" and automatic leave the choice to Glowworm.
 struct RenderOptions {
   int width = 0, height = 0;  ///< pixels
   std::optional<Crop> crop;   ///< the part to render; none: all, or what the scene's file asks for
   std::uint32_t samples = 0;  ///< camera samples of each pixel
   std::uint32_t gather = 0;   ///< final gather rays of each camera sample
   std::uint64_t photons = 0;  ///< in the global map
-  std::string integrator;     ///< "gather": photon maps with final gathering, the default; "path": path tracing, the
-                              ///< reference; "photons": the photon map shown directly
-  std::string engine;         ///< density engine: "blocked", "forward", "reverse", "knn"
-  bool filter = true;         ///< average pixels of gathered light whose difference is noise
-  bool progressive = false;   ///< new photons and smaller radii in every pass: converges to the exact solution
-  std::uint32_t seed = 0;     ///< the same seed gives the same picture, bit for bit
-  double time_limit = 0;      ///< seconds, until the picture is made; 0: none
-  double noise_target = 0;    ///< relative standard error of the picture at which it stops
-  std::uint64_t memory = 0;   ///< bytes, in addition to the scene
-  std::string camera;         ///< name; "": the scene's first
+  Integrator integrator = Integrator::gather;
+  Engine engine = Engine::automatic;
+  bool filter = true;             ///< average pixels of gathered light whose difference is noise
+  bool progressive = false;       ///< new photons and smaller radii in every pass: converges to the exact solution
+  std::uint32_t seed = 0;         ///< the same seed gives the same picture, bit for bit
+  double time_limit = 0;          ///< seconds, until the picture is made; 0: none
+  double noise_target = 0;        ///< relative standard error of the picture at which it stops
+  std::uint64_t memory = 0;       ///< bytes, in addition to the scene
+  std::string camera;             ///< name; "": the scene's first
   std::vector<std::string> aovs;  ///< layers beside the image: names of aov_names()
   /// Further options of `glowworm render`, by name without dashes, with their text: {"nearest", "100"}; flags have the
   /// text "": {"indirect-only", ""}. They overrule the members above.
@@ -45,6 +53,8 @@ struct RenderOptions {
 std::vector<std::string> aov_names();
 /// Names for RenderOptions::more.
 std::vector<std::string> render_option_names();
+/// A whole number as options of renders take it: "10000", "1e4", "10k" or "0.01M". Throws Error for another text.
+std::uint64_t parse_count(const std::string& text);
 
 /// A render in its own thread. It uses as many threads as set_threads() allows.
 class Render {
@@ -67,8 +77,8 @@ class Render {
   double progress() const;
   /// The picture so far, or the finished one. Any thread may call it at any time. Black where nothing is rendered yet.
   Picture picture() const;
-  /// Settings, counts and times as JSON; the guide lists the keys. Call it after the render has ended.
-  std::string statistics() const;
+  /// Counts and times. Call it after the render has ended.
+  RenderStatistics statistics() const;
 
  private:
   struct Implementation;

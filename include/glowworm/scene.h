@@ -2,8 +2,10 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "glowworm/error.h"
@@ -22,12 +24,35 @@ struct Camera {
   std::string name = "camera";
 };
 
+/// Changes of a scene while it is read. The defaults change nothing.
+struct LoadOptions {
+  bool z_up = false;         ///< the file's z axis points up, instead of its y axis; the scene has y up
+  float scale = 1;           ///< metres per unit of the file; lights keep their power
+  std::string environment;   ///< in place of the scene's own: an image file, or a radiance "R,G,B", W sr^-1 m^-2
+  std::string sky;           ///< in place of the environment, as the option --sky
+  bool studio_light = true;  ///< light a scene without lights as in a studio; false: it stays black
+  /// Further options of the command line's heading "Scene", by name without dashes, with their text: {"fov", "40"}.
+  /// They overrule the members above.
+  std::vector<std::pair<std::string, std::string>> more;
+};
+/// Names for LoadOptions::more.
+std::vector<std::string> load_option_names();
+
+/// Difference of a light from the scene's. Applied about the light's own centre.
+struct LightEdit {
+  std::string light;  ///< one of Scene::lights()
+  bool on = true;
+  float scale = 1;     ///< factor on its radiance or intensity, 0 or more
+  Vec3 move{0, 0, 0};  ///< metres; no effect on lights infinitely far away
+  Vec3 turn{0, 0, 0};  ///< rotation vector: axis times radians
+};
+
 /// An immutable scene. Copies share it. Several threads may use it.
 class Scene {
  public:
   /// Reads a file by its extension (.pbrt, .gltf, .glb, .obj, ...), or makes a built-in scene from "builtin:NAME".
-  /// Throws Error with file, place and remedy.
-  static Scene load(const std::string& path);
+  /// Throws Error with file, place and remedy, and for options that make no sense.
+  static Scene load(const std::string& path, const LoadOptions& options = {});
 
   const std::string& name() const;
   std::size_t triangle_count() const;
@@ -41,6 +66,11 @@ class Scene {
   std::vector<std::string> materials() const;
   /// Names of the cameras. There is at least one.
   std::vector<std::string> cameras() const;
+  /// Names of the lights, each once: of area lights, of lights without extent, of the environment.
+  std::vector<std::string> lights() const;
+  /// The same scene with changed lights. It shares all else unless area lights move. Throws Error for an unknown light
+  /// and numbers that are not finite.
+  Scene with_lights(std::span<const LightEdit> edits) const;
   /// The same scene with one more camera. It shares all else. Throws Error for a camera that shows nothing, or whose
   /// name is taken.
   Scene with_camera(const Camera& camera) const;
@@ -71,6 +101,8 @@ struct Material {
   };
   Kind kind = Kind::diffuse;
   Rgb color{0.5f, 0.5f, 0.5f};  ///< each in [0, 1]
+  /// Returned by SceneBuilder::add_texture(): a factor on `color`, looked up at Mesh::uvs.
+  std::optional<std::uint32_t> color_texture;
   float roughness = 0;  ///< GGX alpha in [0, 1]; 0 is smooth. glossy: glTF's roughness, the square root of alpha
   float metallic = 0;   ///< in [0, 1]
   float ior = 1.5f;     ///< index of refraction inside over outside
@@ -82,6 +114,7 @@ struct Mesh {
   std::span<const Vec3> positions;      ///< n vertices, metres
   std::span<const Triangle> triangles;  ///< m, indices into positions
   std::span<const Vec3> normals;        ///< n, unit, for smooth shading; or empty
+  std::span<const Vec2> uvs;            ///< n, texture coordinates; or empty: all (0, 0)
   std::uint32_t material = 0;           ///< returned by SceneBuilder::add_material()
   Rgb radiance;                         ///< W sr^-1 m^-2, emitted by the front; black: no light
   bool two_sided = false;               ///< the back emits, too
@@ -105,7 +138,12 @@ class SceneBuilder {
   SceneBuilder(SceneBuilder&&) noexcept;
   SceneBuilder& operator=(SceneBuilder&&) noexcept;
 
-  /// Returns the index for Mesh::material. Throws Error for a value out of range.
+  /// Returns the index for Material::color_texture. The image is filtered bilinearly and repeats; (u, v) = (0, 0) is
+  /// its lower left corner, (1, 1) its upper right one.
+  /// @param pixels width * height, row by row from the top, linear, each channel in [0, 1]. Throws Error if there are
+  /// more or fewer, and for others
+  std::uint32_t add_texture(int width, int height, std::span<const Rgb> pixels);
+  /// Returns the index for Mesh::material. Throws Error for a value out of range and an unknown texture.
   std::uint32_t add_material(const Material& material);
   /// Throws Error for arrays of different lengths, an index out of range, an unknown material, or a vertex that is not
   /// finite. Drops triangles without area.

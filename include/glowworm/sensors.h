@@ -27,6 +27,9 @@ struct MeasureOptions {
   bool on_surfaces = false;  ///< the sensors lie on surfaces of the scene, so that photons show caustics there
 };
 
+/// Names for RenderOptions::more of measurements.
+std::vector<std::string> measure_option_names();
+
 /// Measures the light that arrives at points from the half space around their normals, as `glowworm measure` does.
 /// @param position m sensors, metres
 /// @param normal   m unit normals

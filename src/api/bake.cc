@@ -15,7 +15,6 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
-#include "render/options.h"
 
 namespace glowworm::api {
 
@@ -23,14 +22,9 @@ namespace {
 
 /// The settings of `glowworm bake`.
 RenderSettings bake_settings(const BakeOptions& options) {
-  RenderOptions o = options.render;
-  o.width = o.height = 0;
-  o.crop.reset();
-  o.camera.clear();
-  o.aovs.clear();
-  RenderSettings s = settings_of(o);
+  RenderSettings s = settings_of(options.render, Command::bake);
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  if (name_index("light", options.light, {"all", "indirect"}) == 1) s.indirect_only = true;
+  if (options.indirect_only) s.indirect_only = true;
   return s;
 }
 
@@ -44,10 +38,15 @@ AtlasRequest atlas_of(const BakeOptions& o, std::uint64_t memory_bytes) {
 
 }  // namespace
 
+std::vector<std::string> bake_option_names() { return option_names(Command::bake); }
+std::vector<std::string> bake_format_names() { return glowworm::bake_format_names(); }
+
 void bake(const Scene& scene, const std::string& path, const BakeOptions& options,
           const std::function<void(double)>& progress) {
-  name_index("format", options.format, {"emissive", "unlit", "lightmap", "vertex"});
-  const BakeFormat format = format_of(options.format);
+  const BakeFormat format = options.format;
+  if (static_cast<std::size_t>(format) >= bake_format_names().size())
+    throw Error("there is no bake format number " + std::to_string(static_cast<int>(format)),
+                "Give a value of the enumeration BakeFormat.");
   const RenderSettings settings = bake_settings(options);
   const AtlasRequest request = atlas_of(options, settings.memory_bytes);
   const Scene::Implementation& inner = scene.implementation();

@@ -84,7 +84,7 @@ struct PhotonMap::Implementation {
       throw Error("there is no kernel number " + std::to_string(static_cast<int>(options.kernel)),
                   "Give a value of the enumeration Kernel.");
     settings.kernel = static_cast<KernelShape>(options.kernel);
-    settings.engine = engine_traits(options.engine.empty() ? "auto" : options.engine).name;
+    settings.engine = engine_traits(engine_name(options.engine)).name;
     if (options.boundary_correction) settings.correction = BoundaryCorrection::estimates;
     settings.kept = false;
     settings.on_all_surfaces = true;

@@ -127,8 +127,8 @@ Picture read_picture(const std::string& path) {
   return outer(image);
 }
 
-void write_picture(const std::string& path, const Picture& picture, float exposure) {
-  if (lower_ending(path) == ".exr") return write_exr(path, inner(picture), ExrPrecision::single);
+void write_picture(const std::string& path, const Picture& picture, float exposure, Precision precision) {
+  if (lower_ending(path) == ".exr") return write_exr(path, inner(picture), precision);
   write_image(path, inner(picture), ToneCurve::filmic, exposure);
 }
 

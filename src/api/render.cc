@@ -1,10 +1,14 @@
 // The public header glowworm/render.h.
 #include "glowworm/render.h"
 
+#include <cmath>
+
 #include "api/picture_implementation.h"
 #include "api/run_job.h"
 #include "api/scene_implementation.h"
 #include "core/error.h"
+#include "core/names.h"
+#include "density/engine.h"
 #include "glowworm/glowworm.h"
 #include "render/job.h"
 #include "render/options.h"
@@ -16,24 +20,16 @@ namespace {
 
 const std::string kDashes = "--";
 
-/// Whether RenderOptions::more takes the option. Threads are the process's: set_threads().
-bool is_setting(const Option& option) { return option.is_on_command_line() && option.name != kDashes + "threads"; }
-
-void set_option(RenderSettings& settings, const std::string& name, const std::string& text) {
-  const std::vector<std::string> names = render_option_names();
-  const std::string& known = names[name_index("render option", name, names)];
+void set_option(RenderSettings& settings, const std::string& name, const std::string& text, Command command) {
+  const std::vector<std::string> names = option_names(command);
+  const std::string& known = names[name_index("option", name, names)];
   for (const Option& option : render_options())
     if (option.name == kDashes + known) option.parse(settings, option.is_flag && text.empty() ? "given" : text);
 }
 
-}  // namespace
-
-RenderSettings settings_of(const RenderOptions& o) {
+/// What only pictures have.
+void set_picture(RenderSettings& s, const RenderOptions& o) {
   if (o.width < 0 || o.height < 0) throw Error("the size of a picture is negative");
-  RenderSettings s;
-  if (!o.integrator.empty()) set_option(s, "integrator", o.integrator);
-  if (!o.engine.empty()) s.engine = o.engine;
-  if (!o.filter) s.filter = Filtering::off;
   if (const auto& c = o.crop) {
     // NaN is refused, too.
     if (!(c->x0 >= 0 && c->y0 >= 0 && c->x0 < c->x1 && c->y0 < c->y1 && c->x1 <= 1 && c->y1 <= 1))
@@ -43,6 +39,26 @@ RenderSettings settings_of(const RenderOptions& o) {
   }
   s.width = o.width;
   s.height = o.height;
+  s.camera = o.camera;
+  s.aovs = o.aovs;
+}
+
+}  // namespace
+
+std::vector<std::string> option_names(Command command) {
+  std::vector<std::string> names;
+  // Threads are the process's: set_threads().
+  for (const Option& option : render_options())
+    if (option.is_on_command_line() && option.is_of(command) && option.name != kDashes + "threads")
+      names.push_back(std::string(option.name).substr(kDashes.size()));
+  return names;
+}
+
+RenderSettings settings_of(const RenderOptions& o, Command command) {
+  RenderSettings s;
+  s.integrator = o.integrator;
+  s.engine = engine_name(o.engine);
+  if (!o.filter) s.filter = Filtering::off;
   s.samples = o.samples;
   s.gather = o.gather;
   s.photons = o.photons;
@@ -51,9 +67,8 @@ RenderSettings settings_of(const RenderOptions& o) {
   s.time_limit_s = o.time_limit;
   s.noise_target = o.noise_target;
   s.memory_bytes = o.memory;
-  s.camera = o.camera;
-  s.aovs = o.aovs;
-  for (const auto& [name, text] : o.more) set_option(s, name, text);
+  if (command == Command::render) set_picture(s, o);
+  for (const auto& [name, text] : o.more) set_option(s, name, text, command);
   s.separate_layers = !s.aovs.empty();
   return s;
 }
@@ -68,16 +83,20 @@ const char* version() { return glowworm::version(); }
 
 std::vector<std::string> aov_names() { return glowworm::aov_names(); }
 
-std::vector<std::string> render_option_names() {
-  std::vector<std::string> names;
-  for (const Option& option : render_options())
-    if (is_setting(option)) names.push_back(std::string(option.name).substr(kDashes.size()));
-  return names;
+std::vector<std::string> render_option_names() { return option_names(Command::render); }
+
+std::uint64_t parse_count(const std::string& text) {
+  const double value = glowworm::parse_count(text);
+  constexpr double kExact = 9007199254740992.0;  // whole doubles up to it are exact
+  if (!(value >= 0 && value <= kExact && value == std::floor(value)))
+    throw Error("'" + text + "' is not a count", "Give a whole number of 0 or more; 2k is 2000 and 1.5M is 1500000.");
+  return static_cast<std::uint64_t>(value);
 }
 
 struct Render::Implementation {
   Implementation(const Scene& scene, const RenderOptions& options)
-      : scene(scene), job(scene.implementation().scene, scene.implementation().tracer, settings_of(options)) {}
+      : scene(scene),
+        job(scene.implementation().scene, scene.implementation().tracer, settings_of(options, Command::render)) {}
   Scene scene;
   Job job;
 };
@@ -101,12 +120,12 @@ Picture Render::picture() const {
   return outer(make_image(job.snapshot(), job));
 }
 
-std::string Render::statistics() const {
-  return statistics_json(implementation_->job, *implementation_->scene.implementation().tracer);
+RenderStatistics Render::statistics() const {
+  return statistics_of(implementation_->job, *implementation_->scene.implementation().tracer);
 }
 
 Picture render(const Scene& scene, const RenderOptions& options, const std::function<void(double)>& progress) {
-  Job job(scene.implementation().scene, scene.implementation().tracer, settings_of(options));
+  Job job(scene.implementation().scene, scene.implementation().tracer, settings_of(options, Command::render));
   attend(job, progress);
   return outer(make_image(job.snapshot(), job));
 }

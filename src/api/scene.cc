@@ -1,14 +1,18 @@
 // The public header glowworm/scene.h.
 #include "glowworm/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "api/scene_implementation.h"
 #include "builtin/builtin.h"
 #include "core/error.h"
+#include "core/names.h"
 #include "import/gltf/parts.h"
 #include "import/import.h"
+#include "import/scene_changes.h"
+#include "scene/light_rig.h"
 
 namespace glowworm::api {
 
@@ -63,14 +67,48 @@ std::vector<std::string> names_of(const std::vector<T>& things) {
 
 Scene::Scene(std::shared_ptr<const Implementation> implementation) : implementation_(std::move(implementation)) {}
 
-Scene Scene::load(const std::string& path) {
-  ImportOptions options;
-  options.light_uvs = true;  // this and the next for bake()
-  options.gltf_parts = std::make_shared<GltfParts>();
-  options.outside_files = std::make_shared<std::vector<std::string>>();
-  SceneDescription description = load_scene(path, options);
+std::vector<std::string> load_option_names() {
+  std::vector<std::string> names;
+  for (const SceneOption& option : scene_options()) names.push_back(std::string(option.name).substr(2));
+  return names;
+}
+
+Scene Scene::load(const std::string& path, const LoadOptions& options) {
+  SceneChanges changes;
+  changes.z_up = options.z_up;
+  check(options.scale > 0 && std::isfinite(options.scale), "the scale of a scene is not a length",
+        "Give metres per unit of the file, above 0.");
+  changes.metres_per_unit = options.scale;
+  if (!options.environment.empty()) parse_environment(options.environment, changes);
+  changes.sky = options.sky;
+  changes.studio_light = options.studio_light;
+  const std::vector<std::string> names = load_option_names();
+  for (const auto& [name, text] : options.more)
+    scene_options()[name_index("scene option", name, names)].read(changes, text);
+  ImportOptions reading;
+  reading.light_uvs = true;  // this and the next for bake()
+  reading.gltf_parts = std::make_shared<GltfParts>();
+  reading.outside_files = std::make_shared<std::vector<std::string>>();
+  SceneDescription description = load_scene(path, reading);
+  change_scene(description, changes, reading.budget);
   return Scene(
-      std::make_shared<const Implementation>(std::move(description), options.gltf_parts, *options.outside_files));
+      std::make_shared<const Implementation>(std::move(description), reading.gltf_parts, *reading.outside_files));
+}
+
+std::vector<std::string> Scene::lights() const { return names_of(LightRig(implementation_->scene).lights()); }
+
+Scene Scene::with_lights(std::span<const LightEdit> edits) const {
+  const LightRig rig(implementation_->scene);
+  std::vector<glowworm::LightEdit> all(rig.lights().size());
+  for (const LightEdit& edit : edits) {
+    const std::string name = "the light '" + edit.light + "'";
+    check(edit.scale >= 0 && std::isfinite(edit.scale), "the scale of " + name + " is negative or not finite", "");
+    check_finite(edit.move, "the way of " + name);
+    check_finite(edit.turn, "the turn of " + name);
+    all[name_index("the light", edit.light, lights())] = {edit.on, edit.scale, inner(edit.move), inner(edit.turn)};
+  }
+  return Scene(std::make_shared<const Implementation>(rig.edited(all), implementation_->gltf_parts,
+                                                      implementation_->outside_files));
 }
 
 const std::string& Scene::name() const { return implementation_->scene->name(); }
@@ -104,6 +142,48 @@ Scene Scene::with_camera(const Camera& camera) const {
 
 std::vector<std::string> builtin_scenes() { return builtin_scene_names(); }
 
+namespace {
+
+/// An image of the caller.
+class PixelImage final : public TextureImage {
+ public:
+  PixelImage(int width, int height, std::span<const Rgb> pixels) : width_(width), height_(height) {
+    for (const Rgb& pixel : pixels) pixels_.push_back(inner(pixel));
+  }
+  RGB color(glowworm::Vec2 uv) const override {
+    const float x = uv.x * static_cast<float>(width_) - 0.5f, y = (1 - uv.y) * static_cast<float>(height_) - 0.5f;
+    const float left = std::floor(x), top = std::floor(y), right = x - left, down = y - top;
+    return (pixel(left, top) * (1 - right) + pixel(left + 1, top) * right) * (1 - down) +
+           (pixel(left, top + 1) * (1 - right) + pixel(left + 1, top + 1) * right) * down;
+  }
+  float alpha(glowworm::Vec2) const override { return 1; }
+  bool has_alpha() const override { return false; }
+  int width() const override { return width_; }
+  int height() const override { return height_; }
+
+ private:
+  /// The pixel of a column and a row, which repeat.
+  RGB pixel(float column, float row) const {
+    const auto wrapped = [](float place, int length) {
+      const auto side = static_cast<float>(length);
+      return static_cast<std::size_t>(std::clamp(place - side * std::floor(place / side), 0.0f, side - 1));
+    };
+    return pixels_[wrapped(row, height_) * static_cast<std::size_t>(width_) + wrapped(column, width_)];
+  }
+
+  int width_, height_;
+  std::vector<RGB> pixels_;
+};
+
+void check_pixels(int width, int height, std::size_t pixels, const char* image) {
+  check(width > 0 && height > 0 && pixels == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+        std::string("the image of ") + image + " has " + std::to_string(pixels) + " pixels, not " +
+            std::to_string(width) + " x " + std::to_string(height),
+        "");
+}
+
+}  // namespace
+
 struct SceneBuilder::Implementation {
   SceneDescription scene;
 };
@@ -115,6 +195,18 @@ SceneBuilder::~SceneBuilder() = default;
 SceneBuilder::SceneBuilder(SceneBuilder&&) noexcept = default;
 SceneBuilder& SceneBuilder::operator=(SceneBuilder&&) noexcept = default;
 
+std::uint32_t SceneBuilder::add_texture(int width, int height, std::span<const Rgb> pixels) {
+  check_pixels(width, height, pixels.size(), "a texture");
+  for (const Rgb& c : pixels)
+    check(is_share(c.r) && is_share(c.g) && is_share(c.b), "a pixel of a texture is out of range",
+          "All must lie in [0, 1].");
+  TextureNode node;
+  node.kind = TextureKind::image;
+  node.image = std::make_shared<const PixelImage>(width, height, pixels);
+  implementation_->scene.textures.push_back(std::move(node));
+  return static_cast<std::uint32_t>(implementation_->scene.textures.size() - 1);
+}
+
 std::uint32_t SceneBuilder::add_material(const Material& m) {
   check(is_share(m.color.r) && is_share(m.color.g) && is_share(m.color.b) && is_share(m.roughness) &&
             is_share(m.metallic),
@@ -124,6 +216,14 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
   glowworm::Material out;
   out.name = m.name;
   out.reflectance.value = inner(m.color);
+  if (m.color_texture) {
+    const std::size_t textures = implementation_->scene.textures.size();
+    check(*m.color_texture < textures,
+          "material '" + m.name + "' names texture " + std::to_string(*m.color_texture) + " of " +
+              std::to_string(textures),
+          "Add the texture before the material.");
+    out.reflectance.texture = *m.color_texture;
+  }
   out.roughness_u.value = out.roughness_v.value = m.roughness;
   out.ior = m.ior;
   switch (m.kind) {
@@ -135,8 +235,7 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
       break;
     case Material::Kind::glass:
       out.kind = MaterialKind::dielectric;
-      out.transmittance.value = inner(m.color);
-      out.reflectance.value = RGB(1.0f);
+      out.transmittance = std::exchange(out.reflectance, {});
       break;
     case Material::Kind::glossy:
       out.kind = MaterialKind::metallic_roughness;
@@ -145,8 +244,7 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
       break;
     case Material::Kind::pane:
       out.kind = MaterialKind::thin_dielectric;
-      out.transmittance.value = inner(m.color);
-      out.reflectance.value = RGB(1.0f);
+      out.transmittance = std::exchange(out.reflectance, {});
       break;
     case Material::Kind::plastic:
       out.kind = MaterialKind::coated_diffuse;
@@ -170,6 +268,10 @@ void SceneBuilder::add_mesh(const Mesh& mesh) {
         "mesh '" + mesh.name + "' has " + std::to_string(mesh.normals.size()) + " normals for " +
             std::to_string(mesh.positions.size()) + " vertices",
         "Give one a vertex, or none.");
+  check(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size(),
+        "mesh '" + mesh.name + "' has " + std::to_string(mesh.uvs.size()) + " texture coordinates for " +
+            std::to_string(mesh.positions.size()) + " vertices",
+        "Give one a vertex, or none.");
   check_light(mesh.radiance, "radiance");
   Geometry geometry;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
@@ -178,6 +280,11 @@ void SceneBuilder::add_mesh(const Mesh& mesh) {
       check_finite(mesh.normals[i], "normal " + std::to_string(i) + " of mesh '" + mesh.name + "'");
     geometry.positions.push_back(inner(mesh.positions[i]));
     geometry.normals.push_back(mesh.normals.empty() ? glowworm::Vec3{} : inner(mesh.normals[i]));
+  }
+  for (const Vec2& uv : mesh.uvs) {
+    check(std::isfinite(uv.x) && std::isfinite(uv.y), "a texture coordinate of mesh '" + mesh.name + "' is not finite",
+          "");
+    geometry.uvs.push_back({uv.x, uv.y});
   }
   geometry.uvs.resize(mesh.positions.size());
   geometry.triangles.assign(mesh.triangles.begin(), mesh.triangles.end());
@@ -236,12 +343,7 @@ void SceneBuilder::add_spot_light(const SpotLight& spot) {
 }
 
 void SceneBuilder::set_environment(int width, int height, std::span<const Rgb> pixels) {
-  const bool fits =
-      width > 0 && height > 0 && pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  check(fits,
-        "the image of the environment has " + std::to_string(pixels.size()) + " pixels, not " + std::to_string(width) +
-            " x " + std::to_string(height),
-        "");
+  check_pixels(width, height, pixels.size(), "the environment");
   Environment environment;
   environment.name = "environment";
   environment.width = width;

@@ -18,9 +18,13 @@ inline glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
 struct Scene::Implementation {
   explicit Implementation(SceneDescription description, std::shared_ptr<const GltfParts> parts = nullptr,
                           std::vector<std::string> outside = {})
+      : Implementation(std::make_shared<const glowworm::Scene>(std::move(description)), std::move(parts),
+                       std::move(outside)) {}
+  Implementation(std::shared_ptr<const glowworm::Scene> whole, std::shared_ptr<const GltfParts> parts,
+                 std::vector<std::string> outside)
       : gltf_parts(std::move(parts)),
         outside_files(std::move(outside)),
-        scene(std::make_shared<const glowworm::Scene>(std::move(description))),
+        scene(std::move(whole)),
         traced(scene),
         tracer(std::make_shared<const glowworm::Tracer>(*traced)) {
     if (scene->origin() == glowworm::Vec3{0, 0, 0}) return;

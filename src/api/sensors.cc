@@ -13,7 +13,6 @@
 #include "measure/doubts.h"
 #include "measure/measurement.h"
 #include "render/job.h"
-#include "render/options.h"
 
 namespace glowworm::api {
 
@@ -43,17 +42,7 @@ void check_outside(const Sensors& sensors, const glowworm::Tracer& tracer) {
 
 /// The settings of `glowworm measure`.
 RenderSettings measure_settings(const RenderOptions& options) {
-  RenderOptions o = options;
-  o.width = o.height = 0;
-  o.crop.reset();
-  o.camera.clear();
-  o.aovs.clear();
-  RenderSettings s = settings_of(o);
-  for (const auto& [name, value] : o.more)
-    for (const Option& option : render_options())
-      if (option.name == "--" + name && !option.is_of(Command::measure))
-        throw Error("measurements do not have the option '" + name + "'", "Leave it out.");
-  s = sensor_settings(s);
+  RenderSettings s = sensor_settings(settings_of(options, Command::measure));
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
   s.separate_layers = true;
@@ -63,6 +52,8 @@ RenderSettings measure_settings(const RenderOptions& options) {
 Rgb outer(RGB c) { return {c.r, c.g, c.b}; }
 
 }  // namespace
+
+std::vector<std::string> measure_option_names() { return option_names(Command::measure); }
 
 Measurement measure(const Scene& scene, std::span<const Vec3> position, std::span<const Vec3> normal,
                     const MeasureOptions& options, const std::function<void(double)>& progress) {

@@ -28,6 +28,7 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
+#include "core/names.h"
 #include "core/text.h"
 #include "image/image.h"
 #include "render/checkpoint.h"
@@ -197,7 +198,7 @@ void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, cons
 void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& tracer, TexelIrradiance irradiance,
                     const BakePlaces& places, OutputFiles& files) {
   const BakeLayout& layout = places.layout;
-  const BakeFormat format = format_of(o.format);
+  const auto format = static_cast<BakeFormat>(name_index("--format", o.format, bake_format_names()));
   const std::vector<RGB> light =
       light_of_texels(scene, layout, std::move(irradiance), shown_light(format, places.gltf.get()));
   const float exposure =
@@ -352,11 +353,13 @@ std::string refuse_ktx2(const std::string& texture) {
 }
 
 void add_texture_options(CLI::App& c, BakeOptions& o) {
+  std::vector<std::string> formats = bake_format_names();
+  formats.emplace_back("probes");
   c.add_option("-o,--output", o.output, "File to write: .glb, or .json for probes; .part for 'glowworm merge'")
       ->required()
       ->option_text("FILE")
       ->group("Textures");
-  add_choice(c, "--format", o.format, {"emissive", "unlit", "lightmap", "vertex", "probes"},
+  add_choice(c, "--format", o.format, formats,
              "emissive: surfaces glow, for every viewer; unlit: as base colour, for the smallest devices; lightmap: "
              "irradiance beside the base colours (MOZ_lightmap); vertex: as colours of vertices, for finely divided "
              "meshes; probes: irradiance in space, as JSON")

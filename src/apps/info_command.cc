@@ -13,8 +13,8 @@
 #include "core/log.h"
 #include "core/text.h"
 #include "render/effects.h"
+#include "scene/light_rig.h"
 #include "scene/scene.h"
-#include "session/light_rig.h"
 
 namespace glowworm {
 

@@ -156,7 +156,7 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
     if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
   }
   if (!o.report.statistics.empty())
-    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
+    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_of(job, tracer).json + "\n"); });
   files.throw_if_any_failed();
   if (o.sky_patches == 0)
     for (const std::string& doubt : doubts_after(measurement_of(sensors, film, job.scene()), job.scene()))

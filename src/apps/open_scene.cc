@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 #include "apps/table_options.h"
@@ -13,23 +12,9 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
-#include "core/text.h"
 #include "import/ies/luminaire.h"
-#include "import/sky_text.h"
 
 namespace glowworm {
-
-namespace {
-
-/// Parses a number between two bounds. Throws Error that names the option.
-float parse_number(const char* name, const std::string& text, float least, float most) {
-  const std::vector<float> value = numbers_of<float>(text);
-  if (value.size() != 1 || value[0] < least || value[0] > most)
-    throw Error(fmt::format("{} '{}' is not a number from {:g} to {:g}", name, text, least, most));
-  return value[0];
-}
-
-}  // namespace
 
 void add_scene_argument(CLI::App& command, std::string& scene) {
   command
@@ -41,48 +26,18 @@ void add_scene_argument(CLI::App& command, std::string& scene) {
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& o) {
-  const auto add = [&](const char* name, const char* values, const char* meaning,
-                       const std::function<void(const std::string&)>& read) {
+  for (const SceneOption& option : scene_options())
     command
         .add_option_function<std::string>(
-            name,
-            [&o, name, read](const std::string& text) {
-              read_command_line([&] { read(text); });
-              o.given.insert(o.given.end(), {name, text});
+            option.name,
+            [&o, &option](const std::string& text) {
+              read_command_line([&] { option.read(o.changes, text); });
+              o.given.insert(o.given.end(), {option.name, text});
             },
-            meaning)
+            option.meaning)
         ->take_last()
-        ->option_text(values)
+        ->option_text(option.values)
         ->group("Scene");
-  };
-  SceneChanges& c = o.changes;
-  add("--environment", "FILE|R,G,B",
-      "Replace the scene's environment light: a lat-long image (.exr, .hdr), a square "
-      "equal-area image, or a radiance (W sr^-1 m^-2)",
-      [&c](const std::string& text) { parse_environment(text, c); });
-  add("--sky", "cie:TYPE,...|perez:...|epw:FILE,...",
-      "A sky in place of the environment: cie:TYPE[,ALTITUDE,AZIMUTH[,LUX[,GROUND]]] is a CIE general sky (1-15) or "
-      "overcast (16); perez:DIRECT,DIFFUSE,MONTH,DAY,HOUR,LATITUDE,LONGITUDE,ZONE[,GROUND] has W m^-2; "
-      "epw:FILE,MONTH,DAY,HOUR[,GROUND] an hour (1-24) of a weather file; -z is north",
-      [&c](const std::string& text) {
-        check_sky(text);
-        c.sky = text;
-      });
-  add("--environment-turn", "DEGREES [0]", "Rotate the environment to the left",
-      [&c](const std::string& text) { c.environment_turn = parse_number("--environment-turn", text, -3600, 3600); });
-  add("--environment-scale", "F [1]", "Multiply the environment's radiance",
-      [&c](const std::string& text) { c.environment_scale = parse_number("--environment-scale", text, 0, 1e9f); });
-  add("--up", "y|z [y]", "Axis of the file that points up; places and directions of other options have it, too",
-      [&c](const std::string& text) {
-        if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
-        c.z_up = text == "z";
-      });
-  add("--scale", "M [1]", "Metres per unit of the file; lights keep their power",
-      [&c](const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); });
-  add("--fov", "DEGREES", "Angle of view along the picture's shorter side",
-      [&c](const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); });
-  add("--look-at", "X,Y,Z,X,Y,Z", "Place the scene's first camera: eye and target (m)",
-      [&c](const std::string& text) { c.look_at = parse_look_at(text); });
 }
 
 void take_luminaires(std::vector<std::string>& lights, SceneChanges& changes) {

@@ -230,7 +230,7 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
   describe_times(statistics);
   describe_photons(job);
   if (!o.report.statistics.empty())
-    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_json(job, tracer) + "\n"); });
+    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_of(job, tracer).json + "\n"); });
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} camera samples are black, because their light was beyond what pictures hold",
                      job.samples_not_finite()));

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <string_view>
+#include <type_traits>
 
 #include "core/log.h"
 #include "core/text.h"
@@ -41,10 +42,10 @@ template <typename T>
 CLI::Option* add_bounded(CLI::App& command, const std::string& name, T& value, T least, T most, const char* kind,
                          const std::string& meaning) {
   const auto take = [=, &value](const std::string& text) {
-    const std::vector<T> number = numbers_of<T>(text);
-    if (number.size() != 1 || number[0] < least || number[0] > most)
+    const double number = parse_count(text);
+    if (!(number >= least && number <= most) || (std::is_integral_v<T> && number != std::floor(number)))
       throw CommandLineError(fmt::format("{} '{}' is not {} from {} to {}", name, text, kind, least, most));
-    value = number[0];
+    value = static_cast<T>(number);
   };
   return command.add_option_function<std::string>(name, take, meaning)->take_last();
 }

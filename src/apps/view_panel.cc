@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/frame.h"
 #include "density/engine.h"
 #include "image/false_color.h"
 #include "kernels/kernel_shape.h"

@@ -9,6 +9,7 @@
 
 #include "bake/light.h"
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -287,10 +288,10 @@ std::string memory_remedy(bool of_probes) {
 std::uint64_t texel_table_bytes(std::uint64_t points, std::uint64_t memory_bytes, bool of_probes) {
   const std::uint64_t tables = points * kTexelTableBytes;
   if (tables >= memory_bytes)
-    throw Error(fmt::format("{:.0f} MB for the places of {} exceed the memory budget of {:.0f} MB",
-                            static_cast<double>(tables) / 1e6, of_probes ? "probes" : "texels",
-                            static_cast<double>(memory_bytes) / 1e6),
-                memory_remedy(of_probes));
+    throw MemoryError(fmt::format("{:.0f} MB for the places of {} exceed the memory budget of {:.0f} MB",
+                                  static_cast<double>(tables) / 1e6, of_probes ? "probes" : "texels",
+                                  static_cast<double>(memory_bytes) / 1e6),
+                      memory_remedy(of_probes));
   return tables;
 }
 

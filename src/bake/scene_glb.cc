@@ -385,11 +385,7 @@ void check_outside_files(const std::vector<std::string>& files, const GltfParts*
                     list(images), option));
 }
 
-BakeFormat format_of(std::string_view name) {
-  if (name == "unlit") return BakeFormat::unlit;
-  if (name == "vertex") return BakeFormat::vertex;
-  return name == "lightmap" ? BakeFormat::lightmap : BakeFormat::emissive;
-}
+std::vector<std::string> bake_format_names() { return {"emissive", "unlit", "lightmap", "vertex"}; }
 
 TexelLight quantity_of(BakeFormat format) {
   if (format == BakeFormat::vertex) return TexelLight::tint;

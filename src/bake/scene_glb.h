@@ -2,25 +2,19 @@
 #pragma once
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "bake/layout.h"
 #include "bake/light.h"
+#include "glowworm/bake.h"
 #include "import/gltf/parts.h"
 
 namespace glowworm {
 
-/// How baked light is stored.
-enum class BakeFormat {
-  emissive,  ///< surfaces glow with their radiance: emissiveTexture and KHR_materials_emissive_strength
-  unlit,     ///< the same as base colour with KHR_materials_unlit; values end at 1
-  lightmap,  ///< base colours, and irradiance by the extension MOZ_lightmap
-  vertex,    ///< base colours with KHR_materials_unlit, times irradiance over pi at vertices; values end at 1
-};
+using api::BakeFormat;
 
-/// The format of this name; emissive for others.
-BakeFormat format_of(std::string_view name);
+/// Names for --format, in the order of BakeFormat.
+std::vector<std::string> bake_format_names();
 
 /// The quantity that textures of a format hold.
 TexelLight quantity_of(BakeFormat format);

@@ -15,6 +15,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "core/small_arrays.h"
 #include "core/unnamed_file.h"
 
@@ -119,7 +120,7 @@ std::unique_ptr<DiskMemory> DiskMemory::for_arrays(DiskUse use, std::uint64_t by
   std::error_code unknown;
   const std::filesystem::space_info room = std::filesystem::space(temporary_folder(), unknown);
   if (!fits && !unknown && room.available < bytes)
-    throw Error(
+    throw MemoryError(
         fmt::format("film, image and photons take up to {:.1f} GB: more than the memory budget of {:.1f} MB, and "
                     "more than the {:.1f} GB that are free in {}",
                     static_cast<double>(bytes) / 1e9, static_cast<double>(memory) / 1e6,

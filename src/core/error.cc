@@ -40,9 +40,12 @@ std::string to_string(const FilePlace& place) {
   return text;
 }
 
-Error::Error(const std::string& message, const std::string& remedy) : std::runtime_error(join(message, remedy)) {}
+Error::Error(const std::string& message, const std::string& remedy, ErrorCode code)
+    : std::runtime_error(join(message, remedy)), code_(code), place_(std::make_shared<const FilePlace>()) {}
 
-Error::Error(const FilePlace& place, const std::string& message, const std::string& remedy)
-    : std::runtime_error(to_string(place) + ": " + join(message, remedy)) {}
+Error::Error(const FilePlace& place, const std::string& message, const std::string& remedy, ErrorCode code)
+    : std::runtime_error(to_string(place) + ": " + join(message, remedy)),
+      code_(code),
+      place_(std::make_shared<const FilePlace>(place)) {}
 
 }  // namespace glowworm

@@ -1,5 +1,7 @@
 // Orthonormal frames: directions in and out of the shading coordinates in which the normal is +z.
 #pragma once
+#include <cmath>
+
 #include "core/vec.h"
 
 namespace glowworm {
@@ -18,5 +20,14 @@ struct Frame {
   Vec3 to_local(Vec3 v) const { return {dot(v, s), dot(v, t), dot(v, n)}; }
   Vec3 to_world(Vec3 v) const { return s * v.x + t * v.y + n * v.z; }
 };
+
+/// v turned by a rotation vector (axis times radians; Rodrigues' formula).
+inline Vec3 rotate(Vec3 v, Vec3 rotation_vector) {
+  const float angle = length(rotation_vector);
+  if (angle == 0) return v;
+  const Vec3 axis = rotation_vector / angle;
+  const float c = std::cos(angle), s = std::sin(angle);
+  return v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c));
+}
 
 }  // namespace glowworm

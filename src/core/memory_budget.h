@@ -13,7 +13,8 @@ namespace glowworm {
 /// Thrown if a reservation exceeds the budget.
 class MemoryError : public Error {
  public:
-  using Error::Error;
+  explicit MemoryError(const std::string& message, const std::string& remedy = "")
+      : Error(message, remedy, ErrorCode::memory) {}
 };
 
 /// Tracks reserved bytes against a limit. Thread-safe.

@@ -9,6 +9,7 @@
 
 #include "core/rgb.h"
 #include "core/statistics.h"
+#include "glowworm/density.h"
 #include "kernels/kernel_shape.h"
 #include "kernels/simd.h"
 #include "points/photon_batch.h"
@@ -105,6 +106,8 @@ struct EngineTraits {
 inline constexpr const char* kAutomaticEngine = "blocked";
 /// Names of all engines, in order of preference.
 std::vector<std::string> engine_names();
+/// The name of an engine of the public interface. Throws Error for a number that is none.
+std::string engine_name(api::Engine engine);
 /// Traits of an engine by name, or of kAutomaticEngine for "auto". Throws Error, which lists the names, for another
 /// name.
 const EngineTraits& engine_traits(const std::string& name);

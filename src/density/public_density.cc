@@ -80,7 +80,7 @@ PhotonBatch batch_of(const PhotonArrays& photons) {
 }  // namespace
 
 struct DensityIndex::Implementation {
-  std::unique_ptr<DensityEngine> engine = make_engine(kAutomaticEngine);
+  std::unique_ptr<DensityEngine> engine;
   std::size_t count = 0;
   bool normals = false;
   std::mutex mutex;
@@ -99,8 +99,13 @@ struct DensityIndex::Implementation {
     idle.push_back(std::move(points));
   }
 
-  Implementation(const PhotonArrays& photons, RadiusPolicy policy, Kernel kernel)
+  Implementation(const PhotonArrays& photons, RadiusPolicy policy, Kernel kernel, Engine asked)
       : count(photons.position.size()), normals(!photons.normal.empty()) {
+    const EngineTraits& traits = engine_traits(engine_name(asked));
+    if (traits.takes_nearest)
+      throw Error(std::string("engine '") + traits.name + "' takes the nearest photons, whatever their radii",
+                  "Choose another one.");
+    engine = make_engine(traits.name);
     for (const float radius : policy.radii)
       if (!(radius > 0) || !std::isfinite(radius)) throw Error("a photon's radius must be greater than 0 and finite");
     policy.kernel = shape_of(kernel);
@@ -112,25 +117,31 @@ struct DensityIndex::Implementation {
 
 std::vector<std::string> kernel_names() { return glowworm::kernel_names(); }
 
+std::vector<std::string> engine_names() {
+  std::vector<std::string> names = glowworm::engine_names();
+  names.insert(names.begin(), "auto");
+  return names;
+}
+
 std::vector<float> photon_radii(std::span<const Vec3> position, std::uint32_t k) {
   if (k == 0) throw Error("radii for 0 photons were asked for", "Ask for 1 or more.");
   const std::vector<Rgb> flux(position.size());
   return per_photon_radii(batch_of({position, flux, {}}), k);
 }
 
-DensityIndex::DensityIndex(const PhotonArrays& photons, float radius, Kernel kernel) {
+DensityIndex::DensityIndex(const PhotonArrays& photons, float radius, Kernel kernel, Engine engine) {
   RadiusPolicy policy;
   policy.kind = RadiusKind::fixed;
   policy.radius = radius;
   policy.radii.assign(photons.position.size(), radius);
-  implementation_ = std::make_unique<Implementation>(photons, std::move(policy), kernel);
+  implementation_ = std::make_unique<Implementation>(photons, std::move(policy), kernel, engine);
 }
 
-DensityIndex::DensityIndex(const PhotonArrays& photons, std::span<const float> radii, Kernel kernel) {
+DensityIndex::DensityIndex(const PhotonArrays& photons, std::span<const float> radii, Kernel kernel, Engine engine) {
   check_length(radii.size(), photons.position.size(), "radii");
   RadiusPolicy policy;
   policy.radii.assign(radii.begin(), radii.end());
-  implementation_ = std::make_unique<Implementation>(photons, std::move(policy), kernel);
+  implementation_ = std::make_unique<Implementation>(photons, std::move(policy), kernel, engine);
 }
 
 DensityIndex::~DensityIndex() = default;
@@ -140,13 +151,20 @@ DensityIndex& DensityIndex::operator=(DensityIndex&&) noexcept = default;
 std::size_t DensityIndex::photon_count() const { return implementation_->count; }
 
 std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<const Vec3> normal) const {
+  std::vector<Rgb> out(position.size());
+  sum(position, normal, out);
+  return out;
+}
+
+void DensityIndex::sum(std::span<const Vec3> position, std::span<const Vec3> normal, std::span<Rgb> out) const {
+  check_length(out.size(), position.size(), "sums");
   check_positions(position, "point");
   if (!normal.empty()) check_length(normal.size(), position.size(), "normals");
   check_unit(normal, "point");
   const std::size_t count = position.size();
-  std::vector<Rgb> out(count);
+  std::fill(out.begin(), out.end(), Rgb{});
   // An index without photons does not know whether they have normals.
-  if (photon_count() == 0) return out;
+  if (photon_count() == 0) return;
   if (!normal.empty()) {
     if (!implementation_->normals)
       throw Error("points with normals are asked of photons without", "Give the photons normals, or leave both out.");
@@ -170,7 +188,6 @@ std::vector<Rgb> DensityIndex::sum(std::span<const Vec3> position, std::span<con
     implementation_->engine->estimate(*points, {reinterpret_cast<RGB*>(&out[first]), n}, statistics);
   }
   implementation_->give_back(std::move(points));
-  return out;
 }
 
 void set_threads(int threads) {
@@ -182,3 +199,15 @@ void set_threads(int threads) {
 }
 
 }  // namespace glowworm::api
+
+namespace glowworm {
+
+std::string engine_name(api::Engine engine) {
+  const std::vector<std::string> names = api::engine_names();
+  if (static_cast<std::size_t>(engine) >= names.size())
+    throw Error("there is no engine number " + std::to_string(static_cast<int>(engine)),
+                "Give a value of the enumeration Engine.");
+  return names[static_cast<std::size_t>(engine)];
+}
+
+}  // namespace glowworm

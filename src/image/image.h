@@ -10,6 +10,7 @@
 
 #include "core/rgb.h"
 #include "core/vec.h"
+#include "glowworm/picture.h"
 #include "image/tone_map.h"
 
 namespace glowworm {
@@ -91,11 +92,7 @@ Image read_image(const std::string& path);
 /// Throws Error if the picture is empty.
 void check_not_empty(const std::string& path, const Image& image);
 
-/// How numbers are stored in an EXR file.
-enum class ExrPrecision {
-  half,  ///< 16-bit floats, but 32-bit ones in layers of depths, positions, ids, and numbers beyond the range of halves
-  single  ///< 32-bit floats
-};
+using ExrPrecision = api::Precision;
 
 /// Writes all channels and the metadata to one part of an EXR file (ZIP compression), whole or not at all (see
 /// AtomicFile). Throws Error if it cannot be written.

@@ -89,7 +89,7 @@ void check_header(const std::string& path, const ImageFormat& format, const Imag
     throw Error({path},
                 fmt::format("{} x {} pixels of {} channels do not fit into memory", header.width, header.height,
                             header.channels),
-                "Use a smaller picture.");
+                "Use a smaller picture.", ErrorCode::memory);
   }
 }
 

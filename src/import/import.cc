@@ -71,9 +71,10 @@ SceneDescription load_scene(const std::string& path_or_builtin, const ImportOpti
       if (name != path_or_builtin && is_outside(name, path_or_builtin)) options.outside_files->push_back(name);
   return description;
 } catch (const MemoryError& error) {
-  throw Error(FilePlace{path_or_builtin}, error.what());
+  throw Error(FilePlace{path_or_builtin}, error.what(), "", ErrorCode::memory);
 } catch (const std::bad_alloc&) {
-  throw Error({path_or_builtin}, "the scene does not fit into memory", "Use simpler meshes or a machine with more.");
+  throw Error({path_or_builtin}, "the scene does not fit into memory", "Use simpler meshes or a machine with more.",
+              ErrorCode::memory);
 }
 
 }  // namespace glowworm

@@ -140,6 +140,7 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
 }
 
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
+  d.studio_light = changes.studio_light;
   if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
   change_cameras(d, changes);
   for (const std::string& text : changes.luminaires)

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct SceneChanges {
   /// The file's z axis points up, instead of its y axis. The places and directions of luminaires and look_at have it.
   bool z_up = false;
   float metres_per_unit = 1;                    ///< scale of the file's lengths
+  bool studio_light = true;                     ///< where the scene has no light
   float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
@@ -31,6 +33,15 @@ void parse_environment(const std::string& text, SceneChanges& changes);
 
 /// Parses a value of --look-at: eye and target as "X,Y,Z,X,Y,Z" or "X,Y,Z;X,Y,Z". Throws Error for anything else.
 std::array<Vec3d, 2> parse_look_at(const std::string& text);
+
+/// An option that changes a scene, on the command line and in other languages.
+struct SceneOption {
+  const char *name, *values, *meaning;  ///< "--up", "y|z [y]"; for the help
+  /// Parses the text. Throws Error that names the option.
+  void (*read)(SceneChanges&, const std::string& text);
+};
+/// All of them, in the order of the help.
+std::span<const SceneOption> scene_options();
 
 /// Reads an image as an environment. A square image is an equal-area map with its centre upwards; any other is a
 /// lat-long map. Throws Error if the file is missing or not an image, and MemoryError if it exceeds the budget.

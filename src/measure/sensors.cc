@@ -142,7 +142,7 @@ Sensors parse_points(std::string_view text, const std::string& path, Vec3 origin
                   "Write six finite numbers a line: x y z nx ny nz.");
     if (out.size() == most)
       throw Error({path, number}, fmt::format("there are more than {} sensors, for which memory has room", most),
-                  "Give a larger --memory or fewer sensors.");
+                  "Give a larger --memory or fewer sensors.", ErrorCode::memory);
     const Vec3 normal = narrow({v[3], v[4], v[5]});
     const float l = length(normal);
     if (!(l > 0 && std::isfinite(l)))

@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "glowworm/error.h"
 #include "glowworm/types.h"
 
 namespace glowworm::python {
@@ -38,6 +40,18 @@ py::array_t<std::uint32_t, py::array::c_style> triangles(const py::handle& argum
 api::Vec3 vector(const py::handle& argument, const char* name);
 /// A colour: three numbers, or one for all.
 api::Rgb color(const py::handle& argument, const char* name);
+
+/// The value of an enumeration by its name. Throws Error, which lists the names, for another.
+/// @param names in the order of the enumeration
+template <typename Enum>
+Enum choice(const char* what, const std::string& text, const std::vector<std::string>& names) {
+  std::string all;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (text == names[i]) return static_cast<Enum>(i);
+    all += (i > 0 ? ", " : "") + names[i];
+  }
+  throw Error(std::string(what) + " '" + text + "' is not known", "Choose from: " + all + ".");
+}
 
 /// The elements of an array whose rows have the layout of T.
 template <typename T, typename Number>

@@ -7,25 +7,20 @@
 
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/options.h"
 
 namespace glowworm::python {
 
 namespace {
 
 using api::DensityIndex;
+using api::Engine;
 using api::Kernel;
 using api::PhotonMap;
 using api::Photons;
 
-Kernel kernel_of(const std::string& name) {
-  std::string known;
-  const std::vector<std::string> names = api::kernel_names();
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (name == names[i]) return static_cast<Kernel>(i);
-    known += (i == 0 ? "" : ", ") + names[i];
-  }
-  throw py::value_error("kernel '" + name + "' is not one of " + known);
-}
+Kernel kernel_of(const std::string& name) { return choice<Kernel>("kernel", name, api::kernel_names()); }
+Engine engine_of(const std::string& name) { return choice<Engine>("engine", name, api::engine_names()); }
 
 /// An array of the photons that keeps them alive.
 template <typename T>
@@ -53,9 +48,11 @@ void bind_photon_arrays(py::module_& module) {
       });
   module.def(
       "trace_photons",
-      [](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, bool caustic) {
+      [](const api::Scene& scene, const py::object& photons, const py::object& seed, bool caustic) {
+        api::PhotonOptions options{count_of(photons, "photons"), count32_of(seed, "seed"), caustic};
         return interruptible([&](const Interrupt& interrupt) {
-          return api::trace_photons(scene, {photons, seed, caustic, &interrupt});
+          options.interrupt = &interrupt;
+          return api::trace_photons(scene, options);
         });
       },
       py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("caustic") = false,
@@ -73,17 +70,25 @@ void bind_photon_map(py::module_& module) {
     };
   };
   py::class_<PhotonMap>(module, "PhotonMap", "The photon map of all light of a scene.")
-      .def(py::init([](const api::Scene& scene, std::uint64_t photons, std::uint32_t seed, std::uint32_t nearest,
-                       const std::string& kernel, bool boundary_correction, const std::string& engine) {
-             const Kernel shape = kernel_of(kernel);
+      .def(py::init([](const api::Scene& scene, const py::object& photons, const py::object& seed,
+                       const py::object& nearest, const std::string& kernel, bool boundary_correction,
+                       const std::string& engine) {
+             api::PhotonMapOptions options{count_of(photons, "photons"),
+                                           count32_of(seed, "seed"),
+                                           count32_of(nearest, "nearest"),
+                                           kernel_of(kernel),
+                                           engine_of(engine),
+                                           boundary_correction};
              return interruptible([&](const Interrupt& interrupt) {
-               return PhotonMap(scene, {photons, seed, nearest, shape, engine, boundary_correction, &interrupt});
+               options.interrupt = &interrupt;
+               return PhotonMap(scene, options);
              });
            }),
            py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("nearest") = 50,
-           py::arg("kernel") = "epanechnikov", py::arg("boundary_correction") = true, py::arg("engine") = "",
+           py::arg("kernel") = "epanechnikov", py::arg("boundary_correction") = true, py::arg("engine") = "auto",
            "photons: the least number to store. nearest: photons that an estimate should catch. kernel: a name of the\n"
-           "option --kernel. boundary_correction: correct photons whose kernel extends over the edge of a surface.\n"
+           "option --kernel; engine: of --engine. boundary_correction: correct photons whose kernel extends over the "
+           "edge of a surface.\n"
            "Ctrl-C stops it.")
       .def("irradiance", at_points(&PhotonMap::irradiance), py::arg("points"), py::arg("normals"),
            "Irradiance at points on surfaces, (m, 3), W m^-2, direct and indirect. points: (m, 3), metres. normals:\n"
@@ -97,27 +102,30 @@ void bind_photon_map(py::module_& module) {
 }
 
 std::unique_ptr<DensityIndex> make_index(const py::object& positions, const py::object& flux, const py::object& radii,
-                                         const py::object& normals, const std::string& kernel) {
+                                         const py::object& normals, const std::string& kernel,
+                                         const std::string& engine) {
   const Floats at = vectors(positions, "positions");
   const Floats power = vectors(flux, "flux", at.shape(0), "positions");
   const Floats facing = normals.is_none() ? Floats() : vectors(normals, "normals", at.shape(0), "positions");
   const Floats radius = floats(radii, "radii");
   const Kernel shape = kernel_of(kernel);
+  const Engine way = engine_of(engine);
   if (radius.ndim() > 1 || (radius.ndim() == 1 && radius.size() != at.shape(0)))
     throw py::value_error("there are " + std::to_string(radius.size()) + " radii for " + std::to_string(at.shape(0)) +
                           " positions; expected one for all, or one for each");
   const api::PhotonArrays arrays{rows<api::Vec3>(at), rows<api::Rgb>(power), rows<api::Vec3>(facing)};
   const py::gil_scoped_release release;
-  if (radius.ndim() == 0) return std::make_unique<DensityIndex>(arrays, radius.data()[0], shape);
-  return std::make_unique<DensityIndex>(arrays, rows<float>(radius), shape);
+  if (radius.ndim() == 0) return std::make_unique<DensityIndex>(arrays, radius.data()[0], shape, way);
+  return std::make_unique<DensityIndex>(arrays, rows<float>(radius), shape, way);
 }
 
 void bind_density(py::module_& module) {
   py::class_<DensityIndex>(module, "DensityIndex", "Sums over photons around points, without a scene.")
       .def(py::init(&make_index), py::arg("positions"), py::arg("flux"), py::arg("radii"), py::kw_only(),
-           py::arg("normals") = py::none(), py::arg("kernel") = "epanechnikov",
+           py::arg("normals") = py::none(), py::arg("kernel") = "epanechnikov", py::arg("engine") = "auto",
            "positions: (n, 3), metres. flux: (n, 3), W, or any other quantity. radii: metres, one for all or (n,).\n"
-           "normals: (n, 3), unit. The arrays are copied.")
+           "normals: (n, 3), unit. kernel, engine: names of the options --kernel and --engine; not 'knn'. The arrays\n"
+           "are copied.")
       .def(
           "sum",
           [](const DensityIndex& self, const py::object& points, const py::object& normals) {
@@ -132,9 +140,10 @@ void bind_density(py::module_& module) {
       .def("__len__", &DensityIndex::photon_count);
   module.def(
       "photon_radii",
-      [](const py::object& positions, std::uint32_t k) {
+      [](const py::object& positions, const py::object& k) {
         const Floats at = vectors(positions, "positions");
-        return owned_result<float>([&] { return api::photon_radii(rows<api::Vec3>(at), k); });
+        const std::uint32_t count = count32_of(k, "k");
+        return owned_result<float>([&] { return api::photon_radii(rows<api::Vec3>(at), count); });
       },
       py::arg("positions"), py::arg("k") = 50, "A radius for each photon that holds about k photons, (n,), metres.");
 }

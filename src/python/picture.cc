@@ -2,9 +2,13 @@
 #include "glowworm/picture.h"
 
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 #include <strings.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -84,6 +88,33 @@ std::shared_ptr<Picture> picture_of(const py::dict& layers) {
   return out;
 }
 
+/// A picture as Python pickles it, with the attributes that Python gave it.
+py::tuple state_of(const py::object& self) {
+  const auto& p = self.cast<const Picture&>();
+  py::list layers;
+  for (const Picture::Layer& layer : p.layers)
+    layers.append(
+        py::make_tuple(layer.name, layer.channels, Floats(py::ssize_t(layer.samples.size()), layer.samples.data())));
+  return py::make_tuple(p.width, p.height, p.x0, p.y0, p.whole_width, p.whole_height, layers, p.metadata,
+                        self.attr("__dict__"));
+}
+
+std::pair<std::shared_ptr<Picture>, py::dict> picture_of_state(const py::tuple& state) {
+  if (state.size() != 9) throw py::value_error("this is not a pickled picture");
+  auto p = std::make_shared<Picture>();
+  int* const numbers[] = {&p->width, &p->height, &p->x0, &p->y0, &p->whole_width, &p->whole_height};
+  for (std::size_t i = 0; i < std::size(numbers); ++i) *numbers[i] = state[i].cast<int>();
+  for (const py::handle entry : state[6]) {
+    const auto layer = entry.cast<py::tuple>();
+    const Floats samples = floats(layer[2], "samples", Check::later);
+    p->layers.push_back({layer[0].cast<std::string>(),
+                         layer[1].cast<std::string>(),
+                         {samples.data(), samples.data() + samples.size()}});
+  }
+  p->metadata = state[7].cast<std::map<std::string, std::string>>();
+  return {std::move(p), state[8].cast<py::dict>()};
+}
+
 py::dict comparison(const Picture& picture, const Picture& reference, const std::string& layer, double leave_out) {
   api::Comparison c;
   {
@@ -127,19 +158,24 @@ void bind_picture(py::module_& module) {
            "Copies arrays of shape (height, width) or (height, width, channels), by name. A grey image becomes one\n"
            "of equal red, green and blue.")
       .def_static(
-          "read", [](const std::string& path) { return std::make_shared<Picture>(api::read_picture(path)); },
+          "read",
+          [](const std::filesystem::path& path) { return std::make_shared<Picture>(api::read_picture(path.string())); },
           py::arg("path"), release, "Reads any image file that the command line reads.")
       .def(
           "write",
-          [](const Picture& self, const std::string& path, std::optional<float> exposure) {
+          [](const Picture& self, const std::filesystem::path& path, std::optional<float> exposure,
+             const std::string& precision) {
             // The case of the ending does not matter to the writer, either.
-            const bool is_png = path.size() >= 4 && strcasecmp(path.c_str() + path.size() - 4, ".png") == 0;
-            const bool chooses = !exposure && is_png;
-            api::write_picture(path, self, chooses ? api::automatic_exposure(self) : exposure.value_or(0));
+            const bool is_png = strcasecmp(path.extension().c_str(), ".png") == 0;
+            const auto chosen = choice<api::Precision>("precision", precision, {"half", "float"});
+            const py::gil_scoped_release unlocked;
+            const float stops = !exposure && is_png ? api::automatic_exposure(self) : exposure.value_or(0);
+            api::write_picture(path.string(), self, stops, chosen);
           },
-          py::arg("path"), py::arg("exposure") = py::none(), release,
-          "Writes .exr with all layers, linear, as 32-bit floats, or .png with the image and a filmic tone curve.\n"
-          "exposure: stops of a .png; None: automatic_exposure.")
+          py::arg("path"), py::arg("exposure") = py::none(), py::arg("precision") = "float",
+          "Writes .exr with all layers, linear, or .png with the image and a filmic tone curve. exposure: stops of a\n"
+          ".png; None: automatic_exposure. precision: of an .exr, 'float' (32 bits) or 'half' (16 bits).")
+      .def(py::pickle(&state_of, &picture_of_state))
       .def_readonly("width", &Picture::width, "Pixels.")
       .def_readonly("height", &Picture::height, "Pixels.")
       .def_property_readonly(

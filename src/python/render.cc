@@ -4,11 +4,11 @@
 #include <pybind11/stl.h>
 
 #include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
+#include "glowworm/bake.h"
+#include "glowworm/sensors.h"
 #include "python/bindings.h"
+#include "python/options.h"
 
 namespace glowworm::python {
 
@@ -16,16 +16,16 @@ namespace py = pybind11;
 
 void bind_render(py::module_& module) {
   using api::Render;
-  using Options = std::vector<std::pair<std::string, std::string>>;
   const auto release = py::call_guard<py::gil_scoped_release>();
   // The package gives it keywords.
   py::class_<Render>(module, "_Render")
-      .def(py::init([](const api::Scene& scene, const Options& options) {
+      .def(py::init([](const api::Scene& scene, const py::kwargs& options) {
              api::RenderOptions all;
-             all.more = options;
+             all.more = options_of(options);
+             const py::gil_scoped_release unlocked;
              return std::make_unique<Render>(scene, all);
            }),
-           py::arg("scene"), py::arg("options"), release)
+           py::arg("scene"))
       .def("cancel", &Render::cancel)
       .def("wait", &Render::wait, release)
       .def("wait_for", &Render::wait_for, py::arg("seconds"), release)
@@ -34,9 +34,12 @@ void bind_render(py::module_& module) {
       .def("progress", &Render::progress)
       .def(
           "picture", [](const Render& self) { return std::make_shared<api::Picture>(self.picture()); }, release)
-      .def("statistics", &Render::statistics, release);
+      .def(
+          "statistics", [](const Render& self) { return self.statistics().json; }, release);
   module.def("aov_names", &api::aov_names, "Names of the layers that renders can have beside the image.");
   module.def("_render_option_names", &api::render_option_names);
+  module.def("_measure_option_names", &api::measure_option_names);
+  module.def("_bake_option_names", &api::bake_option_names);
 }
 
 }  // namespace glowworm::python

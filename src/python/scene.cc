@@ -2,12 +2,17 @@
 #include "glowworm/scene.h"
 
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
-#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/options.h"
 
 namespace glowworm::python {
 
@@ -18,28 +23,19 @@ using api::Material;
 using api::Scene;
 using api::SceneBuilder;
 
-/// Index of a text among names. Throws ValueError, which lists them, if it is none.
-template <std::size_t kCount>
-std::size_t index_of(const std::string& text, const std::array<const char*, kCount>& names, const char* what) {
-  std::string all;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    if (text == names[i]) return i;
-    all += (i > 0 ? ", " : "") + std::string(names[i]);
-  }
-  throw py::value_error(std::string(what) + " '" + text + "' is not one of " + all);
-}
-
 // In the order of Material::Kind.
-constexpr std::array<const char*, 6> kKinds = {"diffuse", "metal", "glass", "glossy", "pane", "plastic"};
+const std::vector<std::string> kKinds = {"diffuse", "metal", "glass", "glossy", "pane", "plastic"};
 
 std::uint32_t add_material(SceneBuilder& builder, const std::string& kind, const py::object& rgb, float roughness,
-                           float metallic, float ior, const std::string& name) {
+                           float metallic, float ior, std::optional<std::uint32_t> color_texture,
+                           const std::string& name) {
   Material material;
-  material.kind = static_cast<Material::Kind>(index_of(kind, kKinds, "kind"));
+  material.kind = choice<Material::Kind>("kind", kind, kKinds);
   material.color = color(rgb, "color");
   material.roughness = roughness;
   material.metallic = metallic;
   material.ior = ior;
+  material.color_texture = color_texture;
   material.name = name;
   return builder.add_material(material);
 }
@@ -47,7 +43,7 @@ std::uint32_t add_material(SceneBuilder& builder, const std::string& kind, const
 /// The options of add_mesh() beside the arrays.
 struct MeshOptions {
   std::uint32_t material = 0;
-  py::object normals, radiance;
+  py::object normals, uvs, radiance;
   bool two_sided = false;
   std::string name;
 };
@@ -56,10 +52,13 @@ void add_mesh(SceneBuilder& builder, const py::object& positions, const py::obje
   const Floats vertices = vectors(positions, "positions");
   const auto corners = triangles(indices, "triangles");
   const Floats normals = o.normals.is_none() ? Floats() : vectors(o.normals, "normals", vertices.shape(0), "positions");
+  const Floats uvs = o.uvs.is_none() ? Floats() : floats(o.uvs, "uvs");
+  if (uvs.size() > 0 && (uvs.ndim() != 2 || uvs.shape(1) != 2)) throw py::value_error("uvs are not of shape (n, 2)");
   api::Mesh mesh;
   mesh.positions = rows<api::Vec3>(vertices);
   mesh.triangles = rows<api::Triangle>(corners);
   mesh.normals = rows<api::Vec3>(normals);
+  mesh.uvs = rows<api::Vec2>(uvs);
   mesh.material = o.material;
   if (!o.radiance.is_none()) mesh.radiance = color(o.radiance, "radiance");
   mesh.two_sided = o.two_sided;
@@ -67,11 +66,23 @@ void add_mesh(SceneBuilder& builder, const py::object& positions, const py::obje
   builder.add_mesh(mesh);
 }
 
+/// Throws ValueError unless an image has red, green and blue.
+void check_rgb(const Floats& image, const char* name) {
+  if (image.ndim() != 3) throw py::value_error(std::string(name) + " is not of shape (height, width, 3)");
+  if (image.shape(2) != 3)
+    throw py::value_error(std::string(name) + " has " + std::to_string(image.shape(2)) + " channels; expected 3");
+}
+
+std::uint32_t add_texture(SceneBuilder& builder, const py::object& image) {
+  const Floats array = floats(image, "image");
+  check_rgb(array, "image");
+  return builder.add_texture(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), rows<api::Rgb>(array));
+}
+
 void set_environment(SceneBuilder& builder, const py::object& radiance) {
   const Floats array = floats(radiance, "radiance");
   if (array.ndim() != 3) return builder.set_environment(color(radiance, "radiance"));
-  if (array.shape(2) != 3)
-    throw py::value_error("radiance has " + std::to_string(array.shape(2)) + " channels; expected 3");
+  check_rgb(array, "radiance");
   builder.set_environment(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), rows<api::Rgb>(array));
 }
 
@@ -81,6 +92,30 @@ py::array scene_array(const py::object& scene, std::span<const T> values) {
   std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
   if (sizeof(T) != sizeof(Number)) shape.push_back(sizeof(T) / sizeof(Number));
   return view(reinterpret_cast<const Number*>(values.data()), shape, scene, false);
+}
+
+/// A scene with edits by the names of lights: {"lamp": {"scale": 2}}.
+Scene with_lights(const Scene& scene, const std::map<std::string, py::dict>& edits) {
+  std::vector<api::LightEdit> all;
+  for (const auto& [name, given] : edits) {
+    api::LightEdit& edit = all.emplace_back();
+    edit.light = name;
+    for (const auto& [key, value] : given) {
+      const auto what = key.cast<std::string>();
+      if (what == "on")
+        edit.on = value.cast<bool>();
+      else if (what == "scale")
+        edit.scale = value.cast<float>();
+      else if (what == "move")
+        edit.move = vector(value, "move");
+      else if (what == "turn")
+        edit.turn = vector(value, "turn");
+      else
+        throw py::value_error("'" + what + "' is not one of on, scale, move, turn");
+    }
+  }
+  const py::gil_scoped_release release;
+  return scene.with_lights(all);
 }
 
 void bind_camera(py::module_& module) {
@@ -114,14 +149,35 @@ void bind_camera(py::module_& module) {
       .def_readwrite("orthographic_size", &Camera::orthographic_size)
       .def_readwrite("lens_radius", &Camera::lens_radius)
       .def_readwrite("focal_distance", &Camera::focal_distance)
-      .def_readwrite("name", &Camera::name);
+      .def_readwrite("name", &Camera::name)
+      .def(py::pickle(
+          [](const Camera& c) {
+            const auto three = [](api::Vec3 v) { return py::make_tuple(v.x, v.y, v.z); };
+            return py::make_tuple(three(c.eye), three(c.target), three(c.up), c.field_of_view, c.orthographic_size,
+                                  c.lens_radius, c.focal_distance, c.name);
+          },
+          [](const py::tuple& state) {
+            if (state.size() != 8) throw py::value_error("this is not a pickled camera");
+            return Camera{vector(state[0], "eye"), vector(state[1], "target"),  vector(state[2], "up"),
+                          state[3].cast<float>(),  state[4].cast<float>(),      state[5].cast<float>(),
+                          state[6].cast<float>(),  state[7].cast<std::string>()};
+          }));
 }
 
 void bind_scene_class(py::module_& module) {
   py::class_<Scene>(module, "Scene", "An immutable scene. Several threads may use it.")
-      .def_static("load", &Scene::load, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
-                  "Reads a file by its extension (.pbrt, .gltf, .glb, .obj, ...), or makes a built-in scene from\n"
-                  "'builtin:NAME'. Raises Error with file, place and remedy.")
+      .def_static(
+          "load",
+          [](const std::filesystem::path& path, const py::kwargs& given) {
+            api::LoadOptions options;
+            options.more = options_of(given);
+            const py::gil_scoped_release release;
+            return Scene::load(path.string(), options);
+          },
+          py::arg("path"),
+          "Reads a file by its extension (.pbrt, .gltf, .glb, .obj, ...), or makes a built-in scene from\n"
+          "'builtin:NAME'. The keywords are the options of `glowworm render` under the heading Scene: up, scale,\n"
+          "environment, sky, studio_light and others. Raises Error with file, place and remedy.")
       .def_property_readonly("name", &Scene::name)
       .def_property_readonly("cameras", &Scene::cameras, "Names of the cameras; there is at least one.")
       .def_property_readonly("materials", &Scene::materials, "Names of the materials.")
@@ -143,6 +199,11 @@ void bind_scene_class(py::module_& module) {
             return scene_array<std::uint32_t>(self, self.cast<const Scene&>().triangle_materials());
           },
           "Index into materials of each triangle, (m,). A view of the scene's memory.")
+      .def_property_readonly("lights", &Scene::lights, "Names of the lights.")
+      .def("with_lights", &with_lights, py::arg("edits"),
+           "Returns the same scene with changed lights. edits: for names of lights a dict with 'on', 'scale' (a "
+           "factor),\n"
+           "'move' (metres) and 'turn' (axis times radians), or some of these.")
       .def("with_camera", &Scene::with_camera, py::arg("camera"),
            "Returns the same scene with one more camera. It shares all else.")
       .def("__repr__", [](const Scene& scene) {
@@ -186,25 +247,33 @@ void bind_builder_lights(py::class_<SceneBuilder>& builder) {
 void bind_builder(py::module_& module) {
   py::class_<SceneBuilder> builder(module, "SceneBuilder", "Makes a scene from arrays, step by step.");
   builder.def(py::init<const std::string&>(), py::arg("name") = "scene")
-      .def("add_material", &add_material, py::arg("kind") = "diffuse", py::kw_only(), py::arg("color") = 0.5,
-           py::arg("roughness") = 0.0f, py::arg("metallic") = 0.0f, py::arg("ior") = 1.5f, py::arg("name") = "",
-           "Adds a material and returns its index.\n\n"
-           "kind: 'diffuse', 'metal', 'glass', 'glossy' (glTF's metallic-roughness), 'pane' (glass without thickness)\n"
-           "or 'plastic' (diffuse under a clear coat). color: RGB or one number in [0, 1]. roughness: GGX alpha in\n"
-           "[0, 1]; of 'glossy' its square root. ior: index of refraction.")
+      .def(
+          "add_material", &add_material, py::arg("kind") = "diffuse", py::kw_only(), py::arg("color") = 0.5,
+          py::arg("roughness") = 0.0f, py::arg("metallic") = 0.0f, py::arg("ior") = 1.5f,
+          py::arg("color_texture") = py::none(), py::arg("name") = "",
+          "Adds a material and returns its index.\n\n"
+          "kind: 'diffuse', 'metal', 'glass', 'glossy' (glTF's metallic-roughness), 'pane' (glass without thickness)\n"
+          "or 'plastic' (diffuse under a clear coat). color: RGB or one number in [0, 1]. roughness: GGX alpha in\n"
+          "[0, 1]; of 'glossy' its square root. ior: index of refraction. color_texture: returned by add_texture(); a\n"
+          "factor on color.")
+      .def(
+          "add_texture", &add_texture, py::arg("image"),
+          "Adds a texture and returns its index. image: (height, width, 3), linear RGB in [0, 1], row by row from the\n"
+          "top. It is filtered and repeats; (0, 0) is its lower left corner, (1, 1) its upper right one.")
       .def(
           "add_mesh",
           [](SceneBuilder& self, const py::object& positions, const py::object& indices, std::uint32_t material,
-             const py::object& normals, const py::object& radiance, bool two_sided, const std::string& name) {
-            add_mesh(self, positions, indices, {material, normals, radiance, two_sided, name});
+             const py::object& normals, const py::object& uvs, const py::object& radiance, bool two_sided,
+             const std::string& name) {
+            add_mesh(self, positions, indices, {material, normals, uvs, radiance, two_sided, name});
           },
           py::arg("positions"), py::arg("triangles"), py::kw_only(), py::arg("material") = 0,
-          py::arg("normals") = py::none(), py::arg("radiance") = py::none(), py::arg("two_sided") = false,
-          py::arg("name") = "mesh",
+          py::arg("normals") = py::none(), py::arg("uvs") = py::none(), py::arg("radiance") = py::none(),
+          py::arg("two_sided") = false, py::arg("name") = "mesh",
           "Adds triangles. The arrays are copied.\n\n"
           "positions: (n, 3), metres. triangles: (m, 3), indices into positions, counter-clockwise seen from outside.\n"
-          "material: returned by add_material(). normals: (n, 3), unit, for smooth shading. radiance: W sr^-1 m^-2,\n"
-          "RGB or one number, emitted by the front, and by the back if two_sided.")
+          "material: returned by add_material(). normals: (n, 3), unit, for smooth shading. uvs: (n, 2), texture\n"
+          "coordinates. radiance: W sr^-1 m^-2, RGB or one number, emitted by the front, and by the back if two_sided.")
       .def("add_camera", &SceneBuilder::add_camera, py::arg("camera"))
       .def("build", &SceneBuilder::build, py::call_guard<py::gil_scoped_release>(),
            "Returns the scene. Adds a camera that frames it if there is none, and a sky if there is no light. The\n"

@@ -1,26 +1,22 @@
 // Sensors: glowworm/sensors.h.
 #include "glowworm/sensors.h"
 
-#include <pybind11/stl.h>
-
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/options.h"
 
 namespace glowworm::python {
 
 namespace {
 
-py::dict measure(const api::Scene& scene, const py::object& points, const py::object& normals,
-                 const std::vector<std::pair<std::string, std::string>>& more, bool on_surfaces,
-                 const py::object& progress) {
+py::dict measure(const api::Scene& scene, const py::object& points, const py::object& normals, bool on_surfaces,
+                 const py::object& progress, const py::kwargs& more) {
   const Floats at = vectors(points, "points");
   const Floats facing = vectors(normals, "normals", at.shape(0), "points");
   api::MeasureOptions options;
-  options.render.more = more;
+  options.render.more = options_of(more);
   options.on_surfaces = on_surfaces;
   api::Measurement measured;
   {
@@ -40,8 +36,8 @@ py::dict measure(const api::Scene& scene, const py::object& points, const py::ob
 }  // namespace
 
 void bind_sensors(py::module_& module) {
-  module.def("_measure", &measure, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("options"),
-             py::arg("on_surfaces"), py::arg("progress"));
+  module.def("_measure", &measure, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("on_surfaces"),
+             py::arg("progress"));
 }
 
 }  // namespace glowworm::python

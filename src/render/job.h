@@ -14,6 +14,7 @@
 #include "core/interrupt.h"
 #include "core/memory_budget.h"
 #include "core/statistics.h"
+#include "glowworm/statistics.h"
 #include "render/adaptive.h"
 #include "render/checkpoint.h"
 #include "render/crew.h"
@@ -32,8 +33,7 @@
 
 namespace glowworm {
 
-/// Why a render ended.
-enum class Ending : std::uint8_t { running, samples_done, time_up, noise_reached, cancelled, failed };
+using api::Ending;
 
 /// The photons of a render, what guides them and the gather rays, and samples.
 struct JobMaps {

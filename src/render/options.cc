@@ -464,6 +464,8 @@ std::string command_line_text(const Option& option, const std::string& value) {
   return value == kGiven ? option.name : fmt::format("no {}", option.name);
 }
 
+double parse_count(std::string_view text) { return parse_quantity(text, kCountUnits); }
+
 bool parse_rectangle(std::string_view text, int (&out)[4]) { return parse_four(text, out); }
 bool parse_rectangle(std::string_view text, double (&out)[4]) { return parse_four(text, out); }
 

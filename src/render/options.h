@@ -61,6 +61,10 @@ const std::vector<Option>& render_options();
 /// --preview" for a flag that must be absent.
 std::string command_line_text(const Option& option, const std::string& value);
 
+/// A number as options of the table take it, with the units of counts: "10000", "1e4", "10k", "1.5M". NaN if the text
+/// is none.
+double parse_count(std::string_view text);
+
 /// Reads x0,y0,x1,y1 with x0 < x1 and y0 < y1, all at least 0. Returns whether the text is that.
 bool parse_rectangle(std::string_view text, int (&out)[4]);
 bool parse_rectangle(std::string_view text, double (&out)[4]);

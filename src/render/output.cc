@@ -70,6 +70,44 @@ std::map<std::string, std::array<float, 16>> matrices_of(const Camera& camera, i
   return {{"worldToCamera", rounded(to_camera)}, {"worldToNDC", rounded(product(to_camera, to_ndc))}};
 }
 
+std::string json_of(const api::RenderStatistics& s, const Job& job) {
+  const RenderSettings settings = job.settings();
+  json out = {{"settings", settings_json(settings)},
+              {"version", version()},
+              {"passes", s.passes},
+              {"mean_samples", s.mean_samples},
+              {"samples_not_finite", s.samples_not_finite},
+              {"tasks", s.tasks},
+              {"ending", kEndingNames[static_cast<std::size_t>(s.ending)]},
+              {"isa", s.instruction_set},
+              {"threads", s.threads},
+              {"time_s", s.seconds},
+              {"count", s.counts},
+              {"rate", s.rates},
+              {"memory_bytes", s.memory}};
+  out["scene"] = {{"name", job.scene().name()},
+                  {"triangles", job.scene().geometry().triangle_count()},
+                  {"lights", job.scene().light_source_count()},
+                  {"materials", job.scene().materials().size()}};
+  const auto ratio = [&](const char* of, const char* to) {
+    return s.counts.at(to) > 0 ? static_cast<double>(s.counts.at(of)) / static_cast<double>(s.counts.at(to)) : 0.0;
+  };
+  out["mean"] = {{"photons_per_query", ratio("shader_operations", "query_points")},
+                 {"active_lanes", ratio("packet_active_lanes", "packet_steps")},
+                 {"lanes", engine_traits(settings.engine).lanes()}};
+  out["paged"] = {{"bytes_read", job.query_traffic().read}, {"bytes_written", job.query_traffic().written}};
+  out["lights"] = json::array();
+  for (const LightPhotons& light : s.lights)
+    out["lights"].push_back({{"name", light.name},
+                             {"sources", light.sources},
+                             {"photons_emitted", light.emitted},
+                             {"photons_stored", light.stored},
+                             {"photons_used", light.used},
+                             {"photons_wasted", light.wasted()}});
+  out["memory_bytes"]["reserved"] = s.reserved_peaks;
+  return text_of(out, 2);
+}
+
 }  // namespace
 
 std::uint64_t image_bytes(const RenderSettings& settings) {
@@ -135,64 +173,44 @@ Image make_image(const Film& film, const PictureInfo& info) {
 
 Image make_image(const Film& film, const Job& job) { return make_image(film, picture_info(job)); }
 
-std::string statistics_json(const Job& job, const Tracer& tracer) {
+api::RenderStatistics statistics_of(const Job& job, const Tracer& tracer) {
   const Statistics& s = job.statistics();
   const RenderSettings settings = job.settings();
-  json out;
-  out["scene"] = {{"name", job.scene().name()},
-                  {"triangles", job.scene().geometry().triangle_count()},
-                  {"lights", job.scene().light_source_count()},
-                  {"materials", job.scene().materials().size()}};
-  out["settings"] = settings_json(settings);
-  out["version"] = version();
-  out["passes"] = job.passes();
-  out["mean_samples"] = job.mean_samples();
-  out["samples_not_finite"] = job.samples_not_finite();
-  out["tasks"] = job.tasks();
-  out["ending"] = kEndingNames[static_cast<std::size_t>(job.ending())];
-  out["isa"] = simd_name();
-  out["threads"] = settings.threads;
+  api::RenderStatistics out;
+  out.ending = job.ending();
+  out.passes = job.passes();
+  out.mean_samples = job.mean_samples();
+  out.samples_not_finite = job.samples_not_finite();
+  out.tasks = job.tasks();
+  out.threads = settings.threads;
+  out.instruction_set = simd_name();
   for (int i = 0; i < static_cast<int>(Phase::count_); ++i)
-    out["time_s"][name(static_cast<Phase>(i))] = s.seconds(static_cast<Phase>(i));
+    out.seconds[name(static_cast<Phase>(i))] = s.seconds(static_cast<Phase>(i));
   for (int i = 0; i < static_cast<int>(Counter::count_); ++i)
-    out["count"][name(static_cast<Counter>(i))] = s.count(static_cast<Counter>(i));
+    out.counts[name(static_cast<Counter>(i))] = s.count(static_cast<Counter>(i));
   const auto per_second = [](std::uint64_t n, double seconds) {
     return seconds > 0 ? static_cast<double>(n) / seconds : 0.0;
   };
   const double density = s.seconds(Phase::density) + s.seconds(Phase::reorder);
   const std::uint64_t operations = s.count(Counter::shader_operations), queries = s.count(Counter::query_points);
-  out["rate"] = {{"gather_rays_per_s", per_second(s.count(Counter::gather_rays), s.seconds(Phase::gather_rays))},
-                 {"query_points_per_s", per_second(queries, density)},
-                 {"shader_operations_per_s_per_core", per_second(operations, density) / settings.threads}};
-  const std::uint64_t steps = s.count(Counter::packet_steps);
-  out["mean"] = {
-      {"photons_per_query", queries ? static_cast<double>(operations) / static_cast<double>(queries) : 0.0},
-      {"active_lanes",
-       steps ? static_cast<double>(s.count(Counter::packet_active_lanes)) / static_cast<double>(steps) : 0.0},
-      {"lanes", engine_traits(settings.engine).lanes()}};
-  out["paged"] = {{"bytes_read", job.query_traffic().read}, {"bytes_written", job.query_traffic().written}};
-  const std::uint64_t reserved = job.budget().peak(), resident = job.peak_resident();
-  const std::uint64_t beside_scene = job.peak_beside_scene_bytes();
-  out["lights"] = json::array();
-  for (const LightPhotons& light : job.light_photons())
-    out["lights"].push_back({{"name", light.name},
-                             {"sources", light.sources},
-                             {"photons_emitted", light.emitted},
-                             {"photons_stored", light.stored},
-                             {"photons_used", light.used},
-                             {"photons_wasted", light.wasted()}});
-  out["memory_bytes"] = {{"budget", settings.memory_bytes},
-                         {"peak_reserved", reserved},
-                         {"peak_rss", resident},
-                         {"scene", job.scene_bytes()},
-                         {"peak_beside_scene", beside_scene},
-                         {"unaccounted", beside_scene > reserved ? beside_scene - reserved : 0},
-                         {"on_disk", job.disk_bytes()},
-                         {"photon_map", job.photon_map_bytes()},
-                         {"query_points", job.query_point_bytes()},
-                         {"acceleration_structure", tracer.bytes()}};
-  for (const auto& [holder, bytes] : job.budget().peaks()) out["memory_bytes"]["reserved"][holder] = bytes;
-  return text_of(out, 2);
+  out.rates = {{"gather_rays_per_s", per_second(s.count(Counter::gather_rays), s.seconds(Phase::gather_rays))},
+               {"query_points_per_s", per_second(queries, density)},
+               {"shader_operations_per_s_per_core", per_second(operations, density) / settings.threads}};
+  const std::uint64_t reserved = job.budget().peak(), beside_scene = job.peak_beside_scene_bytes();
+  out.memory = {{"budget", settings.memory_bytes},
+                {"peak_reserved", reserved},
+                {"peak_rss", job.peak_resident()},
+                {"scene", job.scene_bytes()},
+                {"peak_beside_scene", beside_scene},
+                {"unaccounted", beside_scene > reserved ? beside_scene - reserved : 0},
+                {"on_disk", job.disk_bytes()},
+                {"photon_map", job.photon_map_bytes()},
+                {"query_points", job.query_point_bytes()},
+                {"acceleration_structure", tracer.bytes()}};
+  out.reserved_peaks = job.budget().peaks();
+  out.lights = job.light_photons();
+  out.json = json_of(out, job);
+  return out;
 }
 
 }  // namespace glowworm

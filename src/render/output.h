@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 
+#include "glowworm/statistics.h"
 #include "image/image.h"
 #include "render/film.h"
 #include "render/job.h"
@@ -26,7 +27,7 @@ PictureInfo picture_info(const Job& job);
 /// Bytes that make_image() and writing its picture need.
 std::uint64_t image_bytes(const RenderSettings& settings);
 
-/// The statistics of a render as one JSON object; docs/guide.md lists the keys and their units.
-std::string statistics_json(const Job& job, const Tracer& tracer);
+/// The statistics of a render; docs/guide.md lists the keys of the JSON object and their units.
+api::RenderStatistics statistics_of(const Job& job, const Tracer& tracer);
 
 }  // namespace glowworm

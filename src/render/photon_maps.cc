@@ -48,13 +48,13 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget
   constexpr double kMegabyte = 1e6;  // the unit of --memory
   const std::uint64_t wanted = photons * kBytesPerPhoton, there = budget.available();
   if (wanted > there)
-    throw Error(fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
-                            "{:.0f}M left for it",
-                            std::ceil(static_cast<double>(wanted) / kMegabyte), photons,
-                            std::floor(static_cast<double>(there) / kMegabyte)),
-                fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
-                            std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte),
-                            there / kBytesPerPhoton));
+    throw MemoryError(fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
+                                  "{:.0f}M left for it",
+                                  std::ceil(static_cast<double>(wanted) / kMegabyte), photons,
+                                  std::floor(static_cast<double>(there) / kMegabyte)),
+                      fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
+                                  std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte),
+                                  there / kBytesPerPhoton));
   return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
 

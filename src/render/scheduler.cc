@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/memory_budget.h"
 #include "density/engine.h"
 #include "render/film.h"
 
@@ -125,9 +126,10 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   Schedule schedule;
   const std::uint64_t slot_bytes = slot_bytes_of(settings), smallest = smallest_room(settings);
   if (room < smallest)
-    throw Error(fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
-                            static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
-                "Give a larger --memory, a smaller image, fewer --photons or fewer --threads.");
+    throw MemoryError(
+        fmt::format("after image and photons {:.1f} MB of the memory budget are left; tracing takes {:.1f} MB",
+                    static_cast<double>(room) / 1e6, static_cast<double>(smallest) / 1e6),
+        "Give a larger --memory, a smaller image, fewer --photons or fewer --threads.");
   const std::uint64_t left = room - ray_bytes(settings);
   const bool gathers = settings.integrator == Integrator::gather;
   const std::uint64_t per_slot = gathers ? std::max<std::uint64_t>(settings.gather, 1) : 1;

@@ -7,6 +7,7 @@
 #include "core/disk_memory.h"
 #include "core/random.h"
 #include "density/engine.h"
+#include "glowworm/render.h"
 #include "points/slot_value.h"
 #include "transport/roulette.h"
 
@@ -14,11 +15,7 @@ namespace glowworm {
 
 class Scene;
 
-enum class Integrator : std::uint8_t {
-  gather,   ///< photon mapping with final gathering
-  path,     ///< path tracing: the reference
-  photons,  ///< the photon map shown directly, without final gathering
-};
+using api::Integrator;
 
 /// How a pass gets its query points ([HHS05], section 5.1).
 enum class Preference : std::uint8_t {

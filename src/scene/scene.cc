@@ -177,7 +177,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   normalize_lights(d_);
   origin_ = move_to_origin(d_);
   add_default_camera(d_);
-  if (needs_studio_light(d_)) add_studio_light(d_);
+  if (d_.studio_light && needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
   measure();
   note_origin(to_file_axes(origin_) + Vec3{0, 0, 0}, d_.notes);  // + 0 writes 0 in place of -0
@@ -190,6 +190,10 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   if (light_power_.total() > 0) return;
   if (has_lights(d_, *geometry_)) {
     d_.notes.push_back("all lights of the scene are black");
+    return;
+  }
+  if (!d_.studio_light) {
+    d_.notes.push_back("the scene has no light");
     return;
   }
   add_studio_light(d_);

@@ -57,6 +57,7 @@ struct SceneDescription {
   bool origin_is_exact = false;
   /// Emission may be decoration for a viewer that adds its own light, unless the scene is a room.
   bool emission_may_be_decoration = false;
+  bool studio_light = true;  ///< where the scene has no light
   /// Features of the file that are not supported or were guessed; one line each.
   std::vector<std::string> notes;
 };
@@ -76,7 +77,8 @@ struct SceneEdit {
 class Scene {
  public:
   /// Checks all indices, moves a distant scene to the origin, adds a camera that frames the scene if it has none, and
-  /// the studio light if it has no light. Throws Error for a scene without triangles.
+  /// the studio light if it has no light, unless the description refuses that. Throws Error for a scene without
+  /// triangles.
   explicit Scene(SceneDescription description);
   /// The same scene with other lights; shares the geometry. Adds no sky if nothing emits: then light_power() has a
   /// total of 0, and no light may be sampled. Throws Error if the edit does not fit this scene.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/frame.h"
 
 namespace glowworm {
 
@@ -29,14 +30,6 @@ Camera turn_about(const Camera& camera, Vec3 point, Vec3 up, float yaw, float pi
 }
 
 }  // namespace
-
-Vec3 rotate(Vec3 v, Vec3 rotation_vector) {
-  const float angle = length(rotation_vector);
-  if (angle == 0) return v;
-  const Vec3 axis = rotation_vector / angle;
-  const float c = std::cos(angle), s = std::sin(angle);
-  return v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c));
-}
 
 Vec3 nearest_up(const Camera& camera) {
   const Vec3 up = normalize(camera.to_world.y);

@@ -6,9 +6,6 @@
 
 namespace glowworm {
 
-/// v turned by a rotation vector (axis times radians; Rodrigues' formula).
-Vec3 rotate(Vec3 v, Vec3 rotation_vector);
-
 /// The world axis, with sign, nearest to the camera's up direction: y for most files, z for some.
 Vec3 nearest_up(const Camera& camera);
 

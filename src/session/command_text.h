@@ -2,8 +2,8 @@
 #pragma once
 #include <string>
 
+#include "scene/light_rig.h"
 #include "scene/scene.h"
-#include "session/light_rig.h"
 #include "session/view_state.h"
 
 namespace glowworm {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/frame.h"
 #include "kernels/kernel_shape.h"
 #include "render/options.h"
 #include "session/camera_control.h"

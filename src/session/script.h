@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/vec.h"
-#include "session/light_rig.h"
+#include "scene/light_rig.h"
 #include "session/view_frame.h"
 #include "session/view_state.h"
 

@@ -7,6 +7,7 @@
 #include "core/vec.h"
 #include "render/settings.h"
 #include "scene/camera.h"
+#include "scene/light_rig.h"
 
 namespace glowworm {
 
@@ -23,15 +24,6 @@ enum class ViewMode : std::uint8_t {
 
 /// Which part of the light the modes gather and photons show.
 enum class LightPart : std::uint8_t { all, direct, indirect, caustic };
-
-/// Difference of a light from the scene file. Applied about the light's own centre.
-struct LightEdit {
-  bool on = true;
-  float scale = 1;     ///< factor on its radiance or intensity
-  Vec3 move{0, 0, 0};  ///< metres; no effect on lights infinitely far away
-  Vec3 turn{0, 0, 0};  ///< rotation vector: axis times radians
-  bool operator==(const LightEdit&) const = default;
-};
 
 /// A view of a scene. Equal states give the same picture, which is refined further.
 struct ViewState {

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "glowworm/glowworm.h"
@@ -51,7 +52,7 @@ gw::Scene lit_square() {
 std::string error_of(const std::function<void()>& work) {
   try {
     work();
-  } catch (const glowworm::Error& error) {
+  } catch (const gw::Error& error) {
     return error.what();
   }
   return "no error";
@@ -64,7 +65,7 @@ TEST(Api, ASquareUnderAWhiteSkyShowsItsColor) {
   options.gather = 16;
   options.photons = 1000;
   options.aovs = {"albedo"};
-  for (const char* integrator : {"gather", "path"}) {
+  for (const gw::Integrator integrator : {gw::Integrator::gather, gw::Integrator::path}) {
     options.integrator = integrator;
     const gw::Picture picture = gw::render(lit_square(), options);
     ASSERT_EQ(picture.layer().samples.size(), 3 * 64u);
@@ -100,13 +101,74 @@ TEST(Api, OptionsOfTheCommandLineAreOptionsHere) {
   gw::Render render(lit_square(), options);
   render.wait();
   EXPECT_EQ(render.picture().width, 6);
-  EXPECT_THAT(render.statistics(), HasSubstr("\"kernel\": \"cone\""));
-  EXPECT_THAT(render.statistics(), HasSubstr("\"indirect_only\": true"));
+  const gw::RenderStatistics statistics = render.statistics();
+  EXPECT_THAT(statistics.json, HasSubstr("\"kernel\": \"cone\""));
+  EXPECT_THAT(statistics.json, HasSubstr("\"indirect_only\": true"));
   for (const std::string& name : gw::render_option_names()) EXPECT_NE(name, "threads");
   options.more = {{"kernle", "cone"}};
   EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("Did you mean 'kernel'"));
   options.more = {{"kernel", "conee"}};
   EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("Did you mean 'cone'"));
+}
+
+TEST(Api, StatisticsAreNumbersAndJson) {
+  gw::RenderOptions options;
+  options.width = options.height = 8;
+  options.samples = 2;
+  options.photons = 1000;
+  options.engine = gw::Engine::forward;
+  gw::Render render(lit_square(), options);
+  render.wait();
+  const gw::RenderStatistics s = render.statistics();
+  EXPECT_EQ(s.ending, gw::Ending::samples_done);
+  EXPECT_EQ(s.passes, 2u);
+  EXPECT_EQ(s.mean_samples, 2);
+  EXPECT_GE(s.counts.at("photons_stored"), 1000u);
+  EXPECT_GT(s.seconds.at("total"), 0);
+  EXPECT_GT(s.memory.at("peak_reserved"), 0u);
+  ASSERT_EQ(s.lights.size(), 1u);
+  EXPECT_GE(s.lights[0].stored, 1000u);
+  EXPECT_THAT(s.json, HasSubstr("\"engine\": \"forward\""));
+  EXPECT_THAT(s.json, HasSubstr("\"ending\": \"samples_done\""));
+}
+
+/// The code of the error that the work ends with, and its place.
+std::pair<gw::ErrorCode, gw::FilePlace> caught(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const gw::Error& error) {
+    return {error.code(), error.place()};
+  }
+  return {gw::ErrorCode::invalid, {"no error"}};
+}
+
+TEST(Api, ErrorsHaveACodeAndAPlace) {
+  const std::string path = testing::TempDir() + "broken.obj";
+  std::ofstream(path) << "v 0 0 0\nv 1 0 zero\n";
+  const auto [broken, place] = caught([&] { gw::Scene::load(path); });
+  EXPECT_EQ(broken, gw::ErrorCode::file);
+  EXPECT_EQ(place.file, path);
+  EXPECT_EQ(place.line, 2);
+  const std::string pbrt = testing::TempDir() + "broken.pbrt";
+  std::ofstream(pbrt) << "WorldBegin\n\n  Shape \"speer\"\nShape \"box\"\n";
+  const auto [unknown, shape] = caught([&] { gw::Scene::load(pbrt); });
+  EXPECT_EQ(unknown, gw::ErrorCode::file);
+  EXPECT_EQ(shape.file, pbrt);
+  EXPECT_EQ(shape.line, 3);
+  const auto [missing, nowhere] = caught([] { gw::read_picture("nowhere.exr"); });
+  EXPECT_EQ(missing, gw::ErrorCode::file);
+  EXPECT_EQ(nowhere.file, "nowhere.exr");
+  gw::RenderOptions options;
+  options.width = options.height = 4;
+  options.samples = 1;
+  options.noise_target = -1;
+  const auto [senseless, none] = caught([&] { gw::render(lit_square(), options); });
+  EXPECT_EQ(senseless, gw::ErrorCode::invalid);
+  EXPECT_EQ(none.file, "");
+  options.noise_target = 0;
+  options.photons = 1'000'000;
+  options.memory = 64'000'000;
+  EXPECT_EQ(caught([&] { gw::render(lit_square(), options); }).first, gw::ErrorCode::memory);
 }
 
 TEST(Api, ACropIsAPartOfTheSamePicture) {
@@ -196,7 +258,7 @@ TEST(Api, ReportsProgressAndCancelsARender) {
   render.wait();
   EXPECT_TRUE(render.done());
   EXPECT_TRUE(render.cancelled());
-  EXPECT_THAT(render.statistics(), HasSubstr("\"cancelled\""));
+  EXPECT_EQ(render.statistics().ending, gw::Ending::cancelled);
 }
 
 TEST(Api, ProgressThatThrowsEndsTheRender) {
@@ -248,14 +310,14 @@ TEST(Api, RaysHitTheSquare) {
 }
 
 TEST(Api, AnInterruptStopsPhotons) {
-  glowworm::Interrupt interrupt;
+  gw::Interrupt interrupt;
   interrupt.request();
   gw::PhotonOptions options;
   options.interrupt = &interrupt;
-  EXPECT_THROW(gw::trace_photons(lit_square(), options), glowworm::Cancelled);
+  EXPECT_THROW(gw::trace_photons(lit_square(), options), gw::Cancelled);
   gw::PhotonMapOptions map_options;
   map_options.interrupt = &interrupt;
-  EXPECT_THROW(gw::PhotonMap(lit_square(), map_options), glowworm::Cancelled);
+  EXPECT_THROW(gw::PhotonMap(lit_square(), map_options), gw::Cancelled);
 }
 
 TEST(Api, APhotonMapShowsTheLightOfThePlane) {
@@ -301,6 +363,73 @@ TEST(Api, SensorsMeasureTheSun) {
   options.render.samples = 1;
   EXPECT_THAT(error_of([&] { gw::measure(scene, at, normal, options); }), HasSubstr("two samples"));
   EXPECT_THAT(error_of([&] { gw::measure(scene, {}, {}); }), HasSubstr("no sensors"));
+}
+
+TEST(Api, OptionsOfLoadingChangeAScene) {
+  const std::string path = testing::TempDir() + "square.obj";
+  std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  gw::LoadOptions options;
+  options.z_up = true;
+  options.scale = 0.5f;
+  options.studio_light = false;
+  const gw::Scene scene = gw::Scene::load(path, options);
+  EXPECT_EQ(scene.positions()[1].x, 0.5f);
+  EXPECT_EQ(scene.positions()[2].z, -0.5f);
+  EXPECT_TRUE(scene.lights().empty());
+  EXPECT_EQ(gw::Scene::load(path).lights().size(), 1u) << "the studio light";
+  gw::RenderOptions dark;
+  dark.width = dark.height = 8;
+  dark.samples = 1;
+  for (const float value : gw::render(scene, dark).layer().samples) EXPECT_EQ(value, 0);
+  options.environment = "1,2,3";
+  options.more = {{"studio-light", "on"}, {"fov", "30"}};
+  EXPECT_EQ(gw::Scene::load(path, options).lights(), std::vector<std::string>{"environment"});
+  options.more = {{"studio-ligth", "on"}};
+  EXPECT_THAT(error_of([&] { gw::Scene::load(path, options); }), HasSubstr("Did you mean 'studio-light'"));
+  options = {};
+  options.scale = 0;
+  EXPECT_THAT(error_of([&] { gw::Scene::load(path, options); }), HasSubstr("scale"));
+}
+
+TEST(Api, LightsAreEdited) {
+  const gw::Scene scene = gw::Scene::load("builtin:cornell");
+  ASSERT_EQ(scene.lights().size(), 1u);
+  gw::LightEdit edit;
+  edit.light = scene.lights()[0];
+  gw::RenderOptions options;
+  options.width = options.height = 8;
+  options.samples = 4;
+  options.photons = 1000;
+  const auto sum = [&] {
+    double all = 0;
+    for (const float value : gw::render(scene.with_lights({&edit, 1}), options).layer().samples)
+      all += static_cast<double>(value);
+    return all;
+  };
+  const double before = sum();
+  EXPECT_GT(before, 0);
+  edit.scale = 2;
+  EXPECT_NEAR(sum(), 2 * before, 1e-3 * before);
+  edit.on = false;
+  EXPECT_EQ(sum(), 0);
+  edit.scale = -1;
+  EXPECT_THAT(error_of([&] { scene.with_lights({&edit, 1}); }), HasSubstr("scale"));
+  edit = {"lamp"};
+  EXPECT_THAT(error_of([&] { lit_square().with_lights({&edit, 1}); }), HasSubstr("environment"));
+}
+
+TEST(Api, MovedLightsAreHitWhereTheyAre) {
+  gw::SceneBuilder builder;
+  gw::Mesh lamp = square(builder.add_material({}));
+  lamp.radiance = {1, 1, 1};
+  lamp.name = "lamp";
+  builder.add_mesh(lamp);
+  gw::LightEdit edit;
+  edit.light = "lamp";
+  edit.move = {0, 0, 1};
+  const std::vector<gw::Vec3> from{{0.5f, 0.25f, 3}}, down{{0, 0, -1}};
+  const gw::Tracer tracer(builder.build().with_lights({&edit, 1}));
+  EXPECT_FLOAT_EQ(tracer.intersect({from, down, 0, {}}).distance[0], 2);
 }
 
 TEST(Api, ASceneWithOneMoreCameraSharesItsTriangles) {
@@ -417,7 +546,7 @@ TEST(Api, SpotLightsAndImagesOfTheSkyLightTheSquare) {
   options.samples = 16;
   options.gather = 16;
   options.photons = 10'000;
-  options.integrator = "path";
+  options.integrator = gw::Integrator::path;
   gw::Camera camera;
   camera.eye = {0, 0, 2};
   camera.field_of_view = 5;
@@ -458,8 +587,14 @@ TEST(Api, RejectsInvalidInput) {
   EXPECT_THAT(error_of([] { gw::Scene::load("builtin:nothing"); }), HasSubstr("nothing"));
   gw::RenderOptions options;
   options.width = options.height = 4;
-  options.engine = "foward";
-  EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("forward"));
+  options.engine = static_cast<gw::Engine>(99);
+  EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("engine number 99"));
+  options = {};
+  options.integrator = static_cast<gw::Integrator>(99);
+  EXPECT_THAT(error_of([&] { gw::render(lit_square(), options); }), HasSubstr("integrator"));
+  gw::BakeOptions bake;
+  bake.format = static_cast<gw::BakeFormat>(99);
+  EXPECT_THAT(error_of([&] { gw::bake(lit_square(), "none.glb", bake); }), HasSubstr("format number 99"));
   options = {};
   options.width = options.height = 4;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -578,7 +713,7 @@ TEST(Api, ABakeOfIndirectLightIsAskedForInTwoWays) {
   const std::string indirect = baked(scene, options);
   EXPECT_FALSE(indirect == all);
   options.render.more.clear();
-  options.light = "indirect";
+  options.indirect_only = true;
   EXPECT_TRUE(indirect == baked(scene, options));
 }
 
@@ -596,6 +731,30 @@ double kernel(gw::Kernel shape, double d) {
   }
   const double s = 1.0 / 3;
   return std::exp(-d * d / (2 * s * s)) / (2 * pi * s * s * (1 - std::exp(-1 / (2 * s * s))));
+}
+
+TEST(Api, EnginesAgreeAndWriteIntoMemoryOfTheCaller) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  std::vector<gw::Vec3> photons(2000), points(100);
+  for (auto* cloud : {&photons, &points})
+    for (gw::Vec3& p : *cloud) p = {uniform(random), uniform(random), 0};
+  const std::vector<gw::Rgb> flux(photons.size(), gw::Rgb{1, 2, 3});
+  const auto index = [&](gw::Engine engine) {
+    return gw::DensityIndex({photons, flux, {}}, 0.1f, gw::Kernel::cone, engine);
+  };
+  const std::vector<gw::Rgb> wanted = index(gw::Engine::brute).sum(points);
+  EXPECT_EQ(gw::engine_names()[static_cast<std::size_t>(gw::Engine::brute)], "brute");
+  for (const gw::Engine engine :
+       {gw::Engine::automatic, gw::Engine::blocked, gw::Engine::forward, gw::Engine::reverse}) {
+    std::vector<gw::Rgb> sums(points.size(), gw::Rgb{7, 7, 7});
+    const gw::DensityIndex made = index(engine);
+    made.sum(points, {}, sums);
+    for (std::size_t i = 0; i < sums.size(); ++i) EXPECT_NEAR(sums[i].g, wanted[i].g, 1e-4f * wanted[i].g);
+    EXPECT_THAT(error_of([&] { made.sum(points, {}, {sums.data(), 9}); }), HasSubstr("9 sums for 100"));
+  }
+  EXPECT_THAT(error_of([&] { index(gw::Engine::knn); }), HasSubstr("knn"));
+  EXPECT_THAT(error_of([&] { index(static_cast<gw::Engine>(99)); }), HasSubstr("engine number 99"));
 }
 
 TEST(Api, DensitySumsAgreeWithADoubleLoop) {

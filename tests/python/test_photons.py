@@ -61,8 +61,21 @@ def test_a_photon_map_shows_irradiance_and_radiance(sunny):
         photon_map.irradiance(points, up[:1])
     with pytest.raises(ValueError, match=r"points\[1, 0\] is nan"):
         photon_map.irradiance([[0, 0, 0], [np.nan, 0, 0]], up)
-    with pytest.raises(ValueError, match="kernel 'triangle'"):
+    with pytest.raises(glowworm.Error, match="kernel 'triangle'"):
         glowworm.PhotonMap(sunny, kernel="triangle")
+    with pytest.raises(glowworm.Error, match="engine 'fast'"):
+        glowworm.PhotonMap(sunny, engine="fast")
+
+
+def test_counts_may_be_texts_and_floats(sunny):
+    wanted = glowworm.trace_photons(sunny, photons=1000, seed=3).positions
+    for photons in (1e3, "1k"):
+        np.testing.assert_array_equal(glowworm.trace_photons(sunny, photons=photons, seed=3.0).positions, wanted)
+    for wrong in (1.5, -1, "many", 2**70):
+        with pytest.raises(ValueError, match="photons"):
+            glowworm.trace_photons(sunny, photons=wrong)
+    with pytest.raises(ValueError, match="seed is more than"):
+        glowworm.trace_photons(sunny, seed="1e10")
 
 
 @pytest.mark.parametrize("engine", ["blocked", "forward", "reverse", "knn", "brute"])

@@ -1,6 +1,8 @@
 """render(), Render and Picture."""
+import copy
 import gc
 import inspect
+import pickle
 import signal
 import subprocess
 import sys
@@ -78,16 +80,53 @@ def test_errors_have_the_text_of_the_command_line(square, program, tmp_path):
         printed = subprocess.run(command, capture_output=True, text=True).stderr
         assert str(error.value).split("\n")[0] in printed, key
         assert "--" not in str(error.value)
-    with pytest.raises(TypeError, match="kernle"):
-        glowworm.render(square, kernle="cone")
-    with pytest.raises(glowworm.Error, match="Did you mean 'kernel'"):
-        glowworm.Render(square, kernle="cone")
+    for work in (glowworm.render, glowworm.Render):
+        with pytest.raises(glowworm.Error, match="Did you mean 'kernel'"):
+            work(square, kernle="cone")
 
 
-def test_has_a_keyword_for_every_option():
-    names = [name.replace("-", "_") for name in glowworm._glowworm._render_option_names()]
-    keywords = [name for name in inspect.signature(glowworm.render).parameters if name not in ("scene", "progress")]
-    assert sorted(names) == sorted(keywords)
+def test_keywords_are_the_options_of_the_command(square):
+    for function, some, not_its_own in (
+        (glowworm.render, {"size", "light_groups", "share", "filter"}, {"texels_per_metre"}),
+        (glowworm.measure, {"indirect_only", "share", "kernel"}, {"size", "filter", "part"}),
+        (glowworm.bake, {"indirect_only", "kernel", "part", "atlas"}, {"size", "aov"}),
+    ):
+        keywords = set(inspect.signature(function).parameters)
+        assert some | {"progress", "samples", "memory"} < keywords and not not_its_own & keywords
+    with pytest.raises(glowworm.Error, match="'size' is not known"):
+        glowworm.measure(square, [[0, 0, 1]], [[0, 0, -1]], size=(8, 8))
+
+
+def test_numbers_may_be_texts_and_floats(square):
+    options = {**TINY, "photons": 1000}
+    image = glowworm.render(square, **options).image
+    for photons in (1e3, "1k", "1e3", np.int32(1000)):
+        np.testing.assert_array_equal(glowworm.render(square, **{**options, "photons": photons}).image, image)
+
+
+def test_errors_have_a_code_and_a_place(square, tmp_path):
+    path = tmp_path / "broken.obj"
+    path.write_text("v 0 0 0\nv 1 0 zero\n")
+    with pytest.raises(glowworm.Error) as error:
+        glowworm.Scene.load(path)
+    assert error.value.code == "file" and error.value.place == (str(path), 2, 0)
+    with pytest.raises(glowworm.Error) as error:
+        glowworm.render(square, **{**TINY, "noise": -1})
+    assert error.value.code == "invalid" and error.value.place is None
+    with pytest.raises(glowworm.Error) as error:
+        glowworm.render(square, **{**TINY, "photons": 1_000_000, "memory": "64M"})
+    assert error.value.code == "memory"
+
+
+def test_pictures_can_be_pickled(square):
+    picture = glowworm.render(square, **TINY, aov="depth", crop=(0.25, 0.5, 0.75, 1))
+    picture.note = "mine"
+    for read in (pickle.loads(pickle.dumps(picture)), copy.deepcopy(picture)):
+        assert read.keys() == picture.keys() and read.channels("depth") == "Z"
+        for layer in picture.keys():
+            np.testing.assert_array_equal(read[layer], picture[layer])
+        assert (read.place, read.metadata) == (picture.place, picture.metadata)
+        assert (read.statistics, read.note) == (picture.statistics, "mine")
 
 
 def test_filter_may_be_a_bool(square):
@@ -270,10 +309,15 @@ def test_memory_does_not_grow_over_a_thousand_renders():
 
 def test_pictures_are_written_and_read(square, tmp_path):
     picture = glowworm.render(square, **TINY, aov=["normal"])
-    picture.write(str(tmp_path / "picture.exr"))
+    picture.write(tmp_path / "picture.exr")
     picture.write(str(tmp_path / "picture.png"))
-    read = glowworm.Picture.read(str(tmp_path / "picture.exr"))
+    read = glowworm.Picture.read(tmp_path / "picture.exr")
     np.testing.assert_array_equal(read["normal"], picture["normal"])
+    picture.write(tmp_path / "picture.exr", precision="half")
+    half = picture.image.astype(np.float16).astype(np.float32)
+    np.testing.assert_array_equal(glowworm.Picture.read(tmp_path / "picture.exr").image, half)
+    with pytest.raises(glowworm.Error, match="half, float"):
+        picture.write(tmp_path / "picture.exr", precision="double")
     assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
     picture.write(str(tmp_path / "PICTURE.PNG"))
     assert (tmp_path / "PICTURE.PNG").read_bytes() == (tmp_path / "picture.png").read_bytes()

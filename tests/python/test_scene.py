@@ -1,4 +1,6 @@
 """Scenes: from files, built in, and from arrays."""
+import pickle
+
 import numpy as np
 import pytest
 from conftest import TINY, square_builder
@@ -96,7 +98,7 @@ def test_wrong_arrays_are_refused(builder, error, match, positions, triangles, o
 def test_wrong_values_are_refused(builder):
     with pytest.raises(glowworm.Error, match=r"\[0, 1\]"):
         builder.add_material(color=1.5)
-    with pytest.raises(ValueError, match="'mirror' is not one of diffuse, metal"):
+    with pytest.raises(glowworm.Error, match="'mirror' is not known\\n  Choose from: diffuse, metal"):
         builder.add_material("mirror")
     with pytest.raises(glowworm.Error, match="intensity"):
         builder.add_point_light((0, 0, 1), -1)
@@ -142,3 +144,62 @@ def test_every_kind_of_material_renders():
         picture = glowworm.render(builder.build(), **TINY)
         assert np.isfinite(picture.image).all()
         assert picture.image.max() > 0.2, kind
+
+
+def test_cameras_can_be_pickled():
+    camera = glowworm.Camera((0, 1, 5), (0, 0, 0), field_of_view=25, lens_radius=0.5, focal_distance=3, name="main")
+    read = pickle.loads(pickle.dumps(camera))
+    for member in ("field_of_view", "orthographic_size", "lens_radius", "focal_distance", "name"):
+        assert getattr(read, member) == getattr(camera, member)
+    np.testing.assert_array_equal(read.eye, camera.eye)
+
+
+def test_options_of_loading_change_a_scene(tmp_path):
+    path = tmp_path / "square.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    turned = glowworm.Scene.load(path, up="z", scale=0.5, studio_light=False)
+    np.testing.assert_allclose(turned.positions, [[0, 0, 0], [0.5, 0, 0], [0, 0, -0.5]])
+    assert turned.lights == [] and any("no light" in note for note in turned.notes)
+    assert len(glowworm.Scene.load(path).lights) == 1, "the studio light"
+    assert glowworm.Scene.load(path, environment=(1, 2, 3)).lights == ["environment"]
+    assert len(glowworm.Scene.load(path, sky="cie:16").lights) == 1
+    with pytest.raises(glowworm.Error, match="Did you mean 'scale'"):
+        glowworm.Scene.load(path, scal=2)
+    with pytest.raises(glowworm.Error, match="neither y nor z"):
+        glowworm.Scene.load(path, up="x")
+
+
+def test_lights_are_edited(builder):
+    builder.add_point_light((0, 0, 1), 4)
+    scene = builder.build()
+    (lamp,) = scene.lights
+    options = dict(size=(8, 8), samples=4, photons=1000, integrator="path", progress=False)
+    image = glowworm.render(scene, **options).image
+    np.testing.assert_allclose(glowworm.render(scene.with_lights({lamp: {"scale": 2}}), **options).image, 2 * image, rtol=1e-5)
+    assert not glowworm.render(scene.with_lights({lamp: {"on": False}}), **options).image.any()
+    moved = glowworm.render(scene.with_lights({lamp: {"move": (0, 0, 1)}}), **options).image
+    np.testing.assert_allclose(moved[4, 4], image[4, 4] / 4, rtol=0.1)
+    with pytest.raises(glowworm.Error, match="lamp"):
+        scene.with_lights({"lamp": {}})
+    with pytest.raises(ValueError, match="colour"):
+        scene.with_lights({lamp: {"colour": 1}})
+
+
+def test_textures_colour_surfaces():
+    builder = glowworm.SceneBuilder()
+    texels = [[[1, 0, 0], [0, 1, 0]], [[0, 0, 1], [1, 1, 1]]]
+    texture = builder.add_texture(texels)
+    paint = builder.add_material(color=0.5, color_texture=texture)
+    corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    builder.add_mesh(corners, [[0, 1, 2], [0, 2, 3]], uvs=[[0, 0], [1, 0], [1, 1], [0, 1]], material=paint)
+    builder.add_camera(glowworm.Camera((0, 0, 5), (0, 0, 0), orthographic_size=2))
+    albedo = glowworm.render(builder.build(), size=(2, 2), samples=64, photons=1000, aov="albedo", progress=False)["albedo"]
+    # Over a texel its own weight is 3/4 on average, in both directions.
+    weight = np.array([[0.75, 0.25], [0.25, 0.75]])
+    np.testing.assert_allclose(albedo, 0.5 * np.einsum("ia,jb,abc->ijc", weight, weight, texels), atol=0.02)
+    with pytest.raises(glowworm.Error, match="texture 7 of 1"):
+        builder = glowworm.SceneBuilder()
+        builder.add_texture(np.ones((1, 1, 3)))
+        builder.add_material(color_texture=7)
+    with pytest.raises(glowworm.Error, match="out of range"):
+        builder.add_texture(np.full((1, 1, 3), 2.0))

@@ -5,13 +5,14 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/frame.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "scene/light_rig.h"
 #include "session/camera_control.h"
 #include "session/frame_sums.h"
 #include "session/history.h"
-#include "session/light_rig.h"
 #include "session/pace.h"
 #include "session/preview_filter.h"
 #include "session/session_testing.h"

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/frame.h"
 #include "session/camera_control.h"
 #include "session/session_testing.h"
 

@@ -422,7 +422,8 @@ void PbrtBuilder::take(PbrtDirective& directive) try {
   state_->context.color_space = state_->now.color_space;
   (state_.get()->*State::action_of(directive.name))(directive);
 } catch (const MemoryError& error) {
-  throw Error(to_string(directive.place) + ": " + error.what());
+  const PbrtPlace& at = directive.place;
+  throw Error({at.file ? *at.file : "", at.line, at.column}, error.what(), "", ErrorCode::memory);
 }
 
 void PbrtBuilder::finish() {

@@ -32,22 +32,21 @@ const std::string* PbrtDiagnostics::add_file(std::string name) { return &files_.
 void PbrtDiagnostics::error(const PbrtPlace& place, const std::string& message, const std::string& remedy) {
   if (full()) return;
   const FilePlace at{place.file ? *place.file : std::string(), place.line, place.column};
-  errors_.push_back(Error(at, message, remedy).what());
+  errors_.push_back({at, remedy.empty() ? message : message + "\n  " + remedy});
 }
 
 void PbrtDiagnostics::throw_if_errors() const {
   if (errors_.empty()) return;
   std::string text;
-  for (const std::string& error : errors_) {
-    if (!text.empty()) text += "\n";
-    text += error;
-  }
+  // The place of the first stands in front of the text anyway.
+  for (const Problem& error : errors_)
+    text += text.empty() ? error.text : "\n" + glowworm::to_string(error.place) + ": " + error.text;
   if (full()) {
     text += fmt::format("\n{} errors: reading stopped", errors_.size());
   } else if (errors_.size() > 1) {
     text += fmt::format("\n{} errors", errors_.size());
   }
-  throw Error(text);
+  throw Error(errors_.front().place, text);
 }
 
 void PbrtDiagnostics::note(const PbrtPlace& place, const std::string& text, std::size_t times) {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/error.h"
+
 namespace glowworm {
 
 /// A place in one of the files of a scene. PbrtDiagnostics stores the file's name.
@@ -42,13 +44,17 @@ class PbrtDiagnostics {
   std::vector<std::string> notes() const;
 
  private:
+  struct Problem {
+    FilePlace place;
+    std::string text;  ///< message and remedy
+  };
   struct Note {
     std::string text;
     PbrtPlace first;
     std::size_t count = 0;
   };
   std::deque<std::string> files_;
-  std::vector<std::string> errors_;
+  std::vector<Problem> errors_;
   std::vector<Note> notes_;
   std::map<std::string, std::size_t, std::less<>> note_index_;
 };

@@ -11,12 +11,13 @@ Radiance is linear RGB (Rec. 709) in W sr^-1 m^-2, flux is in W, irradiance in W
 from __future__ import annotations
 
 import contextlib
+import inspect
 import json
 import math
 import os
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, TypeVar, Union
 
 from ._glowworm import (
     Camera,
@@ -31,9 +32,12 @@ from ._glowworm import (
     Tracer,
     __version__,
     _bake,
+    _bake_option_names,
     _compare,
     _measure,
+    _measure_option_names,
     _Render,
+    _render_option_names,
     aov_names,
     builtin_scenes,
     photon_radii,
@@ -69,32 +73,30 @@ __all__ = [
     "trace_photons",
 ]
 
+Option = Union[bool, int, float, str, Sequence[Any], "os.PathLike[str]", None]
+"""A value of an option of the command line."""
+
 Progress = Union[bool, Callable[[float], Any], None]
 
 _INTERVAL = 0.05  # seconds between two looks at signals and progress
 
 
-def _text(value: Any) -> str:
-    """The text of an option on the command line."""
-    if isinstance(value, (list, tuple)):
-        return ",".join(str(part) for part in value)
-    return str(value)
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def _options(given: Dict[str, Any]) -> List[Tuple[str, str]]:
-    """Keywords as options of the command line; those that are None or False are left out."""
-    out = []
-    for key, value in given.items():
-        # The only option with a word for yes and no: all others are flags.
-        if key == "filter" and isinstance(value, bool):
-            value = "auto" if value else "off"
-        if value is None or value is False:
-            continue
-        if key == "size" and not isinstance(value, str):
-            width, height = value
-            value = f"{width}x{height}"
-        out.append((key.replace("_", "-"), "" if value is True else _text(value)))
-    return out
+def _with_options(names: List[str]) -> Callable[[_Function], _Function]:
+    """Shows the options of a command in a function's signature, in place of **options."""
+
+    def show(function: _Function) -> _Function:
+        own = inspect.signature(function)
+        parameters = [p for p in own.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
+        for name in (name.replace("-", "_") for name in names):
+            if name not in own.parameters:
+                parameters.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None))
+        setattr(function, "__signature__", own.replace(parameters=parameters))
+        return function
+
+    return show
 
 
 class _Bar:
@@ -116,10 +118,10 @@ class Render:
     Takes the options of render(). The methods may be called at any time, from any thread.
     """
 
-    def __init__(self, scene: Scene, *, camera: Union[str, Camera, None] = None, **options: Any) -> None:
+    def __init__(self, scene: Scene, *, camera: Union[str, Camera, None] = None, **options: Option) -> None:
         if isinstance(camera, Camera):
             scene, camera = _with_camera(scene, camera)
-        self._render = _Render(scene, _options({"camera": camera, **options}))
+        self._render = _Render(scene, camera=camera, **options)
 
     def cancel(self) -> None:
         """Stops the render after the task under way."""
@@ -210,46 +212,14 @@ def _shown(progress: Progress) -> Iterator[Optional[Callable[[float], Any]]]:
         yield None
 
 
+@_with_options(_render_option_names())
 def render(
-    scene: Scene,
-    *,
-    progress: Progress = None,
-    size: Union[Tuple[int, int], str, None] = None,
-    crop: Optional[Sequence[float]] = None,
-    pixel_bounds: Optional[Sequence[int]] = None,
-    part: Optional[str] = None,
-    camera: Union[str, Camera, None] = None,
-    aov: Union[str, Sequence[str], None] = None,
-    integrator: Optional[str] = None,
-    engine: Optional[str] = None,
-    kernel: Optional[str] = None,
-    radius: Optional[str] = None,
-    reorder: Optional[int] = None,
-    filter: Union[bool, str, None] = None,
-    seed: Optional[int] = None,
-    light_groups: bool = False,
-    indirect_only: bool = False,
-    progressive: bool = False,
-    no_gather_guiding: bool = False,
-    no_adaptive: bool = False,
-    no_secondary_gather: bool = False,
-    no_guiding: bool = False,
-    samples: Union[int, str, None] = None,
-    gather: Union[int, str, None] = None,
-    photons: Union[int, str, None] = None,
-    traced: Union[int, str, None] = None,
-    nearest: Optional[int] = None,
-    prefer: Optional[str] = None,
-    time: Union[float, str, None] = None,
-    noise: Union[float, str, None] = None,
-    memory: Union[int, str, None] = None,
-    disk: Optional[str] = None,
-    share: Optional[str] = None,
+    scene: Scene, *, progress: Progress = None, camera: Union[str, Camera, None] = None, **options: Option
 ) -> Picture:
     """Renders a scene and returns its picture.
 
-    The keywords are the options of `glowworm render`, and take the same values; `glowworm render --help` explains
-    them. None leaves the choice to Glowworm. The most used are:
+    The keywords are the options of `glowworm render`, and take the same values, texts such as "10k" too; `glowworm
+    render --help` explains them. None leaves the choice to Glowworm. The most used are:
 
     size: (width, height) in pixels.
     crop: (x0, y0, x1, y1), the part to render, as fractions from the upper left corner.
@@ -264,14 +234,13 @@ def render(
     finished share, in [0, 1]; if it raises, the render ends and the exception is raised. Ctrl-C ends the render and
     raises KeyboardInterrupt. Other Python threads run meanwhile. Raises Error for settings that make no sense.
     """
-    options = dict(locals())
-    del options["scene"], options["progress"]
-    job = Render(scene, **options)
+    job = Render(scene, camera=camera, **options)
     with _shown(progress) as show:
         job.wait(progress=show)
     return job.picture()
 
 
+@_with_options(_measure_option_names())
 def measure(
     scene: Scene,
     points: ArrayLike,
@@ -279,16 +248,7 @@ def measure(
     *,
     on_surfaces: bool = False,
     progress: Progress = None,
-    samples: Union[int, str, None] = None,
-    gather: Union[int, str, None] = None,
-    photons: Union[int, str, None] = None,
-    nearest: Optional[int] = None,
-    integrator: Optional[str] = None,
-    engine: Optional[str] = None,
-    seed: Optional[int] = None,
-    time: Union[float, str, None] = None,
-    noise: Union[float, str, None] = None,
-    memory: Union[int, str, None] = None,
+    **options: Option,
 ) -> Dict[str, NDArray[np.float32]]:
     """Measures the light that arrives at sensors from the half space around their normals, as `glowworm measure` does.
 
@@ -299,35 +259,23 @@ def measure(
     glass and by mirrors); illuminance (m,), lx by 179 lm/W; and relative_error (m,), the error of the illuminance
     over itself, of which twice holds the truth with a chance of 95%. Raises Error for sensors inside of solid objects.
     """
-    options = dict(locals())
-    for name in ("scene", "points", "normals", "on_surfaces", "progress"):
-        del options[name]
     with _shown(progress) as show:
-        return _measure(scene, points, normals, _options(options), on_surfaces, show)
+        return _measure(scene, points, normals, on_surfaces, show, **options)
 
 
+@_with_options(_bake_option_names())
 def bake(
     scene: Scene,
     path: Union[str, "os.PathLike[str]"],
     *,
     format: str = "emissive",
     light: str = "all",
-    atlas: int = 0,
+    atlas: Union[int, float, str] = 0,
     texels_per_metre: float = 0.0,
     exposure: Optional[float] = None,
     allow_outside: bool = False,
     progress: Progress = None,
-    samples: Union[int, str, None] = None,
-    gather: Union[int, str, None] = None,
-    photons: Union[int, str, None] = None,
-    nearest: Optional[int] = None,
-    integrator: Optional[str] = None,
-    engine: Optional[str] = None,
-    filter: Union[bool, str, None] = None,
-    seed: Optional[int] = None,
-    time: Union[float, str, None] = None,
-    noise: Union[float, str, None] = None,
-    memory: Union[int, str, None] = None,
+    **options: Option,
 ) -> None:
     """Writes a scene with its light in textures as a GLB file, as `glowworm bake` does.
 
@@ -336,29 +284,15 @@ def bake(
     exposure: stops, by which values are multiplied as 2^exposure; None maps their mean to grey. allow_outside: the file
     may hold content of files outside of the scene file's folder. The other keywords are those of render(); samples are those of each texel.
     """
-    options = dict(locals())
-    for name in ("scene", "path", "format", "light", "atlas", "texels_per_metre", "exposure", "allow_outside", "progress"):
-        del options[name]
     with _shown(progress) as show:
-        _bake(
-            scene,
-            os.fspath(path),
-            _options(options),
-            format,
-            light,
-            atlas,
-            texels_per_metre,
-            exposure,
-            allow_outside,
-            show,
-        )
+        _bake(scene, path, format, light, atlas, texels_per_metre, exposure, allow_outside, show, **options)
 
 
 def _picture(value: Any, layer: str) -> Picture:
     if isinstance(value, Picture):
         return value
     if isinstance(value, (str, os.PathLike)):
-        return Picture.read(os.fspath(value))
+        return Picture.read(value)
     return Picture({layer: value})
 
 

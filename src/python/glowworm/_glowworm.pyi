@@ -1,3 +1,4 @@
+import os
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
@@ -6,36 +7,43 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 
 Color = Union[float, Sequence[float], NDArray[Any]]
+Path = Union[str, "os.PathLike[str]"]
+Count = Union[int, float, str]
+Option = Union[bool, int, float, str, Sequence[Any], "os.PathLike[str]", None]
 Vector = Union[Sequence[float], NDArray[Any]]
 
-class Error(RuntimeError): ...
+class Error(RuntimeError):
+    code: str
+    place: Optional[Tuple[str, int, int]]
 
 def set_threads(threads: int) -> None: ...
 def builtin_scenes() -> List[str]: ...
 def aov_names() -> List[str]: ...
 def _render_option_names() -> List[str]: ...
+def _measure_option_names() -> List[str]: ...
+def _bake_option_names() -> List[str]: ...
 def _compare(picture: Picture, reference: Picture, layer: str, leave_out: float) -> Dict[str, Any]: ...
 
 def _measure(
     scene: Scene,
     points: ArrayLike,
     normals: ArrayLike,
-    options: List[Tuple[str, str]],
     on_surfaces: bool,
     progress: Optional[Callable[[float], Any]],
+    **kwargs: Option,
 ) -> Dict[str, NDArray[np.float32]]: ...
 
 def _bake(
     scene: Scene,
-    path: str,
-    options: List[Tuple[str, str]],
+    path: Path,
     format: str,
     light: str,
-    atlas: int,
+    atlas: Count,
     texels_per_metre: float,
     exposure: Optional[float],
     allow_outside: bool,
     progress: Optional[Callable[[float], Any]],
+    **kwargs: Option,
 ) -> None: ...
 
 class Camera:
@@ -62,7 +70,7 @@ class Camera:
 
 class Scene:
     @staticmethod
-    def load(path: str) -> Scene: ...
+    def load(path: Path, **kwargs: Option) -> Scene: ...
     @property
     def name(self) -> str: ...
     @property
@@ -77,6 +85,9 @@ class Scene:
     def triangles(self) -> NDArray[np.uint32]: ...
     @property
     def triangle_materials(self) -> NDArray[np.uint32]: ...
+    @property
+    def lights(self) -> List[str]: ...
+    def with_lights(self, edits: Dict[str, Dict[str, Any]]) -> Scene: ...
     def with_camera(self, camera: Camera) -> Scene: ...
 
 class SceneBuilder:
@@ -89,8 +100,10 @@ class SceneBuilder:
         roughness: float = ...,
         metallic: float = ...,
         ior: float = ...,
+        color_texture: Optional[int] = ...,
         name: str = ...,
     ) -> int: ...
+    def add_texture(self, image: ArrayLike) -> int: ...
     def add_mesh(
         self,
         positions: ArrayLike,
@@ -98,6 +111,7 @@ class SceneBuilder:
         *,
         material: int = ...,
         normals: Optional[ArrayLike] = ...,
+        uvs: Optional[ArrayLike] = ...,
         radiance: Optional[Color] = ...,
         two_sided: bool = ...,
         name: str = ...,
@@ -121,8 +135,8 @@ class Picture:
     _statistics: Dict[str, Any]
     def __init__(self, layers: Dict[str, Any]) -> None: ...
     @staticmethod
-    def read(path: str) -> Picture: ...
-    def write(self, path: str, exposure: Optional[float] = ...) -> None: ...
+    def read(path: Path) -> Picture: ...
+    def write(self, path: Path, exposure: Optional[float] = ..., precision: str = ...) -> None: ...
     @property
     def width(self) -> int: ...
     @property
@@ -145,7 +159,7 @@ class Picture:
     def __contains__(self, layer: str) -> bool: ...
 
 class _Render:
-    def __init__(self, scene: Scene, options: List[Tuple[str, str]]) -> None: ...
+    def __init__(self, scene: Scene, **kwargs: Option) -> None: ...
     def cancel(self) -> None: ...
     def wait(self) -> None: ...
     def wait_for(self, seconds: float) -> bool: ...
@@ -169,16 +183,16 @@ class Photons:
     def emitted(self) -> int: ...
     def __len__(self) -> int: ...
 
-def trace_photons(scene: Scene, *, photons: int = ..., seed: int = ..., caustic: bool = ...) -> Photons: ...
+def trace_photons(scene: Scene, *, photons: Count = ..., seed: Count = ..., caustic: bool = ...) -> Photons: ...
 
 class PhotonMap:
     def __init__(
         self,
         scene: Scene,
         *,
-        photons: int = ...,
-        seed: int = ...,
-        nearest: int = ...,
+        photons: Count = ...,
+        seed: Count = ...,
+        nearest: Count = ...,
         kernel: str = ...,
         boundary_correction: bool = ...,
         engine: str = ...,
@@ -198,11 +212,12 @@ class DensityIndex:
         *,
         normals: Optional[ArrayLike] = ...,
         kernel: str = ...,
+        engine: str = ...,
     ) -> None: ...
     def sum(self, points: ArrayLike, normals: Optional[ArrayLike] = ...) -> NDArray[np.float32]: ...
     def __len__(self) -> int: ...
 
-def photon_radii(positions: ArrayLike, k: int = ...) -> NDArray[np.float32]: ...
+def photon_radii(positions: ArrayLike, k: Count = ...) -> NDArray[np.float32]: ...
 
 @final
 class Hits:

@@ -6,11 +6,19 @@
 #include <vector>
 
 #include "scene/scene.h"
-#include "session/view_state.h"
 
 namespace glowworm {
 
 enum class RigLightKind : std::uint8_t { area, point, spot, directional, environment };
+
+/// Difference of a light from the scene file. Applied about the light's own centre.
+struct LightEdit {
+  bool on = true;
+  float scale = 1;     ///< factor on its radiance or intensity
+  Vec3 move{0, 0, 0};  ///< metres; no effect on lights infinitely far away
+  Vec3 turn{0, 0, 0};  ///< rotation vector: axis times radians
+  bool operator==(const LightEdit&) const = default;
+};
 
 /// A light that can be edited: an emission with all its triangles, a light without extent, or the environment.
 struct RigLight {

@@ -1,4 +1,4 @@
-#include "session/light_rig.h"
+#include "scene/light_rig.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,6 @@
 #include "core/frame.h"
 #include "core/names.h"
 #include "scene/light_sampling.h"
-#include "session/camera_control.h"
 
 namespace glowworm {
 

@@ -4,7 +4,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "session/light_rig.h"
+#include "scene/light_rig.h"
 
 namespace glowworm {
 

@@ -1,0 +1,63 @@
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "core/names.h"
+#include "core/text.h"
+#include "import/scene_changes.h"
+#include "import/sky_text.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Parses a number between two bounds. Throws Error that names the option.
+float parse_number(const char* name, const std::string& text, float least, float most) {
+  const std::vector<float> value = numbers_of<float>(text);
+  if (value.size() != 1 || value[0] < least || value[0] > most)
+    throw Error(fmt::format("{} '{}' is not a number from {:g} to {:g}", name, text, least, most));
+  return value[0];
+}
+
+constexpr SceneOption kSceneOptions[] = {
+    {"--environment", "FILE|R,G,B",
+     "Replace the scene's environment light: a lat-long image (.exr, .hdr), a square "
+     "equal-area image, or a radiance (W sr^-1 m^-2)",
+     [](SceneChanges& c, const std::string& text) { parse_environment(text, c); }},
+    {"--sky", "cie:TYPE,...|perez:...|epw:FILE,...",
+     "A sky in place of the environment: cie:TYPE[,ALTITUDE,AZIMUTH[,LUX[,GROUND]]] is a CIE general sky (1-15) or "
+     "overcast (16); perez:DIRECT,DIFFUSE,MONTH,DAY,HOUR,LATITUDE,LONGITUDE,ZONE[,GROUND] has W m^-2; "
+     "epw:FILE,MONTH,DAY,HOUR[,GROUND] an hour (1-24) of a weather file; -z is north",
+     [](SceneChanges& c, const std::string& text) {
+       check_sky(text);
+       c.sky = text;
+     }},
+    {"--environment-turn", "DEGREES [0]", "Rotate the environment to the left",
+     [](SceneChanges& c, const std::string& text) {
+       c.environment_turn = parse_number("--environment-turn", text, -3600, 3600);
+     }},
+    {"--environment-scale", "F [1]", "Multiply the environment's radiance",
+     [](SceneChanges& c, const std::string& text) {
+       c.environment_scale = parse_number("--environment-scale", text, 0, 1e9f);
+     }},
+    {"--studio-light", "on|off [on]", "Light a scene without lights as in a studio",
+     [](SceneChanges& c, const std::string& text) {
+       c.studio_light = name_index("--studio-light", text, {"off", "on"}) == 1;
+     }},
+    {"--up", "y|z [y]", "Axis of the file that points up; places and directions of other options have it, too",
+     [](SceneChanges& c, const std::string& text) {
+       if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
+       c.z_up = text == "z";
+     }},
+    {"--scale", "M [1]", "Metres per unit of the file; lights keep their power",
+     [](SceneChanges& c, const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); }},
+    {"--fov", "DEGREES", "Angle of view along the picture's shorter side",
+     [](SceneChanges& c, const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); }},
+    {"--look-at", "X,Y,Z,X,Y,Z", "Place the scene's first camera: eye and target (m)",
+     [](SceneChanges& c, const std::string& text) { c.look_at = parse_look_at(text); }},
+};
+
+}  // namespace
+
+std::span<const SceneOption> scene_options() { return kSceneOptions; }
+
+}  // namespace glowworm
