@@ -16,10 +16,10 @@
 #include <string>
 #include <vector>
 
+#include "control/job.h"
 #include "core/parallel.h"
 #include "density/forward.h"
 #include "density/radius.h"
-#include "render/job.h"
 #include "session/camera_control.h"
 #include "session/session.h"
 #include "support/recording.h"

@@ -4,7 +4,7 @@
 Each scene is rendered to several targets with several seeds; the table has root mean squares over the seeds. The true
 error is that of the pixels' luminance against two renders of other seeds with many photons, whose noise would be alike in
 a whole region of a small picture: the sum of their unfiltered layers, with the emission of surface samples. It is relative
-as the predicted one is (relative_error() in src/render/filtered.h). Both include the noise of the photons, which all
+as the predicted one is (relative_error() in src/film/filtered.h). Both include the noise of the photons, which all
 samples share; the true error also includes what the filter blurs. The last column has the share of the worst 1% of the
 pixels in the square of the true error.
 

@@ -23,7 +23,7 @@ set(density_rooms density points bsdf kernels core)
 set(GLOWWORM_DENSITY_LIBRARIES tbb fmt hwy)
 set(GLOWWORM_LIBRARIES embree3 OpenEXR-3_1 Iex-3_1 IlmThread-3_1 Imath-3_1 png tinygltf draco meshoptimizer z zstd dl)
 glowworm_archive(glowworm_density ${density_rooms})
-glowworm_archive(glowworm api bake measure render filter gather photon transport trace import builtin scene image dist)
+glowworm_archive(glowworm api bake measure control share film maps settings filter gather photon transport trace import builtin scene image)
 
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/glowworm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS glowworm RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

@@ -11,11 +11,11 @@
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
 #include "import/import.h"
+#include "maps/gather_guiding.h"
+#include "maps/photon_guiding.h"
+#include "maps/photon_maps.h"
 #include "photon/photon_tracer.h"
-#include "render/gather_guiding.h"
-#include "render/photon_guiding.h"
-#include "render/photon_maps.h"
-#include "render/settings.h"
+#include "settings/settings.h"
 
 namespace glowworm::bench {
 

@@ -15,6 +15,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "settings/options.h"
 
 namespace glowworm::api {
 

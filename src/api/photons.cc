@@ -13,10 +13,10 @@
 #include "core/parallel.h"
 #include "density/engine.h"
 #include "gather/final_gather.h"
+#include "maps/photon_maps.h"
 #include "photon/photon_tracer.h"
-#include "render/photon_maps.h"
-#include "render/settings.h"
 #include "scene/surface.h"
+#include "settings/settings.h"
 
 namespace glowworm::api {
 

@@ -10,7 +10,7 @@
 #include "core/text.h"
 #include "image/metrics.h"
 #include "image/picture_memory.h"
-#include "render/settings.h"
+#include "settings/settings.h"
 
 namespace glowworm::api {
 

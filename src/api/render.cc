@@ -6,13 +6,15 @@
 #include "api/picture_implementation.h"
 #include "api/run_job.h"
 #include "api/scene_implementation.h"
+#include "control/job.h"
+#include "control/job_report.h"
 #include "core/error.h"
 #include "core/names.h"
+#include "core/version.h"
 #include "density/engine.h"
+#include "film/output.h"
 #include "glowworm/glowworm.h"
-#include "render/job.h"
-#include "render/options.h"
-#include "render/output.h"
+#include "settings/options.h"
 
 namespace glowworm::api {
 

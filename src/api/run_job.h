@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "control/job.h"
 #include "glowworm/render.h"
-#include "render/job.h"
-#include "render/options.h"
+#include "settings/options.h"
 
 namespace glowworm::api {
 

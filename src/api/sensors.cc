@@ -8,11 +8,12 @@
 #include "api/checks.h"
 #include "api/run_job.h"
 #include "api/scene_implementation.h"
+#include "control/job.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "measure/doubts.h"
 #include "measure/measurement.h"
-#include "render/job.h"
+#include "settings/options.h"
 
 namespace glowworm::api {
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "render/job.h"
+#include "control/job.h"
 
 namespace glowworm {
 

@@ -23,6 +23,8 @@
 #include "bake/light.h"
 #include "bake/probes.h"
 #include "bake/scene_glb.h"
+#include "control/job.h"
+#include "control/job_report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/input_file.h"
@@ -30,12 +32,11 @@
 #include "core/memory_budget.h"
 #include "core/names.h"
 #include "core/text.h"
+#include "film/checkpoint.h"
+#include "film/filtered.h"
+#include "film/part.h"
 #include "image/image.h"
-#include "render/checkpoint.h"
-#include "render/filtered.h"
-#include "render/job.h"
-#include "render/part.h"
-#include "render/settings.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 

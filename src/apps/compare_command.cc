@@ -20,7 +20,7 @@
 #include "image/image.h"
 #include "image/metrics.h"
 #include "image/picture_memory.h"
-#include "render/settings.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 

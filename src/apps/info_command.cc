@@ -12,9 +12,9 @@
 #include "apps/open_scene.h"
 #include "core/log.h"
 #include "core/text.h"
-#include "render/effects.h"
 #include "scene/light_rig.h"
 #include "scene/scene.h"
+#include "settings/effects.h"
 
 namespace glowworm {
 

@@ -21,8 +21,8 @@
 #include "core/parallel.h"
 #include "core/temporary_files.h"
 #include "core/text.h"
-#include "render/options.h"
-#include "render/output.h"
+#include "core/version.h"
+#include "settings/options.h"
 
 namespace glowworm {
 

@@ -15,9 +15,9 @@
 #include "core/log.h"
 #include "core/memory_budget.h"
 #include "core/small_arrays.h"
-#include "render/output.h"
-#include "render/part.h"
-#include "render/settings.h"
+#include "film/output.h"
+#include "film/part.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 

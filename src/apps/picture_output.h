@@ -6,7 +6,7 @@
 
 #include "image/false_color.h"
 #include "image/image.h"
-#include "render/settings.h"
+#include "settings/settings.h"
 
 namespace CLI {
 class App;

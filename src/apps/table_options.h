@@ -1,4 +1,5 @@
-// Options on the command line that several commands have, those of the table of renders (render/options.h) among them.
+// Options on the command line that several commands have, those of the table of renders (settings/options.h) among
+// them.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -6,7 +7,7 @@
 #include <vector>
 
 #include "apps/commands.h"
-#include "render/options.h"
+#include "settings/options.h"
 
 namespace CLI {
 class Option;

@@ -2,9 +2,10 @@
 
 #include <exception>
 
+#include "control/job_report.h"
 #include "core/log.h"
 #include "core/small_arrays.h"
-#include "render/output.h"
+#include "film/output.h"
 
 namespace glowworm {
 

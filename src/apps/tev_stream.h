@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
+#include "control/job.h"
 #include "image/tev.h"
-#include "render/job.h"
 
 namespace glowworm {
 

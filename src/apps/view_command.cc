@@ -7,7 +7,7 @@
 #include "apps/view_options.h"
 #include "core/error.h"
 #include "kernels/simd.h"
-#include "render/settings.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 

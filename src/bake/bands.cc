@@ -3,14 +3,14 @@
 #include <algorithm>
 
 #include "bake/layout.h"
+#include "control/scheduler.h"
+#include "control/time_fit.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "render/film.h"
-#include "render/filtered.h"
-#include "render/part.h"
-#include "render/scheduler.h"
-#include "render/time_fit.h"
+#include "film/film.h"
+#include "film/filtered.h"
+#include "film/part.h"
 
 namespace glowworm {
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "bake/light.h"
+#include "control/job.h"
 #include "gather/point_pass.h"
-#include "render/job.h"
-#include "render/options.h"
+#include "settings/options.h"
 
 namespace glowworm {
 

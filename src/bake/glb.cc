@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/json_text.h"
 
 namespace glowworm {
 
@@ -125,7 +126,7 @@ std::string GlbFile::content() const {
   for (const std::string& name : extensions_in(whole))
     if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
   if (used.empty()) whole.erase("extensionsUsed");
-  std::string text = whole.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::string text = json_text(whole);
   while (text.size() % 4 != 0) text.push_back(' ');
   const std::size_t size = kHeader + 2 * kChunkHeader + text.size() + binary.size();
   if (size > std::numeric_limits<std::uint32_t>::max())

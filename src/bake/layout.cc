@@ -8,13 +8,13 @@
 #include <map>
 
 #include "bake/light.h"
+#include "control/job.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/warp.h"
-#include "render/job.h"
 
 namespace glowworm {
 

@@ -7,8 +7,8 @@
 #include "bake/fill.h"
 #include "bake/source_texture.h"
 #include "core/parallel.h"
+#include "film/filtered.h"
 #include "image/tone_map.h"
-#include "render/filtered.h"
 
 namespace glowworm {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bake/layout.h"
-#include "render/film.h"
-#include "render/settings.h"
+#include "film/film.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 

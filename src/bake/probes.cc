@@ -8,6 +8,7 @@
 
 #include "bake/layout.h"
 #include "core/error.h"
+#include "core/json_text.h"
 #include "core/parallel.h"
 
 namespace glowworm {
@@ -150,7 +151,7 @@ std::string probes_json(const ProbeGrid& probes, const std::vector<RGB>& irradia
     for (const RGB& c : lights[p]) coefficients.push_back({c.r, c.g, c.b});
     list.push_back(probes.is_inside[p] ? json() : coefficients);
   }
-  return out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+  return json_text(out) + "\n";
 }
 
 }  // namespace glowworm

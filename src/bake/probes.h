@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "film/film.h"
 #include "gather/point_pass.h"
 #include "image/image.h"
-#include "render/film.h"
 #include "trace/tracer.h"
 
 namespace glowworm {

@@ -18,7 +18,7 @@
 #include "bake/source_texture.h"
 #include "core/error.h"
 #include "core/log.h"
-#include "render/output.h"
+#include "core/version.h"
 
 namespace glowworm {
 

@@ -24,7 +24,7 @@ struct FinalGatherSettings {
   /// photons around them.
   bool adds_caustics = false;
   /// Gather again from ends of secondary rays that are short, too. Most rays are short in corners, where the photons'
-  /// factors near edges (render/boundary.h) keep the flux, but not the density; it costs a tenth of a picture's time.
+  /// factors near edges (maps/boundary.h) keep the flux, but not the density; it costs a tenth of a picture's time.
   bool gathers_on = false;
   bool photons_alone = false;  ///< no light of lights, also where rays make a secondary gather: only query points
 

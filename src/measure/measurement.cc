@@ -7,6 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "core/json_text.h"
 #include "core/memory_budget.h"
 
 namespace glowworm {
@@ -122,7 +123,7 @@ std::string measurement_json(const Measurement& m, const std::string& about) {
   using nlohmann::json;
   // A tree of all points would take ten times as much memory as the text.
   const json head = {{"about", about}, {"lumens_per_watt", kLuminousEfficacy}};
-  std::string text = head.dump(1, ' ', false, json::error_handler_t::replace);
+  std::string text = json_text(head, 1);
   text.resize(text.size() - 2);  // without the end
   text += ",\n \"points\": [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {

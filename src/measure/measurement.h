@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "control/job.h"
+#include "film/film.h"
 #include "measure/sensors.h"
-#include "render/film.h"
-#include "render/job.h"
 
 namespace glowworm {
 

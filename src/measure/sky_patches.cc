@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/version.h"
 #include "measure/measurement.h"
-#include "render/output.h"
 
 namespace glowworm {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "render/job.h"
+#include "control/job.h"
 #include "scene/scene.h"
 
 namespace glowworm {

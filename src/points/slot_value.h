@@ -9,7 +9,7 @@ namespace glowworm {
 
 /// Numbers that a pass finds for each slot on request, in addition to light and first hits. A new one takes its row in
 /// kSlotValueNames, the code that fills FirstHit::values after the camera pass, which clears them, and a layer
-/// (render/aov.cc).
+/// (film/aov.cc).
 enum class SlotValue : std::uint8_t {
   radius,  ///< mean radius of the photons around the gather point, metres
   bias,    ///< estimated bias of the luminance by the photons' radii, W sr^-1 m^-2

@@ -7,8 +7,8 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "render/options.h"
 #include "session/camera_control.h"
+#include "settings/options.h"
 
 namespace glowworm {
 

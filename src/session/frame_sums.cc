@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "render/filtered.h"
+#include "film/filtered.h"
 
 namespace glowworm {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/memory_budget.h"
-#include "render/film.h"
-#include "render/pass.h"
+#include "film/film.h"
+#include "maps/pass.h"
 #include "session/view_image.h"
 #include "session/view_state.h"
 
@@ -29,7 +29,7 @@ class FrameSums {
   std::uint32_t count() const { return count_; }
 
   /// Means as a picture: light times `factor`, and the surfaces. Does not set positions.
-  /// @param filtered as a render filters its picture (render/filtered.h). Throws Error if the budget is too small for
+  /// @param filtered as a render filters its picture (film/filtered.h). Throws Error if the budget is too small for
   /// it
   ViewImage image(const Camera& camera, LightPart part, float factor, bool filtered) const;
   /// Means of the diagnosis; empty if there was none.

@@ -9,8 +9,8 @@
 #include "core/error.h"
 #include "core/frame.h"
 #include "kernels/kernel_shape.h"
-#include "render/options.h"
 #include "session/camera_control.h"
+#include "settings/options.h"
 
 namespace glowworm {
 

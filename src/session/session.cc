@@ -6,13 +6,14 @@
 #include <chrono>
 #include <cmath>
 
+#include "control/scheduler.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "gather/direct_light.h"
+#include "maps/gather_guiding.h"
+#include "maps/memory.h"
+#include "maps/photon_guiding.h"
 #include "points/finite_light.h"
-#include "render/gather_guiding.h"
-#include "render/photon_guiding.h"
-#include "render/scheduler.h"
 #include "session/preview_filter.h"
 
 namespace glowworm {
@@ -179,7 +180,7 @@ PhotonMapSettings Session::map_settings(const ViewState& state, std::uint64_t ph
   wanted.secondary_gather = gathers && state.secondary_gather && !(moving && settings_.adapt);
   wanted.diagnosed = needs_diagnosis(state.mode);
   if (moving || !shows_light(state.mode)) return wanted;
-  // Lines for each point of the photons' own picture would take longer than the picture (render/boundary.h).
+  // Lines for each point of the photons' own picture would take longer than the picture (maps/boundary.h).
   wanted.correction = BoundaryCorrection::photons;
   wanted.patches = gathers;
   wanted.more_caustic_paths = affordable_caustic_paths(static_cast<double>(state.width) * state.height * state.gather);

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/vec.h"
-#include "render/settings.h"
 #include "scene/camera.h"
 #include "scene/light_rig.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 

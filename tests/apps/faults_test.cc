@@ -6,9 +6,9 @@
 #include <chrono>
 #include <sstream>
 
+#include "film/checkpoint.h"
 #include "image/image.h"
 #include "program.h"
-#include "render/checkpoint.h"
 
 namespace glowworm {
 namespace {

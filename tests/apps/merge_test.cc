@@ -3,9 +3,9 @@
 
 #include <optional>
 
+#include "film/checkpoint.h"
 #include "image/image.h"
 #include "program.h"
-#include "render/checkpoint.h"
 
 namespace glowworm {
 namespace {

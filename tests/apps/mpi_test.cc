@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <thread>
 
-#include "dist/ranks.h"
+#include "film/checkpoint.h"
 #include "image/image.h"
 #include "program.h"
-#include "render/checkpoint.h"
+#include "share/ranks.h"
 
 namespace glowworm {
 namespace {

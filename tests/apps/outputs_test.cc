@@ -7,9 +7,9 @@
 
 #include <algorithm>
 
+#include "film/checkpoint.h"
 #include "image/image.h"
 #include "program.h"
-#include "render/checkpoint.h"
 
 namespace glowworm {
 namespace {

@@ -9,9 +9,9 @@
 #include <sstream>
 #include <thread>
 
+#include "film/checkpoint.h"
 #include "image/image.h"
 #include "program.h"
-#include "render/checkpoint.h"
 
 namespace glowworm {
 namespace {

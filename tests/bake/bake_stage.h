@@ -7,7 +7,7 @@
 
 #include "bake/layout.h"
 #include "bake/light.h"
-#include "render/job.h"
+#include "control/job.h"
 #include "render/render_testing.h"
 
 namespace glowworm {

@@ -13,8 +13,8 @@
 #include "bake_testing.h"
 #include "builtin/builtin.h"
 #include "core/parallel.h"
+#include "film/filtered.h"
 #include "image/tone_map.h"
-#include "render/filtered.h"
 #include "render/render_testing.h"
 #include "scene/scene_parts.h"
 

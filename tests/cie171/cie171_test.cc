@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "bsdf/bsdf.h"
+#include "control/job.h"
 #include "measure/measurement.h"
-#include "render/job.h"
 #include "scene/scene_parts.h"
 #include "scene/sky_model.h"
 

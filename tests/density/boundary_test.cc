@@ -1,4 +1,4 @@
-#include "render/boundary.h"
+#include "maps/boundary.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "builtin/mesh_builder.h"
 #include "core/parallel.h"
-#include "render/kernel_cuts.h"
-#include "render/nearby_surface.h"
+#include "maps/kernel_cuts.h"
+#include "maps/nearby_surface.h"
 #include "scene/scene.h"
 
 namespace glowworm {

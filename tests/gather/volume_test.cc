@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "control/path_tracer.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
 #include "photon/photon_tracer.h"
-#include "render/path_tracer.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {

@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "builtin/builtin.h"
+#include "control/job.h"
 #include "core/error.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
-#include "render/job.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {

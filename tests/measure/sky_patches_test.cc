@@ -7,9 +7,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "control/job.h"
 #include "core/error.h"
 #include "measure/measurement.h"
-#include "render/job.h"
 #include "scene/environment.h"
 #include "scene/scene_parts.h"
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "builtin/builtin.h"
+#include "control/job.h"
 #include "measure/measurement.h"
 #include "measure/sky_patches.h"
-#include "render/job.h"
 #include "scene/scene_parts.h"
 #include "support/goodness_of_fit.h"
 

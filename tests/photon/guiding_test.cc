@@ -10,7 +10,7 @@
 #include "builtin/scenes.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "render/photon_guiding.h"
+#include "maps/photon_guiding.h"
 
 namespace glowworm {
 namespace {

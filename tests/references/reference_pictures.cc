@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "control/job.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "image/image.h"
@@ -21,7 +22,6 @@
 #include "import/import.h"
 #include "references/block_comparison.h"
 #include "references/spectral_scene.h"
-#include "render/job.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Adaptive sampling: which pixels get more samples, and that pictures stay the same and right.
-#include "render/adaptive.h"
+#include "control/adaptive.h"
 
 #include <gtest/gtest.h>
 

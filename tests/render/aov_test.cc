@@ -1,12 +1,13 @@
 // Layers of surface points: positions, texture coordinates and ids, and the matrices stored with them.
-#include "render/aov.h"
+#include "film/aov.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "builtin/builtin.h"
-#include "render/output.h"
+#include "control/job_report.h"
+#include "film/output.h"
 #include "render/render_testing.h"
 #include "scene/scene_parts.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "builtin/builtin.h"
-#include "render/photon_maps.h"
+#include "maps/photon_maps.h"
 #include "render/render_testing.h"
 
 namespace glowworm {

@@ -1,4 +1,4 @@
-#include "render/checkpoint.h"
+#include "film/checkpoint.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "builtin/builtin.h"
+#include "control/job.h"
 #include "core/error.h"
-#include "render/job.h"
 #include "support/temporary_folder.h"
 
 namespace glowworm {

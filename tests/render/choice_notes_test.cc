@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "builtin/builtin.h"
-#include "render/settings.h"
 #include "scene/scene.h"
+#include "settings/settings.h"
 
 namespace glowworm {
 namespace {

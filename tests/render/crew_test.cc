@@ -1,5 +1,5 @@
 // One render by several ranks, which are threads here.
-#include "render/crew.h"
+#include "share/crew.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 #include "core/parallel.h"
 #include "kernels/simd.h"
 #include "render/render_testing.h"
-#include "render/task_queue.h"
+#include "share/task_queue.h"
 #include "trace/instruction_set.h"
 
 namespace glowworm {

@@ -1,5 +1,5 @@
 // Notes of a render on caustics.
-#include "render/effects.h"
+#include "settings/effects.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The filtered picture of renders, and its error estimate.
-#include "render/filtered.h"
+#include "film/filtered.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "builtin/builtin.h"
 #include "core/random.h"
-#include "render/aov.h"
+#include "film/aov.h"
 #include "render/render_testing.h"
 #include "scene/scene_parts.h"
 

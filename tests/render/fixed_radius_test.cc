@@ -4,8 +4,8 @@
 #include <string>
 
 #include "builtin/builtin.h"
-#include "render/options.h"
 #include "render/render_testing.h"
+#include "settings/options.h"
 
 namespace glowworm {
 namespace {

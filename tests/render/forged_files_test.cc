@@ -11,10 +11,11 @@
 #include <random>
 
 #include "builtin/builtin.h"
+#include "control/job_report.h"
 #include "core/error.h"
-#include "render/output.h"
-#include "render/packed_file.h"
-#include "render/part.h"
+#include "film/output.h"
+#include "film/packed_file.h"
+#include "film/part.h"
 #include "render/render_testing.h"
 #include "support/temporary_folder.h"
 

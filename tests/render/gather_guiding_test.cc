@@ -1,5 +1,5 @@
 // Guided gather rays: less noise in rooms lit through an opening, and the same light.
-#include "render/gather_guiding.h"
+#include "maps/gather_guiding.h"
 
 #include <gtest/gtest.h>
 

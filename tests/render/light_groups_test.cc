@@ -6,8 +6,9 @@
 #include <cmath>
 
 #include "builtin/builtin.h"
+#include "control/job_report.h"
 #include "core/error.h"
-#include "render/output.h"
+#include "film/output.h"
 #include "render/render_testing.h"
 #include "scene/scene_parts.h"
 

@@ -1,5 +1,5 @@
 // The table of options: values parse as printed, and the checkpoint key covers all options that change bits.
-#include "render/options.h"
+#include "settings/options.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 
 #include "builtin/builtin.h"
 #include "core/error.h"
-#include "render/render_key.h"
 #include "render_testing.h"
+#include "settings/render_key.h"
 #include "support/temporary_folder.h"
 
 namespace glowworm {

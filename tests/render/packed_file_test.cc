@@ -1,4 +1,4 @@
-#include "render/packed_file.h"
+#include "film/packed_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "render/part.h"
+#include "film/part.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,9 @@
 #include <random>
 
 #include "builtin/builtin.h"
+#include "control/job_report.h"
 #include "core/error.h"
-#include "render/output.h"
+#include "film/output.h"
 #include "render/render_testing.h"
 #include "support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // The noise of photon maps: predicted from one map, and seen in the spread of several.
-#include "render/photon_noise.h"
+#include "maps/photon_noise.h"
 
 #include <gtest/gtest.h>
 
@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "builtin/builtin.h"
+#include "control/job_report.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "render/checkpoint.h"
-#include "render/part.h"
-#include "render/render_key.h"
+#include "film/checkpoint.h"
+#include "film/part.h"
 #include "render/render_testing.h"
+#include "settings/render_key.h"
 #include "support/temporary_folder.h"
 
 namespace glowworm {

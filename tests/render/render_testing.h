@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "control/job.h"
 #include "core/rgb.h"
-#include "render/job.h"
 #include "scene/scene.h"
 #include "trace/tracer.h"
 

@@ -1,12 +1,13 @@
 // The scheduler: tasks cover the picture, fit into memory and do not change the picture.
-#include "render/scheduler.h"
+#include "control/scheduler.h"
 
 #include <gtest/gtest.h>
 
 #include "builtin/builtin.h"
+#include "control/time_limit.h"
 #include "core/error.h"
 #include "density/engine.h"
-#include "render/time_limit.h"
+#include "maps/memory.h"
 #include "render_testing.h"
 
 namespace glowworm {

@@ -1,5 +1,5 @@
 // Work divided through a folder: claims, damaged files, folders that cannot be written.
-#include "render/share_folder.h"
+#include "share/share_folder.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "render/packed_file.h"
+#include "film/packed_file.h"
 #include "support/temporary_folder.h"
 
 namespace glowworm {

@@ -1,11 +1,11 @@
-#include "render/time_fit.h"
+#include "control/time_fit.h"
 
 #include <gmock/gmock.h>
 
 #include "builtin/builtin.h"
+#include "control/scheduler.h"
 #include "core/error.h"
 #include "render/render_testing.h"
-#include "render/scheduler.h"
 
 namespace glowworm {
 namespace {

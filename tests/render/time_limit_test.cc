@@ -1,4 +1,4 @@
-#include "render/time_limit.h"
+#include "control/time_limit.h"
 
 #include <gmock/gmock.h>
 
@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "builtin/builtin.h"
-#include "render/job.h"
-#include "render/output.h"
+#include "control/job.h"
+#include "control/job_report.h"
+#include "film/output.h"
 #include "render/render_testing.h"
 
 namespace glowworm {

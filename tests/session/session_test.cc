@@ -7,11 +7,12 @@
 #include <set>
 #include <thread>
 
+#include "control/job.h"
+#include "control/scheduler.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "render/filtered.h"
-#include "render/job.h"
-#include "render/scheduler.h"
+#include "film/filtered.h"
+#include "maps/memory.h"
 #include "session/camera_control.h"
 #include "session/session_testing.h"
 

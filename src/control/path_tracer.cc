@@ -1,0 +1,304 @@
+#include "control/path_tracer.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/parallel.h"
+#include "core/part_queue.h"
+#include "core/random.h"
+#include "gather/cell_place.h"
+#include "gather/final_gather.h"
+#include "scene/surface.h"
+#include "transport/light_connection.h"
+#include "transport/step.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::size_t kSamplesPerChunk = 256;
+/// Samples whose query points are looked up together: these fit the memory of a thread's rays (kBytesPerThread).
+constexpr std::size_t kSamplesPerLookup = 4096;
+/// Surfaces of the shortest path of a light that photons bring, beyond the one that is looked up.
+constexpr int kLeastBent = 1;
+
+/// Bounces of a path so far, as far as they decide the layer of its light.
+struct History {
+  bool gathered = false;     ///< a broad bounce: the path has passed the gather point
+  bool rough_sharp = false;  ///< a sharp bounce that is not a delta, before the gather point
+  bool sharp_after_gather = false;
+  bool broad_after_gather = false;
+
+  void mark(Lobes lobe, bool delta) {
+    if (lobe != kSharp)
+      (gathered ? broad_after_gather : gathered) = true;
+    else if (gathered)
+      sharp_after_gather = true;
+    else if (!delta)
+      rough_sharp = true;
+  }
+  std::vector<RGB>& destination(SlotRadiance& radiance) const {
+    if (!gathered) return rough_sharp ? radiance.direct : radiance.emitted;
+    if (broad_after_gather) return radiance.indirect;
+    return sharp_after_gather ? radiance.caustic : radiance.direct;
+  }
+};
+
+/// Places of paths where photons bring light that the paths do not find.
+struct Lookups {
+  QueryPoints caustic, indirect;  ///< by the layer of their light; gather_point is the slot
+  std::vector<AirPoint> air;
+
+  void clear() {
+    caustic.clear();
+    indirect.clear();
+    air.clear();
+  }
+  void append(const Lookups& other) {
+    caustic.append(other.caustic);
+    indirect.append(other.indirect);
+    air.insert(air.end(), other.air.begin(), other.air.end());
+  }
+};
+
+/// One path, from the camera to its end.
+class Path {
+ public:
+  /// @param lookups null: none
+  Path(const Tracer& tracer, const RenderSettings& settings, Sampler sampler, std::uint32_t slot,
+       SlotRadiance& radiance, FirstHit& first_hit, Lookups* lookups)
+      : tracer_(tracer),
+        scene_(tracer.scene()),
+        settings_(settings),
+        sampler_(sampler),
+        slot_(slot),
+        radiance_(radiance),
+        first_hit_(first_hit),
+        lookups_(lookups) {}
+
+  /// The light that arrives at the place of a sample of a cell of the grid.
+  void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
+    mark_point(grid, cell, first_hit_, slot_);
+    Vertex vertex{white_point(scene_, grid, cell), {}, white_bsdf()};
+    vertex.point.position = place_in_cell(grid, cell, sample);
+    vertex.wo = vertex.point.geometric_normal;
+    state_.throughput = RGB(kPi);
+    start_ = kPi;
+    add_sampled_light(vertex);
+    if (lookups_ && !grid.on_surfaces)
+      lookups_->air.push_back(air_point(scene_, grid, cell, slot_));
+    else
+      add_lookup(vertex);
+    if (go_on(vertex)) follow(1);
+  }
+
+  void trace_from(const CameraRay& camera) {
+    state_.ray = {camera.origin, 0, camera.direction, std::numeric_limits<float>::infinity()};
+    follow(0);
+  }
+
+  std::uint64_t shadow_rays = 0;
+
+  // What the path does on its step.
+  bool finds_light() const { return true; }
+  template <typename Density>
+  void add_light(RGB light, std::uint32_t source, Density&& density) {
+    radiance_.add(history_.destination(radiance_), slot_,
+                  state_.throughput * light * weight_of_met_light(state_, density), source);
+  }
+  float wavelength_number() { return sampler_.next1(); }
+  bool scatter(const Vertex& vertex) {
+    if (bounce_ == 0) {
+      first_hit_.normal[slot_] = shading_normal_towards(vertex.point.frame.n, vertex.point.geometric_normal, vertex.wo);
+      first_hit_.albedo[slot_] = vertex.surface().albedo(vertex.wo, kAllLobes);
+    }
+    if (bounce_ >= settings_.max_bounces) return false;
+    add_sampled_light(vertex);
+    add_lookup(vertex);
+    return go_on(vertex);
+  }
+
+ private:
+  /// @param first_bounce number of surfaces before
+  void follow(int first_bounce) {
+    Hit hit;
+    bounce_ = first_bounce;
+    do {
+      hit = tracer_.intersect(state_.ray, bounce_ == 0 ? RayOrder::camera : RayOrder::incoherent);
+      if (bounce_ == 0) see(hit);
+      if (hit.triangle != kNone) state_.throughput *= transmittance(scene_, state_.medium, state_.ray, hit);
+    } while (meet(scene_, state_, hit, *this) && ++bounce_);
+  }
+
+  void see(const Hit& hit) {
+    first_hit_.depth[slot_] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (first_hit_.triangle.empty()) return;
+    first_hit_.triangle[slot_] = hit.triangle;
+    first_hit_.barycentric[slot_] = hit.barycentric;
+  }
+
+  /// Next-event estimation, separately for each kind of lobe, whose light belongs to different layers.
+  void add_sampled_light(const Vertex& vertex) {
+    const Vec2 pair = sampler_.next2();
+    const float u = sampler_.next1();
+    if (!takes_light_samples(vertex.bsdf)) return;
+    const LightSample sample = sample_light(scene_, vertex.point.position, pair.x, {u, pair.y});
+    for (const Lobes which : {kBroad, kSharp}) {
+      if (!vertex.has(which)) continue;
+      const UnoccludedLight light = reflected_light(
+          scene_, sample, vertex, which, 1, 1, [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kAllLobes); });
+      if (is_black(light.radiance)) continue;
+      ++shadow_rays;
+      const RGB passed = tracer_.transmittance(light.shadow_ray);
+      if (is_black(passed)) continue;
+      History with = history_;
+      with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
+      radiance_.add(with.destination(radiance_), slot_, state_.throughput * light.radiance * passed, light.source);
+    }
+  }
+
+  void add_lookup(const Vertex& vertex) {
+    if (!lookups_ || !vertex.has(kBroad) || bounce_ + kLeastBent >= settings_.max_bounces) return;
+    add_query(history_.gathered ? lookups_->indirect : lookups_->caustic, vertex, state_.throughput, slot_);
+  }
+
+  /// Continues in a direction sampled from the BSDF; false if the path ends.
+  bool go_on(const Vertex& vertex) {
+    const float u_lobe = sampler_.next1();
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler_.next2(), kAllLobes);
+    if (!leave(scene_, state_, vertex, s, s.weight)) return false;
+    const float probability = roulette(max_component(state_.throughput) / start_, kLeastOfPaths, bounce_ + 1,
+                                       [&] { return sampler_.next1(); });
+    if (!(probability > 0)) return false;
+    state_.throughput *= 1 / probability;
+    if (!s.straight) history_.mark(s.lobe, s.delta);  // shadow rays pass through panes, too
+    return true;
+  }
+
+  const Tracer& tracer_;
+  const Scene& scene_;
+  const RenderSettings& settings_;
+  Sampler sampler_;
+  std::uint32_t slot_;
+  SlotRadiance& radiance_;
+  FirstHit& first_hit_;
+  Lookups* lookups_;
+  PathState state_;
+  float start_ = 1;  // the throughput before the first bounce
+  int bounce_ = 0;   // surfaces before
+  History history_;
+};
+
+/// Traces the samples of tasks.
+class PathPass {
+ public:
+  PathPass(const Tracer& tracer, const View& view, const RenderSettings& settings, const PhotonMaps* maps,
+           SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics)
+      : tracer_(tracer),
+        view_(view),
+        settings_(settings),
+        maps_(maps),
+        radiance_(radiance),
+        first_hit_(first_hit),
+        statistics_(statistics) {}
+
+  /// Traces all samples of a task.
+  void trace(const CameraTask& task, std::size_t first_slot) {
+    const std::size_t at_once = maps_ ? kSamplesPerLookup : task.slot_count();
+    for (std::size_t first = 0; first < task.slot_count(); first += at_once) {
+      trace(task, first_slot, first, std::min(first + at_once, task.slot_count()));
+      if (maps_) look_up();
+    }
+  }
+
+ private:
+  void trace(const CameraTask& task, std::size_t first_slot, std::size_t first, std::size_t last) {
+    found_.clear();
+    const std::size_t chunks = (last - first + kSamplesPerChunk - 1) / kSamplesPerChunk;
+    PartQueue<Lookups> queue(chunks, [&](const Lookups& lookups) { found_.append(lookups); });
+    parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
+      const std::size_t chunk = queue.take(), begin = first + chunk * kSamplesPerChunk;
+      const std::size_t end = std::min(begin + kSamplesPerChunk, last);
+      std::unique_ptr<Lookups> lookups = queue.borrow();
+      lookups->clear();
+      std::uint64_t shadow_rays = 0;
+      for (std::size_t i = begin; i < end; ++i) shadow_rays += trace_sample(task, first_slot, i, *lookups);
+      statistics_.add(Counter::camera_rays, end - begin);
+      statistics_.add(Counter::occlusion_rays, shadow_rays);
+      queue.put(chunk, std::move(lookups));
+    });
+  }
+
+  /// Returns the number of shadow rays.
+  std::uint64_t trace_sample(const CameraTask& task, std::size_t first_slot, std::size_t in_task, Lookups& lookups) {
+    const auto in_tile = static_cast<int>(in_task % task.pixel_count());
+    const std::uint32_t sample = task.first_sample + static_cast<std::uint32_t>(in_task / task.pixel_count());
+    const int width = task.x1 - task.x0, x = task.x0 + in_tile % width, y = task.y0 + in_tile / width;
+    if (!task.has(x, y)) return 0;
+    const auto slot = static_cast<std::uint32_t>(first_slot + in_task);
+    const auto pixel =
+        static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) + static_cast<std::uint32_t>(x);
+    const PointGrid* const grid = view_.points;
+    Sampler sampler(settings_.sampler, settings_.seed,
+                    hash_combine(grid ? grid->sequence(pixel, sample) : pixel, kPathStream),
+                    grid ? grid->place_in_sequence(sample) : sample);
+    const auto start = [&](const Sampler& rest) {
+      return Path(tracer_, settings_, rest, slot, radiance_, first_hit_, maps_ ? &lookups : nullptr);
+    };
+    if (grid) {
+      first_hit_.depth[slot] = std::numeric_limits<float>::infinity();
+      if (!grid->has(pixel)) return 0;
+      Path path = start(sampler);
+      path.trace_from(*grid, pixel, sample);
+      return path.shadow_rays;
+    }
+    const Vec2 u = sampler.next2();
+    const CameraRay ray = generate_ray(*view_.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
+                                       settings_.width, settings_.height, sampler.next2());
+    Path path = start(sampler);
+    path.trace_from(ray);
+    return path.shadow_rays;
+  }
+
+  void look_up() {
+    look_up(found_.caustic, radiance_.caustic);
+    look_up(found_.indirect, radiance_.indirect);
+    add_air_light(tracer_, maps_->air(), found_.air, radiance_, radiance_.caustic, statistics_);
+  }
+
+  void look_up(const QueryPoints& queries, std::vector<RGB>& target) {
+    const PhotonMaps::Engines& engines = maps_->caustic_engines();
+    for (std::size_t i = 0; i < engines.size(); ++i) {
+      found_light_.assign(queries.size(), RGB());
+      engines[i]->estimate(queries, found_light_, statistics_);
+      complete(queries, found_light_, target, statistics_);
+      if (!radiance_.groups.empty()) complete(queries, found_light_, radiance_.groups[i], statistics_);
+    }
+  }
+
+  const Tracer& tracer_;
+  const View& view_;
+  const RenderSettings& settings_;
+  const PhotonMaps* maps_;
+  SlotRadiance& radiance_;
+  FirstHit& first_hit_;
+  Statistics& statistics_;
+  Lookups found_;
+  LargeVector<RGB> found_light_;
+};
+
+}  // namespace
+
+void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,
+                 const PhotonMaps* maps, SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
+  radiance.resize(tasks.slot_count());
+  first_hit.resize(tasks.slot_count(), settings.place_layers().of_triangles());
+  PathPass pass(tracer, view, settings, maps, radiance, first_hit, statistics);
+  std::size_t first_slot = 0;
+  for (const CameraTask& task : tasks) {
+    pass.trace(task, first_slot);
+    first_slot += task.slot_count();
+  }
+}
+
+}  // namespace glowworm

@@ -1,0 +1,47 @@
+// Photons and gather rays of a render with a time limit, on a machine that is slower than resolve() reckons with.
+#pragma once
+#include <vector>
+
+#include "points/gather_points.h"
+#include "settings/render_key.h"
+#include "settings/settings.h"
+
+namespace glowworm {
+
+/// Numbers that a user left to the program.
+struct AutomaticNumbers {
+  bool photons = false, gather = false, light_samples = false;
+};
+AutomaticNumbers automatic_numbers(const RenderSettings& asked);
+
+/// The settings with the automatic numbers of the checkpoint where they depend on the number of samples, or on a limit
+/// of time or noise: a render that continues repeats the photons that its samples saw.
+/// @param kept the checkpoint's key
+RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept);
+
+/// Speed of this machine, with the programs that share it.
+struct Speed {
+  double photon_s = 0;  ///< wall seconds of a photon, for tracing it and for its part of the map
+  double slot_s = 0;    ///< wall seconds of a camera sample of a pixel; 0: without gather rays
+};
+
+/// Share of the photons that measure the speed.
+inline constexpr double kPilotShare = 1.0 / 16;
+
+/// Whether a slow machine could miss the time limit by these settings, so that measuring its speed is worth the time.
+/// @param settings resolved @param room_s wall seconds left
+bool may_need_fitting(const RenderSettings& settings, const AutomaticNumbers& automatic, double room_s);
+
+/// The settings with this share of their photons, at least 1,000.
+RenderSettings with_fewer_photons(RenderSettings settings, double share);
+
+/// The settings with fewer automatic photons and gather rays, so that the photons take at most 40% of the time left,
+/// and a first image fits into the rest.
+/// @param settings resolved @param room_s wall seconds left
+RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
+                               double room_s);
+
+/// Small tasks, evenly spread over the picture, to measure Speed::slot_s.
+std::vector<CameraTask> spread_tasks(const PixelBounds& bounds);
+
+}  // namespace glowworm

@@ -1,0 +1,7 @@
+#include "core/version.h"
+
+namespace glowworm {
+
+const char* version() { return GLOWWORM_VERSION; }
+
+}  // namespace glowworm

@@ -1,0 +1,224 @@
+#include "film/packed_file.h"
+
+#include <zstd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <memory>
+#include <new>
+
+#include "core/content_hash.h"
+#include "core/parallel.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Bytes of a block before compression.
+constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
+/// Bytes of the largest numbers.
+constexpr std::size_t kNumber = 16;
+/// Slower levels hardly compress sums of samples further.
+constexpr int kLevel = 1;
+
+struct BlockHeader {
+  std::uint32_t size = 0, packed_size = 0;
+  std::uint64_t hash = 0;  // of the packed bytes
+};
+
+using Bytes16 [[gnu::vector_size(16)]] = unsigned char;
+
+/// Bytes of a and b in turn: those of their first halves, or of their second.
+Bytes16 interleave_low(Bytes16 a, Bytes16 b) {
+  return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+}
+Bytes16 interleave_high(Bytes16 a, Bytes16 b) {
+  return __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+}
+
+/// Transposes 16 x 16 bytes. @param from_stride, to_stride bytes from row to row
+void transpose_square(const std::byte* from, std::size_t from_stride, std::byte* to, std::size_t to_stride) {
+  std::array<Bytes16, 16> rows, mixed;
+  for (std::size_t i = 0; i < 16; ++i) std::memcpy(&rows[i], from + i * from_stride, 16);
+  // A step rotates the eight bits of a byte's row and column by one; four exchange the row and the column.
+  for (int step = 0; step < 4; ++step) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      mixed[2 * i] = interleave_low(rows[i], rows[i + 8]);
+      mixed[2 * i + 1] = interleave_high(rows[i], rows[i + 8]);
+    }
+    rows = mixed;
+  }
+  for (std::size_t i = 0; i < 16; ++i) std::memcpy(to + i * to_stride, &rows[i], 16);
+}
+
+/// Copies the bytes of a matrix by columns.
+void transpose(const std::byte* from, std::size_t rows, std::size_t columns, std::byte* to) {
+  for (std::size_t r = 0; r < rows; r += 16)
+    for (std::size_t c = 0; c < columns; c += 16)
+      if (r + 16 <= rows && c + 16 <= columns) {
+        transpose_square(from + r * columns + c, columns, to + c * rows + r, rows);
+      } else {
+        for (std::size_t i = r; i < std::min(r + 16, rows); ++i)
+          for (std::size_t j = c; j < std::min(c + 16, columns); ++j) to[j * rows + i] = from[i * columns + j];
+      }
+}
+
+/// Bytes i, i + 16, i + 32, ... together. The rest that is no whole number stays at the end.
+void sort_bytes(std::span<const std::byte> from, std::byte* to) {
+  const std::size_t numbers = from.size() / kNumber, whole = numbers * kNumber;
+  transpose(from.data(), numbers, kNumber, to);
+  std::copy(from.begin() + static_cast<std::ptrdiff_t>(whole), from.end(), to + whole);
+}
+
+void unsort_bytes(std::span<const std::byte> from, std::byte* to) {
+  const std::size_t numbers = from.size() / kNumber, whole = numbers * kNumber;
+  transpose(from.data(), kNumber, numbers, to);
+  std::copy(from.begin() + static_cast<std::ptrdiff_t>(whole), from.end(), to + whole);
+}
+
+/// What a thread needs for a block. It stays with the thread, because making it takes long.
+struct Workshop {
+  Workshop() {
+    if (!packer || !unpacker) throw std::bad_alloc();
+  }
+
+  std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> packer{ZSTD_createCCtx(), ZSTD_freeCCtx};
+  std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> unpacker{ZSTD_createDCtx(), ZSTD_freeDCtx};
+  std::vector<std::byte> sorted = std::vector<std::byte>(kBlockBytes);
+  std::vector<std::byte> packed = std::vector<std::byte>(ZSTD_compressBound(kBlockBytes));
+};
+
+Workshop& workshop() {
+  thread_local Workshop own;
+  return own;
+}
+
+/// Blocks that wait for compression, or for the reader: few, so that they stay in the cache.
+std::size_t blocks_at_once() { return 2 * static_cast<std::size_t>(thread_count()); }
+
+std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  ContentHash hash;
+  hash.add_bytes(bytes.data(), bytes.size());
+  return hash.value();
+}
+
+}  // namespace
+
+void write_header(AtomicFile& file, const FileKind& kind, const std::string& text) {
+  const std::uint64_t length = text.size(), hash = hash_of(std::as_bytes(std::span(text)));
+  file.write(kind.data(), kind.size());
+  file.write(&length, sizeof length);
+  file.write(&hash, sizeof hash);
+  file.write(text);
+}
+
+std::optional<std::string> read_header(std::ifstream& file, const FileKind& kind, std::uint64_t size) {
+  FileKind own{};
+  std::uint64_t length = 0, hash = 0;
+  const auto take = [&](void* to, std::uint64_t bytes) {
+    return static_cast<bool>(file.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes)));
+  };
+  if (!take(own.data(), own.size()) || own != kind) return std::nullopt;
+  if (!take(&length, sizeof length) || !take(&hash, sizeof hash) || length > size) return std::nullopt;
+  std::string text(length, '\0');
+  if (!take(text.data(), length) || hash_of(std::as_bytes(std::span(text))) != hash) return std::nullopt;
+  return text;
+}
+
+PackedWriter::PackedWriter(AtomicFile& file)
+    : sink_([&file](std::span<const std::byte> bytes) { file.write(bytes.data(), bytes.size()); }) {}
+
+void PackedWriter::write(std::span<const std::byte> bytes) {
+  const std::size_t most = kBlockBytes * blocks_at_once();
+  while (!bytes.empty()) {
+    if (waiting_.size() >= most) flush();
+    const std::size_t taken = std::min(bytes.size(), most - waiting_.size());
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
+    bytes = bytes.subspan(taken);
+  }
+}
+
+void PackedWriter::finish() {
+  flush();
+  const BlockHeader end;
+  sink_(std::as_bytes(std::span(&end, 1)));
+}
+
+void PackedWriter::flush() {
+  const std::size_t blocks = (waiting_.size() + kBlockBytes - 1) / kBlockBytes;
+  std::vector<BlockHeader> headers(blocks);
+  std::vector<std::vector<std::byte>> packed(blocks);
+  parallel_for(0, blocks, 1, [&](std::size_t i, std::size_t) {
+    const std::size_t size = std::min(kBlockBytes, waiting_.size() - i * kBlockBytes);
+    const std::span<const std::byte> raw(waiting_.data() + i * kBlockBytes, size);
+    Workshop& own = workshop();
+    sort_bytes(raw, own.sorted.data());
+    const std::size_t bytes =
+        ZSTD_compressCCtx(own.packer.get(), own.packed.data(), own.packed.size(), own.sorted.data(), size, kLevel);
+    if (ZSTD_isError(bytes)) throw Error(std::string("a block cannot be compressed: ") + ZSTD_getErrorName(bytes));
+    packed[i].assign(own.packed.begin(), own.packed.begin() + static_cast<std::ptrdiff_t>(bytes));
+    headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(packed[i])};
+  });
+  for (std::size_t i = 0; i < blocks; ++i) {
+    sink_(std::as_bytes(std::span(&headers[i], 1)));
+    sink_(packed[i]);
+  }
+  waiting_.clear();
+}
+
+PackedReader::PackedReader(std::ifstream& file)
+    : source_([&file](std::span<std::byte> bytes) {
+        return static_cast<bool>(
+            file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
+      }) {}
+
+bool PackedReader::fill() {
+  std::vector<BlockHeader> headers;
+  std::vector<std::vector<std::byte>> packed;
+  while (!ended_ && headers.size() < blocks_at_once()) {
+    BlockHeader header;
+    if (!source_(std::as_writable_bytes(std::span(&header, 1)))) return false;
+    ended_ = header.size == 0 && header.packed_size == 0 && header.hash == 0;
+    if (ended_) break;
+    if (header.size > kBlockBytes || header.packed_size > ZSTD_compressBound(kBlockBytes)) return false;
+    packed.emplace_back(header.packed_size);
+    if (!source_(packed.back())) return false;
+    headers.push_back(header);
+  }
+  std::vector<std::size_t> first(headers.size() + 1);
+  for (std::size_t i = 0; i < headers.size(); ++i) first[i + 1] = first[i] + headers[i].size;
+  ready_.resize(first.back());
+  taken_ = 0;
+  std::atomic<bool> good = !headers.empty();
+  parallel_for(0, headers.size(), 1, [&](std::size_t i, std::size_t) {
+    Workshop& own = workshop();
+    const std::size_t size = headers[i].size;
+    const std::span<std::byte> raw(ready_.data() + first[i], size);
+    if (hash_of(packed[i]) != headers[i].hash ||
+        ZSTD_decompressDCtx(own.unpacker.get(), own.sorted.data(), size, packed[i].data(), packed[i].size()) != size)
+      good = false;
+    else
+      unsort_bytes(std::span(own.sorted).first(size), raw.data());
+  });
+  return good;
+}
+
+bool PackedReader::read(std::span<std::byte> bytes) {
+  while (!bytes.empty()) {
+    if (taken_ == ready_.size() && !fill()) return false;
+    const std::size_t taken = std::min(bytes.size(), ready_.size() - taken_);
+    std::memcpy(bytes.data(), ready_.data() + taken_, taken);
+    taken_ += taken;
+    bytes = bytes.subspan(taken);
+  }
+  return true;
+}
+
+bool PackedReader::at_end() {
+  std::byte more;
+  if (taken_ == ready_.size() && !ended_) fill();
+  return taken_ == ready_.size() && ended_ && !source_(std::span(&more, 1));
+}
+
+}  // namespace glowworm

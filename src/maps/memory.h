@@ -1,0 +1,30 @@
+// Memory of the arrays of a render, in bytes.
+#pragma once
+#include <cstdint>
+
+#include "points/gather_points.h"
+
+namespace glowworm {
+
+/// Bytes of a camera sample during its task: its gather point, twice while they are joined, and its light.
+/// @param light_groups whose light is kept apart
+/// @param values       SlotValues that are kept
+/// @param places       whether the triangles of first hits are kept
+/// @param fine         whether there are surface samples
+constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false,
+                                       bool fine = false) {
+  return 3 * GatherPoints::kBytesEach + (4 + light_groups) * sizeof(RGB) + 28 +
+         static_cast<std::uint64_t>(values) * (sizeof(RGB) + sizeof(float)) +
+         (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (fine ? 2 * sizeof(RGB) : 0);
+}
+/// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
+inline constexpr std::uint64_t kBytesPerQuery = 192;
+/// Bytes of a photon while photons are traced and sorted.
+inline constexpr std::uint64_t kBytesPerPhoton = 200;
+/// Bytes of a thread for its rays.
+inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
+
+/// Bytes of a render by so many photons while it looks for bright patches, besides its photons.
+std::uint64_t bright_patch_bytes(std::uint64_t photons);
+
+}  // namespace glowworm

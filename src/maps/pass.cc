@@ -1,0 +1,286 @@
+#include "maps/pass.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "core/parallel.h"
+#include "gather/direct_light.h"
+#include "gather/final_gather.h"
+#include "maps/memory.h"
+
+namespace glowworm {
+
+namespace {
+
+class PassRenderer {
+ public:
+  PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PassSettings& settings,
+               MemoryBudget& budget, PassMemory& memory, Statistics& statistics)
+      : tracer_(tracer),
+        maps_(maps),
+        view_(view),
+        settings_(settings),
+        budget_(budget),
+        memory_(memory),
+        statistics_(statistics) {}
+
+  PassResult render(CameraTasks tasks) {
+    check_cancelled();
+    if (finds_bias()) bias_.assign(tasks.slot_count(), RGB());
+    find_light(tasks);
+    for (const RGB& bias : bias_) out_.first_hit.of(SlotValue::bias).push_back(luminance(bias));
+    return std::move(out_);
+  }
+
+ private:
+  void find_light(CameraTasks tasks) {
+    if (settings_.light_groups) name_groups(*settings_.light_groups, out_.radiance);
+    GatherPoints& points = memory_.points;
+    if (view_.points) {
+      point_pass(tracer_.scene(), *view_.points, tasks, out_.radiance, out_.first_hit, points, statistics_);
+      if (settings_.kind == PassKind::photons && is_apart())
+        add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.indirect, statistics_);
+      else if (settings_.kind == PassKind::photons)
+        look_up_global(gather_points_as_queries(points));
+      else
+        gather_light(points);
+      return;
+    }
+    CameraPassSettings camera_settings;
+    camera_settings.width = settings_.width;
+    camera_settings.height = settings_.height;
+    camera_settings.seed = settings_.seed;
+    camera_settings.places = settings_.places;
+    camera_settings.fine = settings_.fine;
+    if (settings_.kind == PassKind::photons) {
+      camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
+                          memory_.queries, statistics_);
+      look_up_global(memory_.queries);
+      if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries);
+      return;
+    }
+    camera_pass(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
+    if (settings_.kind == PassKind::gather) {
+      if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries = gather_points_as_queries(points));
+      gather_light(points);
+    }
+    if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
+  }
+
+  void look_up_global(const QueryPoints& queries) {
+    const auto correct = [&](bool is_narrow) {
+      const PhaseTimer timer(statistics_, Phase::density);
+      maps_.correct(tracer_, queries, memory_.found, is_narrow);
+    };
+    look_up(queries, maps_.engines(), maps_.narrow(), correct, out_.radiance.indirect);
+  }
+
+  void look_up_caustic(const QueryPoints& queries, std::vector<RGB>& target) {
+    look_up(
+        queries, maps_.caustic_engines(), maps_.narrow_caustic(), [](bool) {}, target);
+  }
+
+  /// @param correct is called after each lookup: (whether it was one of `narrow`)
+  template <class Correct>
+  void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, const DensityEngine* narrow,
+               const Correct& correct, std::vector<RGB>& target) {
+    count_held(queries);
+    for (std::size_t i = 0; i < engines.size(); ++i) {
+      memory_.found.assign(queries.size(), RGB());
+      engines[i]->estimate(queries, memory_.found, statistics_);
+      correct(false);
+      complete(queries, memory_.found, target, statistics_);
+      if (settings_.light_groups) complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
+      if (finds_bias()) add_bias(queries, 2);
+    }
+    if (!finds_bias() || !narrow) return;
+    // Not the render's lookups.
+    Statistics others;
+    memory_.found.assign(queries.size(), RGB());
+    narrow->estimate(queries, memory_.found, others);
+    correct(true);
+    add_bias(queries, -2);
+  }
+
+  /// The bias of an estimate is nearly proportional to its kernels' area (Silverman, Density Estimation for
+  /// Statistics and Data Analysis, 1986, chapter 4): it is twice the difference from an estimate with half the area.
+  void add_bias(const QueryPoints& queries, float times) {
+    Statistics others;
+    for (RGB& found : memory_.found) found *= times;
+    complete(queries, memory_.found, bias_, others);
+  }
+
+  void count_held(const QueryPoints& queries) {
+    memory_.most_query_bytes =
+        std::max<std::uint64_t>(memory_.most_query_bytes, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
+  }
+
+  void gather_light(const GatherPoints& points) {
+    if (!(tracer_.scene().light_power().total() > 0)) return;
+    const bool rays_alone = settings_.kind == PassKind::gather_rays;
+    if (settings_.direct && !rays_alone)
+      add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
+                       out_.radiance, statistics_);
+    if (settings_.caustic && !rays_alone) {
+      if (is_apart())
+        add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.caustic, statistics_);
+      else
+        look_up_caustic(gather_points_as_queries(points), out_.radiance.caustic);
+    }
+    // Gather rays that hit lights are part of direct light.
+    if (settings_.direct || settings_.indirect) gather(points);
+  }
+
+  FinalGatherSettings gather_settings() const {
+    FinalGatherSettings out;
+    out.rays = settings_.gather;
+    out.seed = settings_.seed;
+    out.light_samples = settings_.direct ? settings_.light_samples : 0;
+    out.radii = settings_.secondary_gather ? &maps_.radii() : nullptr;
+    out.guide = settings_.guide;
+    out.bright = settings_.patches ? &maps_.bright_patches() : nullptr;
+    out.patch_samples = default_patch_samples(settings_.gather);
+    out.adds_caustics = settings_.caustic && is_apart();
+    // Points are measured, and their error is stated.
+    out.gathers_on = view_.points != nullptr;
+    out.photons_alone = settings_.photons_alone;
+    return out;
+  }
+
+  /// Whether the gather points lie apart from surfaces, where no photons are. Gather rays find lights through sharp
+  /// bounces, and photons that pass bring the light of those without size.
+  bool is_apart() const { return view_.points && !view_.points->on_surfaces; }
+
+  /// Final gathering in portions: each portion is traced, looked up and completed before the next.
+  void gather(const GatherPoints& points) {
+    const FinalGatherSettings gather = gather_settings();
+    const std::size_t rays_each = gather.rays + (gather.looks_at_patches() ? gather.patch_samples : 0);
+    const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
+    const bool caustics = settings_.secondary_gather && settings_.indirect && !maps_.caustic_engines().empty();
+    // The secondary gather looks up both maps.
+    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
+    const auto queries_at_once =
+        static_cast<std::size_t>(std::min<std::uint64_t>(settings_.queries_at_once, budget_.available() / bytes_each));
+    const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
+    const auto trace = [&](std::size_t first) {
+      check_cancelled();
+      final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
+                   {memory_.queries, caustics ? &memory_.secondary_queries : nullptr}, statistics_);
+      if (caustics) look_up_caustic(memory_.secondary_queries, out_.radiance.indirect);
+    };
+    const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
+    // Each light group has an engine of its own, but a store is looked up once.
+    if (!settings_.by_disk || finds_bias() || settings_.light_groups) {
+      for (std::size_t first = 0; first < points.size(); first += step) {
+        trace(first);
+        if (settings_.kind == PassKind::count_gathered)
+          count(memory_.queries, statistics_);
+        else if (settings_.indirect)
+          look_up_global(memory_.queries);
+      }
+      return;
+    }
+    // A ray that ends on a translucent sheet gives two query points.
+    QueryStore store(maps_.bounds(), 2 * points.size() * rays_each);
+    for (std::size_t first = 0; first < points.size(); first += step) {
+      trace(first);
+      const PhaseTimer timer(statistics_, Phase::reorder);
+      store.append(memory_.queries);
+    }
+    memory_.queries = QueryPoints();
+    const auto look_up_run = [&](const QueryPoints& run, std::span<RGB> found) {
+      count_held(run);
+      maps_.engines().front()->estimate(run, found, statistics_);
+    };
+    if (settings_.indirect && !maps_.engines().empty())
+      store.complete(queries_at_once, look_up_run, out_.radiance.indirect);
+    memory_.disk.read += store.traffic().read;
+    memory_.disk.written += store.traffic().written;
+  }
+
+  void count_photons(const GatherPoints& points) {
+    out_.diagnosis.assign(out_.first_hit.depth.size(), RGB());
+    if (maps_.empty() || !maps_.diagnosis()) return;
+    if (settings_.kind == PassKind::count_gathered)
+      gather(points);
+    else
+      count(memory_.queries = gather_points_as_queries(points), statistics_);
+  }
+
+  bool finds_bias() const { return settings_.values.has(SlotValue::bias); }
+
+  /// Fills SlotValue::radius. The counters of the render leave these lookups out. Changes `queries`.
+  void find_radii(QueryPoints& queries) {
+    const std::size_t slots = out_.first_hit.depth.size();
+    std::vector<float>& radius = out_.first_hit.of(SlotValue::radius);
+    radius.assign(slots, std::numeric_limits<float>::infinity());
+    if (maps_.empty()) return;
+    out_.diagnosis.assign(slots, RGB());
+    Statistics not_the_renders;
+    count(queries, not_the_renders);
+    for (std::size_t i = 0; i < slots; ++i)
+      if (const float mean = photon_diagnosis(out_.diagnosis[i]).mean_radius; mean > 0) radius[i] = mean;
+    out_.diagnosis = {};
+  }
+
+  void count(QueryPoints& queries, Statistics& statistics) {
+    // With a Lambertian reflectance of pi the result is the plain sum.
+    std::fill(queries.reflectance.begin(), queries.reflectance.end(), RGB(kPi));
+    std::fill(queries.bsdf.begin(), queries.bsdf.end(), kLambertianQuery);
+    std::fill(queries.weight.begin(), queries.weight.end(), RGB(1.0f));
+    queries.bsdfs.clear();
+    memory_.found.assign(queries.size(), RGB());
+    count_held(queries);
+    maps_.diagnosis()->estimate(queries, memory_.found, statistics);
+    complete(queries, memory_.found, out_.diagnosis, statistics);
+  }
+
+  const Tracer& tracer_;
+  const PhotonMaps& maps_;
+  const View& view_;
+  const PassSettings& settings_;
+  MemoryBudget& budget_;
+  PassMemory& memory_;
+  Statistics& statistics_;
+  PassResult out_;
+  std::vector<RGB> bias_;  ///< by slot
+};
+
+}  // namespace
+
+void name_groups(const LightGroups& groups, SlotRadiance& radiance) {
+  radiance.groups.resize(groups.names.size());
+  radiance.group_of_source = groups.of_source;
+}
+
+void PassMemory::clear() {
+  points = GatherPoints();
+  queries = secondary_queries = QueryPoints();
+  found = LargeVector<RGB>();
+  reservation.reset();
+}
+
+void PassMemory::keep(MemoryBudget& budget) {
+  const std::uint64_t bytes =
+      points.slot.capacity() * GatherPoints::kBytesEach + queries.position.capacity() * QueryPoints::kBytesEach +
+      queries.bsdfs.capacity() * sizeof(QueryBsdf) + secondary_queries.position.capacity() * QueryPoints::kBytesEach +
+      secondary_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
+  reservation.reset();
+  if (bytes > budget.available() / 2)
+    clear();
+  else
+    reservation = std::make_unique<Reservation>(budget, "query points", bytes);
+}
+
+PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View& view, CameraTasks tasks,
+                       const PassSettings& settings, MemoryBudget& budget, PassMemory& memory, Statistics& statistics) {
+  memory.reservation.reset();
+  const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
+  const Reservation reservation(budget, "camera samples",
+                                tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places,
+                                                                    settings.fine && view.camera));
+  return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
+}
+
+}  // namespace glowworm

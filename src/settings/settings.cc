@@ -1,0 +1,285 @@
+#include "settings/settings.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "core/memory_budget.h"
+#include "core/parallel.h"
+#include "density/engine.h"
+#include "gather/direct_light.h"
+#include "photon/material_lobes.h"
+#include "scene/light_groups.h"
+#include "scene/scene.h"
+#include "settings/options.h"
+
+namespace glowworm {
+
+namespace {
+
+constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
+/// Memory for each thread: a quarter holds its rays (kBytesPerThread).
+constexpr std::uint64_t kMemoryOfThread = 32'000'000;
+/// Most camera samples of a render that ends by time or noise.
+constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
+/// Camera samples of a path-traced pixel, where the file does not say.
+constexpr std::uint32_t kDefaultPathSamples = 256;
+/// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
+/// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise
+/// of one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let
+/// light leak.
+constexpr double kRaysPerPhoton = 32;
+constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
+/// Photons of a sample of the path tracer: this number, unless there are so many samples that all together have the
+/// second one, and at least this multiple of k. Their maps cost as much as paths, and few photons blur the light.
+constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinMapOfPaths = 20;
+/// Photons of an estimate: radii hold so many.
+constexpr std::uint32_t kNearest = 50;
+/// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
+constexpr double kProgressiveShare = 0.5;
+/// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
+/// with no larger error.
+constexpr double kQueriesThatPayControl = 100;
+constexpr std::uint64_t kShareKept = 4;
+/// Photons that a core of 2020 traces in a second, at least.
+constexpr double kPhotonsPerSecond = 40'000;
+/// A render with a time limit makes its first image within this share of it, on a machine with this number of cores. It
+/// is a constant because the choice must not depend on the machine.
+constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
+
+void resolve_size(RenderSettings& s, const Scene& scene) {
+  if (s.width == 0 && s.height == 0) {
+    s.width = scene.film().width > 0 ? scene.film().width : 512;
+    s.height = scene.film().height > 0 ? scene.film().height : 512;
+  }
+  if (s.width < 1 || s.height < 1 || s.width > kMaxPictureSide || s.height > kMaxPictureSide)
+    throw Error(fmt::format("a picture of {}x{} pixels cannot be rendered", s.width, s.height),
+                fmt::format("Give --size WxH with both from 1 to {}.", kMaxPictureSide));
+}
+
+/// The pixels to render: those asked for, or else those that the file asks for.
+PixelBounds resolved_bounds(const RenderSettings& s, const FilmRequest& film) {
+  const PixelBounds all{0, 0, s.width, s.height};
+  PixelBounds wanted = s.bounds;
+  std::string what = "--pixel-bounds";
+  if (wanted.empty()) {
+    what = s.crop.empty() ? "the crop of the file" : "--crop";
+    const CropWindow of_file{film.crop[0], film.crop[2], film.crop[1], film.crop[3]};
+    wanted = (s.crop.empty() ? of_file : s.crop).pixels(s.width, s.height);
+  }
+  const PixelBounds out{std::max(wanted.x0, 0), std::max(wanted.y0, 0), std::min(wanted.x1, all.x1),
+                        std::min(wanted.y1, all.y1)};
+  if (out.empty())
+    throw Error(fmt::format("{} holds no pixel of a picture of {}x{}", what, s.width, s.height),
+                "Give a larger part, or --crop 0,0,1,1 for the whole picture.");
+  return out;
+}
+
+double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width) * static_cast<double>(s.height); }
+
+void resolve_gather(RenderSettings& s) {
+  double gather = s.default_gather;
+  if (s.time_limit_s > 0) {
+    const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
+    gather = std::min(gather, queries / pixel_count(s));
+  }
+  s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
+}
+
+/// The share that a map gets of the photons that the rays and kMaxPhotons allow.
+double photon_share(const RenderSettings& s) { return s.progressive ? kProgressiveShare : 1; }
+
+void resolve_photons(RenderSettings& s) {
+  const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
+  const double share = photon_share(s);
+  double photons =
+      std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, kMinPhotons, share * kMaxPhotons);
+  if (s.time_limit_s > 0)
+    photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
+  // Two digits: the number is a choice, not a measurement.
+  const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
+  s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
+  const double queries = pixel_count(s) * samples * s.gather;
+  // Thinning joins photons of several lights.
+  if (!engine_traits(s.engine).goes_over_photons || s.photons_traced != 0 || s.light_groups) return;
+  if (queries < kQueriesThatPayControl * static_cast<double>(s.photons)) return;
+  s.photons_traced = s.photons;
+  s.photons /= kShareKept;
+}
+
+/// A path tracer has photons for light that no path finds. Each sample has new ones, so that the spread of the samples
+/// contains their noise.
+void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
+  s.photons = s.photons_traced = 0;
+  if (!bends_delta_lights(scene)) return;
+  s.progressive = true;
+  s.fixed_radius = false;
+  s.engine = engine_traits(kAutomaticEngine).name;
+  s.nearest = kNearest;
+  // Renders with an open end may stop after a few samples.
+  const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
+  const double least = std::clamp(kAllPhotonsOfPaths / samples, kMinMapOfPaths * kNearest, kPhotonsOfPaths);
+  s.photons = s.photons_traced = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
+}
+
+/// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
+/// as there is time for, and a progressive render has new ones for every sample.
+bool chooses_photons_by_noise(const RenderSettings& s) {
+  return s.integrator == Integrator::gather && s.photons == 0 && s.photons_traced == 0 && s.time_limit_s <= 0 &&
+         !s.progressive && !s.of_points;
+}
+
+/// Throws Error for settings under which light cannot be kept apart.
+void check_light_groups(const RenderSettings& s) {
+  std::string reason;
+  if (s.integrator != Integrator::path && engine_traits(s.engine).takes_nearest)
+    reason = fmt::format("--engine {} looks for the nearest photons of all lights", s.engine);
+  else if (s.photons_traced > s.photons)
+    reason = "--traced joins photons of several lights";
+  else if (s.indirect_only)
+    reason = "--indirect-only shows a part of the light";
+  if (!reason.empty())
+    throw Error(fmt::format("--light-groups cannot keep lights apart: {}", reason), "Leave one of the two out.");
+}
+
+}  // namespace
+
+PixelBounds CropWindow::pixels(int width, int height) const {
+  // Not of the rounding errors of fractions such as 0.1 * 30.
+  const auto up = [](double share, int side) { return static_cast<int>(std::ceil(share * side - 1e-6 * side)); };
+  return {up(x0, width), up(y0, height), up(x1, width), up(y1, height)};
+}
+
+SampleRange RenderSettings::sample_range() const {
+  if (part.is_all()) return {0, samples};
+  const auto until = [&](std::uint64_t shares) { return static_cast<std::uint32_t>(samples * shares / part.count); };
+  return {until(part.index - 1), until(part.index)};
+}
+
+PlaceLayers RenderSettings::place_layers() const {
+  PlaceLayers out = places_for(aovs);
+  out.fine = filters(*this) && !of_points;
+  return out;
+}
+
+void check_part(const RenderSettings& asked) {
+  if (asked.part.is_all()) return;
+  if (asked.noise_target > 0)
+    throw Error("--part cannot end by --noise, because no part knows the noise of the whole picture",
+                "Give --samples in place of --noise.");
+  if (asked.time_limit_s > 0 && asked.samples == 0)
+    throw Error("--part with --time does not know the samples of all parts", "Give --samples, too.");
+}
+
+bool filters(const RenderSettings& settings) {
+  return settings.filter == Filtering::automatic && settings.integrator == Integrator::gather;
+}
+
+bool is_adaptive(const RenderSettings& settings) {
+  return settings.adaptive && settings.integrator == Integrator::gather && !settings.progressive &&
+         (settings.noise_target > 0 || (settings.time_limit_s > 0 && settings.samples == kOpenEndedSamples));
+}
+
+bool has_time_for_caustics(const RenderSettings& settings) {
+  constexpr double kMinSeconds = 30;
+  return !(settings.time_limit_s > 0 && settings.time_limit_s < kMinSeconds);
+}
+
+std::uint64_t default_memory_bytes() {
+  const std::uint64_t half = physical_memory_bytes() / 2;
+  return half > kMemoryStep ? half / kMemoryStep * kMemoryStep : half;
+}
+
+int default_threads(std::uint64_t memory_bytes, int cores) {
+  const std::uint64_t fit = (memory_bytes > 0 ? memory_bytes : default_memory_bytes()) / kMemoryOfThread;
+  return static_cast<int>(std::clamp<std::uint64_t>(fit, 1, static_cast<std::uint64_t>(std::max(cores, 1))));
+}
+
+void set_thread_count(const RenderSettings& asked) {
+  set_thread_count(asked.threads);
+  if (asked.threads == 0) set_thread_count(default_threads(asked.memory_bytes, thread_count()));
+}
+
+RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
+  check_settings(asked);
+  RenderSettings s = asked;
+  check_part(s);
+  resolve_size(s, scene);
+  s.bounds = resolved_bounds(s, scene.film());
+  for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());
+  engine_traits(s.engine);  // throws if there is no such engine
+  s.camera = scene.camera(s.camera).name;
+  s.threads = thread_count();
+  if (s.light_groups) {
+    check_light_groups(s);
+    s.light_group_count = static_cast<std::uint32_t>(light_groups(scene).names.size());
+  }
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  if (!s.aovs.empty() || filters(s) || s.light_groups) s.separate_layers = true;
+  const bool open_ended = s.time_limit_s > 0 || s.noise_target > 0;
+  if (s.integrator == Integrator::path) {
+    const std::uint32_t usual = scene.film().samples > 0 ? scene.film().samples : kDefaultPathSamples;
+    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : usual;
+    resolve_photons_of_paths(s, scene);
+  } else {
+    s.engine = engine_traits(s.engine).name;
+    if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kDefaultSamples;
+    if (s.gather == 0) resolve_gather(s);
+    if (s.photon_target == 0 && chooses_photons_by_noise(s)) s.photon_target = s.noise_target;
+    if (s.photons == 0) resolve_photons(s);
+    s.photons_traced = std::max(s.photons_traced, s.photons);
+    // The cost of knn grows with k, and final gathering averages many of its estimates. [SF07] and [HHS05] use k >= 30.
+    if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : kNearest;
+    if (s.light_samples == 0) s.light_samples = default_light_samples(s.gather);
+  }
+  if (s.sample_range().count() == 0)
+    throw Error(fmt::format("part {} of {} has none of {} samples", s.part.index, s.part.count, s.samples),
+                fmt::format("Give --samples {} or more, or fewer parts.", s.part.count));
+  return s;
+}
+
+std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderSettings& chosen) {
+  const bool open_ended = chosen.time_limit_s > 0 || chosen.noise_target > 0;
+  const bool by_photons = chosen.integrator != Integrator::path;
+  std::vector<std::string> notes;
+  const auto note = [&](bool left, std::string text) {
+    if (left) notes.push_back(std::move(text));
+  };
+  note(asked.memory_bytes == 0, fmt::format("memory {} MB: half of the machine's; the image does not depend on it",
+                                            chosen.memory_bytes / 1'000'000));
+  note(asked.samples == 0, open_ended ? std::string("samples: as many as time or noise allow")
+                                      : fmt::format("{} samples: enough for edges{}", chosen.samples,
+                                                    by_photons ? ", while gather rays see to the rest" : " and light"));
+  if (!by_photons && chosen.photons > 0)
+    notes.push_back(
+        fmt::format("{} photons for each sample: no path finds light of lamps without size that mirrors or glass bend; "
+                    "photons bring it, a little blurred",
+                    chosen.photons));
+  if (!by_photons) return notes;
+  note(
+      asked.gather == 0 && chosen.integrator == Integrator::gather,
+      fmt::format("{} gather rays a sample: {}", chosen.gather,
+                  chosen.gather < kDefaultGather   ? "as many as give a first image within a quarter of the time"
+                  : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
+                                                   : "the default, for pictures that are filtered"));
+  note(asked.photons == 0,
+       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
+                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
+                   photon_share(chosen) * kMaxPhotons,
+                   chosen.time_limit_s > 0    ? ", within a quarter of the time"
+                   : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
+                                              : ""));
+  note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
+       fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
+                   kQueriesThatPayControl));
+  note(asked.nearest == 0,
+       fmt::format("k = {}: radii hold so many photons; less is blotched, more is blurred", chosen.nearest));
+  note(asked.engine == "auto", fmt::format("engine {}: the fastest but for a few hundred query points", chosen.engine));
+  return notes;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,353 @@
+#include "share/crew.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "core/bytes.h"
+#include "core/error.h"
+#include "core/log.h"
+#include "core/parallel.h"
+#include "film/packed_file.h"
+#include "kernels/simd.h"
+#include "share/task_queue.h"
+#include "trace/instruction_set.h"
+
+namespace glowworm {
+
+namespace {
+
+/// First byte of a message.
+enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, stop, bye };
+
+/// Seconds that a rank may take to load the scene, or to accept a message.
+constexpr double kPatience = 600, kSendSeconds = 120;
+/// Rank 0 checks the state of the render at this interval, in seconds.
+constexpr double kTurn = 0.002;
+/// Tasks assigned to a rank: one that it computes, and the next, to hide the time of messages.
+constexpr int kTasksAtOnce = 2;
+/// Pixels of results that rank 0 adds at once. A result of more pixels keeps all threads busy alone.
+constexpr std::size_t kPixelsAddedAtOnce = std::size_t{1} << 18;
+
+class Packer : public ByteWriter {
+ public:
+  explicit Packer(Kind kind) { put(kind); }
+};
+
+class Unpacker : public ByteReader {
+ public:
+  explicit Unpacker(const Message& message)
+      : ByteReader(message.bytes, fmt::format("a message of rank {}", message.from)) {}
+};
+
+/// Sums of the samples of a task, as a part's file holds them: from a few samples of a pixel on they are smaller than
+/// the samples.
+std::vector<std::byte> packed(const CameraTask& task, const Film& film) {
+  Packer out(Kind::result);
+  out.put(task);
+  PackedWriter writer([&](std::span<const std::byte> bytes) { out.put_array(bytes); });
+  film.write_state([&](std::span<const std::byte> bytes) { writer.write(bytes); });
+  writer.finish();
+  return out.take();
+}
+
+/// Number and machine of a rank, for messages.
+std::string name_of(const Ranks& ranks, int rank) { return fmt::format("rank {} on {}", rank, ranks.host(rank)); }
+
+/// A rank may be stopped, or its network cut. @param others what they do without it
+void warn_of_late_rank(const Ranks& ranks, int rank, double seconds, const char* others) {
+  warn(
+      fmt::format("{} has not answered for {:g} s; others {}. Check whether its machine is overloaded or "
+                  "disconnected, or its process is stopped",
+                  name_of(ranks, rank), seconds, others));
+}
+
+/// Adds the film of a result to those of the render; ignores other messages.
+void put_result(const Message& message, const Crew::Work& work) {
+  Unpacker in(message);
+  if (in.take<Kind>() != Kind::result) return;
+  const auto task = in.take<CameraTask>();
+  work.put(task, std::span(message.bytes).last(in.left()));
+}
+
+/// Pixels of a result; 0 for other messages.
+std::size_t pixels_of(const Message& message) {
+  Unpacker in(message);
+  return in.take<Kind>() == Kind::result ? in.take<CameraTask>().pixel_count() : 0;
+}
+
+/// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. If none comes
+/// for `late_after` seconds, warns of the ranks that are missing and leaves them empty, too.
+/// @param other takes messages of other kinds
+std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, double late_after,
+                                      const std::function<void(const Message&)>& other) {
+  std::vector<std::string> texts(static_cast<std::size_t>(ranks.count()));
+  std::set<int> missing;
+  for (int rank = 1; rank < ranks.count(); ++rank) missing.insert(rank);
+  while (!missing.empty()) {
+    const std::optional<Message> message = ranks.receive(late_after);
+    if (!message) break;
+    Unpacker in(*message);
+    const auto got = in.take<Kind>();
+    if (got == kind)
+      texts[static_cast<std::size_t>(message->from)] = in.rest();
+    else
+      other(*message);
+    if (got == kind || got == Kind::failure) missing.erase(message->from);
+  }
+  for (const int rank : missing) warn_of_late_rank(ranks, rank, late_after, "begin without it");
+  return texts;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
+/// Callbacks of a render that takes no results.
+const Crew::Work kNoWork{[] { return std::nullopt; }, [](const CameraTask&, std::span<const std::byte>) {},
+                         [](const CameraTask&) {}, [] { return true; }};
+
+/// The instruction sets that this rank supports, fastest first: kernels, then rays.
+std::string own_sets() {
+  const std::vector<std::string> all = simd_names();
+  const auto first = std::find(all.begin(), all.end(), simd_name());
+  return fmt::format("{}\n{}", fmt::join(first, all.end(), " "), fmt::join(ray_instruction_sets(), " "));
+}
+
+void use_sets(const std::string& chosen) {
+  const std::size_t cut = chosen.find('\n');
+  set_simd(chosen.substr(0, cut));
+  set_ray_instruction_set(chosen.substr(cut + 1));
+}
+
+/// Tells a rank the sets that this one uses.
+void tell_sets(Ranks& ranks, int rank) {
+  Packer out(Kind::chosen);
+  const std::string rays = ray_instruction_set();  // its last word is the name
+  out.put_text(fmt::format("{}\n{}", simd_name(), rays.substr(rays.rfind(' ') + 1)));
+  ranks.send(rank, out.take(), kSendSeconds);
+}
+
+/// The first of the words that all texts have.
+std::string best_of_all(const std::vector<std::string>& texts) {
+  for (const std::string& word : words_of(texts.front())) {
+    const auto has = [&](const std::string& text) {
+      const std::vector<std::string> words = words_of(text);
+      return std::find(words.begin(), words.end(), word) != words.end();
+    };
+    if (std::all_of(texts.begin(), texts.end(), has)) return word;
+  }
+  throw Error("the ranks have no instruction set in common", "Start ranks on machines of one kind.");
+}
+
+}  // namespace
+
+std::string agree_on_instruction_sets(Ranks& ranks, double late_after) {
+  if (ranks.rank() > 0) {
+    Packer out(Kind::sets);
+    out.put_text(own_sets());
+    ranks.send(0, out.take(), kSendSeconds);
+    const std::optional<Message> message = ranks.receive(kPatience);
+    if (!message) throw Error("rank 0 does not answer");
+    Unpacker in(*message);
+    if (in.take<Kind>() != Kind::chosen) throw Error("rank 0 did not choose an instruction set");
+    use_sets(in.rest());
+    return "";
+  }
+  const auto no_other = [](const Message& message) {
+    Unpacker in(message);
+    if (in.take<Kind>() == Kind::failure) throw Error(fmt::format("rank {}: {}", message.from, in.rest()));
+    throw Error(fmt::format("rank {} did not tell its instruction sets", message.from));
+  };
+  std::vector<std::string> texts = texts_of_all(ranks, Kind::sets, late_after, no_other), kernels, rays;
+  texts.front() = own_sets();
+  for (const std::string& text : texts) {
+    if (text.empty()) continue;
+    const std::size_t cut = std::min(text.find('\n'), text.size());
+    kernels.push_back(text.substr(0, cut));
+    rays.push_back(text.substr(std::min(cut + 1, text.size())));
+  }
+  const std::string kernel = best_of_all(kernels), ray = best_of_all(rays);
+  use_sets(kernel + "\n" + ray);
+  for (int rank = 1; rank < ranks.count(); ++rank)
+    if (!texts[static_cast<std::size_t>(rank)].empty()) tell_sets(ranks, rank);
+  return fmt::format("{} ranks, kernels by {}, rays by {}", ranks.count(), kernel, ray);
+}
+
+void Crew::check(const RenderKey& key) {
+  key_ = key;
+  // Ranks that are ready ask for work while others still load the scene.
+  const std::vector<std::string> texts =
+      texts_of_all(*ranks_, Kind::key, late_after_, [&](const Message& message) { take_message(message, kNoWork); });
+  for (int rank = 1; rank < count(); ++rank) {
+    if (gone_.contains(rank)) continue;
+    const std::string& text = texts[static_cast<std::size_t>(rank)];
+    if (text.empty())
+      late_.insert(rank);
+    else
+      check_key(rank, text);
+  }
+}
+
+void Crew::check_key(int rank, const std::string& text) const {
+  check_same_whole({"rank 0", key_}, {fmt::format("rank {}", rank), parse_key(text)}, false);
+}
+
+void Crew::take_message(const Message& message, const Work& work) {
+  heard_[message.from] = clock_.seconds();
+  if (late_.erase(message.from) > 0) inform(name_of(*ranks_, message.from) + " answers again");
+  Unpacker in(message);
+  switch (in.take<Kind>()) {
+    // Of ranks that were late.
+    case Kind::sets:
+      tell_sets(*ranks_, message.from);
+      return;
+    case Kind::key:
+      check_key(message.from, in.rest());
+      return;
+    case Kind::result:
+      std::erase(tasks_[message.from], in.take<CameraTask>());
+      [[fallthrough]];
+    case Kind::ask:
+      waiting_.push_back(message.from);
+      return;
+    case Kind::failure:
+      failures_.push_back(fmt::format("rank {}: {}", message.from, in.rest()));
+      [[fallthrough]];
+    default:
+      gone_.insert(message.from);
+      take_tasks_back(message.from, work);
+  }
+}
+
+void Crew::take_tasks_back(int rank, const Work& work) {
+  std::erase(waiting_, rank);
+  for (const CameraTask& task : tasks_[rank]) work.give_back(task);
+  tasks_.erase(rank);
+}
+
+void Crew::warn_of_late() {
+  const double now = clock_.seconds();
+  if (now - looked_ < late_after_ / 1000) return;  // ranks may be thousands
+  looked_ = now;
+  for (int rank = 1; rank < count(); ++rank) {
+    const auto heard = heard_.find(rank);
+    const bool owes = heard == heard_.end() || !tasks_[rank].empty();
+    const double silent = now - (heard == heard_.end() ? 0 : heard->second);
+    if (!owes || silent < late_after_ || gone_.contains(rank) || !late_.insert(rank).second) continue;
+    warn_of_late_rank(*ranks_, rank, late_after_, "do its tasks");
+  }
+}
+
+void Crew::serve(const Work& work) {
+  while (!work.ended()) {
+    std::vector<Message> messages;
+    std::size_t pixels = 0;
+    while (std::optional<Message> message = ranks_->receive(messages.empty() ? kTurn : 0)) {
+      pixels += pixels_of(*message);
+      messages.push_back(*std::move(message));
+      if (pixels >= kPixelsAddedAtOnce) break;
+    }
+    parallel_for_each(messages.size(), 1, [&](std::size_t i) { put_result(messages[i], work); });
+    for (const Message& message : messages) take_message(message, work);
+    warn_of_late();
+    while (!waiting_.empty()) {
+      const std::optional<CameraTask> task = work.take();
+      if (!task) break;
+      const int rank = waiting_.front();
+      waiting_.erase(waiting_.begin());
+      Packer out(Kind::task);
+      out.put(*task);
+      if (tasks_[rank].empty()) heard_[rank] = clock_.seconds();
+      tasks_[rank].push_back(*task);
+      if (ranks_->send(rank, out.take(), kSendSeconds)) continue;
+      failures_.push_back(name_of(*ranks_, rank) + " does not answer");
+      late_.insert(rank);  // it may answer again
+      take_tasks_back(rank, work);
+    }
+  }
+}
+
+void Crew::stop(double seconds) {
+  for (int rank = 1; rank < count(); ++rank) {
+    if (gone_.contains(rank) || stopped_.contains(rank)) continue;
+    if (ranks_->send(rank, Packer(Kind::stop).take(), late_.contains(rank) ? 1 : seconds)) stopped_.insert(rank);
+  }
+}
+
+bool Crew::dismiss(double seconds) {
+  RunningClock clock;
+  stop(seconds);
+  const auto missing = [&] {
+    std::vector<int> ranks;
+    for (int rank = 1; rank < count(); ++rank)
+      if (!gone_.contains(rank) && !late_.contains(rank)) ranks.push_back(rank);
+    return ranks;
+  };
+  // Results that are on their way come too late.
+  while (!missing().empty() && clock.seconds() < seconds)
+    if (const std::optional<Message> message = ranks_->receive(0.05)) take_message(*message, kNoWork);
+  for (const int rank : missing()) warn_of_late_rank(*ranks_, rank, seconds, "have done its tasks");
+  return gone_.size() + 1 == static_cast<std::size_t>(count());
+}
+
+void report_failure(Ranks& ranks, const std::string& message) {
+  Packer out(Kind::failure);
+  out.put_text(message);
+  ranks.send(0, out.take(), kSendSeconds);
+}
+
+void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film) {
+  ByteReader in(bytes, "the film of a task");
+  PackedReader packed([&](std::span<std::byte> to) {
+    if (in.left() < to.size()) return false;
+    in.take_to(to);
+    return true;
+  });
+  const auto read = [&](std::span<std::byte> to) { return packed.read(to); };
+  if (!film.merge_state(read, task.sample_count) || !packed.at_end() || !film.is_of(task))
+    throw Error("a rank sent the film of another task");
+}
+
+void CrewMember::introduce(const RenderKey& key) {
+  Packer out(Kind::key);
+  out.put_text(key_text(key));
+  ranks_->send(0, out.take(), kSendSeconds);
+}
+
+void CrewMember::work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
+                      const std::function<bool()>& ended) {
+  try {
+    begin();
+    for (int i = 0; i < kTasksAtOnce; ++i) ranks_->send(0, Packer(Kind::ask).take(), kSendSeconds);
+    std::deque<CameraTask> tasks;
+    bool stopped = false;
+    while (!stopped && !ended()) {
+      // A stop that has come already makes tasks before it needless.
+      while (const std::optional<Message> message = ranks_->receive(tasks.empty() && !stopped ? 0.1 : 0)) {
+        Unpacker in(*message);
+        stopped = in.take<Kind>() != Kind::task;
+        if (stopped) break;
+        tasks.push_back(in.take<CameraTask>());
+      }
+      if (stopped || tasks.empty()) continue;
+      ranks_->send(0, packed(tasks.front(), compute(tasks.front())), kSendSeconds);
+      tasks.pop_front();
+    }
+  } catch (const Cancelled&) {
+  } catch (const std::exception& error) {
+    report_failure(*ranks_, error.what());
+    return;
+  }
+  ranks_->send(0, Packer(Kind::bye).take(), kSendSeconds);
+}
+
+}  // namespace glowworm
